@@ -158,6 +158,10 @@ def test_page_1_warns_where_named_effects_make_the_residuals_no_smaller() -> Non
     data["fit"] |= {"rms_before_um": 0.674, "rms_after_um": 0.759}
     first = markdown(diagnosis_story(data)).split("## Evidence")[0]
     assert "0.759 um rms of 0.674 um: do not enter their values" in first
+    repairs = [line for line in first_of(data) if line.startswith("repair: ")]
+    assert repairs == [
+        "repair: 1: Nothing: alone, without what has no known law, the named effects do not explain the readings."
+    ]
 
 
 def test_a_page_is_set_in_print_and_what_is_copied_from_it_is_not() -> None:

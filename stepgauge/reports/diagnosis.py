@@ -24,11 +24,11 @@ from stepgauge.diagnosis.output.report import (
     without_scatter,
     wrapped_sum,
 )
-from stepgauge.diagnosis.output.words import misfit, name_of, significant
+from stepgauge.diagnosis.output.words import name_of, significant
 from stepgauge.files.text import in_folder, read_result
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
 from stepgauge.reports.blocks import pictures as pictures_of
-from stepgauge.reports.findings import Words, do_first, first_lines, found_part
+from stepgauge.reports.findings import Words, do_first, first_lines, found_part, misfits
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.result import Diagnosis
@@ -134,13 +134,6 @@ def told_effects(said: Said) -> list[dict[str, Any]]:
     return list((plain_of(said) if "map" in said["inputs"] else said)["effects"])
 
 
-def _misfit(said: Said) -> Iterator[str]:
-    """That named effects of a recording make the residuals no smaller."""
-    before_um, after_um = (said["fit"].get(f"rms_{when}_um") for when in ("before", "after"))
-    if said["effects"] and before_um is not None and after_um is not None:
-        yield from misfit(before_um, after_um)
-
-
 def story(
     said: Said, title: str, sentence: str, parts: Sequence[dict[str, Any]], example: bool = False
 ) -> dict[str, Any]:
@@ -152,7 +145,7 @@ def story(
         "summary": sentence,
         "warnings": [
             *(_fails(check) for check in said["checks"] if not check["passed"]),
-            *_misfit(said),
+            *misfits(said),
             *without_scatter(said),
         ],
         "example": example,

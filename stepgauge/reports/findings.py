@@ -21,7 +21,7 @@ from stepgauge.diagnosis.output.report import (
     remaining,
     without,
 )
-from stepgauge.diagnosis.output.words import line, name_of
+from stepgauge.diagnosis.output.words import line, misfit, name_of
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
 Said = Mapping[str, Any]
@@ -32,6 +32,7 @@ _SHARES = (0.0, 1.5, 0.0, 0.0, 0.0, 5.0)
 UNKNOWN_NAME = "structure without a known law"
 _WORD = re.compile(r"\b[a-z]+(?:_[a-z0-9]+)+\b")
 _FIRST = "Do not adjust anything before the checks have told which of the causes of a finding it is."
+_MISFIT = "Nothing: alone, without what has no known law, the named effects do not explain the readings."
 
 
 def _named(effect: Said) -> str:
@@ -103,7 +104,10 @@ def _checks(said: Said, told: Words) -> Iterator[str]:
 def _repairs(said: Said, told: Words) -> Iterator[str]:
     """What to repair by finding; findings of which the cause is not known yet are named together."""
     unsure = [n for n, effect in enumerate(said["effects"], 1) if _has_rivals(effect)]
-    if unsure:
+    if any(misfits(said)):
+        unsure = list(range(1, len(said["effects"]) + 1))
+        yield f"{', '.join(map(str, unsure))}: {_MISFIT}"
+    elif unsure:
         yield f"{', '.join(map(str, unsure))}: {_FIRST}"
     for number, effect in enumerate(said["effects"], 1):
         if number not in unsure:
@@ -111,6 +115,13 @@ def _repairs(said: Said, told: Words) -> Iterator[str]:
     forms = list(_forms(said))
     if forms:
         yield f"{', '.join(str(number) for number, _ in forms)}: {_of_form(forms[0][1]).repair}"
+
+
+def misfits(said: Said) -> Iterator[str]:
+    """That the named effects of a recording make the residuals no smaller."""
+    before_um, after_um = (said["fit"].get(f"rms_{when}_um") for when in ("before", "after"))
+    if said["effects"] and before_um is not None and after_um is not None:
+        yield from misfit(before_um, after_um)
 
 
 def _forms(said: Said) -> Iterator[tuple[int, Said]]:
