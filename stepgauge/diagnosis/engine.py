@@ -12,21 +12,21 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from stepgauge.axis.sensors import without_probe
-from stepgauge.diagnosis.checks import noiseless, predictive_checks, widening
+from stepgauge.diagnosis.checks import predictive_checks, widening
 from stepgauge.diagnosis.clock import clock_start_s, counted_from, told_by_clock
-from stepgauge.diagnosis.fits.solve import Estimate, Solved, solve
-from stepgauge.diagnosis.forms.words import CORRELATED, DISTURBED, GROWING, located
+from stepgauge.diagnosis.fits.solve import Solved, solve
+from stepgauge.diagnosis.forms.words import located
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.laws import geometry
 from stepgauge.diagnosis.laws.library import carried
+from stepgauge.diagnosis.noise import degrees, disturbed, is_repeated, noise_of, row_scatter_um, stated_scatter
 from stepgauge.diagnosis.output.words import misfit
 from stepgauge.diagnosis.posterior.answer import Answer
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
-from stepgauge.diagnosis.posterior.problem import Problem
-from stepgauge.diagnosis.posterior.scatter import OUTLYING, Scatter, Scatters
+from stepgauge.diagnosis.posterior.scatter import OUTLYING, Scatters
 from stepgauge.diagnosis.posterior.search import Progress, Search
-from stepgauge.diagnosis.posterior.told import SURE_OUTLIER, answer_of, systematic
+from stepgauge.diagnosis.posterior.told import answer_of, systematic
 from stepgauge.diagnosis.problem import bare_problem, make_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals, without_copies
 from stepgauge.diagnosis.result import Diagnosis, Finding, Fit, Located, Noise, Verdict, rms
@@ -42,7 +42,6 @@ from stepgauge.diagnosis.verdict import (
 )
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
-from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
@@ -52,8 +51,6 @@ FEWEST_DOF = 8
 MOST_SEARCHED = 3000
 """Largest number of rows in the search; the laws found are fitted to all."""
 FEWEST_RUNS = 6
-GROWTH_UNITS = {"time": "um/h", "speed": "um/(mm/s)"}
-"""Units of the rate of growing scatter; otherwise per length."""
 
 
 @dataclass(frozen=True)
@@ -145,25 +142,12 @@ def _some(data: Residuals) -> Residuals:
     return data.at(np.isin(run, chosen))
 
 
-def _degrees(data: Residuals) -> int:
-    """Degrees of freedom: rows minus origins or, with repeats, rows minus means."""
-    count = np.bincount(data.group)
-    within = int((np.maximum(count, 1) - 1).sum())
-    return within if _repeated(data) else len(data) - int(data.placement.max()) - 3
-
-
-def _repeated(data: Residuals) -> bool:
-    """Whether most faces were probed repeatedly."""
-    count = np.bincount(data.group)
-    return bool((count[data.group] > 1).mean() > 0.5)
-
-
 def _search(
     data: Residuals, start_s: float, priors: Priors, without: Collection[str], progress: Progress | None
 ) -> Searched | None:
     """The search in all rows, or in some of many, with times from ``start_s``; None if they are too few."""
     some = counted_from(_some(data), start_s)
-    if _degrees(some) < FEWEST_DOF:
+    if degrees(some) < FEWEST_DOF:
         return None
     search = Search(make_problem(some, priors, without), priors, progress)
     answer = answer_of(search, priors.decision)
@@ -189,10 +173,10 @@ def _told(
     if len(found.data) < len(data):
         told = _on_all_rows(told, model, data)
     told, placements = with_separations(told, model, found.data, separations)
-    noise = _noise(model, search.problem, data)
-    named, nameless = _of_scatter(answer, model, noise, data, priors, without)
+    noise = noise_of(model, search.problem, data)
+    named, nameless = stated_scatter(answer, model, noise, data, priors, without)
     told += named
-    left += [*nameless, *_disturbed(found, start_s, priors)]
+    left += [*nameless, *disturbed(answer, model, search.problem, found.data, start_s, priors)]
     told = [told_by_clock(one, start_s) for one in told]
     beside_um = model.beside_um if len(found.data) == len(data) else np.zeros(len(data))
     shares = np.sum([beside_um, *(one.share_um for one in told)], axis=0)
@@ -267,89 +251,6 @@ def _confirmed(solved: Solved) -> bool:
     return all(one.u is None or abs(one.value) > 4.0 * one.u for one in known)
 
 
-def _noise(model: Model, problem: Problem, data: Residuals) -> Noise:
-    """The scatter of every row in the stated model."""
-    state, scatter = model.state, model.state.scatter
-    latched_um = np.broadcast_to(problem.latched_um, (len(problem),)) * scatter.rounded
-    by_row = np.hypot(state.sigma_um * np.sqrt(model.metric.rows.scale**-2.0 * scatter.weight), latched_um)
-    typical_um = state.sigma_um * bare_problem(data).typical
-    outliers = np.flatnonzero(scatter.outlying > SURE_OUTLIER) if scatter.outlying is not None else np.zeros(0, int)
-    by_row[outliers] = np.inf
-    if len(problem) < len(data):
-        by_row, outliers = _stated_um(data, state.sigma_um), np.zeros(0, int)
-    told_by_repeats = _repeated(data) and not latched_um.any()
-    return Noise(typical_um, by_row, max(_degrees(data), 1), outliers, told_by_repeats, noiseless(problem, state))
-
-
-def _stated_um(data: Residuals, sigma_um: float) -> Array:
-    """The scatter of every row where nothing but what the machine file states makes it grow."""
-    return sigma_um * np.sqrt(bare_problem(data).stated) * np.ones(len(data))
-
-
-def _of_scatter(
-    answer: Answer, model: Model, noise: Noise, data: Residuals, priors: Priors, without: Collection[str]
-) -> tuple[list[Finding], list[Located]]:
-    """Outliers and growing scatter as findings, correlated scatter as a form; kinds in ``without`` as forms, too."""
-    stated, scatter = priors.decision.stated, model.state.scatter
-    named: list[Finding] = []
-    left: list[Located] = []
-    p = answer.probability_of_scatter(OUTLYING)
-    if p >= stated and noise.outliers.size:
-        rows = tuple(int(row) + 1 for row in data.row[noise.outliers])
-        estimate = {"rows": Estimate(float(len(rows)), None, "count")}
-        named.append(Finding("outliers", "outliers", None, {"rows": rows}, estimate, p, np.zeros(len(data)), own=p))
-    p = answer.probability_of_scatter("growth")
-    if p >= stated and scatter.growth is not None:
-        named.append(_growing(scatter, noise.sigma_um, p, data))
-    p = answer.probability_of_scatter("correlation")
-    if p >= stated and scatter.correlated:
-        how = f"correlated, with {scatter.correlation:g} between consecutive probings"
-        words = f"the scatter is {'1/f noise, correlated over all times' if scatter.flicker else how}"
-        name = "time" if data.has_time else "order"
-        left.append(Located(name, "both", CORRELATED, words, 0.0, p))
-    for one in [one for one in named if one.kind in without]:
-        covariate = "order" if one.kind == "outliers" else str(one.choices["per"])
-        left.append(Located(covariate, "both", GROWING, f"{one.kind} with {covariate}", 0.0, one.probability))
-    return [one for one in named if one.kind not in without], left
-
-
-def _disturbed(found: Searched, start_s: float, priors: Priors) -> Iterator[Located]:
-    """Larger scatter in a stretch of the record as a form over the time, or over the order of reading."""
-    burst, p = found.model.state.scatter.burst, found.answer.probability_of_scatter("burst")
-    if burst is None or p < priors.decision.stated:
-        return
-    first, end, factor = burst
-    where = f"from reading {first + 1} to {end}"
-    if found.data.has_time:
-        low, high = found.data.probings.time_s[found.search.problem.order[[first, end - 1]]] + start_s
-        where = f"from {rounded(float(low), 4)} s to {rounded(float(high), 4)} s"
-    words = f"the scatter is about {factor:g} times as large {where} as in the rest of the record"
-    yield Located("time" if found.data.has_time else "order", "both", DISTURBED, words, 0.0, p)
-
-
-def _growing(scatter: Scatter, sigma_um: float, p: float, data: Residuals) -> Finding:
-    """Growing scatter as the effect ``noise_growth``: a rate per metre, hour or mm/s."""
-    assert scatter.growth is not None
-    name, rate = scatter.growth
-    per = name.removeprefix("machine ")
-    choices: dict[str, object] = {"per": per}
-    span = _span(per, data)
-    if per == "time":
-        choices["start_s"] = float(data.probings.time_s.min())
-    estimate = {"rate": Estimate(rate * sigma_um / span, None, GROWTH_UNITS.get(per, "um/m"))}
-    return Finding("noise_growth", f"noise_growth_{per}", None, choices, estimate, p, np.zeros(len(data)), own=p)
-
-
-def _span(per: str, data: Residuals) -> float:
-    """Span of the covariate of growing scatter, in the unit of the effect."""
-    if per == "time":
-        return float(np.ptp(data.probings.time_s)) / 3600.0
-    if per == "speed":
-        return float(np.ptp(data.probings.speed_mm_s))
-    values = data.probings.certified_mm() if per == "position" else data.probings.coordinate_mm(per)
-    return float(np.ptp(values)) * 1e-3
-
-
 def _fit(data: Residuals, noise: Noise, told: Sequence[Finding], beside_um: Array) -> Fit:
     """Agreement before and after; chi-square by the repeatability, which what is named does not make larger.
 
@@ -391,8 +292,8 @@ def _fit(data: Residuals, noise: Noise, told: Sequence[Finding], beside_um: Arra
 def _insufficient(data: Residuals) -> Diagnosis:
     problem = bare_problem(data)
     sigma = problem.within_um
-    by_row, none = _stated_um(data, sigma), np.zeros(0, np.intp)
-    noise = Noise(sigma * problem.typical, by_row, max(_degrees(data), 0), none, _repeated(data))
+    by_row, none = row_scatter_um(data, sigma), np.zeros(0, np.intp)
+    noise = Noise(sigma * problem.typical, by_row, max(degrees(data), 0), none, is_repeated(data))
     fit = _fit(data, noise, [], np.zeros(len(data)))
     return Diagnosis("insufficient", (), (), (), fit, noise, data, data.um, data.um, ())
 

@@ -1,0 +1,124 @@
+"""The scatter of a diagnosis: that of every row in the stated model, and what is stated of the scatter itself."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.checks import noiseless
+from stepgauge.diagnosis.fits.solve import Estimate
+from stepgauge.diagnosis.forms.words import CORRELATED, DISTURBED, GROWING
+from stepgauge.diagnosis.posterior.answer import Answer
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Problem
+from stepgauge.diagnosis.posterior.scatter import OUTLYING, Scatter
+from stepgauge.diagnosis.posterior.told import SURE_OUTLIER
+from stepgauge.diagnosis.problem import bare_problem
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.result import Finding, Located, Noise
+from stepgauge.diagnosis.verdict import Model
+from stepgauge.files.notation import rounded
+
+Array = NDArray[np.float64]
+GROWTH_UNITS = {"time": "um/h", "speed": "um/(mm/s)"}
+"""Units of the rate of growing scatter; otherwise per length."""
+
+
+def noise_of(model: Model, problem: Problem, data: Residuals) -> Noise:
+    """The scatter of every row in the stated model."""
+    state, scatter = model.state, model.state.scatter
+    latched_um = np.broadcast_to(problem.latched_um, (len(problem),)) * scatter.rounded
+    by_row = np.hypot(state.sigma_um * np.sqrt(model.metric.rows.scale**-2.0 * scatter.weight), latched_um)
+    typical_um = state.sigma_um * bare_problem(data).typical
+    outliers = np.flatnonzero(scatter.outlying > SURE_OUTLIER) if scatter.outlying is not None else np.zeros(0, int)
+    by_row[outliers] = np.inf
+    if len(problem) < len(data):
+        by_row, outliers = row_scatter_um(data, state.sigma_um), np.zeros(0, int)
+    told_by_repeats = is_repeated(data) and not latched_um.any()
+    return Noise(typical_um, by_row, max(degrees(data), 1), outliers, told_by_repeats, noiseless(problem, state))
+
+
+def row_scatter_um(data: Residuals, sigma_um: float) -> Array:
+    """The scatter of every row where nothing but what the machine file states makes it grow."""
+    return sigma_um * np.sqrt(bare_problem(data).stated) * np.ones(len(data))
+
+
+def degrees(data: Residuals) -> int:
+    """Degrees of freedom: rows minus origins or, with repeats, rows minus means."""
+    count = np.bincount(data.group)
+    within = int((np.maximum(count, 1) - 1).sum())
+    return within if is_repeated(data) else len(data) - int(data.placement.max()) - 3
+
+
+def is_repeated(data: Residuals) -> bool:
+    """Whether most faces were probed repeatedly."""
+    count = np.bincount(data.group)
+    return bool((count[data.group] > 1).mean() > 0.5)
+
+
+def stated_scatter(
+    answer: Answer, model: Model, noise: Noise, data: Residuals, priors: Priors, without: Collection[str]
+) -> tuple[list[Finding], list[Located]]:
+    """Outliers and growing scatter as findings, correlated scatter as a form; kinds in ``without`` as forms, too."""
+    stated, scatter = priors.decision.stated, model.state.scatter
+    named: list[Finding] = []
+    left: list[Located] = []
+    p = answer.probability_of_scatter(OUTLYING)
+    if p >= stated and noise.outliers.size:
+        rows = tuple(int(row) + 1 for row in data.row[noise.outliers])
+        estimate = {"rows": Estimate(float(len(rows)), None, "count")}
+        named.append(Finding("outliers", "outliers", None, {"rows": rows}, estimate, p, np.zeros(len(data)), own=p))
+    p = answer.probability_of_scatter("growth")
+    if p >= stated and scatter.growth is not None:
+        named.append(_growing(scatter, noise.sigma_um, p, data))
+    p = answer.probability_of_scatter("correlation")
+    if p >= stated and scatter.correlated:
+        how = f"correlated, with {scatter.correlation:g} between consecutive probings"
+        words = f"the scatter is {'1/f noise, correlated over all times' if scatter.flicker else how}"
+        name = "time" if data.has_time else "order"
+        left.append(Located(name, "both", CORRELATED, words, 0.0, p))
+    for one in [one for one in named if one.kind in without]:
+        covariate = "order" if one.kind == "outliers" else str(one.choices["per"])
+        left.append(Located(covariate, "both", GROWING, f"{one.kind} with {covariate}", 0.0, one.probability))
+    return [one for one in named if one.kind not in without], left
+
+
+def disturbed(
+    answer: Answer, model: Model, problem: Problem, data: Residuals, start_s: float, priors: Priors
+) -> Iterator[Located]:
+    """Larger scatter in a stretch of the record as a form over the time, or over the order of reading."""
+    burst, p = model.state.scatter.burst, answer.probability_of_scatter("burst")
+    if burst is None or p < priors.decision.stated:
+        return
+    first, end, factor = burst
+    where = f"from reading {first + 1} to {end}"
+    if data.has_time:
+        low, high = data.probings.time_s[problem.order[[first, end - 1]]] + start_s
+        where = f"from {rounded(float(low), 4)} s to {rounded(float(high), 4)} s"
+    words = f"the scatter is about {factor:g} times as large {where} as in the rest of the record"
+    yield Located("time" if data.has_time else "order", "both", DISTURBED, words, 0.0, p)
+
+
+def _growing(scatter: Scatter, sigma_um: float, p: float, data: Residuals) -> Finding:
+    """Growing scatter as the effect ``noise_growth``: a rate per metre, hour or mm/s."""
+    assert scatter.growth is not None
+    name, rate = scatter.growth
+    per = name.removeprefix("machine ")
+    choices: dict[str, object] = {"per": per}
+    span = _span(per, data)
+    if per == "time":
+        choices["start_s"] = float(data.probings.time_s.min())
+    estimate = {"rate": Estimate(rate * sigma_um / span, None, GROWTH_UNITS.get(per, "um/m"))}
+    return Finding("noise_growth", f"noise_growth_{per}", None, choices, estimate, p, np.zeros(len(data)), own=p)
+
+
+def _span(per: str, data: Residuals) -> float:
+    """Span of the covariate of growing scatter, in the unit of the effect."""
+    if per == "time":
+        return float(np.ptp(data.probings.time_s)) / 3600.0
+    if per == "speed":
+        return float(np.ptp(data.probings.speed_mm_s))
+    values = data.probings.certified_mm() if per == "position" else data.probings.coordinate_mm(per)
+    return float(np.ptp(values)) * 1e-3
