@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from stepgauge.diagnosis.fits.solve import _above_zero, _covariance, _Law, _unexplained
+from stepgauge.diagnosis.fits.law import FittedLaw
+from stepgauge.diagnosis.fits.solve import _above_zero, _covariance, _unexplained
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.output.words import misfit
@@ -69,13 +70,13 @@ def test_repeats_that_drift_are_no_repeatability() -> None:
     assert found.fit.chi2_dof_before > 2.0
 
 
-def tripod_of_short_lever() -> tuple[_Law, Residuals, Array]:
+def tripod_of_short_lever() -> tuple[FittedLaw, Residuals, Array]:
     """A tripod as a law of a recording with inclined gauges, and its parameters where some faces never trigger it."""
     axes = [turned(50.0, -38.0), turned(0.0), turned(110.0), turned(-40.0)]
     data = make_residuals(measured(axes, 3), STEPS, machine())
     families = effect_families(data, shipped_priors())
     (family,) = (f for f in families if f.law.kind == "kinematic_pretravel" and f.choices["part"] == "varying")
-    law = _Law(family, 0)
+    law = FittedLaw(family, 0)
     at = {"um_per_N": 0.5, "lever_mm": 2.964, "arm_azimuth_deg": 111.0, "along": 0.512}
     return law, data, np.array([at[name] for name in law.names])
 
