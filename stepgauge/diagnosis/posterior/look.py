@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,6 +65,23 @@ class Look:
         assert isinstance(self.candidate, Law)
         weight = self.candidate.log_weight
         return self.volume + float(weight[atom] - weight[self.atom])
+
+
+def is_plain(candidate: Candidate, signed: bool = False) -> bool:
+    """Whether it is a law of one shape, but not many in one; ``signed``: whose amplitude may have any sign."""
+    if not isinstance(candidate, Law) or not candidate.named or candidate.combined:
+        return False
+    return candidate.atoms == 1 and not (signed and candidate.positive)
+
+
+def few_of_a_kind(looks: Iterable[Look], most: int = 2) -> Iterator[Look]:
+    """The first ones of every kind; one of all axes at once is none of those of an axis."""
+    count: dict[tuple[str, float], int] = {}
+    for look in looks:
+        kind = (look.candidate.kind, look.candidate.again)
+        count[kind] = count.get(kind, 0) + 1
+        if count[kind] <= most:
+            yield look
 
 
 class Span:

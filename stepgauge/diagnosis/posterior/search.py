@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import combinations, islice
 
 import numpy as np
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.posterior.evidence import Evidence
 from stepgauge.diagnosis.posterior.facets import FARTHER, Facets
-from stepgauge.diagnosis.posterior.look import Look
+from stepgauge.diagnosis.posterior.look import Look, few_of_a_kind, is_plain
 from stepgauge.diagnosis.posterior.looks import Looks
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Term
@@ -97,11 +96,11 @@ class Search:
 
         Each of them alone may be worse than the first one of another kind, which stands for a part of several.
         """
-        plain = [i for i, term in enumerate(best.terms) if _is_plain(term.candidate)]
+        plain = [i for i, term in enumerate(best.terms) if is_plain(term.candidate)]
         for places in (*((i,) for i in plain), *combinations(plain, 2)):
             base, kinds = self.without(best, *places), dict[str, list[Look]]()
             for look in self.beside(base):
-                if _is_plain(look.candidate) and look.candidate.again:
+                if is_plain(look.candidate) and look.candidate.again:
                     kinds.setdefault(look.candidate.kind, []).append(look)
             for looks in (some for some in kinds.values() if len(some) > 1):
                 terms = (*base.terms, *(look.term() for look in looks))
@@ -112,15 +111,15 @@ class Search:
 
     def _of_plain(self, base: State) -> State:
         """A hypothesis with those that are needed of all likely laws of one shape, and of any sign, besides."""
-        plain = (look for look in self.beside(base) if look.gain > HOPELESS and _is_plain(look.candidate, signed=True))
-        looks = islice(_few_of_a_kind(plain, THREE_AXES), MOST_PLAIN)
+        plain = (look for look in self.beside(base) if look.gain > HOPELESS and is_plain(look.candidate, signed=True))
+        looks = islice(few_of_a_kind(plain, THREE_AXES), MOST_PLAIN)
         every = self.evidence((*base.terms, *(look.term() for look in looks)), base.scatter, base.sigma_um)
         return self._needed(self.evidence(needed(every, MOST_TERMS), base.scatter, base.sigma_um))
 
     def _needed(self, state: State) -> State:
         """Without the terms that matter least, one after the other, until all are needed."""
         while len(state.terms) > 1:
-            least = sorted(range(len(state.terms)), key=partial(_significance, state))[:LEAST]
+            least = sorted(range(len(state.terms)), key=state.significance)[:LEAST]
             fewer = max((self.without(state, place) for place in least), key=worth)
             if fewer.log_posterior <= state.log_posterior and len(state.terms) <= MOST_TERMS:
                 return state
@@ -222,8 +221,8 @@ class Search:
     def _proposed(self, state: State, most: int = PROPOSED, without: frozenset[str] = frozenset()) -> Iterator[Look]:
         """Looks worth trying: the best laws, at most two of a kind, and the best forms."""
         looks = [one for one in self.beside(state) if one.gain > HOPELESS and one.candidate.label not in without]
-        yield from islice(_few_of_a_kind(look for look in looks if look.candidate.named), most)
-        yield from islice(_few_of_a_kind(look for look in looks if not look.candidate.named), PROPOSED_FORMS)
+        yield from islice(few_of_a_kind(look for look in looks if look.candidate.named), most)
+        yield from islice(few_of_a_kind(look for look in looks if not look.candidate.named), PROPOSED_FORMS)
 
     def _paired(self, state: State, without: frozenset[str] = frozenset()) -> Iterator[State]:
         """The hypothesis with two more laws that explain together what neither does alone."""
@@ -297,8 +296,8 @@ class Search:
             if not isinstance(term.candidate, Law) or place in forms or term.candidate.atoms == 1:
                 continue
             base, own = self.without(state, place, *forms), Looks(replace(self.problem, candidates=[term.candidate]))
-            plain = (one for one in self.beside(base) if one.gain > 0.0 and _is_plain(one.candidate))
-            for look in islice(_few_of_a_kind(plain), MOST_SHARED if len(base.terms) < MOST_TERMS - 1 else 0):
+            plain = (one for one in self.beside(base) if one.gain > 0.0 and is_plain(one.candidate))
+            for look in islice(few_of_a_kind(plain), MOST_SHARED if len(base.terms) < MOST_TERMS - 1 else 0):
                 one = self._with(base, look.term())
                 found = (self.added(one, shape) for shape in own(one, self.scatters))
                 yield from (self._weeded(both, base.labels) for both in found)
@@ -389,26 +388,3 @@ class Search:
         for candidate in [term.candidate for term in state.terms]:
             state = max(state, self._anew(state, candidate), key=worth)
         return state
-
-
-def _significance(state: State, place: int) -> float:
-    """Square of the amplitudes of a term over their standard uncertainties, for each of them."""
-    mean, covariance = state.amplitudes(place)
-    return float(mean @ np.linalg.pinv(covariance) @ mean) / len(mean)
-
-
-def _is_plain(candidate: Candidate, signed: bool = False) -> bool:
-    """Whether it is a law of one shape, but not many in one; ``signed``: whose amplitude may have any sign."""
-    if not isinstance(candidate, Law) or not candidate.named or candidate.combined:
-        return False
-    return candidate.atoms == 1 and not (signed and candidate.positive)
-
-
-def _few_of_a_kind(looks: Iterator[Look], most: int = 2) -> Iterator[Look]:
-    """The first ones of every kind; one of all axes at once is none of those of an axis."""
-    count: dict[tuple[str, float], int] = {}
-    for look in looks:
-        kind = (look.candidate.kind, look.candidate.again)
-        count[kind] = count.get(kind, 0) + 1
-        if count[kind] <= most:
-            yield look

@@ -76,6 +76,11 @@ class State:
         own = self._told(place)
         return self.mean[own], self.covariance[own, own]
 
+    def significance(self, place: int) -> float:
+        """Square of the amplitudes of a term over their standard uncertainties, for each of them."""
+        mean, covariance = self.amplitudes(place)
+        return float(mean @ np.linalg.pinv(covariance) @ mean) / len(mean)
+
     def told_um(self, place: int) -> Array:
         """Mean of what one term moves by its signature, ``(n,)``."""
         term = self.terms[place]
