@@ -18,6 +18,7 @@ from benchmarks.blind.families import waves
 from benchmarks.blind.figure import draw_reliability
 from benchmarks.blind.generate import Case, list_cases, make_case, sample
 from benchmarks.blind.identify import covariance_um2, leftovers, whitener
+from benchmarks.blind.limit import PRIOR_ODDS, named_rightly
 from benchmarks.blind.machine_causes import scale_error, squareness
 from benchmarks.blind.run import main as run_main
 from benchmarks.blind.run_causes import thermal_drift
@@ -227,6 +228,17 @@ def test_one_mechanism_against_nothing_in_closed_form(chi2: float) -> None:
     high, low = ((end * edge - chi2) / sqrt(2.0 * chi2) for end in (1.0, -1.0))
     right = 0.5 * (1.0 - erf(high)) + 0.5 * (1.0 + erf(low))
     found = np.mean([bound(only, [one_cause()], seed) for seed in range(30)])
+    assert found == pytest.approx(right, abs=4.0 * sqrt(0.25 / 6000.0))
+
+
+@pytest.mark.parametrize("odds", PRIOR_ODDS[:3])
+def test_what_is_likelier_beforehand_is_named_more_often_in_closed_form(odds: int) -> None:
+    """The odds pass one where z^2 / (g + 1) > ln(1 + g) - 2 ln(odds): always, if that is negative."""
+    chi2, only = 6.0, Signatures(["a"], np.array([[6.0]]), np.ones(1), [0])
+    edge = sqrt((chi2 + 1.0) * max(log(1.0 + chi2) - 2.0 * log(odds), 0.0))
+    high, low = ((end * edge - chi2) / sqrt(2.0 * chi2) for end in (1.0, -1.0))
+    right = 0.5 * (1.0 - erf(high)) + 0.5 * (1.0 + erf(low))
+    found = np.mean([named_rightly(only, [one_cause()], seed)[PRIOR_ODDS.index(odds)] for seed in range(30)])
     assert found == pytest.approx(right, abs=4.0 * sqrt(0.25 / 6000.0))
 
 

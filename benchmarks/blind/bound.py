@@ -154,18 +154,29 @@ def _growth(scene: Scene) -> Array:
 
 def bound(signatures: Signatures, truths: Sequence[Mapping[str, Any]], seed: int) -> float:
     """Share of drawings of the noise in which the observer's answer is right."""
-    random = np.random.default_rng([seed, 77])
     if signatures.growth is not None:
-        return _growth_found(signatures, float(truths[0]["strength"]), random)
+        return _growth_found(signatures, float(truths[0]["strength"]), np.random.default_rng([seed, 77]))
+    weight, classes, _ = weighed(signatures, truths, seed)
+    return float(np.mean(_is_right(weight, classes)))
+
+
+def weighed(
+    signatures: Signatures, truths: Sequence[Mapping[str, Any]], seed: int
+) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
+    """Log posterior odds of sets against nothing for drawings of the noise ``(draws, sets)``.
+
+    With what each set is (:data:`RIGHT` and so on) and how many mechanisms it has, ``(sets,)``.
+    """
+    random = np.random.default_rng([seed, 77])
     gram, concealed = signatures.gram, signatures.concealed
     sizes = np.array([truth["size"] for truth in truths])
     values, vectors = np.linalg.eigh(gram)
     noise = random.standard_normal((DRAWS, len(gram))) @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
     seen = noise + gram[:, concealed] @ sizes
-    sets = neighbours(concealed, len(gram))
-    weight = np.concatenate([_log_weight(signatures, part, seen) for part in _by_length(sets)], axis=1)
-    classes = np.concatenate([[_class_of(signatures, truths, one) for one in part] for part in _by_length(sets)])
-    return float(np.mean(_is_right(weight, classes)))
+    parts = _by_length(neighbours(concealed, len(gram)))
+    weight = np.concatenate([_log_weight(signatures, part, seen) for part in parts], axis=1)
+    classes = np.array([_class_of(signatures, truths, one) for part in parts for one in part])
+    return weight, classes, np.array([len(one) for part in parts for one in part])
 
 
 def neighbours(concealed: Sequence[int], count: int) -> list[Set]:

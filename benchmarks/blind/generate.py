@@ -172,6 +172,12 @@ def _realise(case: Case) -> tuple[Measurement, list[float]]:
     raise RuntimeError(f"{case.recipe}, seed {case.seed}: no measurement in {TRIES} shows it")
 
 
+def concealed_in(case: Case) -> tuple[Signatures, list[dict[str, Any]]]:
+    """The mechanisms that the measurement of a case may show, and the truth about what is concealed in it."""
+    measurement, strengths = _realise(case)
+    return measurement.signatures, _truths(measurement, strengths, _effects_um(measurement, strengths))
+
+
 def _effects_um(measurement: Measurement, strengths: list[float]) -> list[Array]:
     """What each cause moves along the approach."""
     return [along(measurement.scene, c.displace(k)) for c, k in zip(measurement.causes, strengths, strict=True)]
