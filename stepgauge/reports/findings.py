@@ -250,10 +250,11 @@ def _symbol(name: str, parameter: Said, count: int) -> str:
     return "" if count == 1 else f"{stem or 'size'} "
 
 
-def _digits(parameter: Said) -> list[str]:
+def _digits(parameter: Said) -> tuple[str, str]:
     """The value and its standard uncertainty, to two digits of the latter."""
     text = plus_minus({**parameter, "u": parameter["u"] / COVERAGE, "unit": ""})
-    return text.replace("-", "−").split(" ± ")
+    value, _, u = text.replace("-", "−").partition(" ± ")
+    return value, u
 
 
 def _unit(parameter: Said) -> str:
