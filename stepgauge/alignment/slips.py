@@ -75,7 +75,7 @@ def _slips(points: Array, gauge: Gauge, blocks: tuple[int, int], turned: bool) -
 
     explains = _judge(gauge, blocks, turned)
     if explains(np.roll(points, 8, axis=0)):
-        yield "points 1-8 and 9-16 look swapped: the beginning block is the one whose front looks away from the other"
+        yield "points 1-8 and 9-16 look swapped: the first block is the one whose front faces away from the other"
     for one, other in combinations(range(16), 2):
         mended = points.copy()
         mended[[one, other]] = mended[[other, one]]

@@ -88,13 +88,13 @@ NOT_IN_PROJECTS = ("init", "web", "demo", "shipped", "effects")
 TASKS: Tasks = {
     "Start here": {
         "init": ("stepgauge.cli.init", "make a project: one file that states gauge, machine, names"),
-        "web": ("stepgauge.cli.web", "the project in a browser: watch, compare, ask, print"),
+        "web": ("stepgauge.cli.web", "the project in a browser"),
         "status": ("stepgauge.cli.status", "what the project has, and what to do next"),
         "demo": ("stepgauge.cli.demo", "the whole loop on an example, ending in a PDF report"),
         "shipped": ("stepgauge.cli.shipped", "list or copy the shipped gauges, machines, templates"),
     },
     "Measure": {
-        "locate": ("stepgauge.cli.locate", "16 probed points -> how the gauge lies"),
+        "locate": ("stepgauge.cli.locate", "16 probed points -> placement of the gauge"),
         "plan": ("stepgauge.cli.plan", "placement + gauge -> a checked measuring program"),
         "simulate": ("stepgauge.cli.simulate", "program -> recording, on the virtual CMM"),
         "measure": ("stepgauge.cli.measure", "program -> recording, on a CMM over I++ DME"),
@@ -112,17 +112,17 @@ TASKS: Tasks = {
         "uncertainty": ("stepgauge.cli.uncertainty", "uncertainty of the errors by Monte Carlo"),
     },
     "Show and certify": {
-        "report": ("stepgauge.cli.report", "results -> report, certificate, story, overlay (PDF, HTML)"),
+        "report": ("stepgauge.cli.report", "results -> report, certificate, overlay (PDF, HTML)"),
         "dcc": ("stepgauge.cli.dcc", "Digital Calibration Certificates (XML)"),
         "figures": ("stepgauge.cli.figures", "the figures of a measurement"),
         "history": ("stepgauge.cli.history", "many evaluations of a machine -> trends, warnings"),
     },
     "Many machines": {
-        "fleet": ("stepgauge.cli.fleet", "recordings of many machines: store, questions, work on all"),
+        "fleet": ("stepgauge.cli.fleet", "recordings of many machines: store, queries, causes"),
     },
     "Understand and improve the machine": {
-        "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> what departs from it"),
-        "investigate": ("stepgauge.cli.investigate", "measure, diagnose, measure what tells the rivals apart"),
+        "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> causes of the deviations"),
+        "investigate": ("stepgauge.cli.investigate", "measure and diagnose until the cause is clear"),
         "effects": ("stepgauge.cli.effects", "systematic effects: equations, parameters"),
         "compensate": ("stepgauge.cli.compensate", "evaluation -> an error table for a controller"),
         "probe": ("stepgauge.cli.probe", "the probe itself: map, qualify, compensate, bench"),
@@ -135,8 +135,8 @@ VERBS = {verb: place for verbs in TASKS.values() for verb, place in verbs.items(
     cls=LazyGroup,
     tasks=TASKS,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
-    epilog="Lengths are in mm, deviations in um, angles in degrees on the command line. "
-    "'stepgauge VERB --help' explains a verb; 'stepgauge demo' shows the loop at work.",
+    epilog="Lengths are in mm, deviations in um, angles in degrees on the command line. In a project ('stepgauge init')"
+    " options that are left out, required ones too, come from stepgauge.toml. 'stepgauge VERB --help' explains a verb.",
 )
 @click.version_option(__version__, "--version", "-V", prog_name="stepgauge")
 def cli() -> None:

@@ -33,7 +33,7 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
     type=click.Choice(FORMATS),
     required=True,
     help="linuxcnc: COMP_FILE; siemens: $AA_ENC_COMP, siemens-cec: $AN_CEC of SINUMERIK; heidenhain: .COM; fanuc: pitch"
-    " error pulses, fanuc-g10: as a program; grbl, marlin, rrf: scale and play; klipper: skew; csv: for any other"
+    " error pulses, fanuc-g10: as a program; grbl, marlin, rrf: scale and backlash; klipper: skew; csv: for any other"
     " controller.",
 )
 @output("File to write; beside it goes the same name with .json added: what it was made from, notes, uncertainties.")

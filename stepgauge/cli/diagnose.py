@@ -98,27 +98,27 @@ def command(
 ) -> None:
     """Find where a recording departs from the simulation, identify the physical effect, and model it.
 
-    The simulation is that of the machine file, with the effects it already has; the pose of the gauge is fitted. The
-    verdict is one of: adequate (no residual exceeds the noise), effects (known effects explain the residuals), unknown
-    (structure that no known effect explains, described by its form), insufficient (the recording cannot discriminate).
-    The exit code is 0 for all four. Effects that this recording cannot discriminate are given as a set, with the
-    measurement that separates them.
+    The simulation is that of the machine file, with the effects it already has; the placement of the gauge is fitted.
+    The verdict is one of: adequate (the residuals have no structure beyond the scatter), effects (known effects explain
+    them), unknown (structure that no known effect explains, described by an empirical function), insufficient (the
+    recording cannot discriminate). The exit code is 0 for all four. Effects that this recording cannot discriminate are
+    reported as a set, with the measurement that separates them.
 
     Rows with a number other than 1 in the column stylus were probed with a --further-stylus: the first one is 2.
-    Without the column a comment '# stylus: NAME' says it; 'measure' and 'simulate' write it where [probe] has a name.
+    Without the column a comment '# stylus: NAME' states it; 'measure' and 'simulate' write it where [probe] has a name.
 
-    Prior knowledge (how common a cause is, and how large) stands in one table with reasons: --priors prints it,
+    Prior knowledge (how common a cause is, and its usual size) is one table with reasons: --priors prints it,
     --priors FILE replaces a part of it.
 
-    Several recordings are placements of one machine: what they share is found from all of them together. With --each
-    they are diagnosed one by one; the names of the files must then differ, and one that cannot be diagnosed is said and
-    does not stop the others.
+    Several recordings are placements of one machine: their common effects are estimated from all of them. With --each
+    they are diagnosed one by one; the names of the files must then differ, and one that cannot be diagnosed is named
+    and does not stop the others.
 
-    Recordings of one axis, of one spot or of distances ('stepgauge import --sensor') need neither gauge nor machine;
-    only what their sensor can have is looked for, and the result is told in their units.
+    Recordings of one axis, at one position, or of distances ('stepgauge import --sensor') need neither gauge nor
+    machine; only effects that their sensor can have are considered, and the result is in their units.
 
     With --probe the MAP of a probe (polar_deg, azimuth_deg and trigger_force_N, deflection_um or pretravel_um; see
-    'stepgauge probe map') is diagnosed instead: which part of the probe's construction is not as its file says.
+    'stepgauge probe map') is diagnosed instead: which part of the probe's construction differs from its file.
 
     \b
     stepgauge diagnose recording.csv --gauge step-gauge-420 --machine bridge-cmm -o diagnosis

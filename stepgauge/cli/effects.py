@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 @click.command("effects")
 @click.argument("kinds", nargs=-1, metavar="[KIND...]")
-@click.option("--gauge", "-g", envvar=GAUGE_VARIABLE, metavar="GAUGE", help="Gauge for which a usual size is told.")
-@machine_option(False, "Machine file or shipped name for which a usual size is told.")
+@click.option("--gauge", "-g", envvar=GAUGE_VARIABLE, metavar="GAUGE", help="Gauge for which usual sizes are printed.")
+@machine_option(False, "Machine file or shipped name for which usual sizes are printed.")
 def command(kinds: tuple[str, ...], gauge: str | None, machine: str | None) -> None:
     """List the effects that a machine file can switch on and a diagnosis can name.
 

@@ -45,7 +45,7 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any
 
     \b
     error          error against position with 2s band, and MPE lines
-    bidirectional  single probings and means of both ways of probing
+    bidirectional  single probings and means of both probing directions
     repeatability  single probings from the mean of their face; 2s and range
     arrows         mean errors of all placements in the machine's travel, magnified
     run            every probing by time, with the temperatures

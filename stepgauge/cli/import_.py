@@ -69,8 +69,9 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
     "--from",
     "source",
     type=click.Choice(FORMATS),
-    help="What LOG is: the (LOG,..) rows or (PROBEOPEN ..) file of LinuxCNC, DMIS output, an I++ DME session log, a"
-    " table as text (CSV) or in Excel. Default: recognised from its content.",
+    help="Format of LOG. linuxcnc: (LOG,..) rows or (PROBEOPEN ..) file; dmis: DMIS output; ippdme: session log of I++;"
+    " control: log of our programs on fanuc and similar, siemens, heidenhain, rrf; grbl: its console; inspection: G800"
+    " and G801; csv, xlsx: a table. Default: recognised from its content.",
 )
 @click.option(
     "--program", metavar="PROGRAM", help="The program that was run, as the controller read it: every point is compared."
@@ -109,8 +110,8 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
     "--accept",
     type=click.Choice(KINDS),
     multiple=True,
-    help="In what LOG may depart, repeatable: points missing (also a log that ends early), doubled rows (the first is"
-    " kept), rows out of order, foreign rows that are no points of PROGRAM, several runs of it. Default: in nothing.",
+    help="Deviations of LOG to accept, repeatable: points missing (also a log that ends early), doubled rows (the first"
+    " is kept), rows out of order, foreign rows that are no points of PROGRAM, several runs of it. Default: none.",
 )
 @click.option(
     "--column",
@@ -154,8 +155,8 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
 @click.option(
     "--sensor",
     type=click.Choice(SENSORS),
-    help="What read LOG. With it, a table of targets and readings of one axis, of one spot over time, or of distances"
-    " between stations is read; a diagnosis then looks only for what such a sensor can have.",
+    help="Sensor of LOG. With it, a table of targets and readings of one axis, of readings at one position over time,"
+    " or of distances between stations is read; a diagnosis then considers only effects that such a sensor can have.",
 )
 @click.option(
     "--targets",
@@ -183,7 +184,7 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
 )
 @leaves(_left)
 def command(log: str, source: str | None, output: str, **options: Any) -> None:
-    """Turn what a controller or a person wrote down into a recording.
+    """Convert the log of a controller, or a table, to a recording.
 
     With --program, LOG is checked against the program that was run: every point there once, in order, on the line of
     its search and not farther than the search distance from its target; a point that is missing, doubled or out of
@@ -193,11 +194,11 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
     the gauge. Nothing is written unless all of it fits.
 
     With --sensor, LOG may be a table of one axis: targets and readings (or deviations), one row per reading or one
-    column per cycle, with or without directions of travel; readings of one spot over time; or distances between
-    stations. Text, Excel, JSON records and the files of laser software are read, 'stepgauge diagnose' takes the result
+    column per cycle, with or without directions of travel; readings at one position over time; or distances between
+    stations. Text, Excel, JSON records and the files of laser software are read; 'stepgauge diagnose' reads the result
     without gauge and machine.
 
-    What was mapped and what was dropped is printed, and kept in the recording as '# import:' lines.
+    The assignment of columns, and what was left out, is printed, and kept in the recording as '# import:' lines.
 
     \b
     stepgauge import stepgauge-probe-log.txt --from linuxcnc --program probe.ngc \\

@@ -50,7 +50,7 @@ class _Box(click.ParamType):
 @click.option("--simulate", is_flag=True, help="Measure on the virtual CMM of this process instead.")
 @click.option("--faults", metavar="FILE", help="With --simulate: concealed faults, as of 'stepgauge serve'.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="With --simulate: of its scatter.")
-@output("Folder for the journal, the recordings, the story and the diagnosis.")
+@output("Folder for the journal, the recordings, the report and the diagnosis.")
 @click.option(
     "--minutes", type=POSITIVE, default=60.0, show_default=True, help="How long it may take, machine and hands."
 )
@@ -59,7 +59,7 @@ class _Box(click.ParamType):
     type=FiniteRange(1.0, min_open=True),
     default=20.0,
     show_default=True,
-    help="Odds at which an answer stands.",
+    help="Odds at which an answer is accepted.",
 )
 @click.option("--within", type=_Box(), metavar="BOX", help="Where the gauge may lie: X0:X1,Y0:Y1,Z0:Z1, mm.")
 @click.option("--level", is_flag=True, help="The gauge is neither lifted nor inclined: it stays at its height.")
@@ -69,7 +69,7 @@ class _Box(click.ParamType):
     default=5.0,
     show_default=True,
     metavar="MIN",
-    help="What it takes you to lay the gauge elsewhere, or to change the stylus.",
+    help="Time that you need to move the gauge, or to change the stylus.",
 )
 @FURTHER_STYLUS
 @click.option(
@@ -77,24 +77,24 @@ class _Box(click.ParamType):
 )
 @click.option("--without", multiple=True, metavar="KIND", help="Kind of effect that is known not to be there.")
 @click.option("--priors", metavar="FILE", help="Priors in place of the shipped ones (TOML), as of 'diagnose'.")
-@click.option("--resume", is_flag=True, help="Go on with the investigation in the folder; nothing is asked twice.")
-@click.option("--yes", is_flag=True, help="Do not ask: whatever is asked of a person is done.")
+@click.option("--resume", is_flag=True, help="Continue the investigation in the folder; nothing is asked twice.")
+@click.option("--yes", is_flag=True, help="Do not ask: answer every question with done.")
 @click.option("--homing", is_flag=True, help="The machine may home itself if it is not.")
 @click.option(
     "--tool", default="StepGaugeProbe", show_default=True, metavar="NAME", help="The server's name of the probe."
 )
 @SUFFIX
 def command(gauge: str, machine: str, placement: str | None, output: str, suffix: str, **options: Any) -> None:
-    """Find out what is wrong with a machine while the gauge is still on its table.
+    """Find the cause of a machine's errors while the gauge is still on its table.
 
-    A first run is measured and diagnosed. Of the further runs within reach (the gauge elsewhere, in another direction,
-    end for end; another speed, another order, a pause, a few blocks often; a --further-stylus) the one is chosen that
-    is expected to tell most per minute about which answer is right. Where hands are needed you are asked; answer no,
-    and something else is chosen. A gauge that you have laid is found by seven probings from outside, and refused where
-    they do not fit it; with another stylus it is found again.
+    A first run is measured and diagnosed. Of the possible further runs (another placement or direction, the gauge end
+    for end; another speed or order, a pause, a few blocks often; a --further-stylus) the one with the most expected
+    information per minute is chosen. You are asked to move the gauge or to change the stylus; if you answer no,
+    another run is chosen. A gauge that you have moved is located by seven probings from outside, and refused where
+    they do not fit it; with another stylus it is located again.
 
-    It ends with one cause or a set at stated odds, with adequate, with unknown, or with what would be needed and is not
-    to be had. Every step is in a journal; after a kill or an error --resume goes on, and asks nothing twice.
+    It ends with one cause or a set at stated odds, with adequate, with unknown, or with a list of what would be needed
+    but is not available. Every step is in a journal; after a kill or an error --resume continues.
 
     \b
     stepgauge investigate -g step-gauge-420 -m bridge-cmm -p placement.toml \\

@@ -84,20 +84,20 @@ if TYPE_CHECKING:
     "--u-gauge-temperature",
     type=U_TEMPERATURE_K,
     metavar="K",
-    help="Standard uncertainty of the gauge's temperature, K. Default: not counted, and said.",
+    help="Standard uncertainty of the gauge's temperature, K. Default: not evaluated, and listed.",
 )
 @click.option(
     "--u-alignment",
     type=NOT_NEGATIVE,
     metavar="MRAD",
     help="Standard uncertainty of the angle between gauge and evaluated axis, in each direction across it, mrad."
-    " Default: not counted, and said.",
+    " Default: not evaluated, and listed.",
 )
 @click.option(
     "--u-fixture",
     type=NOT_NEGATIVE,
     metavar="UM",
-    help="Standard uncertainty by the gauge's fixture, um. Default: not counted, and said.",
+    help="Standard uncertainty by the gauge's fixture, um. Default: not evaluated, and listed.",
 )
 @coverage_option("in the decision")
 @SUFFIX

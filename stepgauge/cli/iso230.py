@@ -72,15 +72,15 @@ def command(recordings: tuple[str, ...], gauge: str | None, output: str, machine
 
     Every block is a target position, every cycle a run. Fronts are approached in one direction, backs in the other; the
     tip diameter is subtracted from the backs. Gives the accuracy A, the systematic deviation E, the repeatability R
-    (of each direction and of both), the reversal B and its mean, the mean bidirectional deviation M, and the
+    (of each direction and of both), the reversal error B and its mean, the mean bidirectional deviation M, and the
     standard's figure. A deviation is the actual position minus the target, so its sign is opposite to that of XF and
     XB in evaluate.
 
     A recording of one axis ('stepgauge import --sensor') needs no gauge: its targets are the target positions, its
-    cycles the runs. A rotary axis up to 360 deg is told in deg and arcsec. Where targets were approached from one side
-    only, the parameters of that direction are given (A_up, E_up, R_up, or down).
+    cycles the runs. The results of a rotary axis up to 360 deg are in deg and arcsec. Where targets were approached
+    from one side only, the parameters of that direction are given (A_up, E_up, R_up, or down).
 
-    Several recordings are several axes. What the recording does not meet of the standard is named.
+    Several recordings are several axes. Requirements of the standard that are not met are listed.
 
     \b
     stepgauge iso230 recording.csv -g step-gauge-420 -o positioning

@@ -44,8 +44,8 @@ def command(
     """Find how the step gauge lies from 16 points probed by hand.
 
     POINTS is a CSV file with the columns point,x_mm,y_mm,z_mm, or the log of the program of 'stepgauge plan --teach':
-    tip centres, not compensated for the tip radius. Points 1-8 lie on the beginning block, 9-16 in the same order on
-    the end block:
+    tip centres, not corrected for the tip radius. Points 1-8 lie on the first block, 9-16 in the same order on the
+    last block:
 
     \b
       1 2 3  front face, not in line        6  top
@@ -53,7 +53,7 @@ def command(
              along the gauge, top up)       8  back face
       5      side at -s
 
-    The side direction is s = a x up, with a from the beginning to the end block. At point 7 the ball rests on the rail,
+    The side direction is s = a x up, with a from the first to the last block. At point 7 the ball rests on the rail,
     clear of the block:
 
     \b

@@ -69,7 +69,7 @@ GAUGE = click.option(
     required=True,
     envvar=GAUGE_VARIABLE,
     metavar="GAUGE",
-    help="Gauge file (TOML), or the name of a shipped one. Default: the variable STEPGAUGE_GAUGE.",
+    help="Gauge file (TOML), or the name of a shipped one. Default: STEPGAUGE_GAUGE, else the project's.",
 )
 GAUGE_IF_NEEDED = click.option(
     "--gauge",
@@ -122,7 +122,7 @@ SEARCH = click.option(
 
 def machine_option(required: bool, text: str) -> Decorator:
     """``--machine``, with what the verb needs it for."""
-    told = f"{text} Default: the variable STEPGAUGE_MACHINE."
+    told = f"{text} Default: STEPGAUGE_MACHINE, else the project's."
     return click.option("--machine", "-m", required=required, envvar=MACHINE_VARIABLE, metavar="MACHINE", help=told)
 
 
@@ -144,7 +144,7 @@ PLACEMENT_NUMBER = click.option(
     type=click.IntRange(1),
     default=1,
     show_default=True,
-    help="Which placing of the gauge this is, in a calibration with several.",
+    help="Number of this placement, in a calibration with several.",
 )
 PLACEMENTS = placement_option(
     "Placement file; once per placement in the recordings, in order. Default: the axis is the mean approach."

@@ -82,13 +82,13 @@ def command(results: tuple[str, ...], output: str, **options: Any) -> None:
 
     Of an evaluation: a report to print and sign. Certificate, machine, placement, conditions, effective radius, the
     table of all faces, figures, notes, and a place for signatures. What is not known is listed as not stated; nothing
-    is assumed. Reports on an example certificate say so on every page. With --budget every error has its expanded
+    is assumed. Reports on an example certificate state this on every page. With --budget every error has its expanded
     uncertainty, and the budget is printed. With --certificate it is a calibration certificate ('stepgauge shipped
     certificate --copy-to .' gives a file to fill in).
 
-    Of a diagnosis: its story. Page 1 says what to do first and what was found, each cause and rival with its own value;
-    then come the evidence and the appendix. Of an investigation: what was asked, why, and what was learnt. Of the
-    JSON file of 'fleet infer': the causes with their owners, and what settles them.
+    Of a diagnosis: page 1 states what to do first and what was found, each cause and rival with its own value;
+    evidence and appendix follow. Of an investigation: every run with its reason and its result. Of the JSON file of
+    'fleet infer': the causes with their owners, and the recordings that prove them.
 
     Of several evaluations of one gauge: an overlay, every error before and after, and their differences with their
     own uncertainty.

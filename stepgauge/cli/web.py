@@ -13,7 +13,7 @@ from stepgauge.cli.options import say
 @click.option("--port", type=click.IntRange(0, 65535), metavar="PORT", help="Default: 8420; where taken, a free one.")
 @click.option("--no-browser", is_flag=True, help="Print the address, and do not open a browser.")
 def command(project: str | None, host: str | None, port: int | None, no_browser: bool) -> None:
-    """Show a project in a browser: locate, measure, look, ask, print.
+    """Show a project in a browser: locate, plan, measure, evaluate, diagnose, report.
 
     PROJECT is its folder; by default the nearest one from the working folder upward, else the working folder, in which
     the page then makes one. Everything the page shows is a file that the other verbs wrote or could write; it needs no

@@ -32,9 +32,9 @@ UPRIGHT_SIN = 1e-3
 class PlacementTable(Table):
     """The keys of a placement file."""
 
-    c1_mm: Vector3 = Field(description="centre of the beginning block in machine coordinates, mm")
-    c2_mm: Vector3 = Field(description="centre of the end block in machine coordinates, mm")
-    axis: Vector3 | None = Field(None, description="unit vector from the beginning to the end block; C2 - C1")
+    c1_mm: Vector3 = Field(description="centre of the first block in machine coordinates, mm")
+    c2_mm: Vector3 = Field(description="centre of the last block in machine coordinates, mm")
+    axis: Vector3 | None = Field(None, description="unit vector from the first to the last block; C2 - C1")
     up: Vector3 | None = Field(None, description="unit vector from the rail to the blocks; machine z across the axis")
     first_block: int = Field(ge=1, description="number of the block that has its centre at c1_mm")
     last_block: int = Field(ge=2, description="number of the block that has its centre at c2_mm")

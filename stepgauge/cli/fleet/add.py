@@ -22,7 +22,7 @@ from stepgauge.cli.options import GAUGE_VARIABLE, machine_option, placement_opti
 )
 @machine_option(False, "Machine file (TOML), or the name of a shipped one; a diagnosis needs it.")
 @placement_option("Placement file; once per placement in the recordings, in order.")
-@click.option("--roster", metavar="FILE", help="Table (CSV) with whose the recordings are, see below.")
+@click.option("--roster", metavar="FILE", help="Table (CSV) with the owners of the recordings, see above.")
 @click.option("--machine-id", metavar="ID", help="Identity of the machine. Default: the name that a recording states.")
 @click.option("--machine-type", metavar="TYPE", help="Model line of the machine.")
 @click.option("--hall", metavar="HALL", help="Hall that the machine stood in.")

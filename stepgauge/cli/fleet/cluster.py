@@ -17,7 +17,7 @@ from stepgauge.cli.options import POSITIVE
 )
 @click.option("--idle", type=POSITIVE, metavar="S", help="End when nobody has used it for so long, s. Default: Ctrl-C.")
 def command(workers: int, port: int, memory: float | None, idle: float | None) -> None:
-    """Start a scheduler and workers of Dask on this computer, for '--scheduler' of 'fleet evaluate' and 'diagnose'.
+    """Start a scheduler and workers of Dask on this computer, for the option --scheduler of the other verbs.
 
     Only programs of this computer can reach it. Prints the address of the scheduler and runs until Ctrl-C, or until it
     was idle for so long. For several computers start 'dask scheduler' and 'dask worker --nthreads 1' on them.

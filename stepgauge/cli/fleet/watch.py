@@ -32,8 +32,8 @@ def command(store: str, output: str, limits: dict[str, float], risk: float, suff
     Every visit counts for a machine without the shares of gauge, hall and probe, as 'fleet infer' finds them, so that a
     worn gauge moves no machine. Stated are level, rate and dated changes with U; who leaves the machines of its line
     (at most 5 % of those named are expected to be wrong); with a limit the decision by ISO 14253-1, and the day on
-    which the risk of being out of limits is no longer accepted. watch.json is for other programs, docs/fleet.md has its
-    schema.
+    which the risk of being out of limits is no longer accepted. watch.json is for other programs; its schema is written
+    beside it.
 
     \b
     stepgauge fleet watch fleet --limit scale=5 --limit reversal=2 -o watch
