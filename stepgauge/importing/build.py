@@ -33,6 +33,8 @@ CLEAR = 0.25
 """Points are at the surface, or a tip radius before it, if they are nearer to that than this share of the radius."""
 SURFACE_MM = 0.1
 """Points nearer to their faces than the smallest tip radius are surface points."""
+SAME_K = 0.05
+"""Difference of a stated temperature from the recorded ones within which it is the same, rounded."""
 
 
 @dataclass(frozen=True)
@@ -315,11 +317,21 @@ def _add_columns(frame: pd.DataFrame, log: ProbeLog, row: NDArray[np.int64], opt
         if np.isfinite(value) and name not in log.columns and name != "time_s":
             frame[name] = value
     if options.gauge_temperature_C is not None:
+        _check_stated_once(log, frame, options.gauge_temperature_C)
         frame["gauge_temperature_C"] = options.gauge_temperature_C
     frame["placement"] = frame["placement"].astype(np.int64)
     for name in frame.columns:
         if name.endswith("_C") and name in OPTIONAL:
             _check_temperature(log, row, frame, name)
+
+
+def _check_stated_once(log: ProbeLog, frame: pd.DataFrame, stated_C: float) -> None:
+    """The temperature of the gauge is recorded or stated: a log that says another one is not overruled unseen."""
+    name = "gauge_temperature_C"
+    if name in frame and not np.allclose(frame[name].to_numpy(float), stated_C, atol=SAME_K, rtol=0.0):
+        found = f"{stated_C:g} deg C, and {frame[name].mean():.6g} deg C on average in the log"
+        expected = naming("gauge_temperature", words="a log without temperatures of the gauge, or no {}")
+        raise InputError(log.path, "two temperatures of the gauge", found=found, expected=expected)
 
 
 def _check_temperature(log: ProbeLog, row: NDArray[np.int64], frame: pd.DataFrame, name: str) -> None:

@@ -14,6 +14,7 @@ from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.gauge.certified import Gauge
 from stepgauge.importing import import_log
+from stepgauge.importing.build import ImportOptions
 from stepgauge.recording import Recording, read_recording, write_recording
 from tests.build import make_gauge, make_machine
 from tests.importing.made import Case, make_case
@@ -152,6 +153,16 @@ def test_temperatures_in_another_unit(tmp_path: Path, value: float, words: str, 
         read_recording(path)
     with pytest.raises(InputError, match=rf"{column} is no temperature in deg C.*{words}"):
         import_log(path, "csv", CASE.gauge)
+
+
+def test_a_stated_temperature_does_not_overrule_another_one_of_the_log(tmp_path: Path) -> None:
+    path = tmp_path / "recording.csv"
+    write_recording(path, CASE.recording)
+    words = r"two temperatures of the gauge; found 25 deg C, and 20.4 deg C on average in the log"
+    with pytest.raises(InputError, match=words):
+        import_log(path, "csv", CASE.gauge, options=ImportOptions(gauge_temperature_C=25.0))
+    same = import_log(path, "csv", CASE.gauge, options=ImportOptions(gauge_temperature_C=20.4))
+    assert set(same.recording.frame["gauge_temperature_C"]) == {20.4}
 
 
 def test_a_recording_that_was_cut_or_grew(tmp_path: Path) -> None:
