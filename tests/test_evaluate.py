@@ -94,6 +94,18 @@ def full(blocks: int = 4, cycles: int = 3, seed: int = 0) -> dict[tuple[int, int
     return {(c, k): float(random.normal()) for c in range(1, cycles + 1) for k in range(1, 2 * blocks + 1)}
 
 
+def test_a_reversal_error_of_all_blocks_is_in_the_radius_and_a_note_says_so() -> None:
+    """Every back read late by 5 um: half of it is missing in R_eff, and XR shows none of it."""
+    um = {key: 5.0 * (key[1] % 2 == 0) for key in full()}
+    late, none = (
+        evaluate(record(make_gauge(4), make_pose(0.2, 0.1), one), make_gauge(4)).results[0]
+        for one in (um, dict.fromkeys(um, 0.0))
+    )
+    assert abs(late.radius.r_eff_mm - none.radius.r_eff_mm) == pytest.approx(2.5e-3, abs=1e-6)
+    assert np.nanmax(np.abs(late.xr_um)) == pytest.approx(0.0, abs=1e-6)
+    assert any("a reversal error that is the same at all blocks is in R_eff, not in XR" in one for one in late.notes)
+
+
 def test_the_ends_are_undefined_and_the_first_back_is_zero() -> None:
     result = evaluate(record(make_gauge(4), make_pose(0.2, 0.1), full()), make_gauge(4)).results[0]
     assert np.isnan(result.xb_um[0])

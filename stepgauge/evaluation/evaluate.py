@@ -357,5 +357,8 @@ def _check_blocks(seen: FaceStatistics, origin: REffOrigin, notes: list[str], pa
     if origin == "first" and chosen[0] != 0:
         notes.append(f"R_eff is from block {blocks[0]}, the first one with both faces measured")
     if origin == "first":
-        notes.append("R_eff is from one block: XB of its back face is zero by construction")
+        notes.append(
+            "R_eff is from one block: XB of its back face is zero by construction, and a reversal error that is the"
+            " same at all blocks is in R_eff, not in XR"
+        )
     return blocks
