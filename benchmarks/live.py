@@ -30,7 +30,7 @@ from table import Table
 from stepgauge.cli import main as stepgauge
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import make_placement, write_placement
-from stepgauge.live.codes import CODES
+from stepgauge.ippdme.codes import CODES
 from stepgauge.live.journal import journal_of
 from stepgauge.recording import read_recording
 

@@ -14,6 +14,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.units import unit_hint
 from stepgauge.importing.expected import Expected, coordinates
 from stepgauge.importing.log import ProbeLog
+from stepgauge.importing.search_line import from_target
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -199,14 +200,6 @@ def _failures(log: ProbeLog) -> str:
     if not log.failures:
         return ""
     return "; the log reports " + ", ".join(f"in line {line} {text}" for line, text in log.failures[:SHOWN])
-
-
-def from_target(position_mm: Array, expected: Expected, point: Rows) -> tuple[Array, Array]:
-    """Distance beyond the nominal tip centre along the approach, and beside that line, mm; each ``(n,)``."""
-    off = position_mm - expected.target_mm[point]
-    approach = expected.approach[point]
-    along = (off * approach).sum(axis=1)
-    return along, np.linalg.norm(off - along[:, None] * approach, axis=1)
 
 
 def extent(comparison: Comparison) -> str:

@@ -16,17 +16,15 @@ from stepgauge.importing.departures import (
     accepted_words,
     extent,
     find_departures,
-    from_target,
     refuse,
     refuse_all,
 )
 from stepgauge.importing.expected import Expected, coordinates
 from stepgauge.importing.log import ProbeLog
+from stepgauge.importing.search_line import SEARCH_END_MM, from_target
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
-SEARCH_END_MM = 1e-5
-"""A search that ends this close to its programmed end has met nothing; the logs print 1e-6 mm or finer."""
 KINDS = ("missing", "doubled", "order", "foreign", "runs")
 """Ways in which a log may depart from its program and still be wanted: see :func:`match`."""
 

@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, make_placement
-from stepgauge.live.codes import DmeError
+from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.controller import Link
 from stepgauge.live.measuring import MEANING, RETREATS
 from stepgauge.live.ways import Ways

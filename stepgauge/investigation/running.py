@@ -18,7 +18,7 @@ from stepgauge.investigation.deciding import Case
 from stepgauge.investigation.locating import LAID_MM, NotAsAskedError, check_end_for_end, locate, locating_settings
 from stepgauge.investigation.reach import placement_json, placement_of_json
 from stepgauge.investigation.stations import Station
-from stepgauge.live.codes import DmeError
+from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
 from stepgauge.live.controller import Controller, Link, Wishes
 from stepgauge.live.job import Job, make_job

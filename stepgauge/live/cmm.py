@@ -19,8 +19,8 @@ from stepgauge.effects import Effect, Probings, Setting, total_displacement_um
 from stepgauge.effects.totals import scatter_um
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
+from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.clock import MachineClock
-from stepgauge.live.codes import DmeError
 from stepgauge.live.faults import NUMBERS, Faults
 from stepgauge.live.surroundings import Surroundings
 from stepgauge.machine.file import Machine

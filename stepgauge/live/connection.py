@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import TextIO
 
 from stepgauge.errors import InputError, naming
-from stepgauge.live.codes import ABORTING, DmeError
-from stepgauge.live.protocol import END, NO_TAG, PORT, Answer, Lines, parse_answer, parse_error
+from stepgauge.ippdme.codes import ABORTING, DmeError
+from stepgauge.ippdme.protocol import END, NO_TAG, PORT, Answer, Lines, parse_answer, parse_error
 
 CONNECT_S = 10.0
 SILENCE_S = 30.0

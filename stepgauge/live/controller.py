@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
 from stepgauge.importing.ippdme import OWN_TIME
-from stepgauge.live.codes import DmeError
+from stepgauge.ippdme.codes import DmeError
+from stepgauge.ippdme.protocol import Call, fields, fixed
 from stepgauge.live.connection import Connection, ConnectionLostError
-from stepgauge.live.protocol import Call, fields, fixed
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.programs import DIALECTS
 

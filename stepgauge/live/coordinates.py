@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.live.codes import DmeError
+from stepgauge.ippdme.codes import DmeError
 
 Array = NDArray[np.float64]
 SELECTABLE = ("MachineCsy", "MoveableMachineCsy", "MultipleArmCsy", "PartCsy")

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.cmm import Leg, LiveCmm
-from stepgauge.live.codes import DmeError
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
 from stepgauge.live.controller import Measured, Wishes
 from stepgauge.motion.moves import ProbingSettings

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.importing.ippdme import OWN_TIME
+from stepgauge.ippdme.codes import DmeError
+from stepgauge.ippdme.protocol import fixed
 from stepgauge.live.cmm import LiveCmm
-from stepgauge.live.codes import DmeError
 from stepgauge.live.coordinates import Coordinates
 from stepgauge.live.parameters import ToolParameters, tool_parameters
-from stepgauge.live.protocol import fixed
 from stepgauge.programs import DIALECTS
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, PartlyDoneError, naming
-from stepgauge.live.codes import DmeError
+from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.connection import BY_HAND_NUMBER, ConnectionLostError, StopAskedError, UnaskedError
 from stepgauge.live.controller import Link, Measured, Wishes, refused
 from stepgauge.live.job import Job

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.importing.ippdme import OWN_TIME
-from stepgauge.live.codes import DmeError
+from stepgauge.ippdme.codes import DmeError
+from stepgauge.ippdme.protocol import Call, fixed
 from stepgauge.live.machine_state import KNOWN_AXES, NO_TOOL, POSITIONS
-from stepgauge.live.protocol import Call, fixed
 from stepgauge.live.session import Data, Handler, Session
 
 Array = NDArray[np.float64]

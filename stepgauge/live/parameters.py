@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from stepgauge.live.codes import DmeError
+from stepgauge.ippdme.codes import DmeError
 from stepgauge.machine.file import Machine
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.planning.program import SLOWEST_MM_S, fastest_mm_s

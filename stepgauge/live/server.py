@@ -13,9 +13,9 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
+from stepgauge.ippdme.protocol import END, PORT, Lines
 from stepgauge.live.machine_state import MachineState
 from stepgauge.live.methods import HANDLERS
-from stepgauge.live.protocol import END, PORT, Lines
 from stepgauge.live.session import LinkLostError, Session
 
 LOOPBACK = "127.0.0.1"

@@ -16,12 +16,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.ippdme.codes import DmeError
+from stepgauge.ippdme.protocol import NO_TAG, Call, Command, parse_command
 from stepgauge.live.cmm import Leg
-from stepgauge.live.codes import DmeError
 from stepgauge.live.daemons import Daemon
 from stepgauge.live.faults import NUMBERS, EventTable
 from stepgauge.live.machine_state import MachineState
-from stepgauge.live.protocol import NO_TAG, Call, Command, parse_command
 
 Array = NDArray[np.float64]
 Data = Sequence[str] | None

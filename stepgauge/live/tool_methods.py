@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from stepgauge.importing.ippdme import OWN_TIME
-from stepgauge.live.codes import DmeError
+from stepgauge.ippdme.codes import DmeError
+from stepgauge.ippdme.protocol import Call, Text, fixed
 from stepgauge.live.machine_state import UNDEFINED
-from stepgauge.live.protocol import Call, Text, fixed
 from stepgauge.live.session import Data, Handler, Session
 
 TEMPERATURES = ("Part", *(f"Scale{axis}" for axis in "XYZ"))

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from stepgauge.effects import make_effects, probings
 from stepgauge.errors import InputError
+from stepgauge.ippdme.codes import DmeError
 from stepgauge.live import cmm as live_cmm
 from stepgauge.live.clock import MachineClock
 from stepgauge.live.cmm import LiveCmm
-from stepgauge.live.codes import DmeError
 from stepgauge.live.faults import read_faults
 from stepgauge.live.surroundings import Surroundings
 from stepgauge.machine.virtual import run_program

@@ -11,7 +11,7 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.errors import InputError
-from stepgauge.live.codes import DmeError
+from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
 from stepgauge.live.controller import Wishes
 from stepgauge.live.linuxcnc import STATES, LinuxCnc

@@ -25,7 +25,7 @@ import stepgauge as sg
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.importing import import_log
-from stepgauge.live.codes import DmeError
+from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.connection import Address, Connection, ConnectionLostError, Spy, UnaskedError
 from stepgauge.live.controller import Controller, Wishes
 from stepgauge.live.faults import NEVER_UNASKED, NUMBERS, Faults

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from stepgauge.live.codes import CODES
+from stepgauge.ippdme.codes import CODES
 from tests.build import heed_interrupts
 from tests.live.made import Raw, events, lying, make_state, serving, small_gauge, small_machine, write_files
 

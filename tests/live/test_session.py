@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stepgauge.live.codes import CODES
+from stepgauge.ippdme.codes import CODES
+from stepgauge.ippdme.protocol import fields
 from stepgauge.live.faults import NUMBERS
 from stepgauge.live.methods import HANDLERS, NOT_HERE
-from stepgauge.live.protocol import fields
 from stepgauge.live.session import LONGEST_QUEUE
 from tests.live.made import Memory, events, lying, make_state, small_gauge
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepgauge.live.codes import CODES, DmeError
-from stepgauge.live.protocol import (
+from stepgauge.ippdme.codes import CODES, DmeError
+from stepgauge.ippdme.protocol import (
     LONGEST_LINE,
     LONGEST_NUMBER,
     NO_TAG,

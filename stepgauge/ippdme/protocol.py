@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple, NoReturn
 
-from stepgauge.live.codes import DmeError
+from stepgauge.ippdme.codes import DmeError
 
 PORT = 1294
 """TCP port of the standard."""
