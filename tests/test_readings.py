@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stepgauge.conditions.outliers import resolution_mm, slips
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import write_evaluation
@@ -22,7 +23,6 @@ from stepgauge.recording import Recording, join_recordings, read_recording, writ
 from stepgauge.recording.by_face import ByFace
 from stepgauge.recording.columns import near_miss
 from stepgauge.recording.identity import check_recording
-from stepgauge.recording.repeats import resolution_mm, slips
 from stepgauge.standards.iso10360 import Specification, length_test
 from stepgauge.standards.mpe import Mpe
 from tests.build import make_gauge, make_pose

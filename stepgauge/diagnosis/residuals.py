@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from stepgauge.conditions.duplicates import copied_cycles
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.totals import latched_um, scatter_um
 from stepgauge.errors import InputError, naming
@@ -17,7 +18,6 @@ from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import machine_effects
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.columns import STYLUS
-from stepgauge.recording.copies import copied_cycles
 from stepgauge.recording.identity import axis_from_approaches, certified_mm, check_recording
 
 Array = NDArray[np.float64]

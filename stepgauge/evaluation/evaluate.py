@@ -8,32 +8,28 @@ convention: the certified positions S are brought to the recorded gauge temperat
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.conditions import Conditions
+from stepgauge.conditions.gauge import gauge_conditions
+from stepgauge.conditions.outliers import LeftOut
+from stepgauge.conditions.readings import project_readings
 from stepgauge.errors import InputError
+from stepgauge.evaluation.definitions import definitions
 from stepgauge.evaluation.face_errors import REffOrigin, band_um, face_errors, radius_blocks, reference_face
-from stepgauge.evaluation.notes import copies, doubts, gaps, of_scale, unrecorded
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Shown, as_lines, figures
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.recording import APPROACH, POSITION, Recording
-from stepgauge.recording.by_face import ByFace, FaceStatistics
-from stepgauge.recording.identity import (
-    axis_from_approaches,
-    certified_mm,
-    check_approaches,
-    check_gauge,
-    check_positions,
-    check_tip,
-)
-from stepgauge.recording.repeats import LeftOut, find_left_out, resolution_mm
-from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot, tilt_rad
+from stepgauge.recording import POSITION, Recording
+from stepgauge.recording.by_face import FaceStatistics
+from stepgauge.recording.identity import check_gauge
+from stepgauge.recording.rows import check_copies
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -60,7 +56,8 @@ class PlacementResult:
     ``xf_um``, ``xb_um``: forward and backward error (Eqs 2-4, 6); ``sf_um``, ``sb_um``: standard deviation over the
     cycles (Eqs 5, 7); half of each is interpolated from the neighbours (Eqs 8-11). ``xm_um``: mean (Eq 12); ``xr_um``:
     reversal (Eq 13). ``count``: probings of each face. Temperatures are means of the recording, None where it has none;
-    ``scale_temperature_C`` is of the scales that read the length, each by its share of it.
+    ``scale_temperature_C`` is of the scales that read the length, each by its share of it. ``conditions``: what was
+    found of the readings and of what the numbers are made from.
     """
 
     placement: int
@@ -78,9 +75,14 @@ class PlacementResult:
     radius: EffectiveRadius
     origin_mm: Array
     gauge_temperature_C: float | None
-    notes: tuple[str, ...]
+    conditions: Conditions
     left_out: tuple[LeftOut, ...] = ()
     scale_temperature_C: float | None = None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is not as it has to be, in sentences."""
+        return self.conditions.notes
 
     @property
     def span_mm(self) -> float:
@@ -131,6 +133,11 @@ class Evaluation(Shown):
     results: tuple[PlacementResult, ...]
     path: str = ""
     comments: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def conditions(self) -> Conditions:
+        """Those of all placements, each once."""
+        return sum((one.conditions for one in self.results), Conditions())
 
     def summary(self) -> str:
         """Notes, span, range of XM, largest 2s and R_eff by placement, as the command line prints them."""
@@ -219,86 +226,18 @@ def _measured_section(recording: Recording) -> tuple[int, int]:
     return first, last
 
 
-@dataclass(frozen=True)
-class Readings:
-    """The rows of one placement, ready for :mod:`stepgauge.evaluation.face_errors`.
-
-    ``axis``: the gauge axis that positions are projected on; ``by_face``: positions along it minus certified positions
-    at the recorded gauge temperature; ``faces``: of the used section. ``left_out``: readings that their repeats
-    contradict; ``kept``: rows of the recording that are used, None for all; ``remark``: on conspicuous readings that
-    are used; ``tilt_rad``: angle of the line of the readings to the axis.
-    """
-
-    axis: Array
-    by_face: ByFace
-    faces: NDArray[np.int64]
-    left_out: tuple[LeftOut, ...] = ()
-    kept: NDArray[np.intp] | None = None
-    remark: str | None = None
-    tilt_rad: float = 0.0
-
-    @property
-    def face(self) -> NDArray[np.int64]:
-        """Number of the face of each reading, (n,), from 1."""
-        return self.by_face.face
-
-    @property
-    def off_mm(self) -> Array:
-        """Position along the gauge minus certified position of each reading, (n,) in mm."""
-        return self.by_face.off_mm
-
-
-def project_readings(
-    recording: Recording, gauge: Gauge, section: tuple[int, int], axis: Array | None = None, leave_out: bool = True
-) -> Readings:
-    """The readings of one placement along the gauge axis, checked against gauge and side of the faces.
-
-    ``leave_out``: whether those that their repeats contradict are left out (a standard judges what was measured).
-    """
-    face = recording.columns["face"]
-    approach = recording.numbers(APPROACH)
-    axis = axis_from_approaches(approach, face, recording.path) if axis is None else axis
-    check_approaches(dot(approach, axis), face, recording.path)
-    position = recording.numbers(POSITION)
-    along = dot(position, axis)
-    faces = np.arange(2 * section[0] - 1, 2 * section[1] + 1)
-    by_face = ByFace.of(along - certified_mm(recording, gauge, face), face, int(faces[-1]) + 1)
-    check_positions(by_face, along, gauge, recording.path)
-    check_beside(position, axis, face, gauge, recording.path)
-    check_tip(by_face, recording)
-    check_rows(recording)
-    readings = Readings(axis, by_face, faces, tilt_rad=tilt_rad(position, axis, face, gauge))
-    return _find_slips(readings, recording, leave_out)
-
-
-def _find_slips(readings: Readings, recording: Recording, leave_out: bool) -> Readings:
-    """The readings with those named, and left out if asked, that their repeats contradict."""
-    cycle, placement = recording.columns["cycle"], int(recording.columns["placement"][0])
-    found, remark = find_left_out(readings.by_face, cycle, placement, 0.0)
-    if found or remark:  # only then the resolution matters, which takes time to find
-        found, remark = find_left_out(readings.by_face, cycle, placement, resolution_mm(recording.position_mm))
-    if not found or not leave_out:
-        return replace(readings, left_out=found, remark=remark)
-    kept = np.setdiff1d(np.arange(len(readings.face)), [one.row for one in found])
-    by_face = ByFace.of(readings.off_mm[kept], readings.face[kept], len(readings.by_face.count))
-    return replace(readings, by_face=by_face, left_out=found, kept=kept)
-
-
 def _evaluate_placement(
     recording: Recording, gauge: Gauge, section: tuple[int, int], origin: REffOrigin, axis: Array | None, number: int
 ) -> PlacementResult:
     readings = project_readings(recording, gauge, section, axis)
     faces, kept = readings.faces, slice(None) if readings.kept is None else readings.kept
     seen = readings.by_face.statistics(faces)
-    notes = gaps(faces, seen.count) + copies(recording)
-    _check_reference(seen, notes, recording.path)
-    blocks = _check_blocks(seen, origin, notes, recording.path)
+    _check_reference(seen, recording.path)
+    blocks = _check_blocks(seen, origin, recording.path)
     errors = face_errors(seen, gauge.u_um[faces - 1], origin)
     temperature = recording.columns.get("gauge_temperature_C")
-    if temperature is None:
-        notes.append(unrecorded(gauge, faces[seen.count > 0]))
-    notes += [note] if (note := of_scale(faces, seen.count, gauge, errors.xm_um, origin)) else []
-    notes += doubts(readings, seen, gauge)
+    defined = definitions(seen, origin, blocks, gauge.position_mm[faces - 1], errors.xm_um)
+    conditions = gauge_conditions(recording, gauge, readings, seen) + defined
     first_touch = int(np.abs(readings.face - faces[0]).argmin())
     return PlacementResult(
         number,
@@ -316,7 +255,7 @@ def _evaluate_placement(
         EffectiveRadius(float(errors.r_eff_mm), float(errors.u_r_eff_mm), blocks),
         np.array([column[kept][first_touch] for column in recording.numbers(POSITION)]),
         None if temperature is None else float(temperature[kept].mean()),
-        tuple(notes),
+        conditions,
         readings.left_out,
         _along_scales_C(recording, readings.axis, kept),
     )
@@ -336,29 +275,17 @@ def _along_scales_C(recording: Recording, axis: Array, kept: slice | NDArray[np.
     return sum(share[i] * known[i] for i in known) / sum(share.values())
 
 
-def _check_reference(seen: FaceStatistics, notes: list[str], path: str) -> None:
+def _check_reference(seen: FaceStatistics, path: str) -> None:
     """M_ref and S_ref belong to face 1 of the used section, or to the first front that was measured."""
-    reference = reference_face(seen)
-    if reference is None:
+    if reference_face(seen) is None:
         raise InputError(path, "no front face of the used section was measured", expected="at least one front face")
-    if reference != 0:
-        faces = seen.faces
-        notes.append(f"the reference is face {faces[reference]}, because face {faces[0]} was not measured")
 
 
-def _check_blocks(seen: FaceStatistics, origin: REffOrigin, notes: list[str], path: str) -> tuple[int, ...]:
+def _check_blocks(seen: FaceStatistics, origin: REffOrigin, path: str) -> tuple[int, ...]:
     """Numbers of the blocks that the effective radius comes from."""
     chosen = radius_blocks(seen, origin)
     if not chosen.size:
         raise InputError(
             path, "no block has both faces measured", expected="one complete block for the effective radius"
         )
-    blocks = tuple(int(b) for b in (seen.faces[0] + 1) // 2 + chosen)
-    if origin == "first" and chosen[0] != 0:
-        notes.append(f"R_eff is from block {blocks[0]}, the first one with both faces measured")
-    if origin == "first":
-        notes.append(
-            "R_eff is from one block: XB of its back face is zero by construction, and a reversal error that is the"
-            " same at all blocks is in R_eff, not in XR"
-        )
-    return blocks
+    return tuple(int(b) for b in (seen.faces[0] + 1) // 2 + chosen)

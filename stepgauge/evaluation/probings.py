@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from stepgauge.evaluation.evaluate import Evaluation, PlacementResult, project_readings
+from stepgauge.conditions.readings import project_readings
+from stepgauge.evaluation.evaluate import Evaluation, PlacementResult
 from stepgauge.recording import POSITION, Recording
 
 TEMPERATURES = (

@@ -20,10 +20,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.conditions.readings import Readings, project_readings
 from stepgauge.effects import Effect, Probings, Setting
 from stepgauge.effects.thermal import REFERENCE_C, ScaleTemperature, UncompensatedScales
 from stepgauge.effects.totals import added_up, scatter_um
-from stepgauge.evaluation.evaluate import Evaluation, PlacementResult, Readings, evaluate, project_readings
+from stepgauge.evaluation.evaluate import Evaluation, PlacementResult, evaluate
 from stepgauge.evaluation.face_errors import FaceErrors, REffOrigin, band_um, face_errors, worst_two_sigma_um
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement

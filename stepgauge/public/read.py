@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from stepgauge.conditions import Conditions
+from stepgauge.conditions.outliers import LeftOut
 from stepgauge.evaluation.evaluate import EffectiveRadius, Evaluation, PlacementResult
 from stepgauge.evaluation.files import UM
 from stepgauge.figures.faces import column
@@ -13,7 +15,6 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.gauge.placement import read_placement as read_placement_file
 from stepgauge.public.inputs import File, as_gauge
-from stepgauge.recording.repeats import LeftOut
 from stepgauge.reports.reading import check_gauge, read_checked_evaluation
 
 
@@ -61,7 +62,7 @@ def _result(stored: dict[str, Any]) -> PlacementResult:
         origin_mm=np.array(stored["origin_mm"], float),
         gauge_temperature_C=stored["gauge_temperature_C"],
         scale_temperature_C=stored.get("scale_temperature_C"),
-        notes=tuple(stored["notes"]),
+        conditions=Conditions.from_dicts(stored.get("conditions", ())),
         left_out=tuple(LeftOut(row=-1, **one) for one in stored.get("left_out", ())),
         **columns,
     )

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
-from stepgauge.evaluation.notes import of_scale
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import StandardUncertainty
 from stepgauge.montecarlo.inputs import (
@@ -272,7 +271,7 @@ def assumptions(model: Model, asked: Asked) -> list[str]:
         said.append("the certificate states no degrees of freedom: they are taken as infinite")
     scales = [model.machine.scales_doubt(one.scale_temperature_C) for one in model.nominal.results]
     said += [f"{doubt}: the recorded temperature is used" for doubt in dict.fromkeys(scales) if doubt]
-    if any(of_scale(one.face, one.count, model.gauge, one.xm_um, model.origin) for one in model.nominal.results):
+    if any(condition.size_um for condition in model.nominal.conditions.of("reversal")):
         said.append(
             "XR is as it is defined: what a scale error shows in it (see the notes) is neither corrected nor in U"
         )

@@ -14,12 +14,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from stepgauge.conditions.outliers import LeftOut
+from stepgauge.conditions.readings import Readings, project_readings
 from stepgauge.errors import InputError, naming
-from stepgauge.evaluation.evaluate import Readings, project_readings
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.recording import POSITION, Recording
-from stepgauge.recording.repeats import LeftOut
 from stepgauge.standards.rules import Rule
 
 Array = NDArray[np.float64]

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stepgauge.conditions.duplicates import copied_cycles
 from stepgauge.diagnosis.axis.diagnosis import diagnose_axis
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
@@ -25,7 +26,6 @@ from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.recording import Recording
-from stepgauge.recording.copies import copied_cycles
 from tests.axis.made import axis
 from tests.diagnosis.made import ALONG_X, SCALE, Effects, by_hand, gauge, machine, record
 

@@ -8,12 +8,12 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from stepgauge.conditions.duplicates import copies_words
 from stepgauge.diagnosis.forms.form import SMOOTH
 from stepgauge.diagnosis.output.aliases import leads_into_mm
 from stepgauge.diagnosis.output.practice import counted
 from stepgauge.diagnosis.output.words import in_place, listed, name_of, significant
 from stepgauge.files.notation import LEAST_PLAIN
-from stepgauge.recording.copies import copies_words
 
 COVERAGE = 2.0
 """Coverage factor of the expanded uncertainty after a plus-minus sign."""

@@ -1,0 +1,121 @@
+"""What was measured, and under which conditions: each with its state, for every verb that decides or passes numbers on.
+
+A result carries the :class:`Conditions` of the readings that it was made from, into its JSON file and back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Literal, TypeVar, get_args
+
+from stepgauge.errors import InputError, Place
+
+State = Literal["met", "corrected", "contribution", "prevents"]
+"""``met``: as it has to be; ``corrected``: the numbers hold it no more; ``contribution``: they hold it, whoever uses
+them has to count with it; ``prevents``: nothing may be stated, decided or certified from these readings."""
+STATES: tuple[State, ...] = get_args(State)
+Name = Literal[
+    "completeness",
+    "repeats",
+    "outliers",
+    "scatter",
+    "duplicates",
+    "resolution",
+    "alignment",
+    "temperature",
+    "temperature convention",
+    "drift",
+    "dates",
+    "identity",
+    "certificate",
+    "effective radius",
+    "reversal",
+    "faces",
+    "units",
+    "channel",
+    "sphere",
+]
+"""What is asked of the readings; ``docs/readings.md`` says how each is examined."""
+Decision = TypeVar("Decision")
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One condition: its state, what was found and what was expected, and a sentence for the technician.
+
+    ``size_um``: how far it moves the results at most, um (of a rotary axis arcsec); None where nothing says so.
+    """
+
+    name: Name
+    state: State
+    sentence: str
+    found: str = ""
+    expected: str = ""
+    size_um: float | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain JSON types."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The conditions of some readings, in the order in which they were examined."""
+
+    entries: tuple[Condition, ...] = ()
+
+    def __iter__(self) -> Iterator[Condition]:
+        return iter(self.entries)
+
+    def __add__(self, other: Iterable[Condition]) -> Conditions:
+        """Those of both, each once."""
+        return Conditions(tuple(dict.fromkeys((*self.entries, *other))))
+
+    def of(self, *names: Name) -> tuple[Condition, ...]:
+        """Those with one of the names."""
+        return tuple(one for one in self.entries if one.name in names)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The sentences of all that is not as it has to be, for page 1 and the command line."""
+        return tuple(one.sentence for one in self.entries if one.state != "met")
+
+    @property
+    def preventing(self) -> tuple[Condition, ...]:
+        """What prevents a statement."""
+        return tuple(one for one in self.entries if one.state == "prevents")
+
+    @property
+    def no_statement(self) -> str:
+        """Why nothing may be stated, in one sentence; empty where nothing prevents it."""
+        why = "; ".join(one.sentence for one in self.preventing)
+        return f"No statement is made: {why}." if why else ""
+
+    def as_dicts(self) -> list[dict[str, Any]]:
+        """Plain JSON types."""
+        return [one.as_dict() for one in self.entries]
+
+    @classmethod
+    def from_dicts(cls, stored: Iterable[Mapping[str, Any]]) -> Conditions:
+        """As :meth:`as_dicts` wrote them."""
+        return cls(tuple(Condition(**one) for one in stored))
+
+
+def gate(conditions: Conditions, decision: Decision | None) -> Decision | None:
+    """The decision, or None where a condition prevents any: every verb asks here before it tells what it decided."""
+    return None if conditions.preventing else decision
+
+
+def require_statement(conditions: Conditions, where: Place) -> None:
+    """:class:`InputError` with what prevents a statement, for what cannot be made without one (a certificate, a table
+    for a controller, a place in a history)."""
+    if conditions.preventing:
+        first = conditions.preventing[0]
+        raise InputError(where, first.sentence, found=first.found or None, expected=first.expected or None)
+
+
+def stored_conditions(result: Mapping[str, Any]) -> Conditions:
+    """All conditions of a result as JSON has it: its own and those of its placements, each once."""
+    tables = [result, *result.get("placements", ())]
+    return sum((Conditions.from_dicts(table.get("conditions", ())) for table in tables), Conditions())

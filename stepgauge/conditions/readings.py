@@ -1,0 +1,88 @@
+"""The readings of one placement along the gauge axis, checked, with those named that their repeats contradict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.conditions.outliers import LeftOut, find_left_out, resolution_mm
+from stepgauge.gauge.certified import Gauge
+from stepgauge.recording import APPROACH, POSITION, Recording
+from stepgauge.recording.by_face import ByFace
+from stepgauge.recording.identity import (
+    axis_from_approaches,
+    certified_mm,
+    check_approaches,
+    check_positions,
+    check_tip,
+)
+from stepgauge.recording.rows import check_beside, check_rows, dot, tilt_rad
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Readings:
+    """The rows of one placement, ready for :mod:`stepgauge.evaluation.face_errors`.
+
+    ``axis``: the gauge axis that positions are projected on; ``by_face``: positions along it minus certified positions
+    at the recorded gauge temperature; ``faces``: of the used section. ``left_out``: readings that their repeats
+    contradict; ``kept``: rows of the recording that are used, None for all; ``remark``: on conspicuous readings that
+    are used; ``tilt_rad``: angle of the line of the readings to the axis.
+    """
+
+    axis: Array
+    by_face: ByFace
+    faces: NDArray[np.int64]
+    left_out: tuple[LeftOut, ...] = ()
+    kept: NDArray[np.intp] | None = None
+    remark: str | None = None
+    tilt_rad: float = 0.0
+
+    @property
+    def face(self) -> NDArray[np.int64]:
+        """Number of the face of each reading, (n,), from 1."""
+        return self.by_face.face
+
+    @property
+    def off_mm(self) -> Array:
+        """Position along the gauge minus certified position of each reading, (n,) in mm."""
+        return self.by_face.off_mm
+
+
+def project_readings(
+    recording: Recording, gauge: Gauge, section: tuple[int, int], axis: Array | None = None, leave_out: bool = True
+) -> Readings:
+    """The readings of one placement along the gauge axis, checked against gauge and side of the faces.
+
+    ``leave_out``: whether those that their repeats contradict are left out (a standard judges what was measured).
+    """
+    face = recording.columns["face"]
+    approach = recording.numbers(APPROACH)
+    axis = axis_from_approaches(approach, face, recording.path) if axis is None else axis
+    check_approaches(dot(approach, axis), face, recording.path)
+    position = recording.numbers(POSITION)
+    along = dot(position, axis)
+    faces = np.arange(2 * section[0] - 1, 2 * section[1] + 1)
+    by_face = ByFace.of(along - certified_mm(recording, gauge, face), face, int(faces[-1]) + 1)
+    check_positions(by_face, along, gauge, recording.path)
+    check_beside(position, axis, face, gauge, recording.path)
+    check_tip(by_face, recording)
+    check_rows(recording)
+    readings = Readings(axis, by_face, faces, tilt_rad=tilt_rad(position, axis, face, gauge))
+    return _find_slips(readings, recording, leave_out)
+
+
+def _find_slips(readings: Readings, recording: Recording, leave_out: bool) -> Readings:
+    """The readings with those named, and left out if asked, that their repeats contradict."""
+    cycle, placement = recording.columns["cycle"], int(recording.columns["placement"][0])
+    found, remark = find_left_out(readings.by_face, cycle, placement, 0.0)
+    if found or remark:  # only then the resolution matters, which takes time to find
+        found, remark = find_left_out(readings.by_face, cycle, placement, resolution_mm(recording.position_mm))
+    if not found or not leave_out:
+        return replace(readings, left_out=found, remark=remark)
+    kept = np.setdiff1d(np.arange(len(readings.face)), [one.row for one in found])
+    by_face = ByFace.of(readings.off_mm[kept], readings.face[kept], len(readings.by_face.count))
+    return replace(readings, by_face=by_face, left_out=found, kept=kept)
