@@ -16,6 +16,8 @@ FORMATS = [
     *("linuxcnc", "siemens", "siemens-cec", "heidenhain", "fanuc", "fanuc-g10"),
     *("grbl", "marlin", "rrf", "klipper", "csv"),
 ]
+UNCONFIRMED = ["heidenhain", "fanuc", "fanuc-g10"]
+"""Formats whose sense no source confirms; a test compares them with the table of conventions."""
 MILLIMETRES = FiniteRange(-1e6, 1e6)
 
 
@@ -116,6 +118,12 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
 @click.option(
     "--joint", type=click.IntRange(0, 30), help="Number of the axis in the controller. Default: x 0, y 1, z 2."
 )
+@click.option(
+    "--unconfirmed-sense",
+    type=click.Choice(UNCONFIRMED),
+    help="The format of --to, again: write it although no source confirms its sense. Compare one position with and"
+    " without the table.",
+)
 @plot_option("The table as a figure")
 def command(evaluation: str, axis: str | None, to: str, output: str, **options: Any) -> None:
     """An error table of one axis, ready for a controller: EVALUATION is the folder of evaluate or its evaluation.json.
@@ -132,6 +140,7 @@ def command(evaluation: str, axis: str | None, to: str, output: str, **options: 
     stepgauge compensate diagonals --plane xy --to marlin -o skew.gcode
     """
     from stepgauge.compensation import FORMATS, axis_faces, make_table, render_table, write_table
+    from stepgauge.compensation.formats import check_confirmed
     from stepgauge.files.text import check_output
     from stepgauge.reports.reading import find_evaluation, read_checked_evaluation
 
@@ -142,6 +151,7 @@ def command(evaluation: str, axis: str | None, to: str, output: str, **options: 
         _write_skew(path, options["plane"], to, output)
         return
     known = FORMATS[to]
+    check_confirmed(known, options["unconfirmed_sense"])
     faces = axis_faces(
         read_checked_evaluation(path),
         path,
@@ -152,14 +162,16 @@ def command(evaluation: str, axis: str | None, to: str, output: str, **options: 
         options["angle_limit"],
     )
     table = make_table(faces, _table_options(options, known.travel, 10.0 if known.even else None))
-    text = render_table(table, known, options["template"], options["file_type"], options["joint"])
-    written = write_table(output, text, table)
+    numbers = options["file_type"], options["joint"]
+    text = render_table(table, known, options["template"], *numbers, options["unconfirmed_sense"])
+    written = write_table(output, text, table, known)
     if options["plot"]:
         from stepgauge.figures.compensation import draw_compensation
 
         draw_compensation(options["plot"], table)
         written.append(Path(options["plot"]))
     _tell(table)
+    say(f"note: {to} needs: {known.convention.needs}")
     if to == "linuxcnc":
         _say_ini(output, "xyz".index(axis) if options["joint"] is None else options["joint"], options["file_type"])
     say_written(*written)
@@ -169,6 +181,8 @@ def _check_options(axis: str | None, to: str, options: dict[str, Any]) -> None:
     """A usage error for what does not go together; a skew has no table, so what tables need does not matter to it."""
     if (axis is None) == (options["plane"] is None) or (to == "klipper" and axis is not None):
         raise click.UsageError("--axis for a table, or --plane for a skew (klipper: --plane only)")
+    if axis is None and options["unconfirmed_sense"]:
+        raise click.UsageError("--unconfirmed-sense is for a table (--axis); the skew of every firmware is confirmed")
     if axis is None:
         return
     if to == "csv" and (options["file_type"] or options["joint"] is not None):
@@ -180,7 +194,6 @@ def _check_options(axis: str | None, to: str, options: dict[str, Any]) -> None:
 def _say_ini(output: str, joint: int, kind: int) -> None:
     """What LinuxCNC's configuration must say for the table to be in force."""
     say(f"for the INI file, [JOINT_{joint}]: COMP_FILE = {Path(output).name}, COMP_FILE_TYPE = {kind}")
-    say("note: lengths in mm, as LINEAR_UNITS must be; BACKLASH of that joint has no effect beside a COMP_FILE")
 
 
 def _write_skew(path: Path, plane: str, to: str, output: str) -> None:

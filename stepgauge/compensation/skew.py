@@ -16,13 +16,12 @@ from typing import Any
 import numpy as np
 
 from stepgauge import __version__
+from stepgauge.compensation.conventions import SKEW_CONVENTIONS
 from stepgauge.errors import InputError, naming
 from stepgauge.files.resources import folder
 from stepgauge.files.templating import check_printable, fill_template
 
 PLANES = ("xy", "xz", "yz")
-FIRMWARES = ("marlin", "klipper", "rrf")
-"""M852, SET_SKEW, M556; the sense of each was read in the source of the firmware."""
 OUT_OF_PLANE_DEG, UNLIKE_DEG = 2.0, 2.0
 SIDE_MM = 100.0
 """Side of the square that lengths are stated for."""
@@ -79,10 +78,10 @@ def _slope(placement: Mapping[str, Any]) -> float:
 
 
 def render_skew(skew: Skew, firmware: str, evaluation: Mapping[str, Any], path: str | Path) -> str:
-    """The commands of a firmware that take a skew away (``FIRMWARES``)."""
-    if firmware not in FIRMWARES:
+    """The commands of a firmware that take a skew away (``SKEW_CONVENTIONS``)."""
+    if firmware not in SKEW_CONVENTIONS:
         raise InputError(
-            naming("to"), "no firmware that corrects a skew", found=firmware, expected=", ".join(FIRMWARES)
+            naming("to"), "no firmware that corrects a skew", found=firmware, expected=", ".join(SKEW_CONVENTIONS)
         )
     factor = -skew.alpha_rad
     sine = math.sin(math.atan(factor))
@@ -90,6 +89,7 @@ def render_skew(skew: Skew, firmware: str, evaluation: Mapping[str, Any], path: 
     source = folder("templates") / "compensation" / "skew.j2"
     context = {
         "firmware": firmware,
+        "convention": SKEW_CONVENTIONS[firmware],
         "plane": skew.plane,
         "factor": factor,
         "ppm": skew.alpha_rad * 1e6,

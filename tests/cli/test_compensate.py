@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stepgauge.cli import main
-from stepgauge.cli.compensate import FORMATS
+from stepgauge.cli.compensate import FORMATS, UNCONFIRMED
 from stepgauge.compensation import FORMATS as KNOWN
 from stepgauge.files.text import write_json
 from stepgauge.recording import read_recording, write_recording
@@ -80,19 +80,30 @@ def test_measured_again_with_the_table_applied_xm_is_noise(run: Run, tmp_path: P
 
 def test_every_format_with_what_it_says(run: Run, tmp_path: Path, before: dict) -> None:
     assert {*FORMATS} == {*KNOWN, "klipper"}
-    for to, name in (
+    assert {*UNCONFIRMED} == {name for name, one in KNOWN.items() if one.convention.unconfirmed}
+    for to, name, *asked in (
         ("linuxcnc", "x.comp"),
         ("siemens", "x.ini"),
         ("csv", "x.csv"),
-        ("fanuc", "x.txt"),
+        ("fanuc", "x.txt", "--unconfirmed-sense", "fanuc"),
         ("rrf", "x.g"),
     ):
         result = run(
-            "compensate", tmp_path / "before" / "evaluation.json", "--axis", "x", "--to", to, "-o", tmp_path / name
+            "compensate",
+            tmp_path / "before" / "evaluation.json",
+            "--axis",
+            "x",
+            "--to",
+            to,
+            *asked,
+            "-o",
+            tmp_path / name,
         )
         assert result.code == 0, result.err
         assert ("hides the reversal" in result.err) == (to != "siemens"), "a mean has no reversal to hide"
         said = json.loads((tmp_path / f"{name}.json").read_text())
+        assert said["controller"]["format"] == to
+        assert f"{to} needs: {said['controller']['needs']}" in result.err
         assert said["about"]["gauge_serial"] == "SG-420-001"
         assert said["about"]["cycles"] == [5, 5]
         assert all(0 < row["u_positive_um"] < 1 for row in said["rows"][1:])
@@ -112,6 +123,10 @@ def test_every_format_with_what_it_says(run: Run, tmp_path: Path, before: dict) 
         (["--axis", "x", "--zero-at", "0"], "the zero of the table is outside what was measured"),
         (["--axis", "x", "--u-tip-radius", "1"], "--tip-radius, which is missing"),
         (["--axis", "x", "--step", "0.0001"], "the table is too long"),
+        (["--axis", "x", "--unconfirmed-sense", "fanuc"], "--unconfirmed-sense: the sense of csv is confirmed"),
+        (["--axis", "x", "--to", "fanuc"], "expected --unconfirmed-sense fanuc, and a comparison at one position"),
+        (["--axis", "x", "--to", "heidenhain", "--unconfirmed-sense", "fanuc"], "--unconfirmed-sense heidenhain, and"),
+        (["--plane", "xy", "--to", "marlin", "--unconfirmed-sense", "fanuc"], "--unconfirmed-sense is for a table"),
         (["--axis", "x", "--step", "1000"], "fewer than two rows"),
         (["--axis", "x", "--template", "none.j2"], "none.j2: no such file"),
         (["--axis", "x", "--plot", "x.jpg"], "x.jpg is no figure"),
