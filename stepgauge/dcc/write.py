@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from stepgauge.dcc.elements import (
@@ -24,6 +24,7 @@ from stepgauge.dcc.units import CELSIUS, MICROMETRE, MILLIMETRE, ONE
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
+from stepgauge.recording.simulated import SIMULATED_WARNING, is_simulated
 from stepgauge.reports.certificate_file import Laboratory
 from stepgauge.reports.statements import METHOD, ONLY_ITEMS, traceability, uncertainty_text
 from stepgauge.standards.budget_files import StoredBudget, StoredLine
@@ -73,15 +74,10 @@ def _check_coverage(budget: StoredBudget) -> None:
 def _statements(evaluation: dict[str, Any], budget: StoredBudget, said: Laboratory, gauge: Gauge) -> list[Element]:
     told = said.statements
     found = [
+        *(statement(text, EXAMPLE) for text in _example_marks(evaluation, said)),
         statement(ONLY_ITEMS, reference="7.8.2.1 l)"),
         statement(traceability(said, gauge), reference="7.8.4.1 c)"),
     ]
-    if "seed" in evaluation["comments"]:
-        text = "Simulated recording: no machine was measured. This certificate is an example."
-        found.insert(0, statement(text, EXAMPLE))
-    if evaluation["gauge"]["example"]:
-        text = "The certificate of the step gauge is an example: this is not a real calibration."
-        found.insert(0, statement(text, EXAMPLE))
     if said.certificate.place_text:
         found.append(statement(f"Place of the calibration: {said.certificate.place_text}.", reference="7.8.2.1 c)"))
     if said.method.deviations:
@@ -100,6 +96,16 @@ def _statements(evaluation: dict[str, Any], budget: StoredBudget, said: Laborato
     if told.remarks:
         found.append(statement(told.remarks))
     return found
+
+
+def _example_marks(evaluation: dict[str, Any], said: Laboratory) -> Iterator[str]:
+    """Why this is no real calibration."""
+    if evaluation["gauge"]["example"]:
+        yield "The certificate of the step gauge is an example: this is not a real calibration."
+    if said.certificate.example:
+        yield "This certificate is an example: this is not a real calibration."
+    if is_simulated(evaluation["comments"]):
+        yield f"{SIMULATED_WARNING} This certificate is an example."
 
 
 def _result(

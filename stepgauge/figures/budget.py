@@ -26,7 +26,7 @@ def draw_budget(folder: str | Path, budget: StoredBudget, suffix: str = "png") -
     paths = []
     for placement in sorted({line.placement for line in budget.quantities}):
         path = Path(folder) / f"budget-{placement}.{suffix}"
-        save_figure(budget_figure(budget, placement), path)
+        save_figure(budget_figure(budget, placement), path, budget.simulated)
         paths.append(path)
     return paths
 

@@ -58,14 +58,14 @@ def figure_names(diagnosis: Diagnosis, laws: Sequence[UnknownLaw], suffix: str =
 
 
 def draw_diagnosis(
-    folder: str | Path, diagnosis: Diagnosis, laws: Sequence[UnknownLaw], suffix: str = "png"
+    folder: str | Path, diagnosis: Diagnosis, laws: Sequence[UnknownLaw], suffix: str = "png", simulated: bool = False
 ) -> list[Path]:
     """Draw the figures of a diagnosis into a folder; outdated ones of an earlier diagnosis are removed."""
     target = Path(folder)
     drawn = figures_of(diagnosis, laws)
     paths = [target / f"{name}.{suffix}" for name in drawn]
     for figure, path in zip(drawn.values(), paths, strict=True):
-        save_figure(figure, path)
+        save_figure(figure, path, simulated)
     for stale in {target / f"{name}.{kind}" for name in (OVERVIEW, RESIDUALS, EFFECTS) for kind in FORMATS} - set(
         paths
     ):

@@ -24,6 +24,7 @@ from stepgauge.evaluation.files import evaluation_to_dict, face_rows
 from stepgauge.figures.faces import POSITION_LABEL, column
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
 from stepgauge.files.notation import counted
+from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.mpe import Mpe
 
 Array = NDArray[np.float64]
@@ -59,7 +60,7 @@ def draw_evaluations(
     placements = evaluation_to_dict(evaluation)["placements"]
     paths = [Path(folder) / name for name in figure_names([p["placement"] for p in placements], suffix)]
     for placement, path in zip(placements, paths, strict=True):
-        save_figure(evaluation_figure(placement, mpe), path)
+        save_figure(evaluation_figure(placement, mpe), path, is_simulated(evaluation.comments))
     return paths
 
 

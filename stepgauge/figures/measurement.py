@@ -17,6 +17,7 @@ from stepgauge.figures.run_chart import run_chart_figure
 from stepgauge.figures.style import save_figure
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
+from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.mpe import Mpe
 
 KINDS = ("error", "bidirectional", "repeatability", "arrows", "run")
@@ -39,7 +40,7 @@ def draw_measurement(
     drawn = list(_figures(recording, evaluation, kinds, mpe, machine))
     paths = [Path(folder) / f"{name}.{suffix}" for name, _ in drawn]
     for path, (_, figure) in zip(paths, drawn, strict=True):
-        save_figure(figure, path)
+        save_figure(figure, path, is_simulated(recording.comments))
     return paths
 
 

@@ -118,13 +118,17 @@ def figure_format(path: str | Path) -> str:
     return suffix
 
 
-def save_figure(fig: Figure, path: str | Path) -> None:
+def save_figure(fig: Figure, path: str | Path, simulated: bool = False) -> None:
     """Write a figure as PNG, PDF or SVG by the extension of ``path``, whole or not at all.
+
+    ``simulated``: no machine was measured, and the figure says so.
 
     Raises :class:`InputError` for another extension or where the file cannot be written.
     """
     kind = figure_format(path)
     with figure_style(), replacing(path) as beside:
+        if simulated:
+            fig.text(0.995, 0.005, "simulated: no machine was measured", ha="right", color="red", fontsize=6.0)
         if kind == "png":
             _draw_once(fig, beside)
         else:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
 from stepgauge.montecarlo.model import Model, Part
 from stepgauge.montecarlo.summary import Summary
+from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.budget_sources import LABELS
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def draw_uncertainty(folder: str | Path, model: Model, summary: Summary, suffix:
             lower.set_xlabel("position along the gauge (mm)")
             title = f"{model.gauge.table.name} on {model.machine.table.name}, {summary.runs} runs"
             figure.suptitle(title, x=0.01, ha="left", fontsize=9, fontweight="bold")
-            save_figure(figure, path)
+            save_figure(figure, path, model.sign < 0 and is_simulated(model.nominal.comments))
         paths.append(path)
     return paths
 

@@ -22,6 +22,7 @@ from stepgauge.files.numerals import number
 from stepgauge.importing.clock import read_clock, stamp_in
 from stepgauge.importing.log import ProbeLog, counted, unit_vectors
 from stepgauge.recording import comment_lines
+from stepgauge.recording.simulated import SIMULATED_COMMENT
 
 Array = NDArray[np.float64]
 _LINE = re.compile(r"(?P<before>.*?)(?<![\d.:])(?P<tag>\d{5}|E\d{4})\s+(?P<rest>[A-Za-z&%#!].*)", re.ASCII)
@@ -32,6 +33,8 @@ OTHER_NORMAL = 0.02
 _RADIUS_MM = (0.05, 20.0)
 OWN_TIME = "Server.Time"
 """Time of the machine's clock at a touch, s: a property of stepgauge's own server."""
+OWN_SIMULATED = "Server.Simulated"
+"""1: the machine behind the server is a virtual one; a property of stepgauge's own server, too."""
 _TEMPERATURES = {"part.temperature": "gauge_temperature_C", "parttemperature": "gauge_temperature_C"}
 _TEMPERATURES |= {f"scale{axis}.temperature": f"scale_temperature_{axis}_C" for axis in "xyz"}
 
@@ -65,7 +68,7 @@ class _Session:
         self.dropped: Counter[str] = Counter()
         self.first: str | None = None
         self.stamp: str | None = None
-        self.ended = False
+        self.ended = self.simulated = False
 
     def fail(self, what: str, found: object = None, expected: object = None) -> NoReturn:
         raise InputError(f"{self.path}:{self.line}", what, found=found, expected=expected)
@@ -128,6 +131,7 @@ class _Session:
         self._note_temperatures(found)
 
     def _note_temperatures(self, fields: dict[str, str]) -> None:
+        self.simulated |= fields.get(OWN_SIMULATED, "").strip() == "1"
         for name, value in fields.items():
             if name.lower() in _TEMPERATURES:
                 self.state[_TEMPERATURES[name.lower()]] = self._number(value, name)
@@ -184,7 +188,7 @@ def read(text: str, path: str) -> ProbeLog:
         approach=approach,
         time_s=time_s,
         columns=columns,
-        comments=_date(session) | comments,
+        comments=_date(session) | comments | (SIMULATED_COMMENT if session.simulated else {}),
         tip_radius_mm=radius,
         cut="" if session.ended else "no EndSession()",
         failures=tuple(session.failures),

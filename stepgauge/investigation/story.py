@@ -9,7 +9,9 @@ from stepgauge import __version__
 from stepgauge.files.text import write_json, write_text
 from stepgauge.investigation.loop import Investigation
 from stepgauge.investigation.reach import placement_json
+from stepgauge.investigation.running import joined
 from stepgauge.machine.styli import stylus_words
+from stepgauge.recording.simulated import is_simulated
 
 FORMAT = "stepgauge investigation 1"
 OF_THE_JOURNAL = ("proposed", "chosen", "end", "needed", "minutes_allowed")
@@ -28,6 +30,7 @@ def story_of(found: Investigation) -> dict[str, Any]:
             "example": case.gauge.certificate.example,
         },
         "machine": case.machine.table.name,
+        "simulated": is_simulated(joined(list(found.runs)).comments),
         "styli": [stylus_words(case.machine, number + 1) for number in range(len(case.machine.styli) + 1)],
         "asked": {"odds": case.odds, "minutes": case.minutes, "without": list(case.without)},
         "runs": [_run(found, number) for number in range(len(found.runs))],

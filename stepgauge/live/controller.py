@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
-from stepgauge.importing.ippdme import OWN_TIME
+from stepgauge.importing.ippdme import OWN_SIMULATED, OWN_TIME
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.ippdme.protocol import Call, fields, fixed
 from stepgauge.live.connection import Connection, ConnectionLostError
@@ -57,6 +57,10 @@ class Link(Protocol):
     @property
     def name(self) -> str:
         """Which machine it is, for messages."""
+
+    @property
+    def simulated(self) -> bool:
+        """Whether the machine is a virtual one, as it tells by itself; known once it was prepared."""
 
     def prepare(self, wishes: Wishes) -> None:
         """Be ready for the program, without a move but to home, where that is wished (:class:`InputError` if not)."""
@@ -102,6 +106,7 @@ class Controller:
         self.connection, self.settings = connection, settings
         self._longest_s = SLOWER * travel_mm / settings.travel_speed_mm_s
         self._temperatures: tuple[str, ...] = ()
+        self.simulated = False
 
     def prepare(self, wishes: Wishes) -> None:
         """Start a session, and set what the program states; nothing moves but to home, where that is wished.
@@ -113,6 +118,7 @@ class Controller:
         self.connection.forget_events()
         ask("StartSession()")
         ask("ClearAllErrors()")
+        self.simulated = self._is_simulated()
         self._check_class()
         self._check_home(wishes)
         ask("SetCoordSystem(MachineCsy)")
@@ -138,6 +144,11 @@ class Controller:
             return False
         self.connection.ask(f'ChangeTool("{name}")', takes_s=HOMING_S)
         return True
+
+    def _is_simulated(self) -> bool:
+        """The virtual CMM says what it is."""
+        told = self.connection.ask_if_known(f"GetProp({OWN_SIMULATED}())")
+        return told is not None and _number(_data(told), OWN_SIMULATED) == 1.0
 
     def _check_class(self) -> None:
         said = ", ".join(self.connection.ask("GetMachineClass()"))

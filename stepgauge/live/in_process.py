@@ -20,6 +20,7 @@ class InProcess:
     """A link to a virtual CMM; ``stop``: asked before every move whether to stop."""
 
     name = "the virtual CMM"
+    simulated = True
 
     def __init__(self, cmm: LiveCmm, settings: ProbingSettings, stop: Callable[[], bool] | None = None) -> None:
         self.cmm, self.settings, self._stop, self._heeds_stop = cmm, settings, stop or (lambda: False), True

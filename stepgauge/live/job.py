@@ -22,6 +22,7 @@ from stepgauge.motion.moves import Move, Program, trace
 from stepgauge.planning.check import check_program, check_travel
 from stepgauge.planning.program import fastest_mm_s
 from stepgauge.recording import APPROACH, POSITION, Recording
+from stepgauge.recording.simulated import SIMULATED, SIMULATED_COMMENT
 
 Array = NDArray[np.float64]
 
@@ -74,7 +75,8 @@ class Job:
     def recording(self, journal: Journal, comments: dict[str, str]) -> Recording:
         """The recording of the points in a journal, in the order of the program.
 
-        A column that not every point has is left out.
+        A column that not every point has is left out. Comments say when the measurement was begun, and
+        whether any point is one of the virtual CMM.
         """
         rows: list[Row] = []
         for point in sorted(journal.rows):
@@ -85,8 +87,10 @@ class Job:
             own |= {name: journal.rows[point][name] for name in POSITION}
             own |= dict(zip(APPROACH, measure.approach.tolist(), strict=True))
             rows.append({**own, **journal.rows[point]})
-        frame = pd.DataFrame(rows).dropna(axis=1)
-        return Recording(frame, {**self._comments(), **comments}, str(journal.path))
+        frame = pd.DataFrame(rows)
+        made = SIMULATED_COMMENT if SIMULATED in frame else {}
+        frame = frame.drop(columns=SIMULATED, errors="ignore").dropna(axis=1)
+        return Recording(frame, {**self._comments(), **_begun(journal), **made, **comments}, str(journal.path))
 
     def _comments(self) -> dict[str, str]:
         return {
@@ -97,6 +101,12 @@ class Job:
             "tip_radius_mm": f"{self.machine.probe.tip_radius_mm:g}",
             **stylus_comment(self.machine),
         }
+
+
+def _begun(journal: Journal) -> dict[str, str]:
+    """When a measurement was begun, by the clock of the computer."""
+    began = datetime.datetime.fromtimestamp(journal.began_s).astimezone()
+    return {"measured_at": began.isoformat(timespec="seconds")}
 
 
 def make_job(

@@ -62,6 +62,7 @@ class LinuxCnc:
     """
 
     name = "linuxcnc"
+    simulated = False
 
     def __init__(self, settings: ProbingSettings, stop: Callable[[], bool] | None = None) -> None:
         self.settings, self._stop, self._heeds_stop = settings, stop or (lambda: False), True

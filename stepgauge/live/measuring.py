@@ -22,6 +22,7 @@ from stepgauge.live.journal import Journal, Row
 from stepgauge.live.ways import HAND_MM, Ways
 from stepgauge.machine.file import TIP_TOLERANCE_MM
 from stepgauge.recording import POSITION, Recording
+from stepgauge.recording.simulated import SIMULATED
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int, float], None]
@@ -136,6 +137,7 @@ class _Run:
             row["gauge_temperature_C"] = self.job.gauge_temperature_C
         own = time.time() - self.journal.began_s if found.time_s is None else found.time_s + self.offset_s
         row |= dict(zip(POSITION, found.position_mm, strict=True))
+        row |= {SIMULATED: 1} if self.link.simulated else {}
         return row | {"time_s": round(own, 6), "speed_mm_s": self.job.program.settings.measuring_speed_mm_s}
 
     def _check_tip(self, found: Measured) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stepgauge.importing.ippdme import OWN_TIME
+from stepgauge.importing.ippdme import OWN_SIMULATED, OWN_TIME
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.ippdme.protocol import Call, Text, fixed
 from stepgauge.live.machine_state import UNDEFINED
@@ -80,6 +80,8 @@ def _calls(call: Call) -> list[Call]:
 def _value(session: Session, path: str, method: str) -> str:
     """The value of a property as it is answered (:class:`DmeError` 0510 where there is none)."""
     state = session.state
+    if path == OWN_SIMULATED:
+        return "1"
     if path == OWN_TIME or state.temperature_C(path) is not None:
         return state.quantity(path, session.cmm.position_mm, method).removeprefix(f"{path}(").removesuffix(")")
     tool, rest = state.tool_of(path, method)
@@ -112,7 +114,7 @@ def _children(session: Session, path: str, method: str) -> list[tuple[str, str]]
     if path in TEMPERATURES:
         return [("Temperature", "Number")]
     if path == OWN_TIME.partition(".")[0]:
-        return [("Time", "Number")]
+        return [("Time", "Number"), ("Simulated", "Number")]
     tool, rest = session.state.tool_of(path, method)
     own = [] if rest else [("Name", "String"), ("Id", "String")]
     return [*own, *session.state.parameters[tool].children(rest, method)]

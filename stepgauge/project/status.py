@@ -23,6 +23,7 @@ from stepgauge.project.create import OUTPUTS, RECORDINGS, RESULTS, program_suffi
 from stepgauge.project.file import Project
 from stepgauge.recording import read_recording
 from stepgauge.recording.columns import REQUIRED
+from stepgauge.recording.simulated import is_simulated
 
 MOST = 1000
 """Recordings and results that are looked at; more belong into a store."""
@@ -153,7 +154,7 @@ def _recording_words(path: Path) -> str:
         return read_axis_recording(path).summary().splitlines()[0]
     recording = read_recording(path)
     placements, rows = len(recording.placements), len(recording.frame)
-    simulated = "; simulated" if "seed" in recording.comments else ""
+    simulated = "; simulated" if is_simulated(recording.comments) else ""
     return f"{rows} probings in {counted(placements, 'placement')}{simulated}"
 
 

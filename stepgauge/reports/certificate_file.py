@@ -18,6 +18,7 @@ from pydantic import AfterValidator, Field, StringConstraints, model_validator
 from stepgauge.errors import InputError
 from stepgauge.files.config import Table, check_table, read_toml
 from stepgauge.files.dates import check_past, moments, parse_moment
+from stepgauge.recording.simulated import is_simulated
 
 
 def _printable(text: str) -> str:
@@ -59,6 +60,7 @@ class CertificateHead(Table):
     place: Place | None = Field(None, description="laboratory, customer, laboratoryBranch, customerBranch or other")
     place_text: Text | None = Field(None, description="where the machine stands, in words")
     replaces: Text | None = Field(None, description="number of the certificate that this one replaces")
+    example: bool = Field(False, description="true: an example, no calibration; needed where readings were simulated")
 
     @model_validator(mode="after")
     def _in_order(self) -> CertificateHead:
@@ -217,6 +219,18 @@ def check_days(said: Laboratory, evaluation: dict[str, Any]) -> None:
         if day is not None and first is not None and last is not None and not first <= day <= last:
             what = "the evaluation was not measured on the days of [certificate] performed_from and performed_to"
             raise InputError(said.path, what, found=f"{first} to {last}", expected=f"measured_at {text}")
+
+
+def check_simulated(said: Laboratory, evaluation: dict[str, Any]) -> None:
+    """:class:`InputError` for a certificate on readings of the virtual CMM that is not an example by its name."""
+    if is_simulated(evaluation["comments"]) and not is_example(said, evaluation):
+        what = "the recording was simulated: no machine was measured, and nothing was calibrated"
+        raise InputError(said.path, what, expected="a measured recording; or example = true in [certificate]")
+
+
+def is_example(said: Laboratory | None, evaluation: dict[str, Any]) -> bool:
+    """Whether a certificate says of itself, or by that of its gauge, that it is an example."""
+    return bool(evaluation["gauge"]["example"]) or (said is not None and said.certificate.example)
 
 
 def check_filled(said: Laboratory) -> None:

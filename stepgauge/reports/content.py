@@ -20,7 +20,7 @@ from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.reports.budget import budget_tables
 from stepgauge.reports.certificate import closing_sections, end_mark, identity_sections, not_stated
-from stepgauge.reports.certificate_file import Laboratory
+from stepgauge.reports.certificate_file import Laboratory, is_example
 from stepgauge.reports.face_table import faces_table
 from stepgauge.reports.page import Page, Stated, identity_section, measured_and_approved, unsaid
 from stepgauge.reports.result import result_table, warnings
@@ -103,7 +103,7 @@ def make_content(evaluation: dict[str, Any], stated: Stated, sources: Sources) -
         signatures=measured_and_approved(stated) if laboratory is None else _authorised(laboratory),
         end=None if laboratory is None else end_mark(laboratory, title),
         issued=None if laboratory is None else _issued(laboratory),
-        example=bool(evaluation["gauge"]["example"]),
+        example=is_example(laboratory, evaluation),
         more={"summary": [_summary(result, budget) for result in placed]},
     )
     number = stated.number if laboratory is None else laboratory.certificate.number

@@ -26,6 +26,7 @@ from stepgauge.diagnosis.output.report import (
 )
 from stepgauge.diagnosis.output.words import name_of, significant
 from stepgauge.files.text import in_folder, read_result
+from stepgauge.recording.simulated import SIMULATED_WARNING
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
 from stepgauge.reports.blocks import pictures as pictures_of
 from stepgauge.reports.findings import Words, do_first, first_lines, found_part, misfits
@@ -144,6 +145,7 @@ def story(
         "verdict": said["verdict"],
         "summary": sentence,
         "warnings": [
+            *([SIMULATED_WARNING] if said["inputs"].get("simulated") else []),
             *(_fails(check) for check in said["checks"] if not check["passed"]),
             *misfits(said),
             *without_scatter(said),

@@ -19,6 +19,7 @@ from stepgauge.evaluation.probings import TEMPERATURES, probing_errors
 from stepgauge.figures.plotly_library import packed_library
 from stepgauge.files.notation import clean, printed, printed_unit
 from stepgauge.recording import Recording
+from stepgauge.recording.simulated import is_simulated
 
 MOST_ROWS = 10_000
 """Readings in a page; of more, evenly chosen ones."""
@@ -47,7 +48,7 @@ def evaluation_page(evaluation: Evaluation, recording: Recording) -> dict[str, A
     }
     subtitle = f"{gauge['name']}, serial number {gauge['serial']}; {said['machine'] or 'machine not stated'}"
     note = _left_out(sum(map(len, tables)))
-    return _content("Errors by face", subtitle, scene, bool(gauge["example"]), "seed" in said["comments"], note)
+    return _content("Errors by face", subtitle, scene, bool(gauge["example"]), is_simulated(said["comments"]), note)
 
 
 def diagnosis_page(said: Mapping[str, Any], story: Mapping[str, Any], rows: pd.DataFrame) -> dict[str, Any]:
@@ -61,7 +62,12 @@ def diagnosis_page(said: Mapping[str, Any], story: Mapping[str, Any], rows: pd.D
     """
     scene = diagnosis_scene(said, story, rows)
     return _content(
-        story["title"], printed(story["summary"]), scene, bool(story["example"]), False, _left_out(len(rows))
+        story["title"],
+        printed(story["summary"]),
+        scene,
+        bool(story["example"]),
+        bool(said["inputs"].get("simulated")),
+        _left_out(len(rows)),
     )
 
 

@@ -11,6 +11,7 @@ from stepgauge.diagnosis.output.report import percent, plus_minus, significant
 from stepgauge.diagnosis.output.words import name_of
 from stepgauge.files.notation import counted
 from stepgauge.files.text import in_folder, read_result
+from stepgauge.recording.simulated import SIMULATED_WARNING
 from stepgauge.reports.blocks import Block, bullets, heading, part, table, words
 from stepgauge.reports.diagnosis import STORY
 
@@ -32,7 +33,7 @@ def investigation_story(said: Said) -> dict[str, Any]:
         "title": f"Investigation: {said['machine']} with {said['gauge']['name']}",
         "verdict": VERDICTS.get(said["end"]["how"], said["end"]["how"]),
         "summary": sentence(said),
-        "warnings": [] if said["end"]["stands"] else [_open(said)],
+        "warnings": list(_warnings(said)),
         "example": bool(said["gauge"]["example"]),
         "parts": [
             part("The answer", *_answer(said)),
@@ -41,6 +42,13 @@ def investigation_story(said: Said) -> dict[str, Any]:
         "data": {"name": "investigation.json", "text": json.dumps(said, indent=1, ensure_ascii=False)},
         "version": said["stepgauge"],
     }
+
+
+def _warnings(said: Said) -> Iterator[str]:
+    if said["simulated"]:
+        yield SIMULATED_WARNING
+    if not said["end"]["stands"]:
+        yield _open(said)
 
 
 def read_story(path: str | Path) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from stepgauge.figures.faces import NAMES
 from stepgauge.figures.overlay import overlay_figure
 from stepgauge.figures.style import save_figure
 from stepgauge.files.notation import UNDEFINED, aligned, number, quantity, uncertain
+from stepgauge.recording.simulated import is_simulated
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.page import Column, Page, PrintedTable, Stated
 from stepgauge.reports.render import write_report
@@ -65,7 +66,8 @@ def write_overlay(
         raise InputError(
             path, "a figure shows one placement", found=f"{len(found[0])}", expected=".pdf or .html for all"
         )
-    save_figure(_figure(evaluations, found, short, 0), path)
+    simulated = any(is_simulated(one["comments"]) for one in evaluations)
+    save_figure(_figure(evaluations, found, short, 0), path, simulated)
     return ()
 
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from stepgauge import __version__
 from stepgauge.files.notation import clean
+from stepgauge.recording.simulated import is_simulated
 from stepgauge.reports.sections import Section
 
 BETWEEN = "*"
@@ -123,7 +124,7 @@ class Page:
             "date_parts": [stated.date.year, stated.date.month, stated.date.day],
             "issued": self.issued or stated.date.isoformat(),
             "example": self.example,
-            "simulated": "seed" in data["comments"],
+            "simulated": is_simulated(data["comments"]),
             "identity": [section.as_dict() for section in self.identity],
             "result": self.result.as_dict(),
             "overall": clean(self.overall),

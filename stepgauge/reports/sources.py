@@ -9,7 +9,7 @@ from typing import Any
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, read_placement
 from stepgauge.machine.file import Machine, read_machine
-from stepgauge.reports.certificate_file import check_days, check_filled, read_laboratory
+from stepgauge.reports.certificate_file import check_days, check_filled, check_simulated, read_laboratory
 from stepgauge.reports.content import Sources
 from stepgauge.reports.reading import (
     check_certificate,
@@ -58,4 +58,5 @@ def read_sources(
     if said is not None:
         check_filled(said)
         check_days(said, evaluation)
+        check_simulated(said, evaluation)
     return Sources(steps, cmm, lies, sure, said)

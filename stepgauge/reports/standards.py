@@ -61,7 +61,7 @@ def write_test(
     notes = write_report(report, content, template)
     paths = [path for write in files for path in write(folder)]
     for file, figure in figures:
-        save_figure(figure, Path(folder) / file)
+        save_figure(figure, Path(folder) / file, bool(content["simulated"]))
         paths.append(Path(folder) / file)
     return [*paths, report], notes
 

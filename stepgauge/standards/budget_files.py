@@ -17,6 +17,7 @@ from stepgauge.files.shown import Shown, as_lines, figures
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import in_folder, read_result, write_json, write_text
 from stepgauge.montecarlo.model import Model
+from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.budget import Budget, Line, Source
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ def budget_to_dict(model: Model, budget: Budget, runs: int) -> dict[str, Any]:
         "method": METHOD,
         "of": "a program on the virtual CMM" if model.sign > 0 else "a recording",
         "source": model.nominal.path,
+        "simulated": model.sign < 0 and is_simulated(model.nominal.comments),
         "machine": model.machine.table.name,
         "gauge_serial": model.gauge.table.serial,
         "certificate": model.gauge.certificate.number,
@@ -199,6 +201,7 @@ class StoredBudget(_Stored, Shown):
     method: str
     of: str = ""
     source: str = ""
+    simulated: bool = False
     machine: str = ""
     gauge_serial: str
     certificate: str

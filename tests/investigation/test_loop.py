@@ -23,6 +23,7 @@ from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.controller import Link, Wishes
 from stepgauge.live.in_process import InProcess
 from stepgauge.motion.moves import ProbingSettings
+from stepgauge.reports.investigation import investigation_story
 from tests.investigation.made import REVERSAL, WITHOUT, Person, begun, lies_along_y, small_case, station
 from tests.live.made import make_state, serving, small_gauge, small_machine, with_effects, write_files
 
@@ -174,6 +175,8 @@ def test_what_is_done_is_never_done_again(tmp_path: Path) -> None:
     with begun(tmp_path, Fragile(count, 10**6), person, True, case) as found:
         found.go_through()
         last = story_of(found)
+    assert last["simulated"]
+    assert "no machine was measured" in investigation_story(last)["warnings"][0]
     in_vain, lost = 1, 2  # where the gauge was not; of the seven that locate it, those before the kill
     more = sum(len(sg.read_recording(made.path)) for made in found.runs[2:])
     assert count["probings"] == 16 + in_vain + lost + 7 + 16 + more

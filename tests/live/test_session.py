@@ -57,7 +57,7 @@ ANSWERS = {
     "SetProp(Tool.PtMeasPar.Speed(2), Tool.GoToPar.Speed.Act(40))": [],
     "EnumProp(Tool.GoToPar())": ['# "Speed", "Number"', '# "Accel", "Number"'],
     "EnumProp(Part())": ['# "Temperature", "Number"'],
-    "EnumProp(Server())": ['# "Time", "Number"'],
+    "EnumProp(Server())": ['# "Time", "Number"', '# "Simulated", "Number"'],
     "EnumProp(Tool.GoToPar.Speed())": [f'# "{name}", "Number"' for name in ("Min", "Max", "Act", "Def")],
     "Get(Z(), X())": ["# Z(300.0000000), X(0.0000000)"],
     "Get(ScaleX.Temperature())": ["# ScaleX.Temperature(20.0000)"],

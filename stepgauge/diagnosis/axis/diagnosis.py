@@ -159,7 +159,7 @@ class _Rows:
     """A recording as the list of outliers wants it."""
 
     def __init__(self, recording: AxisRecording) -> None:
-        self.path, self.count = recording.path, len(recording)
+        self.path, self.count, self.comments = recording.path, len(recording), recording.comments
 
     def __len__(self) -> int:
         return self.count

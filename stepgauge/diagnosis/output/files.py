@@ -29,6 +29,7 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Member
 from stepgauge.files.text import write_json, write_text
 from stepgauge.recording import Recording
+from stepgauge.recording.simulated import is_simulated
 
 FORMAT = "stepgauge diagnosis 1"
 MACHINE_FILE = "machine.diagnosed.toml"
@@ -112,7 +113,8 @@ def write_diagnosis(
     for name, text in texts.items():
         write_text(target / name, text)
     written = [target / name for name in ("diagnosis.json", *texts)]
-    return [*written, *draw_diagnosis(target, diagnosis, laws, suffix)]
+    simulated = bool(said["inputs"]["simulated"])
+    return [*written, *draw_diagnosis(target, diagnosis, laws, suffix, simulated)]
 
 
 def diagnosis_to_dict(
@@ -367,6 +369,7 @@ def _inputs(diagnosis: Diagnosis, inputs: Inputs) -> dict[str, Any]:
     faces = Path(gauge.path).parent / gauge.table.faces
     return {
         "recordings": [_file(recording.path) for recording in inputs.recordings],
+        "simulated": any(is_simulated(recording.comments) for recording in inputs.recordings),
         "gauge": {
             **_file(gauge.path),
             "faces_sha256": checksum(faces),

@@ -1,0 +1,94 @@
+"""What a virtual machine made says so: in the recording, whichever way it came, and in whatever is made of it."""
+
+from __future__ import annotations
+
+import datetime
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pypdf import PdfReader
+
+from stepgauge.errors import InputError
+from stepgauge.figures.evaluation import draw_evaluations
+from stepgauge.importing.ippdme import read as read_log
+from stepgauge.live.connection import Spy
+from stepgauge.recording import join_recordings, read_recording
+from stepgauge.recording.simulated import is_simulated
+from stepgauge.reports.certificate_file import check_simulated
+from stepgauge.reports.content import Sources, make_content
+from stepgauge.reports.diagnosis import story
+from stepgauge.reports.page import Stated
+from tests.dcc.made import evaluated, laboratory
+from tests.live.made import serving
+from tests.live.test_measure import make, run
+from tests.measured import one_placement, shipped
+from tests.measured import run as simulated_run
+
+
+def test_a_measurement_on_the_virtual_cmm_says_so_and_when_it_was_made(tmp_path: Path) -> None:
+    """Through the server, and through the log of its client; after a resumption from the journal, too."""
+    with serving() as port:
+        spy = Spy(tmp_path / "spy.log", {"server": "here"})
+        recording = run(make(), port, tmp_path / "j", spy=spy)
+        spy.close()
+    assert is_simulated(recording.comments)
+    assert "simulated" not in recording.frame
+    began = datetime.datetime.fromisoformat(recording.comments["measured_at"])
+    assert abs((datetime.datetime.now().astimezone() - began).total_seconds()) < 60.0
+    recording.write(tmp_path / "recording.csv")
+    assert is_simulated(read_recording(tmp_path / "recording.csv").comments)
+    log = read_log((tmp_path / "spy.log").read_text(), "spy.log")
+    assert is_simulated(log.comments)
+
+
+def test_a_real_server_says_nothing_of_the_kind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A server that does not know the property is a real one."""
+    monkeypatch.setattr("stepgauge.live.controller.OWN_SIMULATED", "Server.Unheard")
+    with serving() as port:
+        recording = run(make(1), port, tmp_path / "j")
+    assert not is_simulated(recording.comments)
+    assert "measured_at" in recording.comments
+
+
+def test_one_simulated_part_makes_the_whole_simulated() -> None:
+    made = simulated_run(2).recording
+    real = replace(made, comments={"machine": "Bridge CMM"})
+    assert is_simulated(made.comments)
+    assert not is_simulated(real.comments)
+    assert is_simulated(join_recordings([real, made]).comments)
+
+
+def with_real_gauge() -> dict[str, Any]:
+    evaluation, _ = evaluated()
+    return {**evaluation, "gauge": {**evaluation["gauge"], "example": False}}
+
+
+def test_a_certificate_of_simulated_readings_is_refused_unless_it_is_an_example_by_name() -> None:
+    evaluation = with_real_gauge()
+    said = laboratory()
+    plain = replace(said, certificate=said.certificate.model_copy(update={"example": False}))
+    with pytest.raises(InputError, match=r"recording was simulated.*example = true in \[certificate\]"):
+        check_simulated(plain, evaluation)
+    check_simulated(plain, {**evaluation, "comments": {"machine": "Bridge CMM"}})
+    named = replace(said, certificate=said.certificate.model_copy(update={"example": True}))
+    check_simulated(named, evaluation)
+    gauge, machine = shipped()
+    budget = evaluated()[1].model_copy(update={"not_included": []})
+    content = make_content(evaluation, Stated(datetime.date(2026, 5, 4)), Sources(gauge, machine, (), budget, named))
+    assert content["example"]
+    assert content["simulated"]
+
+
+def test_figures_beside_the_page_say_so(tmp_path: Path) -> None:
+    evaluation = one_placement()
+    for comments, expected in ((evaluation.comments, True), ({"machine": "Bridge CMM"}, False)):
+        (path,) = draw_evaluations(tmp_path, replace(evaluation, comments=comments), "pdf")
+        assert ("no machine was measured" in PdfReader(path).pages[0].extract_text()) is expected
+
+
+def test_a_diagnosis_says_so() -> None:
+    said = {"verdict": "adequate", "checks": [], "inputs": {"simulated": True}, "effects": [], "noise": {}}
+    said |= {"stepgauge": "", "fit": {}, "remarks": []}
+    assert "no machine was measured" in story(said, "t", "s", [])["warnings"][0]
