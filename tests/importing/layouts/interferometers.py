@@ -79,7 +79,6 @@ LAYOUTS = [
         AXIS,
         "Nominal (mm),Actual - Nominal (mm)\n" + lines(BOTH, lambda r: f"{r.target},{r.deviation * 1e-3:.6f}"),
         told(BOTH),
-        units=("mm", "mm"),
     ),
     Layout(
         "Diff whose sign nothing states",
@@ -97,6 +96,7 @@ LAYOUTS = [
         + lines(ONE, lambda r: f"{r.target},{r.target + 0.5},{r.target + 0.5 + r.deviation * 1e-3:.6f}"),
         told(ONE.assign(target=ONE.target + 0.5)),
         knows=PAIRS,
+        must_ask=True,
     ),
     Layout(
         "reference, command and reading, the reference being an encoder",
@@ -107,6 +107,7 @@ LAYOUTS = [
         told(ONE),
         ".txt",
         knows={"--column target": "Cmd (mm)", "--column reading": "Laser (mm)"},
+        must_ask=True,
     ),
     Layout(
         "workbook with two rows of headers",

@@ -19,6 +19,7 @@ import pandas as pd
 
 from stepgauge.axis.recording import read_axis_recording
 from stepgauge.cli import main
+from stepgauge.files.units import LENGTH_MM
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import read_placement
 from stepgauge.recording import read_recording
@@ -53,7 +54,7 @@ class Layout:
     options : given from the beginning; ``@name`` is a file of ``beside``
     knows : what the person can answer, by the option that asks for it (``--column reading``: a role of --column)
     beside : other files of the same folder
-    units : of positions and of deviations
+    units : in which the truth states positions and deviations
     covariates : columns that must be kept under these names
     must_ask : nothing in the file settles it, so that an import without a question is a guess
     """
@@ -84,6 +85,7 @@ class Verdict:
     kind: str
     options: int
     text: str
+    answers: Mapping[str, str] = field(default_factory=dict)
 
 
 def call(arguments: Sequence[str]) -> tuple[int, str]:
@@ -98,14 +100,17 @@ def call(arguments: Sequence[str]) -> tuple[int, str]:
     return code, said.getvalue()
 
 
-def judge(layout: Layout, folder: Path) -> Verdict:
-    """Import a layout in an empty folder, with the options that its messages ask for."""
+def judge(layout: Layout, folder: Path, known: Mapping[str, str] | None = None) -> Verdict:
+    """Import a layout in an empty folder, with the options that its messages ask for.
+
+    ``known``: answers given from the beginning; no question is then answered.
+    """
     path = folder / f"file{layout.suffix}"
     path.write_bytes(layout.data)
     for name, text in layout.beside.items():
         (folder / name).write_text(text)
     given = [str(folder / option[1:]) if option.startswith("@") else option for option in layout.options]
-    answers: dict[str, str] = {}
+    answers = dict(known or {})
     while True:
         output = folder / ("result.toml" if layout.kind in (POINTS, CERTIFICATE) else "result.csv")
         output.unlink(missing_ok=True)
@@ -117,12 +122,12 @@ def judge(layout: Layout, folder: Path) -> Verdict:
                 wrong = "accepted without the question that only a person can answer"
             lost = "" if wrong else lost_columns(layout, output)
             kind = WRONG if wrong else LOST if lost else ASKED if answers else RIGHT
-            return Verdict(kind, used, wrong or lost or said)
+            return Verdict(kind, used, wrong or lost or said, answers)
         assert code == 2, said
         assert not output.exists(), "a refusal left a file behind"
         more = {option: layout.knows[option] for option in asked(said, layout.knows) if option not in answers}
-        if not more:
-            return Verdict(REFUSED, used, said)
+        if known is not None or not more:
+            return Verdict(REFUSED, used, said, answers)
         answers |= more
 
 
@@ -154,32 +159,39 @@ def difference(layout: Layout, output: Path) -> str:
     """What an accepted result has other than the truth, in words; empty where it is right."""
     if layout.truth is None:
         return "accepted, and nobody can know what it says"
+    frame, wrong = read_back(layout, output)
+    truth = layout.truth.drop(columns="time_s", errors="ignore")
+    wrong = wrong or compared(truth, frame, _KEYS[layout.kind])
+    return wrong or compared(*_timed(layout.truth, frame), ("time_s",))
+
+
+def read_back(layout: Layout, output: Path) -> tuple[pd.DataFrame, str]:
+    """The readings of a result in the units of the truth, and whether they have another form than they should."""
     if layout.kind == POINTS:
         centre = read_placement(output, read_gauge("step-gauge-420")).c1_mm
-        return compared(layout.truth, pd.DataFrame([centre], columns=list("xyz")).round(3), ())
+        return pd.DataFrame([centre], columns=list("xyz")).round(3), ""
     if layout.kind == CERTIFICATE:
-        gauge = read_gauge(output)
-        return compared(
-            layout.truth,
-            pd.DataFrame({"face": np.arange(1, gauge.n_faces + 1), "position": gauge.position_mm}),
-            ("face",),
-        )
+        position = read_gauge(output).position_mm
+        return pd.DataFrame({"face": np.arange(1, len(position) + 1), "position": position}), ""
     if layout.kind == GAUGE:
-        return compared(layout.truth, read_recording(output).frame, _KEYS[GAUGE])
+        return read_recording(output).frame, ""
     back = read_axis_recording(output)
-    if back.form != layout.kind:
-        return f"a recording of form {back.form}"
-    if back.units.position != layout.units[0]:
-        return f"in {back.units.position}"
-    in_um = 1e3 if back.units.deviation == "mm" else 1.0
-    frame = back.frame.assign(deviation=back.deviation * in_um)
-    truth = layout.truth.drop(columns="time_s", errors="ignore")
-    return compared(truth, frame, _KEYS[layout.kind]) or compared(*_timed(layout.truth, frame), ("time_s",))
+    frame = back.frame.assign(deviation=back.deviation * _ratio(back.units.deviation, layout.units[1]))
+    for name in {"target", "reading"} & set(frame):
+        frame[name] *= _ratio(back.units.position, layout.units[0])
+    return frame, "" if back.form == layout.kind else f"a recording of form {back.form}"
+
+
+def _ratio(unit: str, wanted: str) -> float:
+    """The factor from a unit to another of lengths; NaN between a length and an angle."""
+    if unit == wanted:
+        return 1.0
+    return LENGTH_MM.get(unit, np.nan) / LENGTH_MM.get(wanted, np.nan)
 
 
 def _timed(truth: pd.DataFrame, found: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Readings with their times since the first, where both have times."""
-    if not {"time_s"} <= set(truth) & set(found):
+    if "time_s" not in set(truth) & set(found):
         return truth[[]], found[[]]
     return truth, found.assign(time_s=found["time_s"] - found["time_s"].min())
 
@@ -204,7 +216,7 @@ def compared(truth: pd.DataFrame, found: pd.DataFrame, keys: Sequence[str]) -> s
     if not by:
         return ""
     want, have = (_ordered(table, list(dict.fromkeys(by))) for table in (truth, found))
-    off = np.abs(want - have) > TOLERANCE
+    off = ~(np.abs(want - have) <= TOLERANCE)
     if not off.any():
         return ""
     row, column = (int(part[0]) for part in np.nonzero(off))

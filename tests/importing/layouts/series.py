@@ -205,9 +205,8 @@ LAYOUTS = [
         SPOT,
         "Elapsed time [min],Spindle [degC],Displacement [um]\n"
         + lines(LONG, lambda r: f"{r.time_s / 60:g},{20 + r.time_s / 1000:.3f},{r.reading * 1e3:.3f}"),
-        TIMED.assign(reading=TIMED.reading * 1e3),
+        TIMED,
         sensor="capacitive",
-        units=("um", "um"),
         covariates=("Spindle_C",),
     ),
     Layout(

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.importing.layouts import gauges, interferometers, laser_files, reports, series
 from tests.importing.layouts.judge import ASKED, MOST_OPTIONS, REFUSED, RIGHT, Layout, judge
+from tests.importing.layouts.layouts import LAYOUTS
 
-LAYOUTS = [*laser_files.LAYOUTS, *interferometers.LAYOUTS, *reports.LAYOUTS, *series.LAYOUTS, *gauges.LAYOUTS]
 PENDING = {
+    "reference, command and reading, the reference being an encoder": "wrong",
     "laser file, flag of one direction, return runs filled with zeros": "wrong",
     "laser file, rows sorted by target": "wrong",
     "laser file, decimal comma": "refused",

@@ -1,0 +1,17 @@
+"""A small part of ``benchmarks.attack.tables``: layouts with one thing changed are never accepted with other numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from benchmarks.attack.tables import run, table
+from tests.importing.layouts import gauges
+from tests.importing.layouts.judge import GAUGE
+
+LOGS = [layout for layout in gauges.LAYOUTS if layout.kind == GAUGE]
+
+
+def test_logs_with_a_line_lost_or_displaced(tmp_path: Path) -> None:
+    done = run(30, 1, tmp_path, LOGS[:9])
+    assert not [one for one in done if one.verdict == "wrong"], table(done)
+    assert len({one.verdict for one in done}) == 2, "some are refused, some accepted"
