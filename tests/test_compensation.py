@@ -39,7 +39,7 @@ def measured(
     reversal_um: float = 0.0,
     yaw_deg: float = 0.0,
     cycles: int = 2,
-    noise_um: float = 0.0,
+    noise_um: float = 1e-9,  # cycles that are the same to the last bit are copies
     seed: int = 0,
 ) -> Recording:
     """A recording from the definitions: tip centre = face -+ r, plus the error of x by coordinate and sense."""
@@ -104,9 +104,9 @@ def test_without_a_tip_radius_a_constant_reversal_stays_with_r_eff() -> None:
     """Block 1 gives R_eff, which swallows its reversal: there is none left, and the table says so."""
     recording = measured(GAUGE, lambda x: 0.0 * x, 6.0)
     table = table_of(GAUGE, recording, tip=None)
-    np.testing.assert_allclose(table.reversal_um, 0.0, atol=1e-9)
+    np.testing.assert_allclose(table.reversal_um, 0.0, atol=1e-7)
     assert any("hides the reversal" in note for note in table.notes)
-    np.testing.assert_allclose(table_of(GAUGE, recording).reversal_um, 6.0, atol=1e-9)
+    np.testing.assert_allclose(table_of(GAUGE, recording).reversal_um, 6.0, atol=1e-7)
 
 
 @pytest.mark.parametrize("tip", [RADIUS, None])

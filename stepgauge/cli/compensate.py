@@ -199,12 +199,15 @@ def _say_ini(output: str, joint: int, kind: int) -> None:
 def _write_skew(path: Path, plane: str, to: str, output: str) -> None:
     """The commands of a firmware against the skew of a plane."""
     from stepgauge.compensation.skew import find_skew, render_skew
+    from stepgauge.conditions import stored_conditions
     from stepgauge.files.text import write_text
     from stepgauge.reports.reading import read_checked_evaluation
 
     evaluation = read_checked_evaluation(path)
     skew = find_skew(evaluation, path, plane)
     write_text(output, render_skew(skew, to, evaluation, path))
+    for note in stored_conditions(evaluation).notes:
+        say(f"note: {note}")
     say(f"{plane}: indicated {plane[0]} too large by {skew.alpha_rad * 1e6:+.1f} um per m of {plane[1]}")
     say_written(output)
 

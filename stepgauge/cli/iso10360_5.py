@@ -89,7 +89,7 @@ def command(points: tuple[str, ...], output: str, **options: Any) -> None:
     written, notes = report_probing(
         output, test, stated_from(options), options["machine_name"], options["template"], options["suffix"]
     )
-    for note in notes:
+    for note in (*test.conditions.notes, *notes):
         say(f"note: {note}")
     for one in test.values:
         say(f"{one.symbol}: {one.value_um:.2f} um")

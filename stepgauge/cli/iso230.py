@@ -97,7 +97,7 @@ def command(recordings: tuple[str, ...], gauge: str | None, output: str, machine
         raise click.UsageError("--gauge is for recordings of a step gauge; a recording of one axis has its own targets")
     test = _axis_test(recordings, options) if of_axis else _gauge_test(recordings, gauge, cmm, options)
     written, notes = report_positioning(output, test, stated_from(options), cmm, options["template"], options["suffix"])
-    for note in notes:
+    for note in (*test.conditions.notes, *notes):
         say(f"note: {note}")
     _tell(test)
     say_written(*written)

@@ -64,19 +64,17 @@ def command(source: str, kind: str, gauge: str | None, output: str, **options: A
 
     if gauge is not None and kind == "etve":
         raise click.UsageError("--gauge goes with --test axis: an ETVE test moves nothing.")
-    test = drift_test(_read(source, gauge), "etve" if kind == "etve" else "axis")
-    names = list(test.values_um)
-    requirement = Requirement.parse(options["tolerance"], options["expanded_uncertainty"], names)
-    written, notes = report_drift(
-        output, test, requirement, stated_from(options), options["template"], options["suffix"]
-    )
-    for note in notes:
+    drift = _read(source, gauge)
+    requirement = Requirement.parse(options["tolerance"], options["expanded_uncertainty"], list(drift.displacement_um))
+    test = drift_test(drift, "etve" if kind == "etve" else "axis", requirement)
+    written, notes = report_drift(output, test, stated_from(options), options["template"], options["suffix"])
+    for note in (*test.conditions.notes, *notes):
         say(f"note: {note}")
     for one in test.channels:
         say(
             f"{one.name}: range {one.range_um:.2f} um, first 60 min {one.first_hour_um:.2f} um, end {one.end_um:.2f} um"
         )
-    say(requirement.text([("", test.values_um)]))
+    say(test.requirement.text([("", test.values_um)]))
     for text in incomplete(rules_of(test)):
         say(f"- {text}")
     say_written(*written)

@@ -100,6 +100,8 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
             percent(bar),
         )
     written = [*write_summary(output, model, summary), *draw_uncertainty(output, model, summary, options["suffix"])]
+    for note in model.conditions.notes:
+        say(f"note: {note}")
     for part in model.parts:
         _say_main(summary, part.placement)
     say_written(*written)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.conditions import require_statement, stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.notation import in_percent
 
@@ -140,9 +141,12 @@ def axis_faces(
     Raises
     ------
     InputError
-        no placement along the axis (with its angle), several of them, a face that was not evaluated
+        no placement along the axis (with its angle), several of them, a face that was not evaluated, a condition of
+        the readings that prevents a statement
     """
     one = _choose(evaluation["placements"], str(path), axis, placement, angle_limit_deg)
+    conditions = stored_conditions(one)
+    require_statement(conditions, path)
     share = float(one["axis"][AXES.index(axis)])
     _check_tip(tip, float(one["r_eff_mm"]), str(path))
     rows = [row for row in one["faces"] if row["count"] > 0]
@@ -167,7 +171,7 @@ def axis_faces(
         None if tip is None else (2e3 * tip.r_eff_mm, (2.0 * tip.u_um) ** 2),
         abs((expansion_u or 0.0) * warm_K) * 1e3,
         _about(evaluation, one, path, axis, offset_mm, tip),
-        tuple(_notes(one, axis, unknown, expansion_u is None and warm_K != 0.0)),
+        (*conditions.notes, *_notes(one, axis, unknown, expansion_u is None and warm_K != 0.0)),
     )
 
 

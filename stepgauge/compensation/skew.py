@@ -17,6 +17,7 @@ import numpy as np
 
 from stepgauge import __version__
 from stepgauge.compensation.conventions import SKEW_CONVENTIONS
+from stepgauge.conditions import require_statement, stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.resources import folder
 from stepgauge.files.templating import check_printable, fill_template
@@ -39,8 +40,10 @@ class Skew:
 def find_skew(evaluation: Mapping[str, Any], path: str | Path, plane: str) -> Skew:
     """The skew of a plane from an ``evaluation.json``.
 
-    :class:`InputError` where no two placements lie in the plane, mirrored at one of its axes.
+    :class:`InputError` where no two placements lie in the plane, mirrored at one of its axes, and where a condition of
+    the readings prevents a statement.
     """
+    require_statement(stored_conditions(evaluation), path)
     i, j = ("xyz".index(axis) for axis in plane)
     lying = [one for one in evaluation["placements"] if _out_of_plane_deg(one["axis"], i, j) <= OUT_OF_PLANE_DEG]
     for one in lying:

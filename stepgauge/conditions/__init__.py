@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from stepgauge.conditions.condition import (
+    NO_STATEMENT,
+    NOTHING,
     STATES,
     Condition,
     Conditions,
@@ -12,4 +14,14 @@ from stepgauge.conditions.condition import (
     stored_conditions,
 )
 
-__all__ = ["STATES", "Condition", "Conditions", "State", "gate", "require_statement", "stored_conditions"]
+__all__ = [
+    "NOTHING",
+    "NO_STATEMENT",
+    "STATES",
+    "Condition",
+    "Conditions",
+    "State",
+    "gate",
+    "require_statement",
+    "stored_conditions",
+]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, Literal, TypeVar, get_args
+from typing import Any, Final, Literal, TypeVar, get_args
 
 from stepgauge.errors import InputError, Place
 
@@ -37,6 +37,8 @@ Name = Literal[
     "sphere",
 ]
 """What is asked of the readings; ``docs/readings.md`` says how each is examined."""
+NO_STATEMENT: Final = "no statement"
+"""The decision where a condition prevents any."""
 Decision = TypeVar("Decision")
 
 
@@ -102,9 +104,13 @@ class Conditions:
         return cls(tuple(Condition(**one) for one in stored))
 
 
-def gate(conditions: Conditions, decision: Decision | None) -> Decision | None:
-    """The decision, or None where a condition prevents any: every verb asks here before it tells what it decided."""
-    return None if conditions.preventing else decision
+NOTHING = Conditions()
+"""Nothing was examined."""
+
+
+def gate(conditions: Conditions, decision: Decision) -> Decision | Literal["no statement"]:
+    """The decision, or that there is none where a condition prevents it: every verb asks here before it decides."""
+    return NO_STATEMENT if conditions.preventing else decision
 
 
 def require_statement(conditions: Conditions, where: Place) -> None:

@@ -94,7 +94,7 @@ def _span_mm(seen: FaceStatistics, gauge: Gauge) -> float:
 
 
 def _outliers(readings: Readings) -> Iterator[Condition]:
-    if readings.left_out:
+    if readings.left_out and readings.kept is not None:
         size = max(abs(one.off_um) for one in readings.left_out)
         yield Condition("outliers", "corrected", left_out_words(readings.left_out), size_um=size)
     if readings.remark:

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from functools import partial
 from typing import Any, cast
 
+from stepgauge.conditions import require_statement
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import Evaluation, PlacementResult, evaluate
 from stepgauge.evaluation.face_errors import REffOrigin
@@ -60,6 +61,7 @@ def _evaluated(batch: Batch, one: Stored, blocks: str | None, r_eff: REffOrigin)
         gauge = batch.gauge(one)
         section = parse_blocks(blocks, gauge) if blocks else None
         found = evaluate(one.recording(), gauge, section, r_eff, batch.placements(one))
+        require_statement(found.conditions, found.path)
     except InputError as error:
         yield {"recording": one.key, "placement": 0, "error": error.as_typed(), "notes": [], "face": []}
         return

@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.conditions import require_statement, stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.files import read_evaluation, stored_reversal_of_scale_um
 from stepgauge.files.dates import moment_in_path, parse_moment
@@ -86,9 +87,10 @@ def read_entries(path: Path, root: Path, sha256: str, date_from: DateFrom = "rec
     Raises
     ------
     InputError
-        no evaluation, or nothing says when it was measured
+        no evaluation, nothing says when it was measured, or a condition of the readings prevents a statement
     """
     data = read_evaluation(path, with_inputs=False)
+    require_statement(stored_conditions(data), path)
     name = path.relative_to(root).as_posix()
     moment, source = _moment(data, path, Path(name), date_from)
     try:

@@ -38,6 +38,7 @@ def summary_to_dict(model: Model, summary: Summary) -> dict[str, Any]:
         "probings_per_run": model.n_rows,
         "seed": summary.seed,
         "coverage": COVERAGE,
+        "conditions": model.conditions.as_dicts(),
         "inputs": _inputs(model),
         "quantities": _rows(summary),
     }

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.conditions import Conditions
 from stepgauge.conditions.readings import Readings, project_readings
 from stepgauge.effects import Effect, Probings, Setting
 from stepgauge.effects.thermal import REFERENCE_C, ScaleTemperature, UncompensatedScales
@@ -28,10 +29,11 @@ from stepgauge.evaluation.evaluate import Evaluation, PlacementResult, evaluate
 from stepgauge.evaluation.face_errors import FaceErrors, REffOrigin, band_um, face_errors, worst_two_sigma_um
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
+from stepgauge.machine import virtual
 from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import machine_effects
 from stepgauge.machine.uncertain import Uncertain, replaced
-from stepgauge.machine.virtual import Conditions, execute
+from stepgauge.machine.virtual import execute
 from stepgauge.montecarlo.inputs import (
     EXPANSION,
     GAUGE_TEMPERATURE,
@@ -99,6 +101,11 @@ class Model:
     sign: float
     quantities: tuple[Quantity, ...]
     counts: tuple[bool, ...]
+
+    @property
+    def conditions(self) -> Conditions:
+        """What was found of the readings of a recording; of a program there are none."""
+        return self.nominal.conditions if self.sign < 0.0 else Conditions()
 
     @property
     def n_rows(self) -> int:
@@ -304,7 +311,7 @@ def program_model(
     machine: Machine,
     gauge: Gauge,
     placement: Placement,
-    conditions: Conditions | None = None,
+    conditions: virtual.Conditions | None = None,
     u_gauge_temperature_K: float = 0.0,
     origin: REffOrigin = "first",
 ) -> Model:

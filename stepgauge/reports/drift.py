@@ -10,7 +10,7 @@ from stepgauge.files.notation import number, quantity
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.page import Column, Page, PrintedTable, Stated
 from stepgauge.reports.sections import Section
-from stepgauge.reports.standards import recording_lines, rules_table, test_content, unmet, write_test
+from stepgauge.reports.standards import recording_lines, rules_table, said_of, test_content, unmet, write_test
 from stepgauge.standards.drift import DriftTest
 from stepgauge.standards.drift_files import drift_to_dict, write_drift
 from stepgauge.standards.iso230_decision import Requirement
@@ -30,9 +30,9 @@ METHODS = {
 }
 
 
-def drift_content(test: DriftTest, requirement: Requirement, stated: Stated) -> dict[str, Any]:
+def drift_content(test: DriftTest, stated: Stated) -> dict[str, Any]:
     """The content of the report (see :class:`stepgauge.reports.page.Page`)."""
-    data = drift_to_dict(test, requirement)
+    data, requirement = drift_to_dict(test), test.requirement
     page = Page(
         "Drift test",
         f"{data['name'][0].upper()}{data['name'][1:]} by {data['standard']}",
@@ -40,7 +40,7 @@ def drift_content(test: DriftTest, requirement: Requirement, stated: Stated) -> 
         _summary(data, requirement),
         ("iso230-3.json", data),
         overall=data["overall"],
-        statements=unmet(data["rules"]),
+        statements=[*said_of(test.conditions), *unmet(data["rules"])],
         figures=[
             (figure_svg(drift_figure(test)), f"Displacements and temperatures over {test.duration_s / 3600.0:.1f} h.")
         ],
@@ -56,14 +56,13 @@ def drift_content(test: DriftTest, requirement: Requirement, stated: Stated) -> 
 def report_drift(
     folder: str | Path,
     test: DriftTest,
-    requirement: Requirement,
     stated: Stated,
     template: str | Path | None = None,
     suffix: str = "png",
 ) -> tuple[list[Path], tuple[str, ...]]:
     """Write all files of a test into a folder (made if missing): JSON, CSV, figure and report; paths, and notes."""
-    content = drift_content(test, requirement, stated)
-    files = [lambda into: write_drift(into, test, requirement)]
+    content = drift_content(test, stated)
+    files = [lambda into: write_drift(into, test)]
     return write_test(folder, "iso230-3", content, files, [(f"iso230-3-figure.{suffix}", drift_figure(test))], template)
 
 

@@ -14,6 +14,7 @@ from stepgauge.reports.content import figure_svg
 from stepgauge.reports.page import Column, Page, PrintedTable, Stated
 from stepgauge.reports.sections import Section, certificate_section
 from stepgauge.reports.standards import machine_lines, recording_lines, rules_table, test_content, write_test
+from stepgauge.standards.decision import together
 from stepgauge.standards.iso10360 import KINDS, LengthTest
 from stepgauge.standards.iso10360_files import length_test_to_dict, write_length_test
 from stepgauge.standards.iso10360_statements import verdicts
@@ -245,7 +246,7 @@ def _errors(data: dict[str, Any], kind: str) -> PrintedTable:
 def _error_row(one: dict[str, Any], repeats: int) -> list[str]:
     errors = [number(error, 2) for error in one["errors_um"]]
     outcomes = one["outcomes"]
-    worst = next((word for word in ("does not conform", "not decidable") if word in outcomes), "conforms")
+    worst = together(outcomes)
     return [
         str(one["position"]),
         f"{one['faces'][0]} to {one['faces'][1]}",

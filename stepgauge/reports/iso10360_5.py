@@ -10,7 +10,7 @@ from stepgauge.files.notation import number, quantity, vector
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.page import Column, Page, PrintedTable, Stated
 from stepgauge.reports.sections import Section, add_comments
-from stepgauge.reports.standards import rules_table, test_content, unmet, write_test
+from stepgauge.reports.standards import rules_table, said_of, test_content, unmet, write_test
 from stepgauge.standards.iso10360_5 import ProbingTest
 from stepgauge.standards.iso10360_5_files import probing_to_dict, write_probing
 
@@ -38,7 +38,7 @@ def probing_content(test: ProbingTest, stated: Stated, machine: str | None = Non
         _summary(data),
         ("iso10360-5.json", data),
         overall=data["overall"],
-        statements=unmet(data["rules"]),
+        statements=[*said_of(test.conditions), *unmet(data["rules"])],
         figures=[(figure_svg(probing_figure(test)), _caption(test))],
         sections=[_sphere(data), _decision(data), recording],
         tables=[rules_table(data["rules"]), _styli(data)],

@@ -11,7 +11,15 @@ from stepgauge.machine.file import Machine
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.page import Column, Page, PrintedTable, Stated
 from stepgauge.reports.sections import Section, certificate_section
-from stepgauge.reports.standards import machine_lines, recording_lines, rules_table, test_content, unmet, write_test
+from stepgauge.reports.standards import (
+    machine_lines,
+    recording_lines,
+    rules_table,
+    said_of,
+    test_content,
+    unmet,
+    write_test,
+)
 from stepgauge.standards.iso230_decision import PARAMETERS, parameters_um
 from stepgauge.standards.iso230_files import as_linear, assumptions, positioning_to_dict, write_positioning
 from stepgauge.standards.positioning import AxisTest, PositioningTest, Units
@@ -39,7 +47,7 @@ def positioning_content(test: PositioningTest, stated: Stated, machine: Machine 
         _summary(data, units),
         ("iso230.json", positioning_to_dict(test)),
         overall=data["overall"],
-        statements=unmet(rules),
+        statements=[*said_of(test.conditions), *unmet(rules)],
         figures=[(figure_svg(positioning_figure(one)), caption(one)) for one in test.axes],
         sections=[reference, _conditions(data), _recording(data, machine, units)],
         tables=[rules_table(rules, excluded), *(_targets(one, units) for one in data["axes"])],

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from stepgauge.conditions import stored_conditions
 from stepgauge.files.notation import UNDEFINED, quantity, uncertain
 from stepgauge.machine.file import Machine
 from stepgauge.reports.page import Column, PrintedTable
@@ -68,8 +69,15 @@ def _sure(line: StoredLine | None, expanded: str) -> list[str]:
 def warnings(
     evaluation: dict[str, Any], budget: StoredBudget | None, machine: Machine | None, laboratory: bool
 ) -> list[str]:
-    """What page 1 must say beside the result where a temperature or the uncertainty is missing or incomplete."""
-    return [*_incomplete(budget, laboratory), *_cold(evaluation), *_contradicted(evaluation, machine)]
+    """What page 1 must say beside the result: what prevents a statement, and where a temperature or the uncertainty is
+    missing or incomplete."""
+    prevented = stored_conditions(evaluation).no_statement
+    return [
+        *([prevented] if prevented else []),
+        *_incomplete(budget, laboratory),
+        *_cold(evaluation),
+        *_contradicted(evaluation, machine),
+    ]
 
 
 def _contradicted(evaluation: dict[str, Any], machine: Machine | None) -> list[str]:

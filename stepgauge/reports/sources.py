@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from stepgauge.conditions import require_statement, stored_conditions
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, read_placement
 from stepgauge.machine.file import Machine, read_machine
@@ -33,7 +34,8 @@ def read_sources(
     """What is given beside an ``evaluation.json``: objects, their files, or shipped names of gauge and machine.
 
     Placements are checked against the gauge, so they need one (else ValueError). :class:`InputError` where a file is
-    not that of the evaluation, and as the readers.
+    not that of the evaluation, and as the readers; with a ``laboratory`` also where a condition of the readings
+    prevents a statement.
     """
     if placements and gauge is None:
         raise ValueError("placements are checked against their gauge, which is missing")
@@ -56,6 +58,7 @@ def read_sources(
         check_given(sure.given, name, steps, cmm, list(zip(lies, names, strict=True)))
     said = read_laboratory(laboratory) if laboratory else None
     if said is not None:
+        require_statement(stored_conditions(evaluation), evaluation["recording"])
         check_filled(said)
         check_days(said, evaluation)
         check_simulated(said, evaluation)

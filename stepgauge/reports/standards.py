@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stepgauge.conditions import Conditions
 from stepgauge.files.notation import number
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
@@ -74,6 +75,12 @@ def rules_table(rules: Sequence[dict[str, Any]], excluded: Sequence[dict[str, st
     heads = (("Rule", 0.0), ("What is asked, or left out", 1.0), ("Found, or why", 1.0), ("Source", 0.8))
     columns = [Column(name, words=True, share=share) for name, share in heads]
     return PrintedTable("Rules of the standard, and what was left out", columns, rows)
+
+
+def said_of(conditions: Conditions) -> list[str]:
+    """What was found of the readings, in sentences; what prevents a statement is page 1's sentence already."""
+    notes = [one.sentence for one in conditions if one.state not in ("met", "prevents")]
+    return [f"{note[0].upper()}{note[1:]}." for note in notes]
 
 
 def unmet(rules: Sequence[dict[str, Any]]) -> list[str]:

@@ -10,6 +10,7 @@ import pandas as pd
 from pydantic import ConfigDict, Field
 
 from stepgauge import __version__
+from stepgauge.conditions import Conditions
 from stepgauge.errors import InputError
 from stepgauge.files.config import Table, check_table
 from stepgauge.files.outputs import open_set
@@ -63,6 +64,7 @@ def budget_to_dict(model: Model, budget: Budget, runs: int) -> dict[str, Any]:
         "coverage_percent": budget.percent,
         "monte_carlo_runs": runs,
         "sources": [_source(source) for source in budget.sources],
+        "conditions": model.conditions.as_dicts(),
         "assumptions": list(budget.assumptions),
         "not_included": [{"what": what, "state_by": how} for what, how in budget.not_included],
         "bands": [
@@ -211,12 +213,13 @@ class StoredBudget(_Stored, Shown):
     sources: list[StoredSource] = Field(min_length=1)
     assumptions: list[str]
     not_included: list[StoredGap]
+    conditions: list[dict[str, Any]] = Field(default_factory=list)
     given: dict[str, Any] | None = None
     bands: list[StoredBand] = Field(default_factory=list)
     quantities: list[StoredLine] = Field(min_length=1)
 
     def summary(self) -> str:
-        """What was not evaluated, and R_eff and XM at the farthest face of every placement, as the verb prints them."""
+        """Notes on the readings, what was not evaluated, and by placement R_eff and XM at the farthest face."""
         missing = [f"not evaluated: {gap.what}; state it by {gap.state_by}" for gap in self.not_included]
         lines = [
             f"placement {placement}: {label(line)}: {_said(line, self.coverage_percent)}"
@@ -224,7 +227,8 @@ class StoredBudget(_Stored, Shown):
             for line in (self.find("r_eff", placement, None), farthest(self, placement))
             if line is not None
         ]
-        return as_lines(*missing, *lines)
+        notes = (f"note: {note}" for note in Conditions.from_dicts(self.conditions).notes)
+        return as_lines(*notes, *missing, *lines)
 
     def to_frame(self) -> pd.DataFrame:
         """One row per quantity: value, u, U and the contribution of every source in um; NaN where there is none."""

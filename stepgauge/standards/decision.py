@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
-Outcome = Literal["conforms", "does not conform", "not decidable"]
+Outcome = Literal["conforms", "does not conform", "not decidable", "no statement"]
+"""``no statement``: a condition of the readings prevents any (:func:`stepgauge.conditions.gate`)."""
 DECISION_SOURCE = "ISO 14253-1, decision rules for proving conformity or nonconformity"
 
 
@@ -24,12 +25,13 @@ def decide(value_um: float, limit_um: float, expanded_um: float) -> Outcome:
     return "does not conform" if size > limit_um + expanded_um else "not decidable"
 
 
+WORST_FIRST: tuple[Outcome, ...] = ("no statement", "does not conform", "not decidable")
+"""Without a statement on one value there is none on all; then one that does not conform decides."""
+
+
 def together(outcomes: list[Outcome]) -> Outcome:
-    """The outcome of several test values: one that does not conform decides, then one that is not decidable."""
-    for worst in ("does not conform", "not decidable"):
-        if worst in outcomes:
-            return worst
-    return "conforms"
+    """The outcome of several test values: the worst of them, see :data:`WORST_FIRST`."""
+    return next((worst for worst in WORST_FIRST if worst in outcomes), "conforms")
 
 
 INCOMPLETE = "No statement of conformity is made, for the test is not complete."

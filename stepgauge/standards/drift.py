@@ -11,17 +11,19 @@ The text of the standard was not at hand: what is taken from secondary sources i
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.conditions import NOTHING, Conditions
 from stepgauge.errors import InputError
 from stepgauge.files.tables import Rows, read_rows
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import Recording
 from stepgauge.recording.identity import check_recording
+from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
 from stepgauge.standards.lengths import face_table, nearest_axis
 
 Array = NDArray[np.float64]
@@ -54,6 +56,7 @@ class Drift:
     temperature_C: Mapping[str, Array]
     comments: Mapping[str, str] = field(default_factory=dict)
     span_mm: float | None = None
+    conditions: Conditions = NOTHING
 
 
 @dataclass(frozen=True)
@@ -73,11 +76,17 @@ class Channel:
 
 @dataclass(frozen=True)
 class DriftTest:
-    """A drift test: the data and what follows from them, one channel per displacement."""
+    """A drift test: the data and what follows from them, one channel per displacement; tolerances of their ranges."""
 
     kind: Kind
     drift: Drift
     channels: tuple[Channel, ...]
+    requirement: Requirement = NO_REQUIREMENT
+
+    @property
+    def conditions(self) -> Conditions:
+        """What was found of the readings."""
+        return self.drift.conditions
 
     @property
     def values_um(self) -> dict[str, float]:
@@ -102,7 +111,7 @@ class DriftTest:
         return {name: float(np.ptp(values)) for name, values in self.drift.temperature_C.items()}
 
 
-def drift_test(drift: Drift, kind: Kind) -> DriftTest:
+def drift_test(drift: Drift, kind: Kind, requirement: Requirement = NO_REQUIREMENT) -> DriftTest:
     """Evaluate displacements over time; :class:`InputError` for fewer than three readings or times that do not rise."""
     time = drift.time_s
     if len(time) < 3:
@@ -112,7 +121,7 @@ def drift_test(drift: Drift, kind: Kind) -> DriftTest:
         found = f"{time[wrong[0] + 1]:g} s after {time[wrong[0]]:g} s"
         raise InputError(drift.path, "time_s does not rise", found=found, expected="readings in the order of time")
     channels = tuple(_channel(name, time - time[0], um) for name, um in drift.displacement_um.items())
-    return DriftTest(kind, drift, channels)
+    return DriftTest(kind, drift, channels, replace(requirement, conditions=drift.conditions))
 
 
 def _channel(name: str, since_s: Array, um: Array) -> Channel:
@@ -183,7 +192,7 @@ def drift_of_recording(recording: Recording, gauge: Gauge) -> Drift:
     degrees = frame.groupby("cycle")[columns].mean().reindex(table.cycles)
     temperatures = {name.removesuffix("_temperature_C"): degrees[name].to_numpy(float) for name in columns}
     span = float(gauge.block_centre_mm[fronts[-1] // 2] - gauge.block_centre_mm[fronts[0] // 2])
-    return Drift(recording.path, times, um, temperatures, recording.comments, span)
+    return Drift(recording.path, times, um, temperatures, recording.comments, span, table.conditions)
 
 
 def _ends(first: int, last: int, against: bool) -> dict[str, int]:

@@ -10,14 +10,13 @@ from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_json, write_text
 from stepgauge.standards.drift import NAMES, STANDARD, UNCONFIRMED, Channel, DriftTest
 from stepgauge.standards.drift_rules import rules_of
-from stepgauge.standards.iso230_decision import Requirement
 
 COLUMNS = ("channel", "range_um", "first_hour_um", "end_um", "last_hour_um")
 
 
-def drift_to_dict(test: DriftTest, requirement: Requirement) -> dict[str, Any]:
+def drift_to_dict(test: DriftTest) -> dict[str, Any]:
     """Everything the test says, as JSON types."""
-    rules = rules_of(test)
+    rules, requirement = rules_of(test), test.requirement
     return {
         "format": "stepgauge iso230-3 1",
         "stepgauge": __version__,
@@ -36,6 +35,7 @@ def drift_to_dict(test: DriftTest, requirement: Requirement) -> dict[str, Any]:
         "expanded_uncertainty_um": requirement.expanded_um,
         "outcomes": requirement.outcomes(test.values_um),
         "overall": requirement.text([("", test.values_um)]),
+        "conditions": test.conditions.as_dicts(),
         "complete": all(rule.met for rule in rules),
         "rules": [rule.as_dict() for rule in rules],
         "unconfirmed": list(UNCONFIRMED[test.kind]),
@@ -52,10 +52,10 @@ def _channel(one: Channel) -> dict[str, Any]:
     }
 
 
-def write_drift(folder: str | Path, test: DriftTest, requirement: Requirement) -> list[Path]:
+def write_drift(folder: str | Path, test: DriftTest) -> list[Path]:
     """Write both files into a folder (made if missing); returns their paths."""
     paths = [Path(folder) / "iso230-3.json", Path(folder) / "iso230-3.csv"]
-    write_json(paths[0], drift_to_dict(test, requirement))
+    write_json(paths[0], drift_to_dict(test))
     rows = [[result_cell(_channel(one)[name]) for name in COLUMNS] for one in test.channels]
     write_text(paths[1], csv_text(COLUMNS, rows))
     return paths

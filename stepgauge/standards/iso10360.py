@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.conditions import Conditions, gate
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -74,11 +75,12 @@ class Choices:
 
 @dataclass(frozen=True)
 class LengthTest:
-    """The whole test. ``rules`` and ``excluded`` say what the standard asks and what was left out."""
+    """The whole test. ``rules`` and ``excluded`` say what the standard asks and what was left out; ``stated``: what is
+    known of its own uncertainty."""
 
     gauge: Gauge
     specification: Specification
-    conditions: TestConditions
+    stated: TestConditions
     tip: TipDiameter | None
     positions: tuple[Position, ...]
     rules: tuple[Rule, ...]
@@ -86,6 +88,11 @@ class LengthTest:
     path: str = ""
     comments: Mapping[str, str] = field(default_factory=dict)
     series: Series = E0
+
+    @property
+    def conditions(self) -> Conditions:
+        """Those of the readings in all positions, each once."""
+        return sum((one.table.conditions for one in self.positions), Conditions())
 
     def lengths(self, kind: Kind) -> list[TestLength]:
         """All test lengths of one kind."""
@@ -104,7 +111,7 @@ class LengthTest:
         """
         ranges = [one.range_um for one in self.lengths(kind) if np.isfinite(one.range_um)]
         limit = self.specification.repeatability_um
-        return None if limit is None or not ranges else decide(max(ranges), limit, 0.0)
+        return None if limit is None or not ranges else gate(self.conditions, decide(max(ranges), limit, 0.0))
 
     def remeasure(self, kind: Kind) -> list[TestLength]:
         """Lengths whose single error outside the conformance zone the standard lets be measured again.
@@ -235,4 +242,5 @@ class _PositionMaker:
             float(self.specification.mpe.at_um(nominal)),
             sure,
             self.conditions.coverage_factor * sure.standard_um,
+            table.conditions,
         )

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stepgauge.conditions import NOTHING, Conditions, gate
 from stepgauge.errors import InputError, naming
 from stepgauge.files.text import read_text
 from stepgauge.physics.sphere import SphereFit, fit_sphere
@@ -83,13 +84,14 @@ class Value:
     value_um: float
     limit_um: float | None
     expanded_um: float | None
+    conditions: Conditions = NOTHING
 
     @property
     def outcome(self) -> Outcome | None:
         """The decision by ISO 14253-1; None without limit or uncertainty."""
         if self.limit_um is None or self.expanded_um is None:
             return None
-        return decide(self.value_um, self.limit_um, self.expanded_um)
+        return gate(self.conditions, decide(self.value_um, self.limit_um, self.expanded_um))
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,7 @@ class ProbingTest:
     styli: tuple[StylusPoints, ...]
     fit: SphereFit
     comments: dict[str, str] = field(default_factory=dict)
+    conditions: Conditions = NOTHING
 
     @property
     def multiple(self) -> bool:
@@ -120,7 +123,7 @@ class ProbingTest:
         tail = "5x25:MS:Tact" if self.multiple else "1x25:SS:Tact"
         symbol = f"{name}.{'' if name == 'L_Dia' else 'Sph.'}{tail}"
         expanded = None if u_um is None else self.limits.coverage_factor * u_um
-        return Value(name, symbol, value_um, self.limits.limit_um.get(name), expanded)
+        return Value(name, symbol, value_um, self.limits.limit_um.get(name), expanded, self.conditions)
 
     def _u_form(self) -> float | None:
         """sqrt((F / 2)^2 + u(F)^2) of the sphere's form error F (ISO/TS 23165)."""

@@ -21,6 +21,7 @@ WORDS: Mapping[Outcome, str] = {
     "conforms": "The probing performance conforms.",
     "does not conform": "The probing performance does not conform.",
     "not decidable": "Neither conformity nor nonconformity of the probing performance is proven.",
+    "no statement": "No statement on the probing performance is made.",
 }
 
 
@@ -41,6 +42,7 @@ def probing_to_dict(test: ProbingTest) -> dict[str, Any]:
         },
         "decision_rule": DECISION_SOURCE,
         "coverage_factor": test.limits.coverage_factor,
+        "conditions": test.conditions.as_dicts(),
         "complete": all(rule.met for rule in rules),
         "overall": overall(test),
         "open": left_open(test),
@@ -77,6 +79,8 @@ def _value(one: Value) -> dict[str, Any]:
 
 def overall(test: ProbingTest) -> str:
     """The sentence of page 1, with the decision rule."""
+    if test.conditions.preventing:
+        return test.conditions.no_statement
     limited = [one for one in test.values if one.limit_um is not None]
     if not limited:
         return "No statement of conformity is made: no permissible error was stated. Decision rule: none applied."

@@ -65,10 +65,11 @@ def length_test_to_dict(test: LengthTest, further: Sequence[LengthTest] = ()) ->
         if tip is None
         else {"diameter_mm": tip.diameter_mm, "u_um": tip.u_um, "origin": tip.origin},
         "decision_rule": DECISION_SOURCE,
-        "coverage_factor": test.conditions.coverage_factor,
+        "coverage_factor": test.stated.coverage_factor,
         "uncertainty_source": UNCERTAINTY_SOURCE,
         "uncertainty_not_stated": test.missing,
         "temperature_convention": TEMPERATURE_CONVENTION,
+        "conditions": test.conditions.as_dicts(),
         "complete": test.complete,
         "rules": [rule.as_dict() for rule in test.rules],
         "excluded": [part.as_dict() for part in test.excluded],

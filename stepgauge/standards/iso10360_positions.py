@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.conditions import NOTHING, Conditions, gate
 from stepgauge.standards.decision import Outcome, decide
 from stepgauge.standards.length_uncertainty import TestUncertainty
 from stepgauge.standards.lengths import Faces, FaceTable, Kind
@@ -31,11 +32,12 @@ class TestLength:
     mpe_um: float
     uncertainty: TestUncertainty
     expanded_um: float
+    conditions: Conditions = NOTHING
 
     @property
     def outcomes(self) -> list[Outcome]:
         """The decision on each repeat."""
-        return [decide(float(error), self.mpe_um, self.expanded_um) for error in self.error_um]
+        return [gate(self.conditions, decide(float(e), self.mpe_um, self.expanded_um)) for e in self.error_um]
 
     @property
     def range_um(self) -> float:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from stepgauge.conditions import Conditions
 from stepgauge.standards.decision import DECISION_SOURCE, Outcome, stated, together
 from stepgauge.standards.iso10360 import KINDS, REMEASURE_SOURCE, LengthTest
 from stepgauge.standards.iso10360_rules import describe
@@ -20,11 +21,13 @@ WORDS = {
     "conforms": "conformity is proven",
     "does not conform": "nonconformity is proven",
     "not decidable": "neither conformity nor nonconformity is proven: a value lies within U of the limit",
+    "no statement": "no statement is made",
 }
 MACHINE: Mapping[Outcome, str] = {
     "conforms": "The machine conforms.",
     "does not conform": "The machine does not conform.",
     "not decidable": "Neither conformity nor nonconformity of the machine is proven.",
+    "no statement": "No statement on the machine is made.",
 }
 NAMES = {
     "bidirectional": "{symbol}, bidirectional lengths",
@@ -36,18 +39,22 @@ NAMES = {
 class Overall:
     """One decision on the machine: of each characteristic (symbol with its limit) and of all together.
 
-    ``outcome`` is None where nothing that the standard asks for was tested; ``open`` says what is not tested.
+    ``outcome`` is None where nothing that the standard asks for was tested; ``open`` says what is not tested;
+    ``prevented`` why there is no statement.
     """
 
     outcome: Outcome | None
     parts: tuple[tuple[str, Outcome], ...]
     open: tuple[str, ...]
+    prevented: str = ""
 
     @property
     def text(self) -> str:
         """The sentence of page 1, with the decision rule."""
         said = "; ".join(f"{name}: {outcome}" for name, outcome in self.parts) + "."
         rule = f"Decision rule: {DECISION_SOURCE}."
+        if self.prevented:
+            return self.prevented
         if self.outcome is None:
             return f"No statement of conformity with {STANDARD}: no bidirectional length was tested. {rule}"
         return f"{stated(self.outcome, MACHINE, said, self.open)} {rule}"
@@ -77,7 +84,8 @@ def overall(tests: Sequence[LengthTest]) -> Overall:
         left.append("E_150: not tested")
     outcomes = [outcome for _, outcome in parts]
     known = tests[0].outcome("bidirectional") is not None
-    return Overall(together(outcomes) if known else None, tuple(parts), tuple(dict.fromkeys(left)))
+    prevented = sum((test.conditions for test in tests), Conditions()).no_statement
+    return Overall(together(outcomes) if known else None, tuple(parts), tuple(dict.fromkeys(left)), prevented)
 
 
 def statements(test: LengthTest) -> list[str]:
@@ -87,7 +95,8 @@ def statements(test: LengthTest) -> list[str]:
 
 def verdicts(test: LengthTest) -> list[str]:
     """What can be said of the machine, without the rules that were not met."""
-    said = [_verdict(test, kind) for kind in KINDS if test.lengths(kind)]
+    said = [f"{note[0].upper()}{note[1:]}." for note in test.conditions.notes]
+    said += [_verdict(test, kind) for kind in KINDS if test.lengths(kind)]
     said += [text for kind in KINDS for text in _repeatability(test, kind)]
     said += [text for kind in KINDS for text in _not_provable(test, kind)]
     said += [text for kind in KINDS for text in _remeasure(test, kind)]

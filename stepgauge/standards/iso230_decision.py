@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from stepgauge.conditions import NOTHING, Conditions, gate
 from stepgauge.errors import InputError, naming
 from stepgauge.standards.decision import DECISION_SOURCE, Outcome, decide, together
 from stepgauge.standards.iso230 import OneWay, Parameters
@@ -28,12 +29,14 @@ def parameters_um(found: Parameters) -> dict[str, float]:
 class Requirement:
     """Tolerances by parameter, um; ``expanded_um`` of the parameters (ISO/TR 230-9), None if not stated.
 
-    ``unit``: how um is told; of a rotary axis the numbers are in arcsec.
+    ``unit``: how um is told; of a rotary axis the numbers are in arcsec. ``conditions``: of the readings that it is put
+    to; what prevents a statement prevents every outcome.
     """
 
     tolerance_um: Mapping[str, float] = field(default_factory=dict)
     expanded_um: float | None = None
     unit: str = "µm"
+    conditions: Conditions = NOTHING
 
     @classmethod
     def parse(
@@ -59,12 +62,15 @@ class Requirement:
     def outcomes(self, values_um: Mapping[str, float]) -> dict[str, Outcome]:
         """The decision on each parameter that has a tolerance; empty without a stated uncertainty."""
         u = self.expanded_um
-        return (
-            {} if u is None else {name: decide(values_um[name], limit, u) for name, limit in self.tolerance_um.items()}
-        )
+        if u is None:
+            return {}
+        limits = self.tolerance_um.items()
+        return {name: gate(self.conditions, decide(values_um[name], limit, u)) for name, limit in limits}
 
     def text(self, parts: Sequence[tuple[str, Mapping[str, float]]]) -> str:
         """The sentence of page 1, with the decision rule; ``parts``: names of axes (or none) and parameters in um."""
+        if self.conditions.preventing:
+            return self.conditions.no_statement
         if not self.tolerance_um:
             return "No statement of conformity is made: no tolerance was stated. Decision rule: none applied."
         if self.expanded_um is None:
@@ -77,6 +83,7 @@ class Requirement:
             "conforms": "The parameters conform.",
             "does not conform": "The parameters do not conform.",
             "not decidable": "Neither conformity nor nonconformity is proven.",
+            "no statement": self.conditions.no_statement,
         }[together(every)]
         return f"{head} {self._compared(parts)} U = {self.expanded_um:g} {self.unit}. Decision rule: {DECISION_SOURCE}."
 

@@ -65,6 +65,7 @@ def as_linear(test: PositioningTest) -> dict[str, Any]:
         "recording": test.path,
         "comments": dict(test.comments),
         **_reference(test),
+        "conditions": test.conditions.as_dicts(),
         "complete": test.complete,
         "tolerances_um": dict(test.requirement.tolerance_um),
         "expanded_uncertainty_um": test.requirement.expanded_um,

@@ -14,6 +14,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from stepgauge.conditions import NOTHING, Conditions
+from stepgauge.conditions.gauge import gauge_conditions
 from stepgauge.conditions.outliers import LeftOut
 from stepgauge.conditions.readings import Readings, project_readings
 from stepgauge.errors import InputError, naming
@@ -37,7 +39,7 @@ class FaceTable:
     recorded gauge temperature, NaN where a cycle has no reading of a face. The tip is still in it.
 
     ``point_mm``: the mean tip centre; ``temperature_C``: mean of the gauge, None where it was not recorded;
-    ``doubtful``: readings that their repeats contradict.
+    ``doubtful``: readings that their repeats contradict; ``conditions``: what was found of the readings.
     """
 
     placement: int
@@ -48,6 +50,7 @@ class FaceTable:
     faces: NDArray[np.int64]
     off_mm: Array
     doubtful: tuple[LeftOut, ...] = ()
+    conditions: Conditions = NOTHING
 
     def of_face(self, face: int) -> Array:
         """Readings of one face by cycle, ``(cycles,)``; NaN where it was not probed."""
@@ -81,6 +84,7 @@ def face_table(recording: Recording, gauge: Gauge, number: int, placement: Place
         table.columns.to_numpy(np.int64),
         table.to_numpy(float),
         readings.left_out,
+        gauge_conditions(part, gauge, readings, readings.by_face.statistics(readings.faces)),
     )
 
 

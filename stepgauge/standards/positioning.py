@@ -13,12 +13,13 @@ position the actual one: the deviation is certified minus indicated position, th
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.conditions import NOTHING, Conditions
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -92,6 +93,7 @@ class AxisTest:
     excluded: tuple[Excluded, ...]
     title: str = ""
     units: Units = LINEAR
+    conditions: Conditions = NOTHING
 
     @property
     def name(self) -> str:
@@ -115,6 +117,11 @@ class PositioningTest:
     comments: Mapping[str, str] = field(default_factory=dict)
     requirement: Requirement = NO_REQUIREMENT
     instrument: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def conditions(self) -> Conditions:
+        """Those of the readings of all axes, each once."""
+        return sum((one.conditions for one in self.axes), Conditions())
 
     @property
     def units(self) -> Units:
@@ -168,7 +175,8 @@ def positioning_test(
         _axis_test(face_table(recording, gauge, number, place), gauge, tip, pairing, machine)
         for number, place in zip(numbers, lies, strict=True)
     )
-    return PositioningTest(gauge, tip, pairing, axes, recording.path, recording.comments, requirement)
+    wanted = replace(requirement, conditions=sum((one.conditions for one in axes), Conditions()))
+    return PositioningTest(gauge, tip, pairing, axes, recording.path, recording.comments, wanted)
 
 
 def _axis_test(table: FaceTable, gauge: Gauge, tip: TipDiameter, pairing: Pairing, machine: Machine | None) -> AxisTest:
@@ -192,6 +200,7 @@ def _axis_test(table: FaceTable, gauge: Gauge, tip: TipDiameter, pairing: Pairin
         rules_of(middle, len(runs), off_deg, ALONG_AXIS_DEG, tip, table.temperature_C)
         + doubtful_rule([table], "ISO 230-2, test procedure"),
         _excluded(table, blocks, runs),
+        conditions=table.conditions,
     )
 
 

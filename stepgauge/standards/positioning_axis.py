@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from stepgauge.axis.recording import AxisRecording, places_of, ways_doubt
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.axis.units import BASE
+from stepgauge.conditions import Conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.standards.iso230 import AxisParameters, Direction, OneWay
 from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement, parameters_um
@@ -69,7 +70,8 @@ def axis_positioning_test(
     )
     for one in axes:
         _check_tolerances(requirement, one)
-    wanted = replace(requirement, unit=axes[0].units.deviation_symbol)
+    conditions = sum((one.conditions for one in axes), Conditions())
+    wanted = replace(requirement, unit=axes[0].units.deviation_symbol, conditions=conditions)
     return PositioningTest(None, None, None, axes, recording.path, recording.comments, wanted, _words(recording, known))
 
 

@@ -32,14 +32,16 @@ def made(
     """One placement: face 1 at ``start_mm``, the gauge along ``axis``, read with an effective tip of ``TIP_MM``."""
     along = np.asarray(axis) / np.linalg.norm(axis)
     rows = []
+    beside = np.zeros(3)
     for cycle in range(1, cycles + 1):
+        beside[2] += 1e-9  # no two cycles are the same to the last digit, as copies are
         for face in faces or range(1, gauge.n_faces + 1):
             way = 1.0 if face % 2 else -1.0
             certified = gauge.position_mm[face - 1]
             if temperature_C is not None:
                 certified *= 1.0 + gauge.table.expansion_per_K * (temperature_C - 20.0)
             indicated = certified + error_um(cycle, face) * 1e-3 - way * TIP_MM / 2.0
-            rows.append([1, cycle, face, *(start_mm + along * indicated), *(way * along)])
+            rows.append([1, cycle, face, *(start_mm + beside + along * indicated), *(way * along)])
     frame = pd.DataFrame(rows, columns=["placement", "cycle", "face", *POSITION, *APPROACH])
     if temperature_C is not None:
         frame["gauge_temperature_C"] = temperature_C

@@ -129,7 +129,7 @@ def test_the_programs_measure_a_known_machine(planned: list[PlannedPosition], ga
     """
     bent = replace(
         machine,
-        table=machine.table.model_copy(update={"repeatability_um": 0.0}),
+        table=machine.table.model_copy(update={"repeatability_um": 0.0002}),
         effects=({"kind": "scale_error", "axis": "x", "ppm": 10.0},),
     )
     recordings = []

@@ -14,6 +14,7 @@ from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_json, write_text
 from stepgauge.fleet.crossed.answer import date_text
 from stepgauge.fleet.crossed.watch import Watched
+from stepgauge.standards.decision import Outcome
 
 FORMAT = "stepgauge fleet watch 1"
 
@@ -46,7 +47,7 @@ class Limit(Table):
     """A limit and what follows from it."""
 
     size: float = Field(gt=0.0, description="maximum permissible size")
-    outcome: Literal["conforms", "does not conform", "not decidable"] = Field(description="ISO 14253-1, U with k = 2")
+    outcome: Outcome = Field(description="ISO 14253-1, U with k = 2")
     out_now: float = Field(ge=0.0, le=1.0, description="probability of being out of limits on the last day")
     due: str | None = Field(description="ISO date on which the accepted risk is reached; null: beyond the horizon")
 
