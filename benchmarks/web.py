@@ -28,7 +28,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 from table import Table
 
 import stepgauge as sg
-from stepgauge.files.text import checksum
+from stepgauge.files.checksum import checksum
 from tests.web.conftest import CHROMIUM, QUIET, TABLET, Served, acted, make_project, opened
 
 POINTS = Path(__file__).resolve().parent.parent / "examples/demo/points.csv"

@@ -120,7 +120,8 @@ def readers(place: Path) -> list[Target]:
 
     def resealed(path: Path) -> Any:
         """As somebody would who makes the checksum fit."""
-        from stepgauge.files.text import checksum, read_json
+        from stepgauge.files.checksum import checksum
+        from stepgauge.files.text import read_json
 
         data = read_json(path)
         if isinstance(data, dict):

@@ -30,7 +30,7 @@ from stepgauge.dcc.gauge_write import (
 from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, NOMINAL, Document, Quantity, read_document
 from stepgauge.dcc.units import CELSIUS_ZERO_K, LENGTH, NUMBER, TEMPERATURE
 from stepgauge.errors import InputError, naming
-from stepgauge.files.text import one_set, write_text
+from stepgauge.files.text import one_set, write_sealed, write_text
 from stepgauge.gauge.certified import MAX_DEVIATION_MM, Gauge, read_gauge
 
 Array = NDArray[np.float64]
@@ -97,7 +97,7 @@ def write_gauge(path: str | Path, found: GaugeImport) -> Gauge:
     toml_text, csv_text = _format(found, csv_path.name)
     with one_set():
         write_text(csv_path, csv_text)
-        write_text(target, toml_text)
+        write_sealed(target, toml_text)
         try:
             return read_gauge(target)
         except InputError as error:

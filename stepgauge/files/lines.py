@@ -1,6 +1,6 @@
 """Files of JSON lines, each on the disk before the next one is written, for one process at a time.
 
-A line that a power cut or a kill left unfinished is no line.
+Each line has a checksum of itself and of all above it. A line that a power cut or a kill left unfinished is no line.
 """
 
 from __future__ import annotations
@@ -14,26 +14,35 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from stepgauge.errors import InputError, reading
+from stepgauge.files.checksum import KEY, is_whole, with_checksum
 
 Row = dict[str, Any]
 
 
 @dataclass
 class Lines:
-    """A file of which every line is on the disk before the next one is written."""
+    """A file of which every line is on the disk before the next one is written; ``last``: checksum of its last line."""
 
     path: Path
+    last: str = field(default="", kw_only=True)
     _file: BinaryIO | None = field(default=None, kw_only=True)
 
     def write(self, line: Row) -> None:
         """Put a line on the disk; when this returns, it is there."""
         assert self._file is not None
+        whole = with_checksum(line, self.last)
         try:
-            self._file.write(json.dumps(line, allow_nan=False).encode("ascii") + b"\n")
+            self._file.write(json.dumps(whole, allow_nan=False).encode("ascii") + b"\n")
             self._file.flush()
             os.fsync(self._file.fileno())
         except OSError as error:
             raise InputError(self.path, f"cannot be written: {error.strerror or error}") from None
+        self.last = whole[KEY]
+
+    def go_on(self, file: BinaryIO, size: int) -> None:
+        """Write on behind the first ``size`` bytes of a file that is held (:func:`held`)."""
+        file.truncate(size)
+        self._file = file
 
     def close(self) -> None:
         """No more lines; the file stays."""
@@ -70,18 +79,60 @@ def _hold(file: BinaryIO, path: Path) -> None:
         raise InputError(path, "another process is writing this journal", expected="one at a time") from None
 
 
-def whole_lines(path: Path) -> Iterator[tuple[bytes, Row]]:
-    """The whole lines of a file, each as it stands there and as read (:class:`InputError` where one is damaged)."""
+@dataclass(frozen=True)
+class Read:
+    """The whole lines of a file, without their checksums; how many bytes they are; and the checksum of the last one."""
+
+    path: Path
+    lines: list[Row]
+    size: int
+    last: str
+
+    def damaged(self, number: int) -> InputError:
+        """What is wrong with a line, counted from 1, and what a person can do."""
+        return _damaged(self.path, number)
+
+
+def read_lines(path: Path) -> Read:
+    """The whole lines of a journal (:class:`InputError` where one is not as it was written)."""
     with reading(path, "journal"):
         data = path.read_bytes()
-    for number, raw in enumerate(data.split(b"\n")[:-1], 1):
-        try:
-            line = json.loads(raw)
-        except (ValueError, RecursionError):
-            line = None
-        if not isinstance(line, dict):
-            raise InputError(f"{path}:{number}", "the journal is damaged", found=repr(raw[:40]))
-        yield raw, line
+    *whole, rest = data.split(b"\n")
+    found, last = [], ""
+    for number, raw in enumerate(whole, 1):
+        line = _parsed(raw)
+        if line is None or not is_whole(line, last):
+            raise _damaged(path, number)
+        last = line.pop(KEY)
+        found.append(line)
+    if _is_more_than_a_line(rest):
+        raise _damaged(path, len(whole) + 1)
+    return Read(path, found, len(data) - len(rest), last)
+
+
+def _parsed(raw: bytes) -> Row | None:
+    try:
+        line = json.loads(raw)
+    except (ValueError, RecursionError):
+        return None
+    return line if isinstance(line, dict) else None
+
+
+def _is_more_than_a_line(rest: bytes) -> bool:
+    """What a kill leaves is the beginning of a line; a whole one with more behind it has lost its end otherwise."""
+    try:
+        text = rest.decode("ascii", "replace")
+        return json.JSONDecoder().raw_decode(text)[1] < len(text)
+    except (ValueError, RecursionError):
+        return False
+
+
+def _damaged(path: Path, number: int) -> InputError:
+    return InputError(
+        f"{path}:{number}",
+        "the journal is damaged: this line is not as it was written",
+        expected="the line as it was; where it and all below are deleted, what they hold is done again",
+    )
 
 
 def sync_folder(folder: Path) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError, reader, reading
+from stepgauge.files.checksum import check_text, is_whole, seal_text, with_checksum
 from stepgauge.files.outputs import inputs, is_source, one_set, place_of, replacing, was_read
 
 __all__ = [
@@ -24,7 +25,9 @@ __all__ = [
     "read_result",
     "read_text",
     "replacing",
+    "result_text",
     "write_json",
+    "write_sealed",
     "write_text",
 ]
 LARGEST_NUMBER = 1e15
@@ -61,7 +64,10 @@ def read_bytes(path: str | Path, largest: int = LARGEST_BYTES) -> bytes:
 
 
 def read_text(path: str | Path) -> str:
-    """Text of a UTF-8 file (a byte order mark is dropped); :class:`InputError` if it cannot be read."""
+    """Text of a UTF-8 file (a byte order mark is dropped); :class:`InputError` if it cannot be read.
+
+    One that stepgauge wrote with a checksum must be as it was written.
+    """
     return as_text(read_bytes(path), path)
 
 
@@ -74,7 +80,7 @@ def as_text(data: bytes, path: str | Path) -> str:
         text = data.decode("utf-8-sig")
     if "\0" in text:
         raise InputError(path, f"not a text file (byte {data.index(0)} is zero)")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+    return check_text(text.replace("\r\n", "\n").replace("\r", "\n"), path)
 
 
 def check_output(path: str | Path, *inputs: str | Path | None) -> None:
@@ -104,7 +110,12 @@ def write_text(path: str | Path, text: str, newline: str | None = None, at_once:
         beside.write_text(text, encoding="utf-8", newline=newline)
 
 
-def write_json(path: str | Path, data: Any) -> None:
+def write_sealed(path: str | Path, text: str) -> None:
+    """As :func:`write_text`, and TOML, which is read back, with a checksum; the others are for people."""
+    write_text(path, seal_text(text) if Path(path).suffix == ".toml" else text)
+
+
+def write_json(path: str | Path, data: Any, at_once: bool = False) -> None:
     """Write JSON types as every result of ours is written; NaN, which JSON has not, is a mistake of the caller.
 
     A result (it has the key ``format``) also says what it was made from: ``inputs``, the files that the verb has read,
@@ -114,8 +125,13 @@ def write_json(path: str | Path, data: Any) -> None:
         made_from = [_input(place, sha256, Path(path)) for place, sha256 in inputs().items()]
         key = "made_from" if "inputs" in data else "inputs"  # a Monte Carlo has inputs of another sort
         data = {**data, **({key: made_from} if made_from else {})}
-        data["checksum"] = checksum(data)
-    write_text(path, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+    write_text(path, result_text(data), at_once=at_once)
+
+
+def result_text(data: Any) -> str:
+    """JSON types as the text of a file; a result gets its checksum."""
+    said = with_checksum(data) if isinstance(data, dict) and "format" in data else data
+    return json.dumps(said, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def _input(place: Path, sha256: str, result: Path) -> dict[str, str]:
@@ -138,13 +154,6 @@ def check_inputs(data: dict[str, Any], path: str | Path) -> None:
             if found != one.get("sha256"):
                 what = f"{one['file']} has changed since this was made from it"
                 raise InputError(path, what, expected="the same verb again, with what is there now")
-
-
-def checksum(data: dict[str, Any]) -> str:
-    """SHA-256 of what a result says, whatever the order of its keys and the layout of its file."""
-    said = {key: value for key, value in data.items() if key != "checksum"}
-    text = json.dumps(said, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
-    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
 
 @reader("JSON file")
@@ -196,7 +205,7 @@ def read_result(path: str | Path, kind: str, with_inputs: bool = True) -> dict[s
     if found != f"stepgauge {kind} 1":
         article = "an" if kind[0] in "aeiou" else "a"
         raise InputError(path, f"not {article} {kind}", found=repr(found), expected=f"{kind}.json of stepgauge")
-    if data.get("checksum") != checksum(data):
+    if not is_whole(data):
         what = "has no checksum" if "checksum" not in data else "was changed after it was written"
         raise InputError(path, f"this {kind} {what}", expected="the file as stepgauge wrote it: make it again")
     if with_inputs:

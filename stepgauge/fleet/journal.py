@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from stepgauge.files.lines import read_lines
 from stepgauge.fleet.results import Results
 from stepgauge.fleet.store import Fleet
 from stepgauge.work.steps import Steps, open_steps
@@ -18,7 +19,8 @@ def open_journal(fleet: Fleet, table: Results) -> Iterator[Steps]:
     """
     work = table.folder.name
     path = fleet.folder / f"{work}.journal"
-    if path.exists() and not _is_of(path.read_bytes()[:100_000], table.made_with):
+    begun = read_lines(path).lines if path.exists() else []
+    if begun and begun[0].get("value", {}).get("made_with") != table.made_with:
         path.unlink()
     journal = open_steps(fleet.folder, {"made_with": table.made_with}, path.exists(), work)
     try:
@@ -26,11 +28,3 @@ def open_journal(fleet: Fleet, table: Results) -> Iterator[Steps]:
         path.unlink()
     finally:
         journal.close()
-
-
-def _is_of(beginning: bytes, made_with: str) -> bool:
-    """Whether the first line says so; one that was cut says nothing."""
-    import json
-
-    line, newline, _ = beginning.partition(b"\n")
-    return not newline or json.loads(line).get("value", {}).get("made_with") == made_with

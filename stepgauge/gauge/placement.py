@@ -16,7 +16,7 @@ from pydantic import Field
 from stepgauge.errors import InputError
 from stepgauge.files.config import Table, Vector3, check_table, parse_toml
 from stepgauge.files.shown import Shown, as_lines
-from stepgauge.files.text import read_text, write_text
+from stepgauge.files.text import read_text, write_sealed
 from stepgauge.gauge.certified import Gauge
 
 if TYPE_CHECKING:
@@ -236,7 +236,7 @@ def distance_tolerance_mm(certified_mm: float) -> float:
 
 def write_placement(path: str | Path, placement: Placement) -> None:
     """Write the placement file."""
-    write_text(path, format_placement(placement))
+    write_sealed(path, format_placement(placement))
 
 
 def format_placement(placement: Placement) -> str:

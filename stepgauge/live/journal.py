@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from stepgauge.errors import InputError, naming, reading
-from stepgauge.files.lines import Lines, Row, held, sync_folder, whole_lines
+from stepgauge.files.lines import Lines, Read, Row, held, read_lines, sync_folder
 from stepgauge.motion.moves import Program
 from stepgauge.recording import POSITION
 
@@ -89,8 +89,7 @@ def resume(path: Path, head: Row) -> Journal:
         journal, whole = _read(path)
         if whole:  # else it was broken off before its first line was on the disk
             _check_same(journal, head)
-        file.truncate(whole)
-    journal._file = file
+        journal.go_on(file, whole)
     if not whole:
         journal.head = {"format": FORMAT, **head}
         journal.write(journal.head)
@@ -107,25 +106,25 @@ def _check_same(journal: Journal, head: Row) -> None:
 
 def _read(path: Path) -> tuple[Journal, int]:
     """The journal of a file, and how many of its bytes are whole lines."""
-    journal, whole = Journal(path, {}), 0
-    for number, (raw, line) in enumerate(whole_lines(path), 1):
-        if number == 1:
-            journal.head = line
-        elif "point" in line:
-            journal.rows[_point(line, journal, number)] = {key: value for key, value in line.items() if key != "point"}
-        whole += len(raw) + 1
-    if whole and journal.head.get("format") != FORMAT:
+    read = read_lines(path)
+    journal = Journal(path, read.lines[0] if read.lines else {}, last=read.last)
+    if read.lines and journal.head.get("format") != FORMAT:
         raise InputError(path, "this is no journal of a measurement", expected=FORMAT)
-    return journal, whole
+    for number, line in enumerate(read.lines[1:], 2):
+        if "end" not in line:
+            journal.rows[_point(line, journal, read, number)] = {key: line[key] for key in line if key != "point"}
+        elif line != {"end": len(journal.rows)}:
+            raise read.damaged(number)
+    return journal, read.size
 
 
-def _point(line: Row, journal: Journal, number: int) -> int:
-    point = line["point"]
+def _point(line: Row, journal: Journal, read: Read, number: int) -> int:
+    point = line.get("point")
     values = [value for key, value in line.items() if key != "point"]
     good = all(isinstance(value, int | float) and math.isfinite(value) for value in values)
-    good = good and isinstance(point, int) and set(POSITION) <= line.keys()
-    if not (good and 1 <= point <= journal.head.get("points", 0) and point not in journal.rows):
-        raise InputError(f"{journal.path}:{number}", "the journal is damaged", found=f"point {point}")
+    good = good and set(POSITION) <= line.keys()
+    if not (good and isinstance(point, int) and 1 <= point <= journal.head.get("points", 0)) or point in journal.rows:
+        raise read.damaged(number)
     return point
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from stepgauge import __version__
 from stepgauge.files.config import read_toml
-from stepgauge.files.text import write_json, write_text
+from stepgauge.files.text import write_json, write_sealed
 from stepgauge.gauge.placement import format_placement
 from stepgauge.machine.file import Machine
 from stepgauge.planning.program import program_text
@@ -43,9 +43,9 @@ def write_plan(
         if one.orientation.number not in rendered or one.placement is None or one.probe is None:
             continue
         text, name = rendered[one.orientation.number], Path(folder) / f"position-{one.orientation.number}"
-        write_text(f"{name}.toml", placement_text(one))
+        write_sealed(f"{name}.toml", placement_text(one))
         text.write(f"{name}{text.dialect.suffix}")
-        write_text(f"{name}-machine.toml", machine_with_probe(machine, one.probe))
+        write_sealed(f"{name}-machine.toml", machine_with_probe(machine, one.probe))
     write_json(Path(folder) / "plan.json", plan_to_dict(positions, machine))
     return list(dict.fromkeys(text.note for text in rendered.values()))
 

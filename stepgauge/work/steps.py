@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError, naming
-from stepgauge.files.lines import Lines, Row, held, sync_folder, whole_lines
+from stepgauge.files.lines import Lines, Row, held, read_lines, sync_folder
 
 
 @dataclass
@@ -49,8 +49,7 @@ def open_steps(folder: Path, head: Row, again: bool, work: str = "investigation"
         steps, whole = _read(path)
         if whole:
             _check_same(steps.path, steps.done.pop("head"), head, f"{article} {work}")
-        file.truncate(whole)
-    steps._file = file
+        steps.go_on(file, whole)
     if not whole:
         steps.write({"step": "head", "value": head})
         sync_folder(folder)
@@ -59,13 +58,13 @@ def open_steps(folder: Path, head: Row, again: bool, work: str = "investigation"
 
 def _read(path: Path) -> tuple[Steps, int]:
     """The steps in a file, and how many of its bytes are whole lines."""
-    steps, whole = Steps(path), 0
-    for number, (raw, line) in enumerate(whole_lines(path), 1):
+    read = read_lines(path)
+    steps = Steps(path, last=read.last)
+    for number, line in enumerate(read.lines, 1):
         if set(line) != {"step", "value"} or line["step"] in steps.done or (number == 1) != (line["step"] == "head"):
-            raise InputError(f"{path}:{number}", "the journal is damaged", found=repr(raw[:40]))
+            raise read.damaged(number)
         steps.done[line["step"]] = line["value"]
-        whole += len(raw) + 1
-    return steps, whole
+    return steps, read.size
 
 
 def _check_same(path: Path, found: Row, head: Row, work: str) -> None:

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from stepgauge.errors import InputError
+from stepgauge.files.checksum import with_checksum
 from stepgauge.work.steps import open_steps
+
+
+def sealed(line: dict[str, Any]) -> bytes:
+    return json.dumps(with_checksum(line)).encode() + b"\n"
+
 
 NAME = "investigation.journal"
 HEAD = {"gauge": "T-1", "odds": 20.0}
@@ -59,7 +67,7 @@ def test_what_is_not_this_investigation_is_refused(tmp_path: Path) -> None:
         open_steps(tmp_path, {**HEAD, "odds": 10.0}, True)
     path = tmp_path / NAME
     for text, message in (
-        (b'{"step": "head", "value": {"format": "x"}}\n', "no journal of an investigation"),
+        (sealed({"step": "head", "value": {"format": "x"}}), "no journal of an investigation"),
         (path.read_bytes() + b"not json\n", "the journal is damaged"),
         (path.read_bytes() + b'{"step": "head", "value": 1}\n', "the journal is damaged"),
     ):

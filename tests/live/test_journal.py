@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
-from stepgauge.live.journal import FORMAT, Journal, fingerprint, resume, start
+from stepgauge.files.checksum import with_checksum
+from stepgauge.live.journal import FORMAT, Journal, fingerprint, look, resume, start
 from tests.live.made import small_gauge, small_machine, small_program
 
 HEAD = {"plan": "p", "machine": "m", "gauge": "g", "points": 4, "started": "2026-11-23T08:00:00.000+00:00"}
@@ -114,29 +116,72 @@ def test_the_journal_of_something_else_is_refused(tmp_path: Path, key: str) -> N
         resume(tmp_path / "j", {**HEAD, key: "other"})
 
 
-FIRST = json.dumps({"format": FORMAT, **HEAD}) + "\n"
-GOOD = '"x_mm": 1, "y_mm": 2, "z_mm": 3}\n'
+FIRST = {"format": FORMAT, **HEAD}
+GOOD = {"x_mm": 1, "y_mm": 2, "z_mm": 3}
+
+
+def lines_of(*rows: dict[str, Any]) -> bytes:
+    """Lines whose checksums are right, whatever they say."""
+    found, last = b"", ""
+    for row in rows:
+        whole = with_checksum(row, last)
+        found, last = found + json.dumps(whole).encode() + b"\n", whole["checksum"]
+    return found
 
 
 @pytest.mark.parametrize(
     ("text", "wrong"),
     [
-        ('{"format": "x"}\n', "this is no journal"),
-        ("hello\n", "j:1: the journal is damaged"),
-        (f'{FIRST}{{"point": 0, {GOOD}', "j:2: the journal is damaged"),
-        (f'{FIRST}{{"point": 5, {GOOD}', "j:2: the journal is damaged"),
-        (f'{FIRST}{{"point": "1", {GOOD}', "j:2: the journal is damaged"),
-        (f'{FIRST}{{"point": 1, {GOOD}{{"point": 1, {GOOD}', "j:3: the journal is damaged"),
-        (f'{FIRST}{{"point": 1, "t": NaN, {GOOD}', "j:2: the journal is damaged"),
-        (f'{FIRST}{{"point": 1, "t": "a", {GOOD}', "j:2: the journal is damaged"),
-        (f'{FIRST}{{"point": 1, "x_mm": 1}}\n', "j:2: the journal is damaged"),
-        (f"{FIRST}[1]\n", "j:2: the journal is damaged"),
+        (lines_of({"format": "x"}), "this is no journal"),
+        (b'{"format": "x"}\n', "j:1: the journal is damaged"),
+        (b"hello\n", "j:1: the journal is damaged"),
+        (lines_of(FIRST, {"point": 0, **GOOD}), "j:2: the journal is damaged"),
+        (lines_of(FIRST, {"point": 5, **GOOD}), "j:2: the journal is damaged"),
+        (lines_of(FIRST, {"point": "1", **GOOD}), "j:2: the journal is damaged"),
+        (lines_of(FIRST, {"point": 1, **GOOD}, {"point": 1, **GOOD}), "j:3: the journal is damaged"),
+        (lines_of(FIRST, {"point": 1, "t": "a", **GOOD}), "j:2: the journal is damaged"),
+        (lines_of(FIRST, {"point": 1, "x_mm": 1}), "j:2: the journal is damaged"),
+        (lines_of(FIRST, {"end": 1}), "j:2: the journal is damaged"),
+        (lines_of(FIRST) + lines_of({"point": 1, **GOOD}), "j:2: the journal is damaged"),
+        (lines_of(FIRST) + b"[1]\n", "j:2: the journal is damaged"),
     ],
 )
-def test_damage_is_told_with_its_line(tmp_path: Path, text: str, wrong: str) -> None:
-    (tmp_path / "j").write_text(text)
+def test_damage_is_told_with_its_line(tmp_path: Path, text: bytes, wrong: str) -> None:
+    (tmp_path / "j").write_bytes(text)
     with pytest.raises(InputError, match=wrong):
         resume(tmp_path / "j", HEAD)
+
+
+def test_no_flipped_bit_gives_another_measurement(tmp_path: Path) -> None:
+    path = tmp_path / "j"
+    rows, whole = written(path).rows, path.read_bytes()
+    for place in range(len(whole)):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << (place * 5 + place // 8) % 8
+        path.write_bytes(bytes(damaged))
+        with pytest.raises(InputError, match=r"j:\d: the journal is damaged: this line is not as it was written"):
+            resume(path, HEAD)
+        assert path.read_bytes() == damaged, "what was refused is kept"
+    path.write_bytes(whole)
+    back = resume(path, HEAD)
+    assert back.rows == rows
+    back.close()
+
+
+def test_a_line_that_is_gone_or_moved_is_seen_and_the_advice_holds(tmp_path: Path) -> None:
+    path = tmp_path / "j"
+    written(path)
+    lines = path.read_bytes().splitlines(keepends=True)
+    for changed in ([*lines[:2], lines[3]], [lines[0], lines[2], lines[1], lines[3]]):
+        path.write_bytes(b"".join(changed))
+        with pytest.raises(InputError, match=r"where it and all below are deleted, what they hold is done again"):
+            resume(path, HEAD)
+    path.write_bytes(b"".join(lines[:2]))
+    back = resume(path, HEAD)
+    assert sorted(back.rows) == [1]
+    back.add(2, ROW)
+    back.close()
+    assert sorted(look(path).rows) == [1, 2]
 
 
 def test_where_no_measurement_was_begun(tmp_path: Path) -> None:

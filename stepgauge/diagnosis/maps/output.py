@@ -16,7 +16,7 @@ from stepgauge.diagnosis.maps.rows import map_row_table
 from stepgauge.diagnosis.maps.said import as_json
 from stepgauge.diagnosis.output.rows import ROWS_FILE, rows_csv
 from stepgauge.files.tables import csv_text
-from stepgauge.files.text import write_json, write_text
+from stepgauge.files.text import write_json, write_sealed
 from stepgauge.probes.directions_map import map_directions
 
 PROBE_FILE = "probe.diagnosed.toml"
@@ -42,7 +42,7 @@ def write_map_diagnosis(found: MapDiagnosis, probe_path: str, folder: str | Path
     }
     write_json(target / "diagnosis.json", said)
     for name, text in texts.items():
-        write_text(target / name, text)
+        write_sealed(target / name, text)
     return [target / "diagnosis.json", *(target / name for name in texts), *draw_map_diagnosis(target, found, suffix)]
 
 

@@ -27,7 +27,7 @@ from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.posterior.search import Step
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Member
-from stepgauge.files.text import write_json, write_text
+from stepgauge.files.text import write_json, write_sealed
 from stepgauge.recording import Recording
 from stepgauge.recording.simulated import is_simulated
 
@@ -111,7 +111,7 @@ def write_diagnosis(
     }
     write_json(target / "diagnosis.json", said)
     for name, text in texts.items():
-        write_text(target / name, text)
+        write_sealed(target / name, text)
     written = [target / name for name in ("diagnosis.json", *texts)]
     simulated = bool(said["inputs"]["simulated"])
     return [*written, *draw_diagnosis(target, diagnosis, laws, suffix, simulated)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,11 +9,11 @@ from typing import Any, ClassVar
 
 import pandas as pd
 
-from stepgauge.diagnosis.output.files import FORMAT, checksum
+from stepgauge.diagnosis.output.files import checksum
 from stepgauge.diagnosis.output.summary import numbers_of, stored_line
 from stepgauge.errors import InputError
 from stepgauge.files.shown import Shown, as_lines
-from stepgauge.files.text import in_folder, read_text, write_text
+from stepgauge.files.text import in_folder, read_result, result_text, write_text
 
 FILE = "diagnosis.json"
 NEEDED = ("verdict", "effects", "unexplained", "fit", "inputs")
@@ -45,7 +44,7 @@ class StoredDiagnosis(Shown):
     def write(self, folder: str | Path) -> Path:
         """Write ``diagnosis.json`` into a folder, as it was read; returns its path."""
         path = Path(folder) / FILE
-        write_text(path, json.dumps(self.data, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+        write_text(path, result_text(self.data))
         return path
 
     def changed(self) -> list[str]:
@@ -62,13 +61,9 @@ def read_diagnosis(path: str | Path) -> StoredDiagnosis:
         a file that is no diagnosis
     """
     file = in_folder(path, FILE)
-    try:
-        data = json.loads(read_text(file))
-    except json.JSONDecodeError as error:
-        raise InputError(f"{file}:{error.lineno}", f"not valid JSON: {error.msg}") from None
-    kind = data.get("format") if isinstance(data, dict) else None
-    if kind != FORMAT or not all(key in data for key in NEEDED):
-        raise InputError(file, "not a diagnosis", found=repr(kind), expected="diagnosis.json of stepgauge diagnose")
+    data = read_result(file, "diagnosis", with_inputs=False)
+    if not all(key in data for key in NEEDED):
+        raise InputError(file, "not a complete diagnosis", expected="diagnosis.json of stepgauge diagnose")
     return StoredDiagnosis(data, str(file))
 
 

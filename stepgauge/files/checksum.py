@@ -1,0 +1,69 @@
+"""Checksums (SHA-256) of what stepgauge writes and reads back: a change after the writing is an error, never a value.
+
+One rule for every kind of file: a result (JSON) has the key ``checksum``; each line of a journal has it, and it counts
+the lines above; a text (TOML) ends with the line ``# checksum: ...``; files of a store are called by it. It tells of
+damage and of edits, and is no signature: who means to change a text takes that line away.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from stepgauge.errors import InputError
+
+KEY = "checksum"
+DIGITS = 32
+"""Of a name by content: 128 bits."""
+_LAST_LINE = re.compile(rf"# {KEY}: ([0-9a-f]{{64}})\n")
+_ONE = re.compile(rf"^# {KEY}", re.MULTILINE)
+
+
+def checksum(data: Mapping[str, Any], before: str = "") -> str:
+    """SHA-256 of JSON types, whatever the order of the keys and the layout of the file.
+
+    ``before``: the checksum of what stands above, where the order counts.
+    """
+    said = {key: value for key, value in data.items() if key != KEY}
+    text = before + json.dumps(said, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def with_checksum(data: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    """The same with its checksum as the last key."""
+    return {**{key: value for key, value in data.items() if key != KEY}, KEY: checksum(data, before)}
+
+
+def is_whole(data: Mapping[str, Any], before: str = "") -> bool:
+    """Whether it is as :func:`with_checksum` made it."""
+    return data.get(KEY) == checksum(data, before)
+
+
+def seal_text(text: str) -> str:
+    """A text with its checksum in the last line, as a comment."""
+    whole = text if text.endswith("\n") else text + "\n"
+    return f"{whole}# {KEY}: {hashlib.sha256(whole.encode()).hexdigest()}\n"
+
+
+def check_text(text: str, path: str | Path) -> str:
+    """The text without its checksum; one that has none is a person's own.
+
+    :class:`InputError` where it was changed after it was written.
+    """
+    stated = _ONE.search(text)
+    if stated is None:
+        return text
+    whole, found = text[: stated.start()], _LAST_LINE.fullmatch(text[stated.start() :])
+    if found is None or found[1] != hashlib.sha256(whole.encode("utf-8", "surrogatepass")).hexdigest():
+        expected = f"the file as it was written; if the change is meant, take the line '# {KEY}' away"
+        raise InputError(path, "this was changed after stepgauge wrote it", expected=expected)
+    return whole
+
+
+def content_name(data: bytes) -> str:
+    """What a file of a store is called by: the first digits of the SHA-256 of its content."""
+    return hashlib.sha256(data).hexdigest()[:DIGITS]
