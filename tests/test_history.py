@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import errno
 import json
 import shutil
 import sqlite3
@@ -275,6 +276,61 @@ def test_a_damaged_or_foreign_store_is_not_used(archive: Path, tmp_path: Path) -
     shutil.copytree(archive / "2024-01-01", elsewhere / "2024-01-01")
     with pytest.raises(InputError, match="this store is of another folder"):
         refresh_store(store, elsewhere)
+
+
+def test_no_flipped_bit_changes_an_entry(archive: Path, tmp_path: Path) -> None:
+    """A bit in each part of the file: what is read is as it was, or nothing is."""
+    store = tmp_path / "h.sqlite"
+    first = refresh_store(store, archive).entries
+    whole, refused = store.read_bytes(), 0
+    used = [place for place in range(len(whole)) if whole[place]]
+    for number, place in enumerate(used[:: len(used) // 120]):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << number % 8
+        store.write_bytes(bytes(damaged))
+        found = said = None
+        try:
+            found = refresh_store(store, archive)
+        except InputError as error:
+            said = str(error)
+        if found is not None:
+            assert repr(found.entries) == repr(first)
+            continue
+        refused += 1
+        assert "rebuild" in str(said)
+        assert store.read_bytes() == damaged
+    assert refused > 60
+    store.write_bytes(bytes(damaged))
+    assert repr(refresh_store(store, archive, rebuild=True).entries) == repr(first)
+
+
+def test_a_row_that_somebody_changed_is_refused(archive: Path, tmp_path: Path) -> None:
+    store = tmp_path / "h.sqlite"
+    refresh_store(store, archive)
+    with sqlite3.connect(store) as connection:
+        connection.execute("UPDATE entry SET scale_ppm = scale_ppm + 1")
+    connection.close()
+    with pytest.raises(InputError, match=r"the store was changed after it was written; expected rebuild"):
+        refresh_store(store, archive)
+
+
+def test_a_store_that_could_not_be_written_is_not_there(
+    archive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> str:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("stepgauge.history.store._checksum", full)
+    with pytest.raises(InputError, match="No space left on device"):
+        refresh_store(tmp_path / "h" / "h.sqlite", archive)
+    assert not list((tmp_path / "h").iterdir())
+
+
+@pytest.mark.parametrize("text", ["0026-08-02", "1969-12-31T23:59", "0001-01-01T00:00+14:00"])
+def test_a_year_before_all_measurements_is_a_mistake(text: str) -> None:
+    with pytest.raises(InputError, match=r"too long ago; found .*; expected a date from 1970 on"):
+        parse_moment(text, "here")
+    assert moment_in_path(Path(text[:10])) is None
 
 
 def test_a_failure_leaves_the_store_as_it_was(archive: Path, tmp_path: Path) -> None:

@@ -123,6 +123,21 @@ def test_an_interrupted_run_goes_on_and_ends_in_the_same_numbers(
     assert not folder.exists()
 
 
+def test_runs_whose_values_were_damaged_meanwhile_are_computed_again(model: Model, tmp_path: Path) -> None:
+    def interrupt(done: int, total: int) -> None:
+        raise KeyboardInterrupt
+
+    folder = tmp_path / "runs"
+    with pytest.raises(KeyboardInterrupt):
+        run_monte_carlo(model, 500, seed=1, checkpoint=folder, progress=interrupt)
+    values = bytearray((folder / "values.f64").read_bytes())
+    place = next(at for at, byte in enumerate(values) if byte)
+    values[place] ^= 0x40
+    (folder / "values.f64").write_bytes(values)
+    again = run_monte_carlo(model, 500, seed=1, checkpoint=folder)
+    assert numbers(again) == numbers(run_monte_carlo(model, 500, seed=1))
+
+
 def test_a_checkpoint_of_another_computation_is_not_mistaken_for_this_one(model: Model, tmp_path: Path) -> None:
     def interrupt(done: int, total: int) -> None:
         raise KeyboardInterrupt

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stepgauge.cli.options import SUFFIX, limits_option, output, say, say_written, show
+from stepgauge.errors import InputError
 
 if TYPE_CHECKING:
     from stepgauge.history import HistoryEntry, Series
@@ -84,6 +85,8 @@ def _entries(
     from stepgauge.history import refresh_store
 
     found = refresh_store(store, folder, date_from, rebuild, _progress)
+    if not found.entries and found.remarks:
+        raise InputError(folder, "no evaluation that can be used", found=found.remarks[0])
     for remark in found.remarks:
         say(remark)
     gone = f", {found.gone} gone" if found.gone else ""

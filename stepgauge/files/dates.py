@@ -8,17 +8,24 @@ from pathlib import Path
 
 from stepgauge.errors import InputError, Place
 
+EARLIEST = 1970
+"""Year before which nothing was measured that is still of use; clocks of controllers begin there when they are lost."""
 _IN_PATH = re.compile(r"(?<!\d)(\d{4})-(\d{2})-(\d{2})(?!\d)")
 
 
 def parse_moment(text: str, where: Place) -> datetime.datetime:
-    """A date or a date with time as local time without zone; :class:`InputError` where it is none, or in the future."""
+    """A date or a date with time as local time without zone.
+
+    :class:`InputError` where it is none, before :data:`EARLIEST`, or in the future.
+    """
     try:
         moment = datetime.datetime.fromisoformat(text.strip())
     except ValueError:
         raise InputError(
             where, "measured_at is no date", found=repr(text), expected=f"{_in_order(text)}, with time 2026-03-02T14:30"
         ) from None
+    if moment.year < EARLIEST:
+        raise InputError(where, "measured_at is too long ago", found=text, expected=f"a date from {EARLIEST} on")
     if moment.tzinfo is not None:
         moment = moment.astimezone().replace(tzinfo=None)
     if moment > datetime.datetime.now() + datetime.timedelta(days=1):
@@ -27,7 +34,9 @@ def parse_moment(text: str, where: Place) -> datetime.datetime:
 
 
 def check_past(day: datetime.date, where: Place, what: str) -> None:
-    """:class:`InputError` for a day that has not come yet."""
+    """:class:`InputError` for a day that has not come yet, or is before :data:`EARLIEST`."""
+    if day.year < EARLIEST:
+        raise InputError(where, f"{what} is too long ago", found=day, expected=f"a date from {EARLIEST} on")
     if day > datetime.date.today():
         raise InputError(where, f"{what} lies in the future", found=day, expected="today or a day before")
 
@@ -55,7 +64,9 @@ def moment_in_path(path: Path) -> datetime.datetime | None:
     for part in reversed(path.parts):
         for match in reversed(list(_IN_PATH.finditer(part))):
             try:
-                return datetime.datetime(*map(int, match.groups()))  # type: ignore[arg-type]
+                moment = datetime.datetime(*map(int, match.groups()))  # type: ignore[arg-type]
             except ValueError:
                 continue
+            if moment.year >= EARLIEST:
+                return moment
     return None

@@ -1,9 +1,13 @@
-"""The embedded store: SQLite beside the figure, made from the evaluation.json files and from nothing else."""
+"""The embedded store: SQLite beside the figure, made from the evaluation.json files and from nothing else.
+
+Every call works on a copy, which takes the place of the store when all went well. A checksum of all rows is among them.
+"""
 
 from __future__ import annotations
 
 import datetime
 import hashlib
+import shutil
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
@@ -11,10 +15,13 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.outputs import place_of, replacing
 from stepgauge.history.entries import DateFrom, HistoryEntry, read_entries
 
 ANOTHER = naming("rebuild", "store", words="{}, or another {}")
-SCHEMA = 2
+SCHEMA = 3
+TABLES = {"entry": "path, placement", "file": "path", "origin": "folder"}
+"""The tables and the order of their rows."""
 NAMES = tuple(field.name for field in fields(HistoryEntry))
 _TYPES = {"int": "INTEGER", "float": "REAL"}
 _COLUMNS = ", ".join(f"{field.name} {_TYPES.get(str(field.type), 'TEXT')}" for field in fields(HistoryEntry))
@@ -56,22 +63,21 @@ def refresh_store(
     if not files:
         raise InputError(folder, "no evaluation.json in this folder or below it", expected="results of 'evaluate'")
     said = _set_aside(path) if rebuild and path.exists() else []
-    with _open(path) as connection:
+    with _open(path, anew=rebuild) as connection:
         _check_origin(connection, path, folder)
         found = _refresh(connection, folder, files, date_from, progress)
     return replace(found, remarks=(*said, *found.remarks))
 
 
 def _set_aside(path: Path) -> list[str]:
-    """Remove our own store; anything else under that name is kept under another, for it may be somebody's."""
+    """Our own store may be replaced; anything else under that name is kept under another, for it may be somebody's."""
     if path.is_dir():
         raise InputError(path, "this is a folder", expected="a file to keep the store in")
     try:
         with closing(sqlite3.connect(path)) as connection:
             connection.execute("SELECT path, placement, measured_at FROM entry").fetchall()
-        path.unlink()
         return []
-    except sqlite3.DatabaseError:
+    except (sqlite3.Error, UnicodeError):
         aside = path.with_name(path.name + ".damaged")
         path.replace(aside)
         return [f"what was at {path} was no readable store; it is now {aside.name}"]
@@ -80,40 +86,54 @@ def _set_aside(path: Path) -> list[str]:
 
 
 @contextmanager
-def _open(path: Path) -> Iterator[sqlite3.Connection]:
-    """One transaction on the store: all of it, or nothing where something fails."""
+def _open(path: Path, anew: bool) -> Iterator[sqlite3.Connection]:
+    """The store to be changed: all of it, or nothing where something fails. ``anew``: an empty one."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with closing(sqlite3.connect(path, timeout=10.0)) as connection, connection:
-            _make_tables(connection, path)
-            yield connection
-    except sqlite3.OperationalError as error:
-        raise InputError(path, f"the store cannot be used: {error}", expected="a writable file") from None
-    except sqlite3.DatabaseError as error:
-        raise InputError(
-            path,
-            f"the store is damaged or no store of stepgauge: {error}",
-            expected=ANOTHER,
-        ) from None
+        with replacing(path) as beside:
+            there = place_of(path)
+            if there.exists() and there != beside and not anew:
+                shutil.copyfile(there, beside)
+            with closing(sqlite3.connect(beside)) as connection, connection:
+                connection.execute("PRAGMA journal_mode = MEMORY")
+                _make_tables(connection, path)
+                yield connection
+                connection.execute("DELETE FROM seal")
+                connection.execute("INSERT INTO seal VALUES (?)", (_checksum(connection),))
+    except (sqlite3.Error, UnicodeError) as error:
+        if getattr(error, "sqlite_errorcode", 0) & 0xFF in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR):
+            raise InputError(path, f"cannot be written: {error}") from None
+        raise InputError(path, f"the store is damaged or no store of stepgauge: {error}", expected=ANOTHER) from None
     except OSError as error:
         raise InputError(path, f"cannot write here: {error.strerror or error}") from None
+
+
+def _checksum(connection: sqlite3.Connection) -> str:
+    """SHA-256 of all rows."""
+    digest = hashlib.sha256()
+    for table, order in TABLES.items():
+        for row in connection.execute(f"SELECT * FROM {table} ORDER BY {order}"):
+            digest.update(f"{table} {row!r}\n".encode("utf-8", "surrogatepass"))
+    return digest.hexdigest()
 
 
 def _make_tables(connection: sqlite3.Connection, path: Path) -> None:
     (version,) = connection.execute("PRAGMA user_version").fetchone()
     known = {name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-    if version not in (0, SCHEMA) or (known and "entry" not in known):
+    if version != (SCHEMA if known else 0) or (known and known != {*TABLES, "seal"}):
         raise InputError(
             path,
             "not a store of this stepgauge",
             found=f"version {version}, tables {', '.join(sorted(known)) or 'none'}",
             expected=ANOTHER,
         )
-    connection.execute(f"CREATE TABLE IF NOT EXISTS entry ({_COLUMNS}, PRIMARY KEY (path, placement))")
-    connection.execute(
-        "CREATE TABLE IF NOT EXISTS file (path TEXT PRIMARY KEY, sha256 TEXT, date_from TEXT, remark TEXT)"
-    )
-    connection.execute("CREATE TABLE IF NOT EXISTS origin (folder TEXT)")
+    if known:
+        if connection.execute("SELECT sha256 FROM seal").fetchall() != [(_checksum(connection),)]:
+            raise InputError(path, "the store was changed after it was written", expected=ANOTHER)
+        return
+    connection.execute("CREATE TABLE seal (sha256 TEXT)")
+    connection.execute(f"CREATE TABLE entry ({_COLUMNS})")  # no index: all is there once
+    connection.execute("CREATE TABLE file (path TEXT, sha256 TEXT, date_from TEXT, remark TEXT)")
+    connection.execute("CREATE TABLE origin (folder TEXT)")
     connection.execute(f"PRAGMA user_version = {SCHEMA}")
 
 
@@ -141,6 +161,8 @@ def _refresh(
         name, sha256 = path.relative_to(folder).as_posix(), hashlib.sha256(path.read_bytes()).hexdigest()
         present.add(name)
         if known.get(name) != (sha256, date_from):
+            if name in known:
+                _forget(connection, name)
             _replace(connection, path, folder, sha256, date_from)
             read += 1
         if progress is not None:
@@ -158,9 +180,7 @@ def _refresh(
 
 def _replace(connection: sqlite3.Connection, path: Path, folder: Path, sha256: str, date_from: DateFrom) -> None:
     """Read one file anew; one that cannot be used is remembered with the reason."""
-    name = path.relative_to(folder).as_posix()
-    _forget(connection, name)
-    remark = ""
+    name, remark = path.relative_to(folder).as_posix(), ""
     try:
         entries = read_entries(path, folder, sha256, date_from)
     except InputError as error:

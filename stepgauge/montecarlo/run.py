@@ -96,7 +96,7 @@ def run_monte_carlo(
     schedule = make_schedule(model, runs)
     fingerprint = _fingerprint(model, runs, seed)
     store = open_store(checkpoint, fingerprint, schedule.rows, len(model.quantities), len(schedule.blocks))
-    todo = [schedule.blocks[number] for number in store.missing()]
+    todo = [block for block in schedule.blocks if not store.is_done(block.number, block.rows)]
     done = schedule.rows - sum(len(block.runs) for block in todo)
     try:
         for block, values in _computed(model, seed, todo, jobs, chunk):
