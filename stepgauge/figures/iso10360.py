@@ -53,9 +53,9 @@ def _extent_um(lengths: Sequence[TestLength]) -> tuple[float, float]:
 def _title(test: LengthTest, kind: Kind) -> str:
     """The decision on the errors and, where there is a limit, on the range of the repeats."""
     symbol = test.series.symbol.replace("E_0", "E$_0$").replace("E_150", "E$_{150}$")
-    head = f"{symbol}, bidirectional: " if kind == "bidirectional" else "unidirectional, for information:\n"
+    head = f"{symbol}, bidirectional: " if kind == "bidirectional" else "unidirectional, for information"
     ranges = test.repeatability_outcome(kind)
-    said = f"{head}{test.outcome(kind)}" + (f"\nrange of the repeats: {ranges}" if ranges else "")
+    said = f"{head}{test.outcome(kind) or ''}" + (f"\nrange of the repeats: {ranges}" if ranges else "")
     return said if test.complete else f"{said}\n(test incomplete)"
 
 

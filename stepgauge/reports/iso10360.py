@@ -131,7 +131,7 @@ def _results(data: dict[str, Any], kind: str) -> list[list[str]]:
         quantity(result["largest_error_um"], 2, "µm"),
         f"± {data['mpe']['text']}",
         quantity(100.0 * result["largest_share_of_mpe"], 0, "%"),
-        result["outcome"],
+        result["outcome"] or "none",
     ]
     if data["series"]["key"] != "e0" or result["largest_range_um"] is None:
         return [errors]
@@ -246,7 +246,8 @@ def _errors(data: dict[str, Any], kind: str) -> PrintedTable:
 def _error_row(one: dict[str, Any], repeats: int) -> list[str]:
     errors = [number(error, 2) for error in one["errors_um"]]
     outcomes = one["outcomes"]
-    worst = together(outcomes)
+    decided = [one for one in outcomes if one is not None]
+    worst = together(decided) if decided else "none"
     return [
         str(one["position"]),
         f"{one['faces'][0]} to {one['faces'][1]}",

@@ -99,25 +99,29 @@ class LengthTest:
         return [one for position in self.positions for one in position.of_kind(kind)]
 
     def outcome(self, kind: Kind) -> Outcome | None:
-        """The decision on all errors of one kind; None where there are none."""
-        every = [outcome for one in self.lengths(kind) for outcome in one.outcomes]
+        """The decision on all errors of one kind; None where there are none, or no limit is for them."""
+        every = [outcome for one in self.lengths(kind) for outcome in one.outcomes if outcome is not None]
         return together(every) if every else None
 
     def repeatability_outcome(self, kind: Kind) -> Outcome | None:
-        """The decision on the repeatability ranges; None without a limit or without repeats.
+        """The decision on the repeatability ranges; None without a limit or repeats, and of unidirectional lengths.
 
         What makes a test value uncertain is the same in all repeats of a length, so nothing is subtracted from the
         limit.
         """
         ranges = [one.range_um for one in self.lengths(kind) if np.isfinite(one.range_um)]
         limit = self.specification.repeatability_um
-        return None if limit is None or not ranges else gate(self.conditions, decide(max(ranges), limit, 0.0))
+        undecided = limit is None or not ranges or kind == "unidirectional"
+        return None if limit is None or undecided else gate(self.conditions, decide(max(ranges), limit, 0.0))
 
     def remeasure(self, kind: Kind) -> list[TestLength]:
         """Lengths whose single error outside the conformance zone the standard lets be measured again.
 
-        Allowed for at most five lengths with one such repeat each; else the list is empty.
+        Allowed for at most five lengths with one such repeat each; else, and where U lacks contributions or nothing is
+        decided, the list is empty.
         """
+        if self.missing or self.outcome(kind) is None:
+            return []
         outside = {id(one): sum(o != "conforms" for o in one.outcomes) for one in self.lengths(kind)}
         again = [one for one in self.lengths(kind) if outside[id(one)]]
         single = all(outside[id(one)] == 1 and len(one.error_um) >= REPEATS for one in again)

@@ -88,8 +88,10 @@ def _result(test: LengthTest, kind: Kind) -> dict[str, Any] | None:
         return None
     worst = max(lengths, key=lambda one: float(abs(one.error_um).max()) / one.mpe_um)
     ranges = [one.range_um for one in lengths if not math.isnan(one.range_um)]
+    probabilities = [p for one in lengths if (p := one.conformity_probability) is not None]
     return {
         "outcome": test.outcome(kind),
+        "conformity_probability": min(probabilities, default=None),
         "errors": sum(len(one.error_um) for one in lengths),
         "largest_error_um": max((float(e) for one in lengths for e in one.error_um), key=abs),
         "largest_share_of_mpe": float(abs(worst.error_um).max()) / worst.mpe_um,
@@ -130,6 +132,7 @@ def _length(one: TestLength) -> dict[str, Any]:
         "standard_uncertainty_um": one.uncertainty.standard_um,
         "expanded_uncertainty_um": one.expanded_um,
         "outcomes": one.outcomes,
+        "conformity_probability": one.conformity_probability,
     }
 
 
@@ -143,7 +146,12 @@ def _row(one: TestLength, repeat: int) -> list[str]:
     numbers = (one.nominal_mm, one.length_mm)
     values = (float(one.error_um[repeat]), one.mpe_um, one.expanded_um)
     cells = [str(one.position), one.kind, str(one.faces[0]), str(one.faces[1]), *(f"{v:.12g}" for v in numbers)]
-    cells += [str(repeat + 1), str(one.cycles[repeat]), *(f"{value:.6g}" for value in values), one.outcomes[repeat]]
+    cells += [
+        str(repeat + 1),
+        str(one.cycles[repeat]),
+        *(f"{value:.6g}" for value in values),
+        one.outcomes[repeat] or "",
+    ]
     return [*cells, "" if math.isnan(one.range_um) else f"{one.range_um:.6g}"]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.conditions import NOTHING, Conditions, gate
-from stepgauge.standards.decision import Outcome, decide
+from stepgauge.standards.decision import Outcome, conformity_probability, decide
 from stepgauge.standards.length_uncertainty import TestUncertainty
 from stepgauge.standards.lengths import Faces, FaceTable, Kind
 from stepgauge.standards.measuring_line import DIAGONALS, SAME_DIRECTION_DEG
@@ -35,9 +35,21 @@ class TestLength:
     conditions: Conditions = NOTHING
 
     @property
-    def outcomes(self) -> list[Outcome]:
-        """The decision on each repeat."""
-        return [gate(self.conditions, decide(float(e), self.mpe_um, self.expanded_um)) for e in self.error_um]
+    def outcomes(self) -> list[Outcome | None]:
+        """The decision on each repeat; None of a unidirectional length, which E0,MPE is no limit of."""
+        if self.kind == "unidirectional":
+            return [None] * len(self.error_um)
+        missing = self.uncertainty.missing
+        decided = (decide(float(error), self.mpe_um, self.expanded_um, missing) for error in self.error_um)
+        return [gate(self.conditions, one) for one in decided]
+
+    @property
+    def conformity_probability(self) -> float | None:
+        """Of the worst repeat, by JCGM 106; None where nothing is decided, or U lacks contributions."""
+        if self.kind == "unidirectional" or self.uncertainty.missing or self.conditions.preventing:
+            return None
+        u_um = self.uncertainty.standard_um
+        return min(conformity_probability(float(error), self.mpe_um, u_um) for error in self.error_um)
 
     @property
     def range_um(self) -> float:

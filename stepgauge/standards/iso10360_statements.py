@@ -31,7 +31,7 @@ MACHINE: Mapping[Outcome, str] = {
 }
 NAMES = {
     "bidirectional": "{symbol}, bidirectional lengths",
-    "unidirectional": "Unidirectional lengths (for information; not {symbol} of ISO 10360-2)",
+    "unidirectional": "Unidirectional lengths",
 }
 
 
@@ -101,11 +101,7 @@ def verdicts(test: LengthTest) -> list[str]:
     said += [text for kind in KINDS for text in _not_provable(test, kind)]
     said += [text for kind in KINDS for text in _remeasure(test, kind)]
     if test.missing:
-        said.append(
-            f"The test value uncertainty ({UNCERTAINTY_SOURCE}) is too small by what was not stated: "
-            + "; ".join(test.missing)
-            + "."
-        )
+        said.append(f"The test value uncertainty ({UNCERTAINTY_SOURCE}) is too small by what was not stated.")
     if test.series.unconfirmed:
         said.append(f"{test.series.symbol}: {test.series.unconfirmed}.")
     return said
@@ -113,9 +109,12 @@ def verdicts(test: LengthTest) -> list[str]:
 
 def _verdict(test: LengthTest, kind: Kind) -> str:
     outcome = test.outcome(kind)
-    assert outcome is not None
-    tail = ", with the contributions to U that were stated" if test.missing else ""
-    tail += "" if test.complete else ", for what was measured: the test is not complete"
+    if outcome is None:
+        return f"{NAMES[kind]}: for information, none is decided on; {test.series.limit} is of bidirectional lengths."
+    if test.missing and outcome == "not decidable":
+        name, lacking = NAMES[kind].format(symbol=test.series.symbol), "; ".join(test.missing)
+        return f"{name}: not decidable, for U lacks what was not stated: {lacking}."
+    tail = "" if test.complete else ", for what was measured: the test is not complete"
     words = WORDS[outcome] if outcome != "conforms" or test.complete else "every error lies within the limit by U"
     return f"{NAMES[kind].format(symbol=test.series.symbol)}: {words}{tail}."
 
@@ -126,13 +125,13 @@ def _repeatability(test: LengthTest, kind: Kind) -> list[str]:
         return []
     largest = max(one.range_um for one in test.lengths(kind) if not math.isnan(one.range_um))
     limit = test.specification.repeatability_um
-    name = "R_0" if kind == "bidirectional" and test.series is E0 else f"Range of three repeats, {kind} lengths"
+    name = "R_0" if test.series is E0 else "Range of three repeats"
     return [f"{name}: largest {largest:.2f} µm, limit {limit:g} µm: {outcome}."]
 
 
 def _not_provable(test: LengthTest, kind: Kind) -> list[str]:
     """Lengths without a conformance zone, for whatever was measured there could not prove conformity."""
-    lengths = test.lengths(kind)
+    lengths = test.lengths(kind) if test.outcome(kind) is not None else []
     sizes = sorted({one.nominal_mm for one in lengths if one.expanded_um > one.mpe_um})
     if not sizes:
         return []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +27,7 @@ from tests.standards.made import START_MM, TIP_MM, joined, made
 
 GAUGE = make_gauge(blocks=21, u_um=0.1)
 SPEC = Specification(Mpe.parse("1.8 + L/350"), 1.5)
+SURE = TestConditions(temperature_u_K=0.0, alignment_mrad=0.0, fixture_um=0.0)
 STATED = Choices(tip_diameter_mm=TIP_MM)
 ALL = TestConditions(temperature_u_K=0.1, alignment_mrad=0.5, fixture_um=0.1)
 CUBE = make_machine()
@@ -65,13 +67,15 @@ def test_errors_by_hand() -> None:
     def error(cycle: int, face: int) -> float:
         return 8.5e-3 * GAUGE.position_mm[face - 1] + (0.0 if face % 2 else scatter[cycle])
 
-    test = length_test(made(GAUGE, error), GAUGE, SPEC, choices=Choices(TIP_MM + 0.4e-3))
+    test = length_test(made(GAUGE, error), GAUGE, SPEC, SURE, Choices(TIP_MM + 0.4e-3))
     longest = test.lengths("bidirectional")[-1]
     assert longest.faces == (1, 42)
     assert longest.error_um == pytest.approx([3.085, 3.385, 2.585], abs=1e-6)
     assert longest.range_um == pytest.approx(0.8, abs=1e-6)
     assert longest.mpe_um == pytest.approx(1.8 + 410 / 350)
     assert longest.outcomes == ["not decidable", "does not conform", "conforms"]
+    outside = (3.385 - longest.mpe_um) / longest.uncertainty.standard_um
+    assert longest.conformity_probability == pytest.approx(math.erfc(outside / math.sqrt(2.0)) / 2.0, rel=1e-4)
     assert test.lengths("unidirectional")[-1].error_um == pytest.approx([3.4] * 3, abs=1e-6)
     assert [one.nominal_mm for one in test.lengths("bidirectional")] == [30, 130, 210, 310, 410]
 
@@ -134,6 +138,18 @@ def test_nothing_is_invented_where_nothing_is_stated() -> None:
     test = length_test(made(GAUGE, temperature_C=None), GAUGE, SPEC)
     assert any("expansion of the gauge" in text for text in test.missing)
     assert any("too small by what was not stated" in text for text in statements(test))
+
+
+def test_an_incomplete_uncertainty_decides_nothing() -> None:
+    """80 um/m are no nonconformity while U lacks the alignment: stated, they are one."""
+    bad = made(GAUGE, lambda _, face: 80e-3 * GAUGE.position_mm[face - 1])
+    for stated, expected in ((TestConditions(), "not decidable"), (SURE, "does not conform")):
+        test = length_test(bad, GAUGE, replace(SPEC, repeatability_um=None), stated, STATED)
+        assert test.outcome("bidirectional") == expected
+        assert overall([test]).outcome == expected
+    assert "U lacks what was not stated: uncertainty of the gauge temperature" in " ".join(
+        statements(length_test(bad, GAUGE, SPEC, choices=STATED))
+    )
 
 
 def test_a_complete_test_of_a_good_machine() -> None:
@@ -271,7 +287,8 @@ def test_fronts_alone_are_unidirectional_only() -> None:
     test = length_test(made(GAUGE, faces=range(1, 42, 2)), GAUGE, SPEC, ALL)
     assert test.tip is None
     assert test.outcome("bidirectional") is None
-    assert test.outcome("unidirectional") == "conforms"
+    assert test.outcome("unidirectional") is None
+    assert any("none is decided on" in text for text in statements(test))
     assert any("bidirectional" in part.what for part in test.excluded)
 
 

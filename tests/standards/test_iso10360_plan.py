@@ -17,6 +17,7 @@ from stepgauge.programs.render import render
 from stepgauge.recording import join_recordings
 from stepgauge.standards.iso10360 import Choices, Specification, length_test
 from stepgauge.standards.iso10360_plan import PlannedPosition, plan_positions
+from stepgauge.standards.length_uncertainty import TestConditions
 from stepgauge.standards.mpe import Mpe
 
 OPTIONS = PlanOptions(1, 2, cycles=3)
@@ -142,7 +143,8 @@ def test_the_programs_measure_a_known_machine(planned: list[PlannedPosition], ga
         moves = DIALECTS["dmis"].read(text, "program", probing_settings(cmm, 2.0))
         recordings.append(run_program(moves, cmm, gauge, one.placement, 0).recording)
     spec = Specification(Mpe.parse("1.8 + L/350"))
-    test = length_test(join_recordings(recordings), gauge, spec, choices=Choices(3.994), machine=machine)
+    sure = TestConditions(temperature_u_K=0.0, alignment_mrad=0.0, fixture_um=0.0)
+    test = length_test(join_recordings(recordings), gauge, spec, sure, Choices(3.994), machine)
     assert test.complete
     for position in test.positions:
         share = 10e-3 * position.table.axis[0] ** 2
