@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial, wraps
 from os import PathLike
-from typing import ParamSpec, TypeVar
+from typing import ClassVar, ParamSpec, TypeVar
 
 LONGEST = 300
 """Characters of a message."""
@@ -87,15 +87,17 @@ class InputError(Exception):
     found, expected : the offending value and what would have been right, where that helps
     """
 
+    longest: ClassVar[int] = LONGEST
+
     def __init__(self, where: Place, what: str | Naming, *, found: object = None, expected: object = None) -> None:
         self._parts = (where, what, found, expected)
         self.where, self.what, self.found, self.expected = str(where), str(what), found, expected
-        super().__init__(_message(self.where, self.what, found, expected))
+        super().__init__(_message(self.where, self.what, found, expected, self.longest))
 
     def as_typed(self) -> str:
         """The message with the options of the command line in place of the arguments of Python."""
         where, what, found, expected = map(as_typed, self._parts)
-        return _message(str(where), str(what), found, expected)
+        return _message(str(where), str(what), found, expected, self.longest)
 
     def __reduce__(self) -> tuple[object, ...]:
         """As it was made, for it crosses from one process to another."""
@@ -122,20 +124,20 @@ def one_line(text: str, longest: int = LONGEST) -> str:
     return _cut(line, longest)
 
 
-def _message(where: str, what: str, found: object, expected: object) -> str:
+def _message(where: str, what: str, found: object, expected: object, longest: int) -> str:
     """The parts of a message; where they are too long together, the folders of the place go first, then the longest."""
     values = (where, what, found, expected)
     heads = ("", ": ", "; found ", "; expected ")
-    parts = ["" if value is None else one_line(str(value), 10 * LONGEST) for value in values]
+    parts = ["" if value is None else one_line(str(value), 10 * longest) for value in values]
     used = sum(len(head) for head, value in zip(heads, values, strict=True) if value is not None)
-    over = used + sum(map(len, parts)) - LONGEST
+    over = used + sum(map(len, parts)) - longest
     if over > 0:
         parts[0] = _place(parts[0], max(len(parts[0]) - over, _SHORTEST))
     for i in (*sorted((2, 3), key=lambda i: -len(parts[i])), 1):
-        over = used + sum(map(len, parts)) - LONGEST
+        over = used + sum(map(len, parts)) - longest
         parts[i] = _cut(parts[i], max(len(parts[i]) - max(over, 0), _SHORTEST))
     said = [head + part for head, part, value in zip(heads, parts, values, strict=True) if value is not None]
-    return _cut("".join(said).removeprefix(": "), LONGEST)  # what was never in a file has no place
+    return _cut("".join(said).removeprefix(": "), longest)  # what was never in a file has no place
 
 
 def _cut(text: str, longest: int) -> str:

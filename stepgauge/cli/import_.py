@@ -134,9 +134,7 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
 @click.option(
     "--length-unit",
     type=click.Choice(["mm", "um", "m", "inch"]),
-    default="mm",
-    show_default=True,
-    help="Of a table: unit of coordinates whose header states none.",
+    help="Of a table: unit of coordinates whose header states none. Default: what LOG states, else mm.",
 )
 @click.option(
     "--temperature-unit",
@@ -180,7 +178,14 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
 @click.option(
     "--header",
     metavar="NAMES",
-    help='Of one axis: names of all columns, e.g. "target_mm,reading_mm". Default: those of LOG.',
+    help='Of a table: names of all columns, e.g. "target_mm,reading_mm" or "x_mm,y_mm,z_mm". Default: those of LOG.',
+)
+@click.option("--table", type=click.IntRange(1), metavar="N", help="Of a file with several tables: the one to read.")
+@click.option(
+    "--rows",
+    multiple=True,
+    metavar="[HEADER=]TEXT",
+    help="Of a table whose rows are of several kinds (axes, features): read those with this text in a column, e.g. X.",
 )
 @leaves(_left)
 def command(log: str, source: str | None, output: str, **options: Any) -> None:
@@ -221,7 +226,7 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
         return
     steps = read_gauge(options["gauge"]) if options["gauge"] else None
     lies = read_placement(options["placement"], steps) if steps is not None and options["placement"] else None
-    layout = _layout(options)
+    layout = _layout(options, False)
     program, radius = _read_program(options, lies)
     choice = ImportOptions(
         options["placement_number"],
@@ -252,19 +257,24 @@ def _check_options(options: dict[str, Any]) -> None:
         raise click.UsageError("--program needs --gauge and --placement")
 
 
-def _layout(options: dict[str, Any]) -> TableLayout:
+def _layout(options: dict[str, Any], of_axis: bool) -> TableLayout:
+    """How a table is to be read; its columns are named as those of an axis or of points."""
     from stepgauge.importing import TableLayout
-    from stepgauge.importing.cells import DELIMITERS
-    from stepgauge.importing.headers import parse_mapping
+    from stepgauge.importing.tables.cells import DELIMITERS
+    from stepgauge.importing.tables.names import parse_mapping
+    from stepgauge.importing.tables.roles import parse_roles
 
     return TableLayout(
         DELIMITERS.get(options["delimiter"] or ""),
         DECIMALS.get(options["decimal"] or ""),
         options["sheet"],
-        parse_mapping(options["columns"]),
+        (parse_roles if of_axis else parse_mapping)(options["columns"]),
         options["length_unit"],
         options["temperature_unit"],
         _constants(options),
+        options["header"],
+        options["table"],
+        options["rows"],
     )
 
 
@@ -279,22 +289,26 @@ def _constants(options: dict[str, Any]) -> dict[str, str]:
 
 def _names_points(log: str, source: str | None, options: dict[str, Any]) -> bool:
     """Whether a log has points of three coordinates: any but a table, and a table that names x, y and z."""
+    from stepgauge.errors import InputError
     from stepgauge.importing import TABLES, recognise_log
-    from stepgauge.importing.sheet import has_points
+    from stepgauge.importing.points import has_points
 
     kind = source or recognise_log(log)
-    return kind not in TABLES or has_points(log, kind, options["sheet"], _constants(options), options["columns"])
+    if kind not in TABLES:
+        return True
+    try:
+        layout = _layout(options, False)
+    except InputError:  # columns named as those of an axis
+        return False
+    return has_points(log, layout)
 
 
 def _import_axis(log: str, output: str, options: dict[str, Any]) -> None:
     """A table of one axis, one spot or distances."""
     from stepgauge.axis.recording import write_axis_recording
     from stepgauge.gauge.certified import read_gauge
-    from stepgauge.importing import TableLayout
     from stepgauge.importing.axis import AxisOptions, import_axis
-    from stepgauge.importing.axis.roles import parse_roles
     from stepgauge.importing.axis.targets import gauge_targets, parse_targets
-    from stepgauge.importing.cells import DELIMITERS
 
     targets = parse_targets(options["targets"]) if options["targets"] else None
     if targets is None and is_typed("gauge"):
@@ -303,15 +317,11 @@ def _import_axis(log: str, output: str, options: dict[str, Any]) -> None:
         options["sensor"],
         options["unit"],
         options["deviation_unit"],
-        parse_roles(options["columns"]),
-        options["header"],
-        _constants(options),
         targets,
         "missing" in options["accept"],
         options["heights"],
     )
-    mark, decimal = DELIMITERS.get(options["delimiter"] or ""), DECIMALS.get(options["decimal"] or "")
-    imported = import_axis(log, choice, TableLayout(mark, decimal, options["sheet"]))
+    imported = import_axis(log, choice, _layout(options, True))
     write_axis_recording(output, imported.recording)
     for line in imported.report:
         say(line)

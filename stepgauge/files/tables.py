@@ -1,6 +1,6 @@
 """CSV tables of our own kinds, checked cell by cell so that an error can name the row and the column.
 
-Tables of any layout, as people hand them over, are read by :mod:`stepgauge.importing.sheet`.
+Tables of any layout, as people hand them over, are read by :mod:`stepgauge.importing.tables`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What a controller wrote down while it ran a program, read back as a recording.
 
 A log format is one module here with two functions: ``recognises(text) -> bool`` and ``read(text, path) -> ProbeLog``.
-Tables of any layout (CSV, XLSX) are read by :mod:`stepgauge.importing.sheet`. What a log has to say about the program
+Tables of any layout (CSV, XLSX) are read by :mod:`stepgauge.importing.tables`. What a log has to say about the program
 that made it is checked once for all formats in :mod:`stepgauge.importing.matching`.
 """
 
@@ -17,9 +17,10 @@ from stepgauge.files.text import read_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.importing.build import Import, ImportOptions, build_recording
-from stepgauge.importing.cells import decode, is_workbook
 from stepgauge.importing.log import ProbeLog
-from stepgauge.importing.sheet import TableLayout, read_sheet
+from stepgauge.importing.points import read_points
+from stepgauge.importing.tables.read import TableLayout
+from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.programs import DIALECTS, check_lines, recognise
 from stepgauge.recording.identity import check_recording
@@ -86,32 +87,35 @@ def gist(text: str) -> str:
     return "\n".join(line[:LINE_GIST] for line in text.split("\n") if line.strip())
 
 
-def recognise_log(path: str | Path) -> str:
+def recognise_log(path: Given) -> str:
     """Name of the format of a file, from its content; :class:`InputError` where it is none that is known."""
-    if is_workbook(path):
-        return "xlsx"
-    text = gist(decode(path)[0])
+    source = read_source(path)
+    if source.is_workbook or source.frame is not None:
+        return "xlsx" if source.is_workbook else "csv"
+    text = gist(source.decoded[0])
     for known in FORMATS.values():
         if known.name not in TABLES and known.recognises(text):
             return known.name
     if any(dialect.recognises(text) for dialect in DIALECTS.values()):
         raise InputError(
-            path,
+            source.name,
             "this is a measuring program, not what a machine wrote down while it ran",
             expected=naming("program", words="a log, and the program as {}"),
         )
     return "csv"
 
 
-def read_log(path: str | Path, source: str, layout: TableLayout | None = None) -> ProbeLog:
+def read_log(given: Given, source: str, layout: TableLayout | None = None) -> ProbeLog:
     """Read a probe log; ``source`` is a name in :data:`FORMATS`, ``layout`` says how a table is to be read.
 
     :class:`InputError` for a file of another kind, and for the first line that is not as the format wants it.
     """
+    content = read_source(given)
+    path = content.name
     if source in TABLES:
         _check_layout(path, source, layout or TableLayout())
         with reading(path, FORMATS[source].title):
-            return read_sheet(path, source, layout or TableLayout())
+            return read_points(content, source, layout or TableLayout())
     if layout not in (None, TableLayout()):
         raise InputError(
             path,
@@ -119,7 +123,7 @@ def read_log(path: str | Path, source: str, layout: TableLayout | None = None) -
             found=f"a {FORMATS[source].title}",
             expected="none of these options",
         )
-    text = decode(path)[0]
+    text = content.decoded[0]
     known = FORMATS[source]
     if not known.recognises(text):
         lines = text.split("\n")
@@ -142,7 +146,7 @@ def _check_layout(path: str | Path, source: str, layout: TableLayout) -> None:
 
 
 def import_log(
-    path: str | Path,
+    path: Given,
     source: str,
     gauge: Gauge | None = None,
     placement: Placement | None = None,
@@ -158,7 +162,7 @@ def import_log(
 
     Parameters
     ----------
-    path : the log
+    path : the log: a path, an open file, or a DataFrame
     source : name of its format in :data:`FORMATS`
     gauge, placement : which faces the points belong to
     program : what the controller ran, read from its text (:func:`stepgauge.programs.read_program`)

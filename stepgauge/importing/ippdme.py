@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.files.numerals import number
-from stepgauge.importing.clock import read_clock, stamp_in
 from stepgauge.importing.log import ProbeLog, counted, unit_vectors
+from stepgauge.importing.tables.clock import read_clock, stamp_in
 from stepgauge.recording import comment_lines
 from stepgauge.recording.simulated import SIMULATED_COMMENT
 

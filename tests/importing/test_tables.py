@@ -11,7 +11,7 @@ import pytest
 
 from stepgauge.errors import InputError
 from stepgauge.importing import ImportOptions, TableLayout, import_log
-from stepgauge.importing.headers import parse_mapping, read_header, split_unit
+from stepgauge.importing.tables.names import parse_mapping, read_header, split_unit
 from tests.importing.made import RADIUS_MM, Case, make_case, table_of
 
 XYZ = {"x_mm": "X", "y_mm": "Y", "z_mm": "Z"}
@@ -316,7 +316,7 @@ def test_a_header_of_two_rows_with_merged_names(tmp_path: Path, upper: str, lowe
     assert (back.recording.frame["gauge_temperature_C"] == 20.4).all()
     assert back.recording.frame["face"].equals(case.recording.frame["face"])
     rows = 2 if "Soll" in upper else 1  # what names nothing that the row below leaves open is no header
-    assert f"dropped: {rows} rows above the header" in back.report
+    assert f"dropped: {rows} rows above the table" in back.report
 
 
 def test_a_group_of_nominal_positions_beside_the_measured_ones(tmp_path: Path) -> None:
@@ -367,8 +367,8 @@ def test_empty_and_foreign_files(tmp_path: Path) -> None:
     case = make_case()
     for text, words in (
         ("", "the table is empty"),
-        ("X;Y;Z\n", "delimiter of the table cannot be found"),
-        ("nothing to see\nhere\n", "delimiter of the table cannot be found"),
+        ("X;Y;Z\n", "no table of numbers is found"),
+        ("nothing to see\nhere\n", "no table of numbers is found"),
     ):
         with pytest.raises(InputError, match=words):
             read(case, write(tmp_path, text))

@@ -1,7 +1,7 @@
 """Tables of one axis, of one spot over time, and of distances between stations, of any make.
 
-A table goes through four steps, one module each: where the numbers stand (:mod:`.grid`), what the columns are
-(:mod:`.roles`), one reading per row (:mod:`.long`), units and targets (:mod:`.build`).
+The columns of a table (:mod:`stepgauge.importing.tables`) become one reading per row (:mod:`.long`), and these with
+units and targets a recording (:mod:`.build`); what the file states of itself is compared with it (:mod:`.stated`).
 """
 
 from __future__ import annotations
@@ -12,20 +12,22 @@ from pathlib import Path
 import numpy as np
 
 from stepgauge.axis.recording import FORM, FORMS, AxisRecording, places_of, ways_doubt
-from stepgauge.errors import InputError, reading
+from stepgauge.errors import InputError, naming, reading
 from stepgauge.importing.axis.build import AxisOptions, build_axis
-from stepgauge.importing.axis.grid import Grid, find_grid
 from stepgauge.importing.axis.heights import read_heights, reduced
-from stepgauge.importing.axis.laserfile import is_laser_file, read_laser_file
 from stepgauge.importing.axis.long import Long, to_long
-from stepgauge.importing.axis.roles import Role, read_roles
-from stepgauge.importing.axis.turned import turned
-from stepgauge.importing.cells import Cells, decode, is_workbook, read_column_cells, read_workbook_cells
-from stepgauge.importing.json_cells import is_json, read_json_cells
-from stepgauge.importing.sheet import TableLayout
+from stepgauge.importing.axis.stated import check_stated
+from stepgauge.importing.tables.grid import Table
+from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.read import TableLayout, choose_table, read_file
+from stepgauge.importing.tables.rivals import settled_roles
+from stepgauge.importing.tables.roles import IGNORE, VALUE_ROLES, Role, read_roles
+from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.recording import comment_lines
 
 __all__ = ["AxisImport", "AxisOptions", "import_axis"]
+_OURS = (*FORMS, FORM, "sensor")
+"""Comments of a recording that are made anew."""
 
 
 @dataclass(frozen=True)
@@ -36,34 +38,56 @@ class AxisImport:
     report: tuple[str, ...]
 
 
-def import_axis(path: str | Path, options: AxisOptions, layout: TableLayout | None = None) -> AxisImport:
+def import_axis(given: Given, options: AxisOptions, layout: TableLayout | None = None) -> AxisImport:
     """The recording of a table of one axis, one spot, or distances between stations.
 
     Parameters
     ----------
-    path : text with any delimiter, an Excel workbook, records in JSON, or a file of laser software in sections
+    given : a path, an open file or a DataFrame: text with any delimiter, an Excel workbook, records in JSON, lines of a
+        console, or a file of laser software in sections
     options : what the table does not state
-    layout : its delimiter, decimal mark and sheet, where they do not show by themselves
+    layout : its delimiter, decimal mark and sheet, and columns by hand, where they do not show by themselves
 
     Raises
     ------
     InputError
-        names the row, or the option that settles what the table leaves open
+        names the row, or asks all that the table leaves open, with the options that settle it
     """
-    layout = layout or TableLayout()
-    with reading(path, "table"):
-        grid, notes, comments = _read_grid(path, options, layout)
-        grid = grid.with_constants(options.constants)
-        roles = read_roles(grid.headers, grid.units, options.columns)
-        _check_chosen(grid, roles, options)
-        found = to_long(grid, roles, options.missing)
-        recording = build_axis(found, grid, options)
+    layout, source, decisions = layout or TableLayout(), read_source(given), Decisions()
+    with reading(source.name, "table"):
+        file = read_file(source, layout, decisions)
+        table = choose_table(file, lambda one: _has_readings(one, layout), layout, source.name, decisions)
+        table = _named(table, decisions)
+        roles = settled_roles(table, layout.columns, decisions)
+        _check_chosen(table, roles, layout)
+        found = to_long(table, roles, options.missing, decisions)
+        recording = build_axis(found, table, options, decisions)
+        check_stated(table.facts, recording, source.name)
     if options.heights is not None:
         recording = reduced(recording, read_heights(options.heights), options.heights)
     clock = () if found.clock is None else found.clock.words
-    report = (*notes, *grid.left_out, *_words(roles, found, recording), *clock)
-    said = {**recording.comments, **_date(found), **comments, "log": Path(path).name, "import": "\n".join(report)}
+    decided = (*decisions.taken, *decisions.rejected)
+    report = (*file.notes, *table.left_out, *_words(roles, found, recording), *clock, *decided)
+    comments = {key: value for key, value in comment_lines(file.comments).items() if key not in _OURS}
+    name = Path(source.name).name
+    said = {**recording.comments, **_date(found), **comments, "log": name, "import": "\n".join(report)}
     return AxisImport(AxisRecording(recording.frame, recording.form, recording.units, recording.sensor, said), report)
+
+
+def _has_readings(table: Table, layout: TableLayout) -> bool:
+    """Whether the names of a table's columns say that it has readings."""
+    roles = read_roles(table.headers, table.units, layout.columns)
+    return any(one.role in VALUE_ROLES for one in roles)
+
+
+def _named(table: Table, decisions: Decisions) -> Table:
+    """The table, whose columns must have names."""
+    if not any(table.headers):
+        expected = naming("header", words='{} "target_mm,reading_mm": the names of all columns with their units')
+        what, found = "no row above the numbers names the columns", f"{len(table.headers)} columns"
+        decisions.ask(table.at(0), what, expected, found)
+        decisions.settle()
+    return table
 
 
 def _date(found: Long) -> dict[str, str]:
@@ -71,31 +95,12 @@ def _date(found: Long) -> dict[str, str]:
     return {} if start is None else {"measured_at": start}
 
 
-def _read_grid(
-    path: str | Path, options: AxisOptions, layout: TableLayout
-) -> tuple[Grid, tuple[str, ...], dict[str, str]]:
-    """The grid, how the file was read, and what its comments say."""
-    text = "" if is_workbook(path) else decode(path)[0]
-    if is_laser_file(text):
-        return read_laser_file(path), ("file of laser software with targets and deviations",), {}
-    cells = turned(_read_cells(path, text, layout))
-    grid = find_grid(cells, layout.decimal, options.header)
-    said = {key: value for key, value in comment_lines(cells.comments).items() if key not in (*FORMS, FORM, "sensor")}
-    return grid, (*cells.notes, f"decimal {'comma' if grid.decimal == ',' else 'point'}"), said
-
-
-def _read_cells(path: str | Path, text: str, layout: TableLayout) -> Cells:
-    if is_workbook(path):
-        return read_workbook_cells(path, layout.sheet)
-    return read_json_cells(path) if is_json(text) else read_column_cells(path, layout.delimiter)
-
-
-def _check_chosen(grid: Grid, roles: list[Role], options: AxisOptions) -> None:
+def _check_chosen(table: Table, roles: list[Role], layout: TableLayout) -> None:
     """Every column that is named by hand must be there."""
-    for role, header in options.columns.items():
-        if not any(one.role == role for one in roles):
+    for role, header in layout.columns.items():
+        if role != IGNORE and not any(one.role == role for one in roles):
             known = ", ".join(one.header for one in roles if one.header)
-            raise InputError(grid.path, f"there is no column {header!r} for {role}", found=known)
+            raise InputError(table.path, f"there is no column {header!r} for {role}", found=known)
 
 
 def _words(roles: list[Role], found: Long, recording: AxisRecording) -> list[str]:

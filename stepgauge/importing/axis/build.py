@@ -6,8 +6,7 @@ header states are not guessed: readings have the unit of their targets, anything
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -18,11 +17,12 @@ from stepgauge.axis.recording import OWN, STATIONS, AxisRecording, places_of
 from stepgauge.axis.units import AxisUnits, base_of, plain_name
 from stepgauge.errors import InputError, naming
 from stepgauge.files.units import ANGLE_DEG, LENGTH_MM, Unit, unit_hint
-from stepgauge.importing.axis.grid import Grid
 from stepgauge.importing.axis.long import Long
-from stepgauge.importing.axis.roles import CORRECTION, DEVIATION, DEVIATIONS, READING
 from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
+from stepgauge.importing.tables.grid import Table
+from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.roles import CORRECTION, DEVIATION, DEVIATIONS, READING
 
 Array = NDArray[np.float64]
 Known = TypeVar("Known")
@@ -45,31 +45,30 @@ class AxisOptions:
     """What a table of an axis does not state.
 
     ``sensor``: what read it (:data:`stepgauge.axis.sensors.SENSORS`); ``unit``, ``deviation_unit``: of columns that
-    state none; ``columns``: headers by role; ``header``: names of the columns in place of those of the file;
-    ``constants``: columns that are the same in every row; ``targets``: the artefact; ``missing``: whether readings may
-    be missing; ``heights``: file of the heights of stations, by which slope distances become horizontal ones.
+    state none; ``targets``: the artefact; ``missing``: whether readings may be missing; ``heights``: file of the
+    heights of stations, by which slope distances become horizontal ones.
     """
 
     sensor: str = "other"
     unit: str | None = None
     deviation_unit: str | None = None
-    columns: Mapping[str, str] = field(default_factory=dict)
-    header: str | None = None
-    constants: Mapping[str, str] = field(default_factory=dict)
     targets: Targets | None = None
     missing: bool = False
     heights: str | None = None
 
 
-def build_axis(found: Long, grid: Grid, options: AxisOptions) -> AxisRecording:
-    """The recording; :class:`InputError` names the option that settles what the table leaves open."""
+def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decisions) -> AxisRecording:
+    """The recording; :class:`InputError` asks for all that the table leaves open, with the options that settle it."""
     form = "distances" if found.stations else "axis" if found.target is not None or options.targets else "spot"
-    if form == "spot" and {1, -1} <= set(found.way.tolist()):
+    if form == "spot" and {1, -1} <= set(np.unique(found.way).tolist()):
         expected = naming("targets", words="a column of targets, or {} with the list of them")
-        raise InputError(grid.path, "readings of two directions have no targets", expected=expected)
-    target, index = _targets(found, grid, options)
-    role = _role(found, grid, target) if form == "axis" else READING
-    units = _units(found, grid, options, form, role)
+        decisions.ask(table.path, "readings of two directions have no targets", expected)
+        decisions.settle()
+    target, index = _targets(found, table, options)
+    role = _role(found, table, target, decisions) if form == "axis" else READING
+    units = _units(found, table, options, form, role, decisions)
+    decisions.settle()
+    assert units is not None
     target = None if target is None else target * _per(found.target_unit, units, options)
     turned = role == DEVIATION and found.value_role == CORRECTION
     value = found.value * _value_factor(found, units, options, role) * (-1.0 if turned else 1.0)
@@ -83,7 +82,7 @@ def build_axis(found: Long, grid: Grid, options: AxisOptions) -> AxisRecording:
         frame[f"{name} recorded" if name in OWN or name in STATIONS else name] = values
     artefact = options.targets.name if options.targets else "targets" if form == "axis" else "none"
     comments = {"artefact": artefact, **({"turned": _sign_words(found)} if turned else {})}
-    return AxisRecording(frame, form, units, options.sensor, comments, grid.path)
+    return AxisRecording(frame, form, units, options.sensor, comments, table.path)
 
 
 def _sign_words(found: Long) -> str:
@@ -91,7 +90,7 @@ def _sign_words(found: Long) -> str:
     return f'sign of {name}, taken as target minus reading (column deviation="{name}" takes it the other way round)'
 
 
-def _targets(found: Long, grid: Grid, options: AxisOptions) -> tuple[Array | None, NDArray[np.intp] | None]:
+def _targets(found: Long, table: Table, options: AxisOptions) -> tuple[Array | None, NDArray[np.intp] | None]:
     """Certified targets of all rows in the unit of the table, and which of the artefact each is."""
     known = options.targets
     if known is None or found.stations:
@@ -102,13 +101,13 @@ def _targets(found: Long, grid: Grid, options: AxisOptions) -> tuple[Array | Non
         of_file = 1.0 / (stated.factor if stated is not None else base_of(options.unit or "mm"))
     listed = Targets(known.nominal * of_file, known.certified * of_file, known.u, known.name)
     if found.target is not None:
-        index = listed.matched(found.target, grid.path)
+        index = listed.matched(found.target, table.path)
     else:
-        index = listed.nearest(found.value, grid.path)
+        index = listed.nearest(found.value, table.path)
     return listed.certified[index], index
 
 
-def _role(found: Long, grid: Grid, target: Array | None) -> str:
+def _role(found: Long, table: Table, target: Array | None, decisions: Decisions) -> str:
     """Whether the values are readings or deviations: as they are named, where their size does not contradict."""
     assert target is not None
     if not np.ptp(target):
@@ -125,53 +124,51 @@ def _role(found: Long, grid: Grid, target: Array | None) -> str:
     if found.value_unit is None and found.value_role != READING:
         return DEVIATION
     hint = unit_hint(abs(slope), 1.0)
+    words = '1 or about 0; the units in {}, or the right column by {} reading="HEADER"'
+    what = f"column {found.value_header!r} holds neither readings nor deviations of the targets{hint}"
     raise InputError(
-        grid.path,
-        f"column {found.value_header!r} holds neither readings nor deviations of the targets{hint}",
+        table.path,
+        what,
         found=f"a change of {slope:.4g} per unit of target",
-        expected=naming(
-            "header", "columns", words='1 or about 0; the units in {}, or the right column by {} reading="HEADER"'
-        ),
+        expected=naming("header", "columns", words=words),
     )
 
 
-def _units(found: Long, grid: Grid, options: AxisOptions, form: str, role: str) -> AxisUnits:
-    """Units in which the axis is told: of the targets, else of the readings, else as asked; never guessed."""
+def _units(
+    found: Long, table: Table, options: AxisOptions, form: str, role: str, decisions: Decisions
+) -> AxisUnits | None:
+    """Units in which the axis is told: of the targets, else of the readings, else as asked; never guessed.
+
+    What no header states, the file may state once for all its lengths. None where a unit is asked for.
+    """
     asked = None if options.unit is None else plain_name(options.unit)
-    stated = found.target_unit if form == "axis" and found.target is not None else found.value_unit
+    of_axis = form == "axis" and found.target is not None
+    stated = found.target_unit if of_axis else found.value_unit
     if stated is None and role == READING:
         stated = found.value_unit
     if stated is None and options.targets is not None and options.targets.gauge:
         asked = asked or "mm"
-    name = _settled_unit(grid, "unit", options.unit, stated) or asked
+    name = _settled_unit(table, "unit", options.unit, stated) or asked
     of_value = found.value_unit if role == DEVIATION else None
-    deviation = _settled_unit(grid, "deviation_unit", options.deviation_unit, of_value) or options.deviation_unit
-    of_targets = "target" if form == "axis" and found.target is not None else "reading"
-    _check_stated(found, grid, "" if name else of_targets, role == DEVIATION and deviation is None)
-    return AxisUnits.of(_known(name), deviation)
+    deviation = _settled_unit(table, "deviation_unit", options.deviation_unit, of_value) or options.deviation_unit
+    if not name:
+        what = f"the unit of the {'target' if of_axis else 'reading'}s is not stated"
+        decisions.ask(
+            table.path, what, naming("unit", words="{} mm (um, m, inch, deg, arcsec, ..)"), found.value_header
+        )
+    if role == DEVIATION and deviation is None:
+        expected = naming("deviation_unit", words="{} um (mm, uin, arcsec, ..)")
+        decisions.ask(table.path, "the unit of the deviations is not stated", expected, found.value_header)
+    return AxisUnits.of(name, deviation) if name else None
 
 
-def _settled_unit(grid: Grid, option: str, asked: str | None, stated: Unit | None) -> str | None:
+def _settled_unit(table: Table, option: str, asked: str | None, stated: Unit | None) -> str | None:
     """The unit that a header states, None for none; an option that says otherwise is an :class:`InputError`."""
     name = None if stated is None else plain_name(stated.name)
     if name is not None and asked is not None and plain_name(asked) != name:
         what = naming(option, words="{} is another unit than that of the header")
-        raise InputError(grid.path, what, found=asked, expected=name)
+        raise InputError(table.path, what, found=asked, expected=name)
     return name
-
-
-def _check_stated(found: Long, grid: Grid, position: str, deviation: bool) -> None:
-    """All units that are needed and stated nowhere are asked for together.
-
-    ``position``: whether targets or readings lack theirs, empty for neither; ``deviation``: whether deviations do.
-    """
-    asked = [("unit", "{} mm (um, m, inch, deg, arcsec, ..)")] if position else []
-    asked += [("deviation_unit", "{} um (mm, uin, arcsec, ..)")] if deviation else []
-    if asked:
-        missing = " and ".join([f"the {position}s"] * bool(position) + ["the deviations"] * deviation)
-        expected = naming(*(name for name, _ in asked), words=" and ".join(words for _, words in asked))
-        what = f"the unit of {missing} is not stated"
-        raise InputError(grid.path, what, found=found.value_header, expected=expected)
 
 
 def _per(unit: Unit | None, units: AxisUnits, options: AxisOptions) -> float:

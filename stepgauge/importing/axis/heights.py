@@ -18,8 +18,10 @@ from stepgauge.axis.recording import STATIONS, AxisRecording
 from stepgauge.axis.units import base_of, plain_name
 from stepgauge.errors import InputError, naming, reader
 from stepgauge.files.numerals import Numerals
-from stepgauge.importing.axis.roles import split_name
-from stepgauge.importing.cells import read_column_cells
+from stepgauge.importing.tables.cells import read_text_cells
+from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.roles import split_name
+from stepgauge.importing.tables.source import read_source
 
 Array = NDArray[np.float64]
 ABOVE = (
@@ -36,7 +38,7 @@ def read_heights(path: str | Path) -> dict[str, float]:
     :class:`InputError` for a station that is there twice with different heights, and a file without any.
     """
     found: dict[str, float] = {}
-    for row in read_column_cells(path, None).rows:
+    for row in read_text_cells(read_source(path), None, Decisions()).rows:
         name, *cells = [str(cell).strip() for cell in row]
         height = next((value for cell in cells if np.isfinite(value := _number(cell))), None)
         if height is None:

@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 
 from stepgauge.axis.recording import places_of
 from stepgauge.errors import InputError, naming
-from stepgauge.files.units import Unit
-from stepgauge.importing.axis.grid import Grid
-from stepgauge.importing.axis.labels import LABEL, Label, parse_label, way_of
-from stepgauge.importing.axis.roles import (
+from stepgauge.files.units import Unit, find_unit
+from stepgauge.importing.axis.travel import cycles_of_repeats
+from stepgauge.importing.tables.clock import Clock, counted_clock, is_date, joined, read_clock
+from stepgauge.importing.tables.grid import Table
+from stepgauge.importing.tables.labels import LABEL, Label, parse_label, way_of
+from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.roles import (
     CYCLE,
     DEVIATIONS,
     FROM,
@@ -27,22 +30,27 @@ from stepgauge.importing.axis.roles import (
     VALUE_ROLES,
     WAY,
     Role,
+    split_name,
 )
-from stepgauge.importing.axis.travel import cycles_of_repeats
-from stepgauge.importing.clock import Clock, is_date, joined, read_clock
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
+_PARTS = {
+    3600.0: "hour hours hr hrs stunde stunden heure heures h",
+    60.0: "minute minutes minuten min mins",
+    1.0: "second seconds sekunde sekunden sec secs",
+}
+"""Names of columns that are parts of a time, by what one of them is in s."""
 
 
 @dataclass(frozen=True)
 class Long:
     """Readings in the order in which they were taken, ``n`` of them.
 
-    ``row (n,)``: row of the grid of each; ``target``, ``value``, ``u_target``: in the units of their columns;
+    ``row (n,)``: row of the table of each; ``target``, ``value``, ``u_target``: in the units of their columns;
     ``value_role``: what the value is (reading, deviation, correction, or unknown); ``way``, ``cycle``: nought where
     nothing states them;
-    ``clock``: of the rows of the grid; ``stations``: names of both;
+    ``clock``: of the rows of the table; ``stations``: names of both;
     ``others``: numbers recorded besides; ``dropped``: columns that were not.
     """
 
@@ -64,50 +72,50 @@ class Long:
     dropped: list[str]
 
 
-def to_long(grid: Grid, roles: Sequence[Role], missing: bool) -> Long:
+def to_long(table: Table, roles: Sequence[Role], missing: bool, decisions: Decisions) -> Long:
     """One reading per row; ``missing``: whether cells of readings may be empty.
 
     :class:`InputError` names the row and column of what is no number, and the option that settles what is ambiguous.
     """
-    columns = _value_columns(grid, roles)
+    columns = _value_columns(table, roles, decisions)
     roles = [replace(one, role=READING) if one.role is None and one in columns else one for one in roles]
-    row, value, way, cycle = _taken(grid, roles, columns, missing)
+    row, value, way, cycle = _taken(table, roles, columns, missing)
     target = _only(roles, TARGET)
     u_target = _only(roles, U_TARGET)
-    others, dropped = _others(grid, roles)
-    clock = _clock(grid, roles)
+    others, dropped = _others(table, roles)
+    clock = _clock(table, roles)
     return Long(
         row,
         value,
         columns[0].role or READING,
         columns[0].unit,
         columns[0].header,
-        None if target is None else _numbers(grid, target)[row],
+        None if target is None else _targets(table, target)[row],
         None if target is None else target.unit,
-        None if u_target is None else _numbers(grid, u_target)[row],
+        None if u_target is None else _numbers(table, u_target)[row],
         way,
         cycle,
-        np.maximum(_of_rows(grid, roles, PLACEMENT, [LABEL] * len(grid.rows))[row], 1),
+        np.maximum(_of_rows(table, roles, PLACEMENT, [LABEL] * len(table.titles))[row], 1),
         None if clock is None or clock.stands else clock.elapsed_s[row],
         clock,
-        _stations(grid, roles, row),
+        _stations(table, roles, row),
         {name: values[row] for name, values in others.items()},
         dropped,
     )
 
 
 def _taken(
-    grid: Grid, roles: Sequence[Role], columns: Sequence[Role], missing: bool
+    table: Table, roles: Sequence[Role], columns: Sequence[Role], missing: bool
 ) -> tuple[Whole, Array, Whole, Whole]:
     """Row, value, direction and cycle of every reading, sweep after sweep and in each column after column."""
-    titles = [parse_label(title) for title in grid.titles]
-    of_rows = _of_rows(grid, roles, CYCLE, titles) if len(columns) == 1 else _sweeps(grid, roles, columns, titles)
+    titles = [parse_label(title) for title in table.titles]
+    of_rows = _of_rows(table, roles, CYCLE, titles) if len(columns) == 1 else _sweeps(table, roles, columns, titles)
     first = _rank(of_rows)
-    picked = [_picked(grid, column, _rising(grid, roles, first == 0), missing) for column in columns]
+    picked = [_picked(table, column, _rising(table, roles, first == 0), missing) for column in columns]
     row = np.concatenate([rows for rows, _ in picked]).astype(np.int64)
     own = np.repeat(np.arange(len(columns)), [len(rows) for rows, _ in picked])
     stated = np.array([column.label.way for column in columns])[own]
-    way = np.where(stated != 0, stated, _of_rows(grid, roles, WAY, titles)[row])
+    way = np.where(stated != 0, stated, _of_rows(table, roles, WAY, titles)[row])
     cycle, value = of_rows[row], np.concatenate([values for _, values in picked])
     if len(columns) == 1:
         return row, value, way, cycle
@@ -117,21 +125,21 @@ def _taken(
     return row[order], value[order], way[order], cycle[order]
 
 
-def _sweeps(grid: Grid, roles: Sequence[Role], columns: Sequence[Role], titles: Sequence[Label]) -> Whole:
+def _sweeps(table: Table, roles: Sequence[Role], columns: Sequence[Role], titles: Sequence[Label]) -> Whole:
     """Of every row of a table with a column per direction or cycle, how often the targets have begun again, from 1.
 
     A column of cycles, or lines between the blocks, say it; else a target that comes again, unless the headers count
     the cycles. Nought where only a list of targets can tell.
     """
-    stated = _of_rows(grid, roles, CYCLE, titles)
+    stated = _of_rows(table, roles, CYCLE, titles)
     if stated.all():
         return stated
     target = _only(roles, TARGET)
     if any(one.label.cycle for one in columns):
-        return np.ones(len(grid.rows), np.int64)
+        return np.ones(len(table.lines), np.int64)
     if target is None:
-        return np.full(len(grid.rows), int(max(_column_cycles(columns)) > 1))
-    return cycles_of_repeats(places_of(_numbers(grid, target)), _of_rows(grid, roles, PLACEMENT, titles))
+        return np.full(len(table.lines), int(max(_column_cycles(columns)) > 1))
+    return cycles_of_repeats(places_of(_targets(table, target)), _of_rows(table, roles, PLACEMENT, titles))
 
 
 def _rank(values: Whole) -> Whole:
@@ -140,36 +148,41 @@ def _rank(values: Whole) -> Whole:
     return np.argsort(np.argsort(at))[which.ravel()]
 
 
-def _value_columns(grid: Grid, roles: Sequence[Role]) -> list[Role]:
+def _value_columns(table: Table, roles: Sequence[Role], decisions: Decisions) -> list[Role]:
     """The columns of readings: those of a wide table, or one; readings go before deviations, which follow from them."""
     found: list[Role] = []
     for wanted in (READING, *VALUE_ROLES):
         found = [one for one in roles if one.role == wanted]
         if found:
             break
-    found = found or _only_length(grid, roles)
+    found = found or _only_length(table, roles)
     if not found:
         names = ", ".join(one.header for one in roles if one.header)
         expected = naming("columns", words='{} reading="HEADER" (or deviation="HEADER")')
-        raise InputError(grid.path, "no column is named as the reading", found=names, expected=expected)
+        decisions.ask(table.path, "no column is named as the reading", expected, names)
+        decisions.settle()
     if len(found) > 1 and any(one.label == LABEL for one in found):
+        if all(np.array_equal(table.numbers(one.place), table.numbers(found[0].place)) for one in found):
+            return found[:1]
         names = " and ".join(repr(one.header) for one in found[:3])
-        expected = naming("columns", words=f'{{}} {found[0].role}="HEADER" for the right one')
-        raise InputError(grid.path, f"several columns may be the {found[0].role}", found=names, expected=expected)
-    _check_sign(grid, found[0])
-    _check_labels(grid, found)
+        words = f'{{}} {found[0].role}="{found[0].header}" for the right one'
+        what = f"several columns may be the {found[0].role}"
+        decisions.ask(table.path, what, naming("columns", words=words), names)
+        found = found[:1]
+    _check_sign(table, found[0], decisions)
+    _check_labels(table, found)
     return sorted(found, key=lambda one: (one.label.cycle, one.place))
 
 
-def _check_sign(grid: Grid, column: Role) -> None:
+def _check_sign(table: Table, column: Role, decisions: Decisions) -> None:
     """The words of a name agree on the sign of its values."""
     if column.role == UNSIGNED:
         words = '{} deviation="HEADER" (reading minus target) or {} correction="HEADER" (target minus reading)'
         expected = naming("columns", "columns", words=words)
-        raise InputError(grid.path, "the name of a column contradicts itself", found=column.header, expected=expected)
+        decisions.ask(table.path, "the name of a column contradicts itself", expected, column.header)
 
 
-def _check_labels(grid: Grid, columns: Sequence[Role]) -> None:
+def _check_labels(table: Table, columns: Sequence[Role]) -> None:
     """Every column of a wide table is a cycle and a direction of its own."""
     seen: dict[Label, Role] = {}
     for one in columns:
@@ -177,12 +190,12 @@ def _check_labels(grid: Grid, columns: Sequence[Role]) -> None:
         if one.label.cycle and other is not one:
             found = f"{other.header!r} and {one.header!r}"
             expected = "cycle and direction in the name of every column, as +1 and -1, or 'Run 1 fwd' and 'Run 1 back'"
-            raise InputError(grid.path, "two columns are the same cycle and direction", found=found, expected=expected)
+            raise InputError(table.path, "two columns are the same cycle and direction", found=found, expected=expected)
 
 
-def _only_length(grid: Grid, roles: Sequence[Role]) -> list[Role]:
+def _only_length(table: Table, roles: Sequence[Role]) -> list[Role]:
     """The one column in a unit of length or angle, where none is named as a reading; else the only number besides."""
-    free = [one for one in roles if one.role is None and np.isfinite(grid.numbers(one.place)).all()]
+    free = [one for one in roles if one.role is None and np.isfinite(table.numbers(one.place)).all()]
     lengths = [one for one in free if one.unit is not None and one.unit.quantity in ("length", "angle")]
     return lengths if len(lengths) == 1 else free if len(free) == 1 and not lengths else []
 
@@ -199,50 +212,66 @@ def _column_cycles(columns: Sequence[Role]) -> list[int]:
     return found
 
 
-def _picked(grid: Grid, column: Role, rising: bool, missing: bool) -> tuple[Whole, Array]:
+def _picked(table: Table, column: Role, rising: bool, missing: bool) -> tuple[Whole, Array]:
     """Rows and values of one column in the order of travel: upwards in the table for a column of the way back."""
-    values = grid.numbers(column.place)
-    empty = np.array([cell in ("", "-", "--") for cell in grid.cells(column.place)])
+    values = table.numbers(column.place)
+    if np.isfinite(values).all():
+        rows = np.arange(len(values))
+        return (rows[::-1], values[::-1]) if column.label.way < 0 and rising else (rows, values)
+    empty = np.array([cell in ("", "-", "--") for cell in table.cells(column.place)])
     if not missing:
-        _check_numbers(grid, column, values, naming("accept", words="a number (empty: {} missing)"))
+        _check_numbers(table, column, values, naming("accept", words="a number (empty: {} missing)"))
     rows = np.flatnonzero(~empty & np.isfinite(values)) if missing else np.arange(len(values))
-    _check_numbers(grid, column, np.where(empty, 0.0, values), "a number")
+    _check_numbers(table, column, np.where(empty, 0.0, values), "a number")
     if column.label.way < 0 and rising:
         rows = rows[::-1]
     return rows, values[rows]
 
 
-def _rising(grid: Grid, roles: Sequence[Role], sweep: NDArray[np.bool_]) -> bool:
+def _rising(table: Table, roles: Sequence[Role], sweep: NDArray[np.bool_]) -> bool:
     target = _only(roles, TARGET)
-    values = np.zeros(2) if target is None else grid.numbers(target.place)[sweep]
+    values = np.zeros(2) if target is None else table.numbers(target.place)[sweep]
     return bool(values[-1] > values[0])
 
 
-def _numbers(grid: Grid, column: Role) -> Array:
-    values = grid.numbers(column.place)
-    _check_numbers(grid, column, values, f"a number with decimal {'comma' if grid.decimal == ',' else 'point'}")
+def _targets(table: Table, column: Role) -> Array:
+    """The targets of all rows: one that stands once for several rows of equal number, in merged cells, is theirs."""
+    values = table.numbers(column.place)
+    there = np.flatnonzero(np.isfinite(values))
+    empty = np.array([cell == "" for cell in table.cells(column.place)]) if len(there) < len(values) else None
+    if empty is None or not len(there) or not empty[~np.isfinite(values)].all():
+        return _numbers(table, column)
+    each = len(values) / len(there)
+    if there[0] or each != int(each) or not (np.diff(np.r_[there, len(values)]) == each).all():
+        return _numbers(table, column)
+    return np.repeat(values[there], int(each))
+
+
+def _numbers(table: Table, column: Role) -> Array:
+    values = table.numbers(column.place)
+    _check_numbers(table, column, values, f"a number with decimal {'comma' if table.decimal == ',' else 'point'}")
     return values
 
 
-def _check_numbers(grid: Grid, column: Role, values: Array, expected: object) -> None:
+def _check_numbers(table: Table, column: Role, values: Array, expected: object) -> None:
     wrong = ~np.isfinite(values)
     if wrong.any():
         row = int(wrong.argmax())
-        cell = grid.cells(column.place)[row]
+        cell = table.cells(column.place)[row]
         found = "nothing" if cell == "" else repr(str(cell))
-        raise InputError(grid.at(row), f"column {column.header!r} is not a number", found=found, expected=expected)
+        raise InputError(table.at(row), f"column {column.header!r} is not a number", found=found, expected=expected)
 
 
 def _only(roles: Sequence[Role], role: str) -> Role | None:
     return next((one for one in roles if one.role == role), None)
 
 
-def _of_rows(grid: Grid, roles: Sequence[Role], role: str, titles: Sequence[Label]) -> Whole:
-    """Cycle, placement or way of every row of the grid: from its column, else from the line above the block."""
+def _of_rows(table: Table, roles: Sequence[Role], role: str, titles: Sequence[Label]) -> Whole:
+    """Cycle, placement or way of every row of the table: from its column, else from the line above the block."""
     column = _only(roles, role)
     if column is None:
-        return np.array([one.way if role == WAY else one.cycle for one in titles])
-    cells = grid.cells(column.place)
+        return np.array([one.way if role == WAY else one.cycle for one in titles])[table.block]
+    cells = table.cells(column.place)
     if role != WAY:
         labels = [parse_label(str(int(c)) if isinstance(c, float) else str(c)).cycle for c in cells]
         return np.array(labels if all(labels) else np.unique([str(c) for c in cells], return_inverse=True)[1] + 1)
@@ -251,7 +280,7 @@ def _of_rows(grid: Grid, roles: Sequence[Role], role: str, titles: Sequence[Labe
         row = ways.index(0)
         expected = naming("constants", words="+, -, forward or backward; or {} direction=+ for all")
         what = f"column {column.header!r} is no direction of travel"
-        raise InputError(grid.at(row), what, found=repr(str(cells[row])), expected=expected)
+        raise InputError(table.at(row), what, found=repr(str(cells[row])), expected=expected)
     return np.array(ways)
 
 
@@ -260,42 +289,75 @@ def _way(text: str) -> int:
     return plain.get(text.strip()) or way_of(text) or parse_label(text).way
 
 
-def _clock(grid: Grid, roles: Sequence[Role]) -> Clock | None:
-    """Seconds: numbers in the column's unit, or dates and times of day, in one column or two."""
+def _clock(table: Table, roles: Sequence[Role]) -> Clock | None:
+    """Seconds: numbers in the column's unit, also hours, minutes and seconds apart; or dates and times of day."""
     columns = [one for one in roles if one.role == TIME]
-    columns = [one for one in columns if any(cell != "" for cell in grid.cells(one.place))]
+    columns = [one for one in columns if any(cell != "" for cell in table.cells(one.place)[:1000])]
     if not columns:
         return None
-    values = grid.numbers(columns[0].place)
-    if len(columns) == 1 and np.isfinite(values).all():
-        unit = columns[0].unit
-        return Clock(values * (unit.factor if unit is not None and unit.quantity == "time" else 1.0), None, ())
+    values = {one.place: table.numbers(one.place) for one in columns}
+    counted = [one for one in columns if np.isfinite(values[one.place]).all() and _part_of_time(one) is not None]
+    if counted and len(counted) == len(columns):
+        finest = min(counted, key=lambda one: _part_of_time(one) or 0.0)
+        parts = [values[one.place] * (_part_of_time(one) or 0.0) for one in counted]
+        apart = len(counted) > 1 and float(values[finest.place].max()) < 60.0
+        seconds = np.sum(parts, axis=0) if apart else parts[counted.index(finest)]
+        return Clock(_past_midnight(seconds) if apart else seconds, None, ())
+    if len(columns) == 1 and np.isfinite(values[columns[0].place]).all():
+        seconds, words = counted_clock(values[columns[0].place])
+        return Clock(seconds, None, () if words is None else (words,))
+    columns = [one for one in columns if one not in counted or len(columns) == 1]
     columns = sorted(columns, key=lambda one: not is_date(one.header))[:2]
-    cells = [grid.cells(one.place) for one in columns]
-    return read_clock(cells[0] if len(columns) == 1 else joined(*cells), grid.at, columns[0].header)
+    cells = [table.cells(one.place) for one in columns]
+    return read_clock(cells[0] if len(columns) == 1 else joined(*cells), table.at, columns[0].header)
 
 
-def _stations(grid: Grid, roles: Sequence[Role], row: Whole) -> tuple[list[str], list[str]] | None:
+def _part_of_time(one: Role) -> float | None:
+    """Seconds of one of a column of time: by its unit, or by its name."""
+    if one.unit is not None and one.unit.quantity == "time" and "epoch" not in one.header.casefold():
+        return one.unit.factor
+    name = split_name(one.header)[0].casefold()
+    return next((seconds for seconds, names in _PARTS.items() if name in names.split()), None)
+
+
+def _past_midnight(seconds: Array) -> Array:
+    """Times of day in hours, minutes and seconds, from the first one on."""
+    found = seconds + 86400.0 * np.cumsum(np.r_[0, np.diff(seconds) < -43200.0])
+    return np.asarray(found - found[0])
+
+
+def _stations(table: Table, roles: Sequence[Role], row: Whole) -> tuple[list[str], list[str]] | None:
     near, far = _only(roles, FROM), _only(roles, TO)
     if near is None or far is None:
         return None
-    names = [[f"{c:g}" if isinstance(c, float) else str(c) for c in grid.cells(one.place)] for one in (near, far)]
+    names = [[f"{c:g}" if isinstance(c, float) else str(c) for c in table.cells(one.place)] for one in (near, far)]
     return [names[0][n] for n in row], [names[1][n] for n in row]
 
 
-def _others(grid: Grid, roles: Sequence[Role]) -> tuple[dict[str, Array], list[str]]:
-    """Numbers in every row that were recorded besides, and the columns that were not kept."""
+def _others(table: Table, roles: Sequence[Role]) -> tuple[dict[str, Array], list[str]]:
+    """Numbers in every row that were recorded besides, and the columns that were not kept.
+
+    A temperature is in deg C, under a name that says so: the laws know it by that.
+    """
     kept: dict[str, Array] = {}
     dropped = []
     for one in roles:
         if one.role is not None or not one.header:
             dropped += [one.header] if one.role == "dropped" and one.header else []
             continue
-        values = grid.numbers(one.place)
+        values, unit = table.numbers(one.place), one.unit or split_name(one.header)[1]
         name = one.header.replace(",", " ").replace('"', " ").strip()
+        if unit is not None and unit.quantity == "temperature":
+            values, name = np.round(values * unit.factor + unit.offset, 9), temperature_name(one.header)
         if np.isfinite(values).all() and name not in kept:
             kept[name] = values
         else:
             dropped.append(one.header)
     unused = [one.header for one in roles if one.role in DEVIATIONS and any(r.role == READING for r in roles)]
     return kept, dropped + unused
+
+
+def temperature_name(header: str) -> str:
+    """The name of a column of temperatures in a recording: ``Material_C`` for ``Material [degC]``."""
+    name = split_name(header)[0].replace(",", " ").replace('"', " ").strip(" []()")
+    return f"{'temperature' if find_unit(name) else name}_C"

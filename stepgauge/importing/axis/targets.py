@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError, naming
 from stepgauge.files.numerals import Numerals, number, tidy
 from stepgauge.gauge.certified import Gauge
-from stepgauge.importing.cells import read_column_cells
+from stepgauge.importing.tables.cells import read_text_cells
+from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.source import read_source
 
 Array = NDArray[np.float64]
 MOST_TARGETS = 100_000
@@ -94,7 +96,7 @@ def _from_file(path: str) -> Targets:
     numerals = [Numerals(mark) for mark in ".,"]
     rows = [
         [next((v for v in (one.number(str(cell)) for one in numerals) if np.isfinite(v)), np.nan) for cell in row]
-        for row in read_column_cells(path, None).rows
+        for row in read_text_cells(read_source(path), None, Decisions()).rows
     ]
     rows = [[value for value in row if np.isfinite(value)] for row in rows]
     rows = [row for row in rows if row]

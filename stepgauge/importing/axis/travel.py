@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.axis.recording import places_of
@@ -31,21 +32,11 @@ def ways_of_order(target: Array) -> Whole:
 
 def _filled(way: NDArray[Any]) -> Whole:
     """Standstill counts as what follows, at the end as what went before."""
-    found = way.astype(np.int64)
-    for n in range(len(found) - 2, -1, -1):
-        found[n] = found[n] or found[n + 1]
-    for n in range(1, len(found)):
-        found[n] = found[n] or found[n - 1]
-    return found
+    found = pd.Series(np.where(way == 0, np.nan, way)).bfill().ffill()
+    return found.fillna(1).to_numpy().astype(np.int64)
 
 
 def cycles_of_repeats(*keys: NDArray[Any]) -> Whole:
     """How often each reading's keys (target, direction, placement) have been there before, counted from 1."""
-    same = np.unique(np.stack([np.unique(key, return_inverse=True)[1].ravel() for key in keys]), axis=1,
-                     return_inverse=True)[1].ravel()  # fmt: skip
-    cycle = np.zeros(len(same), np.int64)
-    seen: dict[int, int] = {}
-    for n, one in enumerate(same):
-        seen[int(one)] = seen.get(int(one), 0) + 1
-        cycle[n] = seen[int(one)]
-    return cycle
+    frame = pd.DataFrame({str(n): key for n, key in enumerate(keys)})
+    return frame.groupby(list(frame), sort=False).cumcount().to_numpy().astype(np.int64) + 1

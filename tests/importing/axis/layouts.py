@@ -252,7 +252,7 @@ LAYOUTS = [
             lambda t, w, c: f"{int(t / 50) + 1},{t},{deviation(t, w, c)},{20 + c / 10},{40 + w}",
             "Point No,Nominal mm,Deviation um,Material temp (C),Humidity %",
         ),
-        covariates=["Material temp (C)", "Humidity %"],
+        covariates=["Material temp_C", "Humidity %"],
     ),
     Layout(
         "date and time in every row",

@@ -21,7 +21,7 @@ OPEN = [
     (
         "target,error\n" + PAIRS,
         [],
-        "the unit of the targets and the deviations is not stated; .*expected --unit mm .* and --deviation-unit um",
+        "2 questions are open; expected 1.*the targets is not stated .*--unit mm.* 2.*deviations .*--deviation-unit um",
     ),
     (
         "target_mm;x+1 um;x-1 um\n" + NUMBERS.replace(",", ";"),

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
 from stepgauge.files.units import Unit, find_unit
+from stepgauge.importing.tables.questions import Decisions
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION
 
 NORMAL = ["normal_i", "normal_j", "normal_k"]
@@ -70,14 +74,14 @@ class Column:
 
 def read_header(cells: Sequence[str], mapping: Mapping[str, str]) -> list[Column]:
     """The columns of a header row; ``mapping`` from targets to headers goes before what the names suggest."""
-    chosen = {header.casefold(): target for target, header in mapping.items()}
     columns = []
     for place, header in enumerate(cells):
         if len(header) > LONGEST_HEADER:
             columns.append(Column(place, header[:LONGEST_HEADER], header[:LONGEST_HEADER], None, None))
             continue
         name, unit = (header.strip(), None) if _target(header) in DIRECTIONS else split_unit(header)  # the k of i, j, k
-        target = chosen.get(header.casefold()) or chosen.get(name.casefold())
+        own = Column(place, header, name, None, unit)
+        target = next((target for target, chosen in mapping.items() if is_named(own, chosen)), None)
         if target is None:
             target = header.strip() if header.strip() in TARGETS else _target(name, unit)
             if target == "gauge_temperature_C" and unit is not None and unit.quantity == "time":
@@ -181,28 +185,28 @@ def _temperature(words: Sequence[str]) -> str | None:
     return None
 
 
-def with_units(columns: Sequence[Column], units: Sequence[str]) -> list[Column]:
-    """The columns with the units of a row of units below the header."""
-    return [
-        replace(column, unit=find_unit(unit.strip("[]()")) or column.unit) if unit else column
-        for column, unit in zip(columns, [*units, *[""] * len(columns)], strict=False)
-    ]
+def is_named(column: Column, header: str) -> bool:
+    """Whether a column is the one that was named by hand: by its header, its name without the unit, or as ``#3``."""
+    return header.casefold() in (column.header.casefold(), column.name.casefold(), f"#{column.place + 1}")
 
 
-def check_columns(columns: Sequence[Column], where: str, mapping: Mapping[str, str]) -> None:
-    """Every target once, every mapped header there, and units of the right quantity."""
+def check_columns(
+    columns: Sequence[Column],
+    where: str,
+    mapping: Mapping[str, str],
+    numbers: Callable[[int], NDArray[np.float64]],
+    decisions: Decisions,
+) -> None:
+    """Every target once (a copy is the same column), every mapped header there, and units of the right quantity."""
     seen: dict[str, Column] = {}
     for column in columns:
         if column.target is None:
             continue
-        if column.target in seen:
-            raise InputError(
-                where,
-                f"two columns may be {column.target}",
-                found=f"{seen[column.target].header!r} and {column.header!r}",
-                expected=naming("columns", words=f'{{}} {column.target}="HEADER" for the right one'),
-            )
-        seen[column.target] = column
+        first = seen.setdefault(column.target, column)
+        if first is not column and not np.array_equal(numbers(first.place), numbers(column.place), equal_nan=True):
+            found = f"{first.header!r} and {column.header!r}"
+            expected = naming("columns", words=f'{{}} {column.target}="HEADER" for the right one')
+            decisions.ask(where, f"two columns may be {column.target}", expected, found)
         quantity = QUANTITY.get(column.target)
         if column.unit and column.unit.quantity not in (quantity, "none"):
             raise InputError(

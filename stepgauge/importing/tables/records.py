@@ -1,14 +1,18 @@
-"""Records in JSON as a table: a list of objects, a list of lists, or an object of equally long lists."""
+"""Records in JSON, and DataFrames, as a table: a list of objects, of lists, or an object of equally long lists."""
 
 from __future__ import annotations
 
+import datetime
 import json
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pandas as pd
+
 from stepgauge.errors import InputError
-from stepgauge.importing.cells import Cell, Cells, decode
+from stepgauge.importing.tables.cells import LONG, Bulk, Cell, Cells
+from stepgauge.importing.tables.source import Source
 
 MOST_DEEP = 3
 """Objects inside one another within which the records are looked for."""
@@ -20,9 +24,9 @@ def is_json(text: str) -> bool:
     return text.lstrip()[:1] in ("{", "[") and not text.lstrip().startswith("[[effect")
 
 
-def read_json_cells(path: str | Path) -> Cells:
+def read_json_cells(source: Source) -> Cells:
     """The records of a JSON file as rows below a header; :class:`InputError` where there are none."""
-    text, encoding = decode(path)
+    path, (text, encoding) = source.name, source.decoded
     comments = list[str]()
     records = _records(_parse(path, text), comments)
     if records is None or not records[1]:
@@ -31,10 +35,30 @@ def read_json_cells(path: str | Path) -> Cells:
     if len(rows) > MOST_ROWS:
         raise InputError(path, "too many records", found=len(rows), expected=f"at most {MOST_ROWS}")
     table: list[list[Cell]] = [[*names], *([_cell(value) for value in row] for row in rows)]
-    return Cells(str(path), table, list(range(len(table))), comments, 0, (f"{encoding}, {len(rows)} records",))
+    return Cells(path, table, list(range(len(table))), comments, 0, (f"{encoding}, {len(rows)} records",))
 
 
-def _parse(path: str | Path, text: str) -> Any:
+def frame_cells(source: Source) -> Cells:
+    """The rows of a DataFrame below its header, numbered from 0; an index with a name is a column."""
+    frame = source.frame
+    assert frame is not None
+    frame = frame if frame.index.names == [None] else frame.reset_index()
+    if frame.empty:
+        raise InputError(source.name, "the table is empty", expected="a header, and rows of numbers")
+    names = [" ".join(map(str, one)) if isinstance(one, tuple) else str(one) for one in frame.columns]
+    middle = None
+    if len(frame) > LONG:  # all but the ends as columns
+        middle = Bulk(frame.iloc[100:-100].set_axis(range(len(names)), axis=1), 101, 100)
+        frame = pd.concat([frame.iloc[:100], frame.iloc[-100:]])
+    kinds = [[_cell(value) for value in frame.iloc[:, place].tolist()] for place in range(len(names))]
+    rows: list[list[Cell]] = [[*names], *(list(row) for row in zip(*kinds, strict=True))]
+    numbers = np.r_[0, np.arange(len(frame))]
+    if middle is not None:
+        numbers[101:] += len(middle)
+    return Cells(source.name, rows, numbers.tolist(), [], 0, (f"DataFrame, {len(names)} columns",), middle)
+
+
+def _parse(path: str, text: str) -> Any:
     """One value, or one per line."""
     try:
         return json.loads(text)
@@ -94,6 +118,10 @@ def _plain(values: list[Any]) -> bool:
 
 
 def _cell(value: Any) -> Cell:
-    if value is None:
+    if value is None or value is pd.NaT or (isinstance(value, float) and np.isnan(value)):
         return ""
+    if isinstance(value, pd.Timestamp):
+        return value.to_pydatetime()
+    if isinstance(value, pd.Timedelta | datetime.time | datetime.datetime | datetime.timedelta):
+        return value.to_pytimedelta() if isinstance(value, pd.Timedelta) else value
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value).strip()

@@ -1,6 +1,7 @@
-"""What the columns of a table of one axis are: target, reading, deviation, direction, cycle, time, station.
+"""What the columns of a table of one axis are by their names: target, reading, deviation, direction, cycle, time.
 
-Deviations come with either sign (:mod:`.signs`): a ``correction`` is the negative of a ``deviation``.
+Deviations come with either sign (:mod:`.signs`): a ``correction`` is the negative of a ``deviation``. Names are
+hypotheses; :mod:`.rivals` compares them with one another and with the numbers.
 """
 
 from __future__ import annotations
@@ -12,15 +13,15 @@ from fnmatch import fnmatchcase
 
 from stepgauge.errors import InputError, naming
 from stepgauge.files.units import Unit, find_unit
-from stepgauge.importing.axis.labels import LABEL, Label, parse_label
-from stepgauge.importing.axis.signs import CORRECTIONS, folded, signs_of
-from stepgauge.importing.headers import split_unit
+from stepgauge.importing.tables.labels import LABEL, Label, parse_label
+from stepgauge.importing.tables.names import split_unit
+from stepgauge.importing.tables.signs import CORRECTIONS, folded, signs_of
 
 TARGET, READING, DEVIATION, CORRECTION = "target", "reading", "deviation", "correction"
 UNSIGNED = "deviation of unknown sign"
 WAY, CYCLE, TIME, PLACEMENT, FROM, TO, U_TARGET = "way", "cycle", "time_s", "placement", "from", "to", "u_target"
-DROPPED = "dropped"
-ROLES = (TARGET, READING, DEVIATION, CORRECTION, WAY, CYCLE, TIME, PLACEMENT, FROM, TO, U_TARGET)
+DROPPED, IGNORE = "dropped", "ignore"
+ROLES = (TARGET, READING, DEVIATION, CORRECTION, WAY, CYCLE, TIME, PLACEMENT, FROM, TO, U_TARGET, IGNORE)
 """What ``--column`` may name."""
 DEVIATIONS = (DEVIATION, CORRECTION, UNSIGNED)
 VALUES = (READING, *DEVIATIONS)
@@ -40,7 +41,8 @@ _WORDS = {
     WAY: "direction dir way richtung fahrtrichtung sense approach bearing_direction travel sens verfahrrichtung",
     CYCLE: "cycle run cycles runs repeat repetition series zyklus lauf durchgang messreihe wiederholung trial pass",
     PLACEMENT: "placement setup aufstellung aufspannung session",
-    TIME: "time timestamp datetime zeit uhrzeit zeitstempel elapsed seconds clock date_time temps date datum",
+    TIME: """time timestamp datetime zeit uhrzeit zeitstempel elapsed seconds clock date_time temps date datum epoch
+        hour hours minute minutes second stunde stunden minuten sekunde sekunden heure laufzeit""",
     FROM: "from von start standpunkt",
     TO: "to nach end zielpunkt",
 }
@@ -51,11 +53,15 @@ _STATISTIC = """mean average avg mittel mittelwert mw stdev std sd sigma s u ran
 _IDLES = """the of in on at axis achse value values wert werte point pos position positions col column mm um line
     linear"""
 _NAMES = "pillar station point stand name id no nr"
-_POSITION, _NUMBER, _STATISTICS, _IDLE, _STATION = (
-    frozenset(words.split()) for words in (_PLACE, _COUNT, _STATISTIC, _IDLES, _NAMES)
+_RECORDED_BESIDES = """temperature temp temperatur humidity pressure feuchte druck luftdruck luftfeuchte rh rpm speed
+    drehzahl load last power current strom voltage volt force kraft feed vorschub refractive index brechzahl"""
+_POSITION, _NUMBER, _STATISTICS, _IDLE, _STATION, _BESIDE = (
+    frozenset(words.split()) for words in (_PLACE, _COUNT, _STATISTIC, _IDLES, _NAMES, _RECORDED_BESIDES)
 )
 """Words of a place, which is a target where no other column is one; of a row's number; of what is computed from the
-readings; words that say nothing of a wide table; and words beside those of a station."""
+readings; words that say nothing of a wide table; words beside those of a station; and quantities that are recorded
+besides."""
+_CALLED = {"direction": WAY, "time": TIME, "run": CYCLE}
 _UNIT_BEHIND = re.compile(r"(.+?)(?:\s*/\s*|\s*,\s*|\s+)(\w*[a-zµμ°]{2,}|°|min|arc sec)\s*", re.IGNORECASE)
 _LAST = re.compile(r"(.+)_([^_\s]+)")
 _PLACES = (TARGET, *VALUE_ROLES)
@@ -77,15 +83,18 @@ class Role:
 def read_roles(headers: Sequence[str], units: Sequence[Unit | None], chosen: Mapping[str, str]) -> list[Role]:
     """The roles of all columns by name; ``chosen``: headers by role (``*`` stands for any text) go before.
 
-    Columns whose names differ only in a number and a direction are the readings of a wide table.
+    Columns whose names differ only in a number and a direction are the readings of a wide table. A choice removes its
+    rivals: what else is named as that role, or as another one of values, is a number recorded besides.
     """
     named = [split_name(header) for header in headers]
     roles = []
     for place, (header, (name, own), unit) in enumerate(zip(headers, named, units, strict=True)):
         of = unit or own
-        role = _chosen(header, name, chosen) or _role(name)
-        if of is not None and role not in chosen and not _may_have(role, of):
+        stated = _chosen(header, name, place, chosen)
+        role = stated or _role(name)
+        if stated is None and ((of is not None and not _may_have(role, of)) or _removed(role, chosen)):
             role = None
+        role = DROPPED if role == IGNORE else role
         roles.append(Role(place, header, role, of))
     roles = [_labelled(one, name, chosen) for one, (name, _) in zip(roles, named, strict=True)]
     roles = _wide(roles, [name for name, _ in named])
@@ -93,6 +102,12 @@ def read_roles(headers: Sequence[str], units: Sequence[Unit | None], chosen: Map
     if {FROM, TO} <= {one.role for one in roles}:  # a station may be called a target: its place is no position
         roles = [replace(one, role=None) if one.role in (TARGET, *DEVIATIONS, WAY) else one for one in roles]
     return _arcseconds(roles)
+
+
+def _removed(role: str | None, chosen: Mapping[str, str]) -> bool:
+    """Whether a choice stands in the place of a role that a name suggests."""
+    values = role in VALUES and any(one in chosen for one in VALUES)
+    return values or (role is not None and role != DROPPED and role in chosen)
 
 
 def _arcseconds(roles: list[Role]) -> list[Role]:
@@ -122,13 +137,14 @@ def split_name(header: str) -> tuple[str, Unit | None]:
 
 def parse_roles(texts: Sequence[str]) -> dict[str, str]:
     """``("reading=Run *", ..)`` as a mapping; :class:`InputError` for what is no role."""
-    found = {}
+    found: dict[str, str] = {}
     for text in texts:
         role, equals, header = text.partition("=")
-        if not equals or not header.strip() or role.strip() not in ROLES:
+        name = _CALLED.get(role.strip(), role.strip())
+        if not equals or not header.strip() or name not in ROLES:
             expected = f"NAME=HEADER, NAME of {', '.join(ROLES)}"
             raise InputError(naming("columns"), "not understood", found=repr(text), expected=expected)
-        found[role.strip()] = header.strip()
+        found[name] = "\n".join([*([found[name]] if name == IGNORE and name in found else []), header.strip()])
     return found
 
 
@@ -137,16 +153,29 @@ def role_of(header: str) -> str | None:
     return _role(split_name(header)[0])
 
 
+def is_known(name: str) -> bool:
+    """Whether a name says what is under it: a role, a statistic, or a quantity that is recorded besides."""
+    return _role(name) is not None or bool(set(words_of(name)) & _BESIDE)
+
+
+def remainder(name: str) -> frozenset[str]:
+    """The words of a name beside those of its role: ``x`` of ``Meas X``, by which it goes with ``Nom X``."""
+    known = {word for words in _WORDS.values() for word in words.split()} | _IDLE
+    return frozenset(words_of(name)) - (known - _POSITION)
+
+
 def words_of(name: str) -> list[str]:
     """The words of a name, folded, without accents and signs."""
     return [word for word in re.split(r"[^a-z0-9#]+", folded(name)) if word]
 
 
-def _chosen(header: str, name: str, chosen: Mapping[str, str]) -> str | None:
-    for role, pattern in chosen.items():
-        folded = pattern.casefold()
-        if folded in (header.casefold(), name.casefold()) or fnmatchcase(header.casefold(), folded):
-            return role
+def _chosen(header: str, name: str, place: int, chosen: Mapping[str, str]) -> str | None:
+    for role, patterns in chosen.items():
+        for pattern in patterns.casefold().split("\n"):
+            if pattern in (header.casefold(), name.casefold(), f"#{place + 1}"):
+                return role
+            if header and fnmatchcase(header.casefold(), pattern):
+                return role
     return None
 
 
@@ -156,7 +185,7 @@ def _role(name: str) -> str | None:
         return None
     if _U.search(name):
         return U_TARGET if {"target", "nominal", "reference"} & set(words) else DROPPED
-    if set(words) & {"temperature", "temp", "temperatur", "humidity", "pressure", "feuchte", "druck", "direction_dd"}:
+    if set(words) & _BESIDE:
         return None
     if words[0] in _STATISTICS and not set(words) & set(_WORDS[READING].split()):
         return DROPPED
@@ -182,7 +211,7 @@ def _labelled(one: Role, name: str, chosen: Mapping[str, str]) -> Role:
     label = parse_label(name)
     if label == LABEL or one.role in (TARGET, TIME, FROM, TO, U_TARGET, PLACEMENT):
         return one
-    of_readings = one.role in (CYCLE, WAY) and _chosen(one.header, name, chosen) is None
+    of_readings = one.role in (CYCLE, WAY) and _chosen(one.header, name, one.place, chosen) is None
     return replace(one, role=None if of_readings else one.role, label=label)
 
 

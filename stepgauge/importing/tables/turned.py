@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from stepgauge.files.numerals import looks_numeric
-from stepgauge.importing.axis.labels import LABEL, parse_label
-from stepgauge.importing.axis.roles import CYCLE, TARGET, VALUE_ROLES, WAY, role_of
-from stepgauge.importing.cells import Cell, Cells
+from stepgauge.importing.tables.cells import Cell, Cells
+from stepgauge.importing.tables.labels import LABEL, parse_label
+from stepgauge.importing.tables.roles import CYCLE, TARGET, VALUE_ROLES, WAY, role_of
 
 FEWEST = 3
 """Numbers beside one another from which a row of targets is one."""

@@ -1,0 +1,288 @@
+"""Tables of probed points -> a log: x, y and z, directions, counts, times, temperatures, and what was recorded besides.
+
+Lengths become mm, temperatures deg C, speeds mm/s, times s from the first row. Numeric columns that mean nothing to
+stepgauge are kept as covariates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError, naming
+from stepgauge.files.units import Unit, find_unit
+from stepgauge.importing.log import ProbeLog, unit_vectors
+from stepgauge.importing.tables.clock import Clock, counted_clock, is_date, joined, read_clock
+from stepgauge.importing.tables.grid import Table
+from stepgauge.importing.tables.names import (
+    DIRECTIONS,
+    NORMAL,
+    QUANTITY,
+    Column,
+    check_columns,
+    in_degrees,
+    is_named,
+    read_header,
+)
+from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.read import TableLayout, choose_table, read_file
+from stepgauge.importing.tables.source import Given, read_source
+from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, comment_lines
+
+Array = NDArray[np.float64]
+_UNIT_LENGTH = 0.01
+DECIMALS = 9
+"""Of mm, deg C and mm/s that were turned from other units: a picometre, and no digits of the machine's arithmetic."""
+
+
+@dataclass(frozen=True)
+class _Points:
+    """A table with its columns; ``stated``: the unit of lengths that the file states once for all of them."""
+
+    table: Table
+    columns: list[Column]
+    layout: TableLayout
+    stated: Unit | None = None
+
+    def column(self, target: str) -> Column | None:
+        return next((column for column in self.columns if column.target == target), None)
+
+    def texts(self, column: Column) -> list[Any]:
+        return list(self.table.cells(column.place))
+
+    def values(self, column: Column) -> Array:
+        """Numbers of a column, NaN for what is none."""
+        return self.table.numbers(column.place)
+
+
+def read_points(given: Given, kind: str, layout: TableLayout) -> ProbeLog:
+    """The points of a table; ``kind`` is ``csv`` or ``xlsx``.
+
+    :class:`InputError` names the row and column of: headers without x, y and z, text and gaps among the numbers, units
+    of another quantity, decimal marks and dates that may mean two things.
+    """
+    source, decisions = read_source(given), Decisions()
+    file = read_file(source, layout, decisions)
+    table = choose_table(file, lambda one: _names_points(one, layout), layout, source.name, decisions)
+    points = _points(table, layout, decisions)
+    decisions.settle()
+    position = _vector(points, POSITION)
+    assert position is not None
+    approach, words = _approach(points)
+    time = points.column("time_s")
+    clock = None if time is None else _clock(points, time)
+    comments = comment_lines(file.comments)
+    start = None if clock is None else clock.start
+    if start is not None:
+        comments.setdefault("measured_at", start)
+    columns, kept, left_out = _further(points, None if start is None else _date(points), decisions)
+    decisions.settle()
+    return ProbeLog(
+        source.name,
+        "table" if kind == "csv" else "workbook",
+        position,
+        table.lines,
+        approach=approach,
+        time_s=None if clock is None else clock.elapsed_s,
+        columns=columns,
+        comments=comments,
+        surface={"surface": True, "tip centres": False}.get(comments.get("points", "")),
+        dropped=file.beside,
+        mapped=(*file.notes, *table.left_out, *_mapped(points), *words, *kept, *decisions.taken, *decisions.rejected),
+        left_out=(*left_out, *(() if clock is None else clock.words)),
+        degrees=tuple(one.header for one in points.columns if one.target is None and in_degrees(one)),
+    )
+
+
+def has_points(given: Given, layout: TableLayout) -> bool:
+    """Whether a table names x, y and z, by itself, with constants, or by ``columns`` such as ``x_mm=HEADER``."""
+    try:
+        file = read_file(read_source(given), replace(layout, columns={}), Decisions())
+        named = any(_names_points(one, replace(layout, columns={})) for one in file.tables)
+    except InputError:
+        named = False
+    return named or (bool(layout.columns) and set(layout.columns) <= {*POSITION, *DIRECTIONS})
+
+
+def _names_points(table: Table, layout: TableLayout) -> bool:
+    chosen = {name: header for name, header in layout.columns.items() if name in (*POSITION, *DIRECTIONS)}
+    return set(POSITION) <= {one.target for one in read_header(table.headers, chosen)}
+
+
+def _points(table: Table, layout: TableLayout, decisions: Decisions) -> _Points:
+    """The columns of a table; questions where two may be the same quantity."""
+    columns = [
+        replace(one, unit=unit or one.unit)
+        for one, unit in zip(read_header(table.headers, layout.columns), table.units, strict=True)
+    ]
+    unknown = [header for header in layout.columns.values() if not any(is_named(one, header) for one in columns)]
+    best = ", ".join(header for header in table.headers if header)
+    if unknown:
+        raise InputError(table.path, f"there is no column {unknown[0]!r}", found=best[:200])
+    if not set(POSITION) <= {one.target for one in columns}:
+        raise _no_points(table, best)
+    check_columns(columns, table.at(0), layout.columns, table.numbers, decisions)
+    stated = next((unit for key in ("units", "unit", "einheit") if (unit := find_unit(table.facts.get(key, "")))), None)
+    return _Points(table, columns, layout, stated)
+
+
+def _no_points(table: Table, names: str) -> InputError:
+    what, words = "no row names the columns x, y and z", 'X [mm];Y [mm];Z [mm], or {} x_mm="HEADER" for each'
+    if not names:
+        words = 'a header, or {} "x_mm,y_mm,z_mm", the names of all columns'
+        expected = naming("header", "sensor", words=f"{words}, or of one axis {{}} laser (dial, ..)")
+        return InputError(table.path, what, found="numbers only", expected=expected)
+    expected = naming("columns", "sensor", words=f"{words}, or of one axis {{}} laser (dial, ..)")
+    return InputError(table.path, what, found=names[:200], expected=expected)
+
+
+def _unit(column: Column, points: _Points) -> Unit:
+    """The unit of a column, or the one that holds where it states none."""
+    if column.unit is not None and column.unit.quantity != "none":
+        return column.unit
+    quantity, layout = QUANTITY.get(column.target or "", ""), points.layout
+    if quantity == "length" and layout.length_unit is None and points.stated is not None:
+        return points.stated
+    defaults = {
+        "length": layout.length_unit or "mm",
+        "temperature": layout.temperature_unit,
+        "time": "s",
+        "speed": "mm/s",
+    }
+    unit = find_unit(defaults.get(quantity, ""))
+    assert unit is not None
+    return unit
+
+
+def _numbers(points: _Points, column: Column) -> Array:
+    """A column that must be numbers, in the recording's unit."""
+    values = points.values(column)
+    wrong = ~np.isfinite(values)
+    if wrong.any():
+        row = int(wrong.argmax())
+        cell = points.texts(column)[row]
+        raise InputError(
+            points.table.at(row),
+            f"column {column.header!r} is not a number",
+            found="nothing" if cell == "" else repr(cell if isinstance(cell, str) else str(cell)),
+            expected=f"a number with decimal {'comma' if points.table.decimal == ',' else 'point'}",
+        )
+    unit = _unit(column, points)
+    if unit.factor == 1.0 and unit.offset == 0.0:
+        return values
+    return np.round(values * unit.factor + unit.offset, DECIMALS)
+
+
+def _vector(points: _Points, names: Sequence[str]) -> Array | None:
+    """Three columns, ``(n, 3)``; None where they are not all there."""
+    columns = [points.column(name) for name in names]
+    if any(column is None for column in columns):
+        return None
+    return np.column_stack([_numbers(points, column) for column in columns if column is not None])
+
+
+def _approach(points: _Points) -> tuple[Array | None, tuple[str, ...]]:
+    """Unit approaches, from approaches or from normals."""
+    for names, sign, words in (
+        (APPROACH, 1.0, "approaches as they are"),
+        (NORMAL, -1.0, "approach = minus normal"),
+    ):
+        vector = _vector(points, names)
+        if vector is None:
+            continue
+        size = np.linalg.norm(vector, axis=1)
+        wrong = np.abs(size - 1.0) > _UNIT_LENGTH
+        if wrong.any():
+            row = int(wrong.argmax())
+            found = f"length {size[row]:.4f}"
+            raise InputError(points.table.at(row), "the direction is not a unit vector", found=found, expected="1")
+        return sign * unit_vectors(vector) + 0.0, (words,)
+    return None, ()
+
+
+def _clock(points: _Points, column: Column) -> Clock:
+    """Seconds: numbers in the column's unit, or the time since the first row where they are dates or times of day."""
+    values = points.values(column)
+    if np.isfinite(values).all():
+        if column.unit is not None and column.unit.quantity == "time":
+            return Clock(values * column.unit.factor, None, ())
+        seconds, words = counted_clock(values)
+        return Clock(seconds, None, () if words is None else (words,))
+    texts, date = points.texts(column), _date(points)
+    if date is not None:
+        with suppress(InputError):  # what is no date is left out, and said to be
+            return read_clock(joined(points.texts(date), texts), points.table.at, date.header)
+    return read_clock(texts, points.table.at, column.header)
+
+
+def _date(points: _Points) -> Column | None:
+    """The column of dates beside one of times of day."""
+    return next((one for one in points.columns if one.target is None and is_date(one.header)), None)
+
+
+def _further(
+    points: _Points, date: Column | None, decisions: Decisions
+) -> tuple[dict[str, Array], tuple[str, ...], tuple[str, ...]]:
+    """Columns of a recording besides position, direction, time and ``date``; covariates; what was kept and dropped.
+
+    A column without any cell is none.
+    """
+    columns: dict[str, Any] = {}
+    kept, dropped, nameless = [], [], 0
+    for name in [*COUNTS, *OPTIONAL[2:]]:
+        column = points.column(name)
+        if column is not None and any(cell != "" for cell in points.texts(column)):
+            columns[name] = _counts(points, column) if name in COUNTS else _numbers(points, column)
+    for column in points.columns:
+        if column.target is not None or column is date:
+            continue
+        if not column.header:
+            nameless += any(cell != "" for cell in points.texts(column))
+            continue
+        values = points.values(column)
+        name = column.header.replace(",", " ").replace('"', " ").strip()
+        if np.isfinite(values).all() and name not in (*columns, *POSITION, *APPROACH, "time_s"):
+            columns[name] = values
+            kept.append(name)
+        else:
+            dropped.append(column.header)
+    words = (f"kept as covariates: {', '.join(kept)}",) if kept else ()
+    left_out = [f"dropped: columns {', '.join(dropped)} (not numbers in every row)"] if dropped else []
+    left_out += [f"dropped: {nameless} columns without a name"] if nameless else []
+    return columns, words, tuple(left_out)
+
+
+def _counts(points: _Points, column: Column) -> NDArray[np.int64]:
+    values = points.values(column)
+    wrong = ~((values >= 1.0) & (values == np.floor(values)) & (values < 1e7))
+    if wrong.any():
+        row = int(wrong.argmax())
+        raise InputError(
+            points.table.at(row),
+            f"column {column.header!r} is not a count",
+            found=repr(str(points.texts(column)[row])),
+            expected="a whole number from 1",
+        )
+    return values.astype(np.int64)
+
+
+def _mapped(points: _Points) -> list[str]:
+    words = []
+    for column in points.columns:
+        if column.target is None or column.header == column.target:
+            continue
+        quantity = QUANTITY.get(column.target)
+        unit = _unit(column, points).name if quantity else ""
+        if quantity == "time" and not np.isfinite(points.values(column)).all():
+            unit = "dates and times"
+        words.append(f"{column.header} -> {column.target}{f' (from {unit})' if unit else ''}")
+    same = [column.header for column in points.columns if column.target == column.header]
+    return [
+        *([f"mapped: {', '.join(words)}"] if words else []),
+        *([f"taken as named: {', '.join(same)}"] if same else []),
+    ]

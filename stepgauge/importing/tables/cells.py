@@ -1,0 +1,253 @@
+"""Text of any delimiter -> rows of cells; the marks that might divide it are hypotheses, rated by what they divide."""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import io
+import math
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError, naming
+from stepgauge.files.numerals import Numerals, decimal_mark, looks_numeric
+from stepgauge.files.units import find_unit
+from stepgauge.importing.tables.clock import is_moment
+from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.source import Source
+
+Cell = str | float | datetime.datetime | datetime.time | datetime.timedelta
+DELIMITERS = {"semicolon": ";", "tab": "\t", "bar": "|", "comma": ","}
+"""Names of the delimiters, in the order in which they are tried: a comma may be a decimal mark."""
+SPACES = {"spaces": r"\s{2,}", "space": r"\s+"}
+"""The same for columns that are set apart by white space, as patterns."""
+FIXED = "fixed width"
+_DATE_AND_TIME = re.compile(r"(\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}) +(\d{1,2}:\d\d)")
+_RULE = re.compile(r"[\s|:+=_-]*[-=_]{3}[\s|:+=_-]*")
+"""A line that is drawn, as below the header of a markdown table."""
+COMMENT_MARKS = ("#", "//", "%", "$$", "!")
+SAMPLE = 500
+"""Lines by which the delimiter is found."""
+LONG, MARGIN = 40_000, 2_000
+"""Lines from which a text is long, and those at both ends that are read cell by cell."""
+CLOSE = 0.9
+"""Share of the best rating from which another mark is a rival that is told."""
+
+
+@dataclass(frozen=True)
+class Bulk:
+    """The middle of a long table, read as columns: before row ``at`` of the others; ``line``: of its first row."""
+
+    frame: pd.DataFrame
+    at: int
+    line: int
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+
+@dataclass(frozen=True)
+class Cells:
+    """A table before it is known what it means.
+
+    ``rows``: cells of each row, text without the spaces around it; ``lines``: line or row of the file of each;
+    ``comments``: lines that are comments; ``blank``: how many lines are blank; ``notes``: how it was read, in words;
+    ``bulk``: the middle of a long table.
+    """
+
+    path: str
+    rows: Sequence[Sequence[Cell]]
+    lines: Sequence[int]
+    comments: Sequence[str]
+    blank: int
+    notes: tuple[str, ...]
+    bulk: Bulk | None = None
+
+
+def is_units(row: Sequence[Cell]) -> bool:
+    """Whether a row has units and nothing else."""
+    texts = [cell for cell in row if cell != ""]
+    return bool(texts) and all(isinstance(cell, str) and find_unit(cell.strip("[]()")) is not None for cell in texts)
+
+
+def value_of(cell: Cell, numerals: Numerals) -> float:
+    """The number of a cell; NaN where it is none."""
+    if isinstance(cell, float):
+        return cell
+    return numerals.number(cell) if isinstance(cell, str) else math.nan
+
+
+def is_remark(line: str) -> bool:
+    """Whether a line is a comment."""
+    return line.lstrip().startswith(COMMENT_MARKS)
+
+
+def read_text_cells(source: Source, delimiter: str | None, decisions: Decisions) -> Cells:
+    """Rows of a text; the delimiter is the one given, that of a ``sep=`` line, or the one that divides it best.
+
+    :class:`InputError` for a text without rows.
+    """
+    text, encoding = source.decoded
+    head, middle, tail = _parted(text)
+    lines = [*head, *tail]
+    if lines and re.fullmatch(r"(?i)sep=.", lines[0].strip()):
+        delimiter = delimiter or lines[0].strip()[4]
+        lines[0] = head[0] = ""
+    rows = [n for n, line in enumerate(lines) if line.strip() and not is_remark(line) and not _RULE.fullmatch(line)]
+    if not rows:
+        raise InputError(source.name, "the table is empty", expected="a header, and rows of numbers")
+    split = _splitter(source.name, [lines[n] for n in rows], delimiter, decisions)
+    cells = split([lines[n] for n in rows])
+    in_head = sum(n < len(head) for n in rows)
+    bulk = _bulk(middle, split.mark, cells, in_head, len(head) + 1) if middle else None
+    if middle and bulk is None:  # not numbers alone: cell by cell
+        return _whole(source, text, encoding, split)
+    comments = [line for line in lines if is_remark(line)]
+    between = len(bulk) if bulk is not None else 0
+    numbers = [n + 1 + (between if n >= len(head) else 0) for n in rows]
+    blank, notes = len(lines) - len(rows) - len(comments), (f"{encoding}, {split.name}-separated",)
+    return Cells(source.name, cells, numbers, comments, blank, notes, bulk)
+
+
+def _whole(source: Source, text: str, encoding: str, split: Splitter) -> Cells:
+    """All of a long text cell by cell."""
+    lines = text.splitlines()
+    rows = [n for n, line in enumerate(lines) if line.strip() and not is_remark(line) and not _RULE.fullmatch(line)]
+    comments = [line for line in lines if is_remark(line)]
+    blank, notes = len(lines) - len(rows) - len(comments), (f"{encoding}, {split.name}-separated",)
+    return Cells(source.name, split([lines[n] for n in rows]), [n + 1 for n in rows], comments, blank, notes)
+
+
+def _parted(text: str) -> tuple[list[str], str, list[str]]:
+    """The lines of a text; of a long one those at both ends, and what is between them."""
+    if text.count("\n") < LONG:
+        return text.splitlines(), "", []
+    start = end = 0
+    for _ in range(MARGIN):
+        start = text.index("\n", start) + 1
+    end = len(text)
+    for _ in range(MARGIN):
+        end = text.rindex("\n", 0, end)
+    return text[:start].splitlines(), text[start : end + 1], text[end + 1 :].splitlines()
+
+
+def _bulk(middle: str, mark: str, cells: Sequence[Sequence[Cell]], at: int, line: int) -> Bulk | None:
+    """The middle as columns of numbers; None where it is something else as well."""
+    width = Counter(map(len, cells)).most_common(1)[0][0]
+    if mark in (FIXED, SPACES["spaces"]) or "|" in mark:
+        return None
+    decimal = decimal_mark([cell for row in cells for cell in row if isinstance(cell, str)])
+    if decimal is None:
+        return None
+    try:
+        frame = pd.read_csv(
+            io.StringIO(middle), sep=mark, header=None, decimal=decimal, skipinitialspace=True, keep_default_na=False
+        )
+    except (pd.errors.ParserError, ValueError):
+        return None
+    whole = frame.shape == (middle.count("\n"), width)
+    return Bulk(frame, at, line) if whole and any(kind.kind in "fi" for kind in frame.dtypes) else None
+
+
+# how a text is divided
+
+
+@dataclass(frozen=True)
+class Splitter:
+    """A way to divide lines; ``edges``: where columns of fixed width begin."""
+
+    mark: str
+    name: str
+    edges: tuple[int, ...] = ()
+
+    def __call__(self, lines: Sequence[str]) -> list[list[Cell]]:
+        """Cells of every line; a quotation mark that is not closed ends with its line."""
+        if self.mark == FIXED:
+            spans = list(zip(self.edges, [*self.edges[1:], None], strict=True))
+            return [[line.expandtabs()[a:b].strip() for a, b in spans] for line in lines]
+        if self.mark in SPACES.values():
+            return [
+                [cell.replace("_", " ") if is_moment(cell) else cell for cell in re.split(self.mark, _joined(line))]
+                for line in lines
+            ]
+        if self.mark == "|":
+            lines = [line.strip().removeprefix("|").removesuffix("|") if _is_ruled(line) else line for line in lines]
+        reader = [next(csv.reader([line], delimiter=self.mark, skipinitialspace=True)) for line in lines]
+        return [[cell.strip() for cell in cells] for cells in reader]
+
+
+def _joined(line: str) -> str:
+    """A line whose dates and times of day are one word."""
+    return _DATE_AND_TIME.sub(r"\1_\2", line.strip())
+
+
+def _is_ruled(line: str) -> bool:
+    """Whether a line begins and ends with a bar, as that of a markdown table."""
+    return line.strip().startswith("|") and line.strip().endswith("|")
+
+
+def _splitter(path: str, lines: Sequence[str], delimiter: str | None, decisions: Decisions) -> Splitter:
+    """The mark that divides best, and those that divide nearly as well."""
+    if delimiter is not None:
+        name = next((name for name, mark in DELIMITERS.items() if mark == delimiter), repr(delimiter))
+        return Splitter(delimiter, name)
+    sample = lines[:: max(1, len(lines) // SAMPLE)]
+    known = [Splitter(mark, name) for name, mark in (DELIMITERS | SPACES).items()]
+    edges = _edges(sample)
+    known += [Splitter(FIXED, FIXED, edges)] if len(edges) > 1 else []
+    rated = [(*_rating(one, lines, sample), -n) for n, one in enumerate(known)]
+    best = max(range(len(known)), key=lambda n: rated[n])
+    for n, one in enumerate(known):
+        if n != best and rated[n][0] >= CLOSE * rated[best][0] > 0.0:
+            decisions.reject(f"{one.name} between columns", f"{known[best].name} divides more rows alike")
+    return known[best]
+
+
+def _rating(split: Splitter, lines: Sequence[str], sample: Sequence[str]) -> tuple[float, bool]:
+    """How many rows a mark makes alike and of numbers, and whether it divides the header alike."""
+    rows = [row for row in split(sample) if 2 * sum(map(_tells, row)) >= sum(cell != "" for cell in row) > 0]
+    if not rows:
+        return 0.0, False
+    width = Counter(map(len, rows)).most_common(1)[0][0]
+    even = [row for row in rows if len(row) == width]
+    filled = [cell for row in even for cell in row if cell != ""]
+    rating = len(even) * sum(map(_tells, filled)) / max(len(filled), 1)
+    head = split(lines[:SAMPLE])
+    first = next((n for n, row in enumerate(head) if 2 * sum(map(_tells, row)) >= len(row)), 0)
+    heads = split(lines[max(first - 3, 0) : first])
+    return round(rating if width > 1 else 0.5 * rating, 6), any(len(one) == width for one in heads)
+
+
+def _tells(cell: Cell) -> bool:
+    """Whether a cell is a number or a time."""
+    return not isinstance(cell, str) or looks_numeric(cell) or is_moment(cell)
+
+
+def _edges(sample: Sequence[str]) -> tuple[int, ...]:
+    """Where columns begin whose rows have nothing between them, and some of whose cells are empty."""
+    words = [re.split(r"\s{2,}", line.strip()) for line in sample]
+    width = max(map(len, words))
+    lines = [line.expandtabs() for line, row in zip(sample, words, strict=True) if len(row) > width / 2]
+    if len(lines) < 2 or width < 2 or any(";" in line for line in lines[:1]):
+        return ()
+    longest = max(map(len, lines))
+    used: NDArray[np.bool_] = np.any([[c != " " for c in line.ljust(longest)] for line in lines], axis=0)
+    free = ~used & np.r_[~used[1:], False]
+    starts = [n for n in range(longest) if used[n] and (n == 0 or (free[n - 2] if n > 1 else not used[n - 1]))]
+    return tuple(starts)
+
+
+def mark_of(path: str, cells: Sequence[str], decisions: Decisions) -> str:
+    """The decimal mark that numbers written as text share; a question where it cannot be told."""
+    mark = decimal_mark(cells)
+    if mark is None:
+        example = next((cell for cell in cells if "," in cell), "")
+        what = "a comma may be a decimal mark or group thousands"
+        decisions.ask(path, what, naming("decimal", words="{} comma or point"), repr(example))
+    return mark or ","

@@ -1,0 +1,409 @@
+"""Rows of cells -> tables: what is above the numbers, between them and below them.
+
+Rows of numbers of one width make a table. Directly above stands the header, of one to three rows, with or without a row
+of units; further above a preamble, whose ``key: value`` lines are facts that the file states of itself. Lines between
+blocks of numbers name the run that follows; what is below the last number (means, limits) is left out, and told.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError, naming
+from stepgauge.files.numerals import Numerals, looks_numeric
+from stepgauge.files.units import Unit, find_unit
+from stepgauge.importing.tables.cells import Cell, Cells, is_units, mark_of, value_of
+from stepgauge.importing.tables.clock import is_moment
+from stepgauge.importing.tables.names import joined_headers
+from stepgauge.importing.tables.questions import Decisions
+
+Array = NDArray[np.float64]
+MOST_HEADERS = 3
+"""Rows above the numbers that may be a header, beside one of units."""
+FEW_SLIPS = 0.02
+"""Share of the cells of a column of numbers that may be text by mistake, one in fifty; one cell always may.
+
+It decides only how a cell is told that is no number: as a slip, with its row, and the import is refused; or, among more
+of its kind, as a name, and the column is one of text. No reading comes out otherwise.
+"""
+_FACT = re.compile(r"\s*([^:=;]{2,60}?)\s*(?:::?|=)\s*(\S.*?)\s*")
+_SEVERAL = re.compile(r"([A-Za-z][\w ]*?)\s*[:=]\s*(\S+)")
+
+
+@dataclass(frozen=True)
+class Table:
+    """Header and rows of numbers.
+
+    ``headers``, ``units``: by column; ``rows``: the cells; ``lines``: row of the file of each; ``titles``: the lines
+    above the blocks, empty for none, and ``block``: which of them is that of a row; ``decimal``: the decimal mark of
+    numbers that are text; ``facts``: what the file states of itself; ``left_out``: what of the file was not used;
+    ``bulk``: the middle of a long table, as columns, and ``at``: the row before which it stands; ``below``: rows of
+    text and numbers after the last reading.
+    """
+
+    path: str
+    headers: list[str]
+    units: list[Unit | None]
+    rows: list[list[Cell]]
+    lines: NDArray[np.int64]
+    titles: list[str]
+    block: NDArray[np.int64]
+    decimal: str
+    facts: Mapping[str, str] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()
+    bulk: Mapping[int, NDArray[np.generic]] = field(default_factory=dict)
+    at_row: int = 0
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def at(self, row: int) -> str:
+        """``file:line`` of a row (counted from 0)."""
+        return f"{self.path}:{self.lines[row]}"
+
+    def cells(self, place: int) -> list[Cell]:
+        """The cells of a column."""
+        found = [row[place] if place < len(row) else "" for row in self.rows]
+        middle = self.bulk.get(place)
+        return found if middle is None else [*found[: self.at_row], *middle.tolist(), *found[self.at_row :]]
+
+    def numbers(self, place: int) -> Array:
+        """The numbers of a column, NaN for what is none."""
+        numerals = Numerals(self.decimal)
+        found = np.array([value_of(row[place] if place < len(row) else "", numerals) for row in self.rows])
+        middle = self.bulk.get(place)
+        if middle is None:
+            return found
+        if middle.dtype.kind not in "fi":
+            middle = np.array([value_of(cell, numerals) for cell in middle.tolist()])
+        return np.concatenate([found[: self.at_row], middle.astype(float), found[self.at_row :]])
+
+    def with_constants(self, constants: Mapping[str, str]) -> Table:
+        """The table with further columns that are the same in every row."""
+        width = len(self.headers)
+        rows = [[*row[:width], *[""] * (width - len(row)), *constants.values()] for row in self.rows]
+        count = len(self) - len(self.rows)
+        more = {width + n: np.full(count, text, object) for n, text in enumerate(constants.values()) if count}
+        headers, units = [*self.headers, *constants], [*self.units, *[None] * len(constants)]
+        return replace(self, rows=rows, headers=headers, units=units, bulk={**self.bulk, **more})
+
+    def only(self, keep: NDArray[np.bool_]) -> Table:
+        """Some of the rows."""
+        head, tail = keep[: self.at_row], keep[len(keep) - (len(self.rows) - self.at_row) :]
+        of_rows = [*head, *tail] if self.bulk else keep.tolist()
+        middle = keep[self.at_row : self.at_row + len(keep) - len(self.rows)]
+        rows = [row for row, one in zip(self.rows, of_rows, strict=True) if one]
+        bulk = {place: values[middle] for place, values in self.bulk.items()}
+        at = int(head.sum()) if self.bulk else 0
+        return replace(self, rows=rows, lines=self.lines[keep], block=self.block[keep], bulk=bulk, at_row=at)
+
+
+def find_tables(cells: Cells, decimal: str | None, header: str | None, decisions: Decisions) -> list[Table]:
+    """The tables of a file, the one with the most numbers first; ``header``: names of the columns of all of them.
+
+    :class:`InputError` where there are no numbers, or a number is missing among others.
+    """
+    found = [_table(cells, part, decimal, header, decisions) for part in _parts(cells)]
+    return sorted(found, key=lambda one: -len(one) * max(sum(map(bool, one.headers)), 1))
+
+
+def _parts(cells: Cells) -> list[tuple[int, int, str]]:
+    """First row (with its header), row behind the last one, and the kind of rows, of every table of a file."""
+    kinds = [_kind(row) for row in cells.rows]
+    runs: list[_Run] = []
+    for n, kind in enumerate(kinds):
+        if not _is_of_numbers(kind):
+            continue
+        if runs and _goes_on(cells, runs[-1], n, len(kind)):
+            runs[-1] = replace(runs[-1], end=n + 1, width=max(runs[-1].width, len(kind)))
+        else:
+            runs.append(_Run(n, n + 1, len(kind)))
+    several = [one for one in runs if one.end - one.first > 1]
+    parts, end = list[tuple[int, int, str]](), 0
+    for run in several or runs[:1]:
+        parts.append((end, run.end, _frequent_kind(kinds[run.first : run.end])))
+        end = run.end
+    if not parts:
+        raise InputError(cells.path, "no table of numbers is found", expected="a row of numbers per reading")
+    return parts
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Rows of numbers that belong together: the first one, the row behind the last one, and their widest."""
+
+    first: int
+    end: int
+    width: int
+
+
+def _goes_on(cells: Cells, run: _Run, n: int, width: int) -> bool:
+    """Whether a row of numbers belongs to the table before it: no other header between, and no more cells."""
+    between = cells.rows[run.end : n]
+    if not between:
+        return width <= max(run.width, _filled(cells, run))
+    if width > run.width:
+        return False
+    names = [_text(cell) for cell in cells.rows[run.first - 1] if cell != ""] if run.first else []
+    rows = [row for row in between if len([c for c in row if c != ""]) > max(run.width / 2.0, 1.0)]
+    texts = [[_text(cell) for cell in row if cell != ""] for row in rows if not is_units(row)]
+    return all(text == names or any(map(looks_numeric, text)) for text in texts) or not names
+
+
+def _filled(cells: Cells, run: _Run) -> int:
+    """The cells of the row above a table, which names its columns, also those whose last cells are empty."""
+    return len(cells.rows[run.first - 1]) if run.first else 0
+
+
+def _is_of_numbers(kind: str) -> bool:
+    return 2 * kind.count("n") >= len(kind.replace("e", "")) > 0
+
+
+def _table(
+    cells: Cells, part: tuple[int, int, str], decimal: str | None, header: str | None, decisions: Decisions
+) -> Table:
+    start, end, kind = part
+    body = [n for n in range(start, end) if _fits(cells.rows[n], kind)]
+    if not body:
+        raise InputError(cells.path, "no table of numbers is found", expected="a row of numbers per reading")
+    first, last = body[0], body[-1]
+    _check_left_out(cells, first, last, len(kind))
+    names, unit_row, above = ([], [], first) if header else _header(cells, first, len(kind), start)
+    headers = _split_header(header) if header else names or _commented(cells, len(kind))
+    titles, block = _titles(cells, body, names, kind, above)
+    units = [find_unit(text.strip("[]()")) if text else None for text in unit_row] + [None] * len(headers)
+    rows, lines = [list(cells.rows[n]) for n in body], [cells.lines[n] for n in body]
+    below = cells.rows[last + 1 :]
+    texts = [cell for row in rows for cell in row if isinstance(cell, str) and cell and not is_moment(cell)]
+    _check_widths(cells, headers, rows, lines)
+    said = [f"{n} rows {where} the table" for n, where in ((above - start, "above"), (len(below), "below")) if n]
+    found = Table(
+        cells.path,
+        headers or [""] * len(kind),
+        units[: len(headers)] if headers else [None] * len(kind),
+        rows,
+        np.array(lines),
+        titles,
+        np.array(block),
+        decimal or mark_of(cells.path, texts, decisions),
+        _facts([*cells.rows[:above], *below], cells.comments, titles),
+        (f"dropped: {', '.join(said)}",) if said else (),
+    )
+    return _with_bulk(found, cells, body)
+
+
+def _with_bulk(table: Table, cells: Cells, body: Sequence[int]) -> Table:
+    """The table with the middle of a long one, where its first and last rows stand around it."""
+    bulk = cells.bulk
+    if bulk is None or not body[0] < bulk.at <= body[-1]:
+        return table
+    at = sum(n < bulk.at for n in body)
+    lines = np.insert(table.lines, at, bulk.line + np.arange(len(bulk)))
+    block = np.insert(table.block, at, np.full(len(bulk), table.block[at - 1]))
+    columns = {int(str(place)): bulk.frame[place].to_numpy() for place in bulk.frame}
+    return replace(table, lines=lines, block=block, bulk=columns, at_row=at)
+
+
+# kinds of rows
+
+
+def _is_number(cell: Cell) -> bool:
+    return not isinstance(cell, str) or looks_numeric(cell) or is_moment(cell)
+
+
+def _kind(row: Sequence[Cell]) -> str:
+    """``n`` for a number or a time, ``t`` for text, ``e`` for nothing, cell by cell."""
+    return "".join("e" if cell == "" else "n" if _is_number(cell) else "t" for cell in row).rstrip("e")
+
+
+def _frequent_kind(kinds: Sequence[str]) -> str:
+    counted = Counter(kind for kind in kinds if _is_of_numbers(kind))
+    if not counted:
+        return ""
+    width = max((len(kind) for kind in counted), key=lambda w: sum(n for kind, n in counted.items() if len(kind) == w))
+    rows = [kind for kind in kinds if len(kind) == width and kind in counted]
+    return "".join(_common("".join(kind[place] for kind in rows)) for place in range(width))
+
+
+def _common(letters: str) -> str:
+    """``n`` for a column of numbers, in which a few cells may be slips; else ``t``: names, or names and numbers.
+
+    Text below the last number is that of means and limits.
+    """
+    above = letters[: letters.rfind("n") + 1]
+    return "n" if above and above.count("t") <= max(FEW_SLIPS * len(above), 1) else "t"
+
+
+def _fits(row: Sequence[Cell], kind: str) -> bool:
+    """Whether a row has numbers where the table has them, or nothing."""
+    own = _kind(row)
+    if not own or len(own) > len(kind) or 2 * own.count("n") < kind.count("n"):
+        return False
+    return all(mine in ("n", "e") for mine, his in zip(own, kind, strict=False) if his == "n") and "n" in own
+
+
+# the header
+
+
+def _header(cells: Cells, first: int, width: int, start: int) -> tuple[list[str], list[str], int]:
+    """Names, the row of units, and the first row of both."""
+    at, units = first - 1, list[str]()
+    if at > start and is_units(cells.rows[at]):
+        units, at = [str(cell) for cell in cells.rows[at]], at - 1
+    if at < start or not _may_name(cells.rows[at], width):
+        return [], units, at + 1
+    if at > start and _is_slip(cells.rows[at], cells.rows[at - 1], width):
+        _refuse_slip(cells, at, _texts(cells.rows[at - 1], width))
+    names = _texts(cells.rows[at], max(width, len(cells.rows[at])))
+    for _ in range(MOST_HEADERS - 1):
+        upper = _upper(cells.rows[at - 1], names) if at > start else []
+        if not upper:
+            break
+        names, at = joined_headers(upper, names), at - 1
+    return names, units, at
+
+
+def _upper(row: Sequence[Cell], names: Sequence[str]) -> list[str]:
+    """The texts of a row above a header, where it may name what that leaves without a name or alike; else empty."""
+    texts = _texts(row, len(names))
+    named = [name for name in names if name]
+    fills = len(set(named)) < len(named)
+    fills |= any(text and (not name or find_unit(name.strip("[]()"))) for text, name in zip(texts, names, strict=True))
+    numbers = any(cell != "" and (not isinstance(cell, str) or looks_numeric(cell)) for cell in row)
+    return texts if fills and len({text for text in texts if text}) > 1 and not numbers else []
+
+
+def _is_slip(row: Sequence[Cell], above: Sequence[Cell], width: int) -> bool:
+    """Whether a row is one of the table in which a number is none, below the header and not the header itself."""
+    parts = [cell for cell in row if cell != "" and not (isinstance(cell, str) and not _is_number(cell))]
+    fractions = any(not str(cell).strip("+- ").removesuffix(".0").isdigit() for cell in parts)
+    return (
+        bool(parts)
+        and fractions
+        and _may_name(above, width)
+        and not any(_is_number(cell) for cell in above if cell != "")
+    )
+
+
+def _refuse_slip(cells: Cells, n: int, header: Sequence[str]) -> None:
+    row = cells.rows[n]
+    wrong = next(place for place, cell in enumerate(row) if cell != "" and not _is_number(cell))
+    name = repr(header[wrong]) if wrong < len(header) else str(wrong + 1)
+    where = f"{cells.path}:{cells.lines[n]}"
+    raise InputError(where, f"column {name} is not a number", found=repr(str(row[wrong])), expected="a number")
+
+
+def _may_name(row: Sequence[Cell], width: int) -> bool:
+    """Whether a row may name columns: as many cells as the table, and not numbers alone."""
+    there = [cell for cell in row if cell != ""]
+    return len(there) >= max(width / 2.0, 1.0) and any(isinstance(c, str) and not _is_number(c) for c in there)
+
+
+def _texts(row: Sequence[Cell], width: int) -> list[str]:
+    texts = [_text(cell) for cell in row[:width]]
+    return [*texts, *[""] * (width - len(texts))]
+
+
+def _text(cell: Cell) -> str:
+    return f"{cell:g}" if isinstance(cell, float) else str(cell)
+
+
+def _commented(cells: Cells, width: int) -> list[str]:
+    """A header in a comment, as numerical programs write it."""
+    for line in reversed(cells.comments):
+        text = line.lstrip("#/%!$ ")
+        for mark in (";", "\t", "|", ",", r"\s{2,}", r"\s+"):
+            names = [name.strip() for name in (re.split(mark, text) if "s" in mark else text.split(mark))]
+            if len(names) == width and not any(looks_numeric(name) for name in names):
+                return names
+    return []
+
+
+def _split_header(text: str) -> list[str]:
+    return [name.strip() for name in text.split(";" if ";" in text else ",")]
+
+
+# what is between the rows, and around them
+
+
+def _titles(
+    cells: Cells, body: Sequence[int], header: Sequence[str], kind: str, above: int
+) -> tuple[list[str], list[int]]:
+    """The lines above the blocks of numbers, and the number of the block of every row."""
+    first = _title(cells, above - 1, header, kind) if above else ""
+    titles, block, inside = [first], [], set(body)
+    fresh = False
+    for n in range(body[0], body[-1] + 1):
+        if n in inside:
+            block.append(len(titles) - 1)
+            fresh = False
+            continue
+        title = _title(cells, n, header, kind)
+        if title and fresh:
+            titles[-1] = title
+        elif title:
+            titles.append(title)
+            fresh = True
+    return (titles, block) if len(titles) > 1 else ([""], block)
+
+
+def _title(cells: Cells, n: int, header: Sequence[str], kind: str) -> str:
+    """The line between two blocks; a row with text in place of a number is none."""
+    row = cells.rows[n]
+    own = _kind(row)
+    numbers = [place for place, letter in enumerate(kind) if letter == "n"]
+    wrong = [place for place in numbers if place < len(own) and own[place] == "t"]
+    if wrong and own.count("n") and len(own) == len(kind) and n >= 0:
+        _refuse_slip(cells, n, header)
+    texts = [_text(cell) for cell in row if cell != ""]
+    return "" if texts == [name for name in header if name] or is_units(row) else " ".join(texts)
+
+
+def _facts(rows: Sequence[Sequence[Cell]], comments: Sequence[str], titles: Sequence[str]) -> dict[str, str]:
+    """What a file states of itself beside its numbers: ``key: value``, or a key and its value in two cells."""
+    found: dict[str, str] = {}
+    lines = [[_text(cell) for cell in row if cell != ""] for row in rows]
+    lines += [[line.lstrip("#/%!$ ")] for line in comments]
+    for parts in lines:
+        match = _FACT.fullmatch(" ".join(parts))
+        pair = (parts[0].rstrip(" :="), parts[1]) if len(parts) == 2 else match.groups() if match else None
+        if pair is not None and len(pair[1]) < 200:
+            found.setdefault(pair[0].casefold(), pair[1])
+    stated = [dict(_SEVERAL.findall(title)) for title in titles if title]
+    for key in set.intersection(*map(set, stated)) if stated else ():
+        if len({one[key] for one in stated}) == 1:
+            found.setdefault(key.casefold(), stated[0][key])
+    return found
+
+
+def _check_left_out(cells: Cells, first: int, last: int, width: int) -> None:
+    """No row of numbers alone stands before, in, or directly behind a table and is none of it: nothing is lost."""
+    inside = range(max(first - 1, 0), min(last + 2, len(cells.rows)))
+    for n in inside:
+        kind = _kind(cells.rows[n])
+        if "t" not in kind and len(kind) > width and kind.count("n") > 1:
+            raise InputError(
+                f"{cells.path}:{cells.lines[n]}",
+                "the row has more cells than the header (a decimal comma in a comma-separated table?)",
+                found=len(kind),
+                expected=width,
+            )
+
+
+def _check_widths(cells: Cells, headers: Sequence[str], rows: Sequence[Sequence[Cell]], lines: Sequence[int]) -> None:
+    wide = (n for n, row in enumerate(rows) if any(cell != "" for cell in row[len(headers) :])) if headers else iter(())
+    row = next(wide, None)
+    if row is not None:
+        words = f"{{}} or {{}} that fit, or {len(headers)}: {', '.join(headers)}"
+        raise InputError(
+            f"{cells.path}:{lines[row]}",
+            "the row has more cells than the header (a decimal comma in a comma-separated table?)",
+            found=len(rows[row]),
+            expected=naming("delimiter", "header", words=words),
+        )

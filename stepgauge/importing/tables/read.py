@@ -1,0 +1,120 @@
+"""A file, an open file or a DataFrame -> the tables in it, as its layout says and as it shows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stepgauge.errors import InputError, Naming, naming
+from stepgauge.importing.tables.cells import Cells, read_text_cells
+from stepgauge.importing.tables.console import console_cells
+from stepgauge.importing.tables.grid import Table, find_tables
+from stepgauge.importing.tables.laserfile import is_laser_file, read_laser_file
+from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.records import frame_cells, is_json, read_json_cells
+from stepgauge.importing.tables.source import Source
+from stepgauge.importing.tables.turned import turned
+from stepgauge.importing.tables.workbook import read_workbook_cells
+
+
+@dataclass(frozen=True)
+class TableLayout:
+    """How a table is to be read, where it does not show by itself.
+
+    ``delimiter``: the mark between columns; ``decimal``: ``"."`` or ``","``; ``sheet``: of a workbook; ``columns``:
+    headers by what stands under them (:data:`stepgauge.importing.tables.names.TARGETS` for points,
+    :data:`stepgauge.importing.tables.roles.ROLES` for an axis), or ``#3`` for the third column; ``length_unit``,
+    ``temperature_unit``: of columns of points that state none (mm and deg C); ``constants``: columns that the table
+    lacks, each with the text that holds in every row; ``header``: names of all columns in place of those of the file;
+    ``table``: the number of the table in a file of several; ``rows``: texts (``TEXT``, or ``HEADER=TEXT``) in columns
+    that tell rows apart, by which they are chosen.
+    """
+
+    delimiter: str | None = None
+    decimal: str | None = None
+    sheet: str | None = None
+    columns: Mapping[str, str] = field(default_factory=dict)
+    length_unit: str | None = None
+    temperature_unit: str = "C"
+    constants: Mapping[str, str] = field(default_factory=dict)
+    header: str | None = None
+    table: int | None = None
+    rows: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class File:
+    """The tables of a file, the comments beside them, how many lines are blank or comments, and how it was read."""
+
+    tables: list[Table]
+    comments: Sequence[str]
+    beside: int
+    notes: tuple[str, ...]
+
+
+def read_file(source: Source, layout: TableLayout, decisions: Decisions) -> File:
+    """All tables of a file; :class:`InputError` where there is none."""
+    if source.frame is None and source.data[:2] != b"PK" and is_laser_file(source.decoded[0]):
+        table = read_laser_file(source, decisions)
+        return File([table], (), 0, ("file of laser software with targets and deviations",))
+    cells = turned(_cells(source, layout, decisions))
+    tables = find_tables(cells, layout.decimal, layout.header, decisions)
+    tables = [_kept(one.with_constants(layout.constants), layout.rows) for one in tables]
+    mark = f"decimal {'comma' if tables[0].decimal == ',' else 'point'}"
+    return File(tables, cells.comments, cells.blank + len(cells.comments), (*cells.notes, mark))
+
+
+def _cells(source: Source, layout: TableLayout, decisions: Decisions) -> Cells:
+    if source.frame is not None:
+        return frame_cells(source)
+    if source.is_workbook or source.data[:2] == b"PK":
+        return read_workbook_cells(source, layout.sheet)
+    if is_json(source.decoded[0]):
+        return read_json_cells(source)
+    return console_cells(source) or read_text_cells(source, layout.delimiter, decisions)
+
+
+def choose_table(
+    file: File, usable: Callable[[Table], bool], layout: TableLayout, path: str, decisions: Decisions
+) -> Table:
+    """The table that is asked for, or the only one with what is needed; several are a question."""
+    ordered = sorted(file.tables, key=lambda one: int(one.lines[0]))
+    if layout.table is not None:
+        if not 1 <= layout.table <= len(ordered):
+            raise InputError(naming("table"), "there is no such table", found=layout.table, expected=_listed(ordered))
+        return ordered[layout.table - 1]
+    fit = [one for one in file.tables if usable(one)]
+    if len(fit) > 1:
+        decisions.ask(path, "the file has several tables", Naming(("table",), f"{{}} N: {_listed(ordered)}"))
+    chosen = fit[0] if fit else file.tables[0]
+    for one in file.tables:
+        if one is not chosen:
+            decisions.reject(f"the table at {one.at(0)}", "it lacks the columns" if one not in fit else "several")
+    return chosen
+
+
+def _listed(tables: Sequence[Table]) -> str:
+    return ", ".join(f"{n} ({len(one)} rows from line {one.lines[0]})" for n, one in enumerate(tables, 1))
+
+
+def _kept(table: Table, chosen: Sequence[str]) -> Table:
+    """The rows with a text in the column that is named, else in any; or in the title of their block."""
+    for given in chosen:
+        header, equals, text = given.partition("=")
+        places = [place for place, one in enumerate(table.headers) if equals and one.strip() == header.strip()]
+        text = text if places or (equals and header.strip() == "title") else given
+        keep = np.array([table.titles[n] == text.strip() for n in table.block])
+        for place in places or range(len(table.headers)):
+            keep |= np.array([_same(cell, text) for cell in table.cells(place)])
+        if keep.any():
+            table = table.only(keep)
+        elif len(table) > 1:
+            known = ", ".join(one for one in table.headers if one)
+            raise InputError(naming("rows"), f"no row has {text!r}", found=f"columns {known}", expected="a cell of it")
+    return table
+
+
+def _same(cell: object, text: str) -> bool:
+    return (f"{cell:g}" if isinstance(cell, float) else str(cell)).strip() == text.strip()

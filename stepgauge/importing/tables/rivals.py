@@ -1,0 +1,221 @@
+"""The roles that names suggest, compared with one another and with the numbers: what stays open is a question.
+
+A choice by ``--column`` is not judged: it removes its rivals (:func:`.roles.read_roles`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import Naming, naming
+from stepgauge.files.numerals import looks_numeric
+from stepgauge.importing.tables.cells import Cell
+from stepgauge.importing.tables.clock import is_moment
+from stepgauge.importing.tables.grid import Table
+from stepgauge.importing.tables.labels import LABEL, parse_label, way_of
+from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.roles import (
+    CYCLE,
+    DROPPED,
+    FROM,
+    PLACEMENT,
+    TARGET,
+    TIME,
+    VALUE_ROLES,
+    VALUES,
+    WAY,
+    Role,
+    is_known,
+    read_roles,
+    remainder,
+    split_name,
+    words_of,
+)
+
+Array = NDArray[np.float64]
+_OF_KINDS = """axis ax achse feature features merkmal element kind art typ type channel kanal sensor characteristic
+    charakteristik machine maschine name signal variable"""
+_OF_TOLERANCE = "ok nok nio io i.o. n.i.o. pass fail passed failed in out - ja nein yes no true false"
+_KINDS, _VERDICTS = frozenset(_OF_KINDS.split()), frozenset(_OF_TOLERANCE.split())
+"""Names of columns that may say of what kind a row is, also by numbers; and words on a tolerance, which say nothing of
+what was measured."""
+MOST_SHOWN = 4
+
+
+def settled_roles(table: Table, chosen: Mapping[str, str], decisions: Decisions) -> list[Role]:
+    """The role of every column; what names and numbers leave open is asked."""
+    roles = read_roles(table.headers, table.units, chosen)
+    roles = [_by_content(table, one) for one in roles]
+    roles = _without_copies(table, roles, decisions)
+    roles = _one_target(table, roles, chosen, decisions)
+    roles = _with_vacant(table, roles, chosen, decisions)
+    _check_kinds(table, roles, chosen, decisions)
+    return roles
+
+
+def is_text(table: Table, place: int) -> bool:
+    """Whether a column has text, beside what may be numbers."""
+    middle = table.bulk.get(place)
+    if middle is not None and middle.dtype.kind in "fi":
+        return False
+    return any(isinstance(row[place], str) and row[place] and not looks_numeric(str(row[place])) for row in table.rows
+               if place < len(row))  # fmt: skip
+
+
+def _by_content(table: Table, one: Role) -> Role:
+    """A column of times or directions by its cells, where its name says nothing."""
+    if one.role is not None or one.unit is not None:
+        return one
+    cells = [cell for cell in table.cells(one.place)[:200] if cell != ""]
+    texts = [cell for cell in cells if isinstance(cell, str)]
+    if cells and not any(isinstance(cell, str | float) for cell in cells):
+        return replace(one, role=TIME)
+    if texts and len(texts) == len(cells):
+        if all(way_of(text) for text in texts) and len({way_of(text) for text in texts}) == 2:
+            return replace(one, role=WAY)
+        if all(is_moment(text) for text in texts):
+            return replace(one, role=TIME)
+    return one
+
+
+def _without_copies(table: Table, roles: list[Role], decisions: Decisions) -> list[Role]:
+    """Columns of one header and the same numbers are one column."""
+    seen: dict[tuple[str, bytes], Role] = {}
+    found = []
+    for one in roles:
+        key = (one.header.casefold(), table.numbers(one.place).tobytes()) if one.role not in (None, DROPPED) else None
+        first = one if key is None else seen.setdefault(key, one)
+        if first is not one:
+            decisions.reject(f"column {one.place + 1}, {one.header!r}", f"a copy of column {first.place + 1}")
+        found.append(one if first is one else replace(one, role=DROPPED))
+    return found
+
+
+def _one_target(table: Table, roles: list[Role], chosen: Mapping[str, str], decisions: Decisions) -> list[Role]:
+    """The target: of several the one whose name goes with that of the reading, or whose numbers are the same."""
+    targets = [one for one in roles if one.role == TARGET]
+    values = [one for one in roles if one.role in VALUES]
+    if len(targets) < 2 or TARGET in chosen:
+        return roles
+    ends = {remainder(split_name(one.header)[0]) for one in values}
+    paired = [one for one in targets if len(ends) == 1 and remainder(split_name(one.header)[0]) in ends]
+    first = paired[0] if len(paired) == 1 and len(targets) > 1 and ends != {frozenset()} else targets[0]
+    others = [one for one in targets if one is not first]
+    alike = all(np.array_equal(table.numbers(one.place), table.numbers(first.place), equal_nan=True) for one in others)
+    if len(paired) == 1 and ends != {frozenset()}:
+        why = f"{first.header!r} goes with {values[0].header!r}"
+    elif alike:
+        why = f"the same numbers as {first.header!r}"
+    else:
+        why = "asked"
+        names = " and ".join(repr(one.header) for one in targets[:MOST_SHOWN])
+        decisions.ask(table.path, "several columns may be the target", _columns(TARGET, targets), names)
+    for one in others:
+        decisions.reject(f"{one.header!r} as the target", why)
+    return [replace(one, role=None) if one in others else one for one in roles]
+
+
+def _columns(role: str, candidates: Sequence[Role]) -> Naming:
+    named = " or ".join(f'{{}} {role}="{_called(one)}"' for one in candidates[:MOST_SHOWN])
+    return naming(*["columns"] * min(len(candidates), MOST_SHOWN), words=named)
+
+
+def _called(one: Role) -> str:
+    return one.header or f"#{one.place + 1}"
+
+
+# roles that no name fills
+
+
+def _with_vacant(table: Table, roles: list[Role], chosen: Mapping[str, str], decisions: Decisions) -> list[Role]:
+    """Columns whose names say nothing, for the roles of target and reading where no name fills them."""
+    of_stations = any(one.role == FROM for one in roles)
+    values = [one for one in roles if one.role in VALUE_ROLES]
+    targets = [one for one in roles if one.role == TARGET]
+    free = [one for one in roles if one.role is None and _may_be_place(table, one)]
+    if values and not targets and not of_stations and free and TARGET not in chosen:
+        names = ", ".join(repr(_called(one)) for one in free[:MOST_SHOWN])
+        words = f'{{}} target="{_called(free[0])}", or {{}} ignore="{_called(free[0])}" if it is something else'
+        what = "readings without a target, and a column that may be the target"
+        decisions.ask(table.path, what, naming("columns", "columns", words=words), names)
+    return roles
+
+
+def _may_be_place(table: Table, one: Role) -> bool:
+    """Whether a column that nothing names may hold positions: numbers that differ, in no other unit, no row numbers."""
+    name, unit = split_name(one.header)
+    if (
+        (unit is not None and unit.quantity not in ("length", "angle"))
+        or is_known(name)
+        or (name != one.header and unit is None)
+    ):
+        return False
+    if name.endswith(("]", ")")):  # a unit that is none of length
+        return False
+    values = table.numbers(one.place)
+    if not np.isfinite(values).all() or not np.ptp(values):
+        return False
+    return not (len(values) > 1 and (np.diff(values) == 1.0).all() and values[0] in (0.0, 1.0))
+
+
+# what tells rows apart
+
+
+def _check_kinds(table: Table, roles: Sequence[Role], chosen: Mapping[str, str], decisions: Decisions) -> None:
+    """A column, or titles of blocks, by which rows are of different kinds: one recording is of one kind."""
+    target = next((table.numbers(one.place) for one in roles if one.role == TARGET), None)
+    for one in roles:
+        if one.role not in (None, DROPPED) or one.place in _ignored(roles, chosen):
+            continue
+        cells = _kinds_in(table, one)
+        if cells is not None and not _names_targets(cells, target):
+            _ask_rows(table, repr(one.header), sorted(set(cells)), _called(one), decisions)
+    titles = [title for n, title in enumerate(table.titles) if (table.block == n).any()]
+    sizes = np.unique(table.block, return_counts=True)[1]
+    labelled = all(parse_label(title) != LABEL for title in titles if title)
+    known = any(one.role in (CYCLE, WAY, PLACEMENT) for one in roles)
+    if (
+        len({*titles}) > 1
+        and not labelled
+        and sizes.min() > 1
+        and not known
+        and "title" not in chosen.get("ignore", "")
+    ):
+        _ask_rows(table, "the lines above the blocks", list(dict.fromkeys(filter(None, titles))), "title", decisions)
+
+
+def _ignored(roles: Sequence[Role], chosen: Mapping[str, str]) -> set[int]:
+    names = chosen.get("ignore", "").casefold().split("\n")
+    return {one.place for one in roles if one.header.casefold() in names or f"#{one.place + 1}" in names}
+
+
+def _kinds_in(table: Table, one: Role) -> list[str] | None:
+    """The cells of a column that says of what kind each row is; None for another."""
+    named = bool(set(words_of(one.header)) & _KINDS)
+    if not named and not is_text(table, one.place):
+        return None
+    cells: list[Cell] = table.cells(one.place)
+    texts = [f"{cell:g}" if isinstance(cell, float) else str(cell).strip() for cell in cells]
+    filled = {text for text in texts if text}
+    remark = 2 * texts.count("") >= len(texts)
+    verdict = {text.casefold() for text in filled} <= _VERDICTS
+    return None if len(filled) < 2 or len(filled) == len(texts) or remark or verdict else texts
+
+
+def _names_targets(texts: Sequence[str], target: Array | None) -> bool:
+    """Whether a text is a name of the target: each has its own."""
+    if target is None:
+        return False
+    pairs = {(text, value) for text, value in zip(texts, target.tolist(), strict=True)}
+    return len(pairs) == len({text for text, _ in pairs}) == len({value for _, value in pairs})
+
+
+def _ask_rows(table: Table, where: str, texts: Sequence[str], name: str, decisions: Decisions) -> None:
+    what = f"rows are of several kinds, by {where}"
+    words = f'{{}} "{texts[0]}" for the rows of one kind, or {{}} ignore="{name}" if it says nothing'
+    found = ", ".join(texts[:MOST_SHOWN]) + (f" and {len(texts) - MOST_SHOWN} more" if len(texts) > MOST_SHOWN else "")
+    decisions.ask(table.path, what, naming("rows", "columns", words=words), found)
