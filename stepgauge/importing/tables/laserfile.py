@@ -24,7 +24,8 @@ _BEGINS = re.compile(r"^\s*Run Target Data\s*:", re.MULTILINE | re.IGNORECASE)
 _TARGETS = re.compile(r"^\s*Targets\s*:+", re.MULTILINE | re.IGNORECASE)
 _TYPE = re.compile(r"^\s*File\s*Type\s*:\s*(\w+)", re.MULTILINE | re.IGNORECASE)
 _FLAGS = re.compile(r"^\s*Flags\s*:\s*\d+\s+(\d+)", re.MULTILINE | re.IGNORECASE)
-_UNITS = {"linear": ("mm", "um"), "angular": ("mm", "arcsec"), "rotary": ("deg", "arcsec")}
+_UNITS = {"linear": ("mm", "um"), "rotary": ("deg", "arcsec")}
+"""Of targets and deviations, by the type of the file; that of another one is asked for."""
 HEADERS = ["target", "deviation", "cycle", "direction"]
 
 
