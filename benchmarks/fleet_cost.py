@@ -224,8 +224,8 @@ def fill_many(fleet: Fleet, probings: float) -> int:
             else block[field.name]
             for field in schema
         ]  # fmt: skip
-        path = fleet._partition(str(entry.owners["machine"]), entry.month) / "packed.parquet"
-        write_rows(path, [arrow.Table.from_arrays(columns, schema=schema)], PROBINGS)
+        part = fleet._partition(str(entry.owners["machine"]), entry.month)
+        path = write_rows(part, [arrow.Table.from_arrays(columns, schema=schema)], PROBINGS)
         one = _index_rows({"": entry}, path.relative_to(fleet.folder).as_posix())[0]
         index += [one | {"recording": key, "first_row": i * rows_each} for i, key in enumerate(keys)]
     fleet.write_index(arrow.Table.from_pylist(index, arrow_schema(RECORDINGS)))

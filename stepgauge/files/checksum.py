@@ -11,6 +11,7 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +65,26 @@ def check_text(text: str, path: str | Path) -> str:
     return whole
 
 
-def content_name(data: bytes) -> str:
+def content_name(content: bytes | Path) -> str:
     """What a file of a store is called by: the first digits of the SHA-256 of its content."""
-    return hashlib.sha256(data).hexdigest()[:DIGITS]
+    if isinstance(content, bytes):
+        return hashlib.sha256(content).hexdigest()[:DIGITS]
+    with content.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:DIGITS]
+
+
+def check_name(path: Path, again: str = "a copy of the store, made when it was whole") -> Path:
+    """The same path of a file whose name ends with that of its content, looked at once while it does not change.
+
+    :class:`InputError` where it was changed after it was written; ``again``: what helps then.
+    """
+    state = path.stat()
+    found = _content_name(path, state.st_mtime_ns, state.st_size, state.st_ino)
+    if not re.fullmatch(rf"(\d+-)?{found}", path.stem):
+        raise InputError(path, "this file of the store was changed after it was written", expected=again)
+    return path
+
+
+@lru_cache(maxsize=100_000)
+def _content_name(path: Path, *_: int) -> str:
+    return content_name(path)

@@ -15,9 +15,9 @@ import pandas as pd
 
 from stepgauge.fleet.disk import UNFINISHED, locked
 from stepgauge.fleet.results import tables_of
-from stepgauge.fleet.rows import write_rows
-from stepgauge.fleet.schema import PROBINGS, RECORDINGS, SOURCES, arrow_library, arrow_schema, needed
-from stepgauge.fleet.store import Fleet, digest_of
+from stepgauge.fleet.rows import read_rows, write_rows
+from stepgauge.fleet.schema import PROBINGS, RECORDINGS, SOURCES, arrow_library, arrow_schema
+from stepgauge.fleet.store import Fleet
 
 FILE_ROWS = 2_000_000
 """Probings of a file at most."""
@@ -82,11 +82,10 @@ def _slices(rows: pd.DataFrame) -> Iterator[pd.DataFrame]:
 
 def _merge(fleet: Fleet, folder: str, rows: pd.DataFrame) -> pd.DataFrame:
     """One file of the probings of these recordings, in this order."""
-    name = f"{folder}/{digest_of(['packed', *rows['recording']])}.parquet"
-    parquet = needed("pyarrow.parquet")
-    read = {file: parquet.read_table(fleet.folder / file, partitioning=None) for file in rows["file"].unique()}
+    read = {file: read_rows(fleet.folder / file) for file in rows["file"].unique()}
     pieces = (read[row.file].slice(row.first_row, row.rows) for row in rows.itertuples())
-    write_rows(fleet.folder / name, pieces, PROBINGS)
+    path = write_rows(fleet.folder / folder, pieces, PROBINGS)
+    name = path.relative_to(fleet.folder).as_posix()
     return rows.assign(file=name, first_row=rows["rows"].cumsum() - rows["rows"])
 
 
@@ -108,16 +107,15 @@ def _merge_sources(fleet: Fleet) -> list[Path]:
 def _merged(files: list[Path]) -> list[Path]:
     if len(files) < 2:
         return []
-    target = files[0].with_name(f"{digest_of(path.name for path in files)}.parquet")
-    write_rows(target, _once(files), SOURCES)
-    return files
+    merged = write_rows(files[0].parent, _once(files), SOURCES)
+    return [path for path in files if path != merged]
 
 
 def _once(files: list[Path]) -> Iterator[Any]:
     """The tables of the files, each recording once: a kill before the last step leaves some in two files."""
     arrow, seen = arrow_library(), set[str]()
     for path in files:
-        table = needed("pyarrow.parquet").read_table(path, partitioning=None)
+        table = read_rows(path)
         keys = table["recording"].to_pylist()
         yield table.filter(arrow.array([key not in seen for key in keys]))
         seen.update(keys)

@@ -13,12 +13,14 @@ from typing import TypeVar
 import numpy as np
 
 from stepgauge.errors import InputError
+from stepgauge.files.checksum import DIGITS, content_name
 from stepgauge.files.lines import sync_folder
+from stepgauge.files.names import is_inside
 from stepgauge.files.outputs import one_set
 from stepgauge.recording import COUNTS, Recording
 
-DIGITS = 32
-MAIN = "main.json"
+MANIFEST = "manifest.json"
+"""Names of the files of a key, the main one first, with the SHA-256 of their content; its own is the key."""
 T = TypeVar("T")
 
 
@@ -51,14 +53,18 @@ def keep(folder: Path, files: Mapping[Path, bytes]) -> str:
     """
     root = Path(os.path.commonpath([place.parent for place in files]))
     named = {place.relative_to(root).as_posix(): data for place, data in files.items()}
+    for name in named:
+        if not is_inside(name):
+            raise InputError(root / name, "a file of this name cannot be kept", expected="a name for every system")
     listed = [[name, hashlib.sha256(data).hexdigest()] for name, data in named.items()]
-    key = hashlib.sha256(json.dumps(listed).encode()).hexdigest()[:DIGITS]
+    manifest = json.dumps(listed).encode()
+    key = content_name(manifest)
     target = folder / key
     if target.is_dir():
         return key
     beside = folder / f"{key}.{os.getpid()}.tmp"
     try:
-        for name, data in {**named, MAIN: json.dumps({"main": next(iter(named))}).encode()}.items():
+        for name, data in {**named, MANIFEST: manifest}.items():
             _write(beside / name, data)
         beside.rename(target)
         sync_folder(folder)
@@ -79,8 +85,24 @@ def _write(path: Path, data: bytes) -> None:
 
 
 def main_file(folder: Path, key: str) -> Path:
-    """The file that was kept under a key, beside the others that it needs."""
+    """The file that was kept under a key, beside the others that it needs; errors as :func:`kept_files`."""
+    return folder / key / next(iter(kept_files(folder, key)))
+
+
+def kept_files(folder: Path, key: str) -> dict[str, bytes]:
+    """What was kept under a key, by the ways from its folder, the main one first.
+
+    :class:`InputError` where something is missing, was changed after it was written, or leads elsewhere.
+    """
     try:
-        return folder / key / str(json.loads((folder / key / MAIN).read_bytes())["main"])
-    except (OSError, ValueError, KeyError):
-        raise InputError(folder / key, "this is missing from the store, or damaged") from None
+        manifest = (folder / key / MANIFEST).read_bytes()
+        listed = json.loads(manifest)
+        found = {str(name): (folder / key / name).read_bytes() for name, _ in listed if is_inside(str(name))}
+        whole = content_name(manifest) == key
+        whole = whole and listed == [[name, hashlib.sha256(data).hexdigest()] for name, data in found.items()]
+    except (OSError, ValueError, TypeError):
+        found, whole = {}, False
+    if not (whole and found):
+        expected = "a copy of the store, made when it was whole"
+        raise InputError(folder / key, "this is missing from the store, or was changed", expected=expected)
+    return found

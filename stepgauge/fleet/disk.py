@@ -1,17 +1,19 @@
 """Files of the store: whole or not at all, on the disk before anybody is told, one writer at a time.
 
-A file never changes once it has its name; a table grows by files and shrinks by files that say which ones they replace.
-So readers need no lock to see whole files; they hold a shared one against files that are removed under them.
+A file never changes once it has its name, which is that of its content; a table grows by files and shrinks by files
+that say which ones they replace. So readers need no lock to see whole files; they hold a shared one against files that
+are removed under them.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from stepgauge.errors import InputError
+from stepgauge.files.checksum import content_name
 from stepgauge.files.lines import sync_folder
 
 LOCK = ".lock"
@@ -24,18 +26,40 @@ def appearing(path: Path) -> Iterator[Path]:
 
     A kill at any moment leaves the file as it was, and perhaps a file ``.tmp``, which nobody reads.
     """
+    with _beside(path) as beside:
+        yield beside
+        _appear(beside, path)
+
+
+def put_by_content(folder: Path, write: Callable[[Path], None], before: str = "", suffix: str = ".parquet") -> Path:
+    """What ``write`` writes to a path, on the disk in a folder under the name of its content, with ``before`` it.
+
+    Errors and kills as of :func:`appearing`.
+    """
+    with _beside(folder / f"new{suffix}") as beside:
+        write(beside)
+        path = folder / f"{before}{content_name(beside)}{suffix}"
+        _appear(beside, path)
+    return path
+
+
+@contextmanager
+def _beside(path: Path) -> Iterator[Path]:
     path.parent.mkdir(parents=True, exist_ok=True)
     beside = path.with_name(f"{path.name}.{os.getpid()}{UNFINISHED}")
     try:
         yield beside
-        with beside.open("rb") as file:
-            os.fsync(file.fileno())
-        beside.replace(path)
-        sync_folder(path.parent)
     except OSError as error:
         raise InputError(path, f"cannot be written: {error.strerror or error}") from None
     finally:
         beside.unlink(missing_ok=True)
+
+
+def _appear(beside: Path, path: Path) -> None:
+    with beside.open("rb") as file:
+        os.fsync(file.fileno())
+    beside.replace(path)
+    sync_folder(path.parent)
 
 
 @contextmanager

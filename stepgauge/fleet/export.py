@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from stepgauge.errors import InputError
+from stepgauge.files.names import safe_name
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import replacing, write_text
-from stepgauge.fleet.content import main_file
+from stepgauge.fleet.content import kept_files
 from stepgauge.fleet.disk import locked
 from stepgauge.fleet.query import query
 from stepgauge.fleet.roster import COLUMNS
+from stepgauge.fleet.rows import read_rows
 from stepgauge.fleet.schema import needed
 from stepgauge.fleet.store import Fleet
 
@@ -51,20 +52,20 @@ def export(fleet: Fleet, folder: str | Path, where: str = "true") -> list[Path]:
 
 
 def _file_names(frame: pd.DataFrame) -> dict[str, str]:
-    """The names that came in; where several recordings have one, the key is put before it."""
-    often = frame["name"].duplicated(keep=False)
-    pairs = zip(frame["recording"], frame["name"], often, strict=True)
-    return {str(key): f"{key}-{name}" if several else str(name) for key, name, several in pairs}
+    """The names that came in, as every system takes them; where several recordings have one, the key is before it."""
+    names = frame["name"].map(lambda name: safe_name(str(name)))
+    often = names.str.casefold().duplicated(keep=False)
+    pairs = zip(frame["recording"], names, often, strict=True)
+    return {str(key): f"{key}-{name}" if several else name for key, name, several in pairs}
 
 
 def _sources(fleet: Fleet, chosen: set[str]) -> Any:
     """Key and source of the chosen recordings, file after file."""
-    arrow, parquet = needed("pyarrow.compute"), needed("pyarrow.parquet")
+    arrow = needed("pyarrow.compute")
     keys = needed("pyarrow").array(sorted(chosen))
     with locked(fleet.folder, alone=False):
         for path in sorted((fleet.folder / "sources").glob("*.parquet")):
-            table = parquet.read_table(path, filters=arrow.field("recording").isin(keys), partitioning=None)
-            yield from table.to_pylist()
+            yield from read_rows(path, filters=arrow.field("recording").isin(keys)).to_pylist()
 
 
 def _write(path: Path, data: bytes) -> Path:
@@ -90,7 +91,9 @@ def _copied(fleet: Fleet, kind: str, key: str | None, target: Path) -> str | Non
     """The kept files beside the recordings, once; the main one by its way from the target."""
     if key is None:
         return None
-    kept = fleet.folder / "objects" / kind
-    if not (target / kind / key).exists():
-        shutil.copytree(kept / key, target / kind / key)
-    return (Path(kind) / main_file(kept, key).relative_to(kept)).as_posix()
+    files = kept_files(fleet.folder / "objects" / kind, key)
+    for name, data in files.items():
+        place = target / kind / key / name
+        if not (place.is_file() and place.read_bytes() == data):
+            _write(place, data)
+    return f"{kind}/{key}/{next(iter(files))}"

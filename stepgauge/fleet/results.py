@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.errors import reading
-from stepgauge.fleet.disk import appearing, locked
+from stepgauge.fleet.disk import locked, put_by_content
+from stepgauge.fleet.rows import read_rows
 from stepgauge.fleet.schema import arrow_library, needed
-from stepgauge.fleet.store import REPLACES, Fleet, digest_of
+from stepgauge.fleet.store import REPLACES, Fleet
 
 MADE_WITH = b"made_with"
 
@@ -54,8 +54,7 @@ class Results:
     def _of(self, path: Path) -> _Part:
         """What is in a file; it never changes, so it is read once."""
         if path.name not in self._known:
-            with reading(path, "file of the store"):
-                table = needed("pyarrow.parquet").read_table(path, columns=["recording"], partitioning=None)
+            table = read_rows(path, columns=["recording"])
             said = table.schema.metadata or {}
             names = json.loads(said.get(REPLACES, b"[]"))
             made_with = said.get(MADE_WITH, b"").decode()
@@ -64,8 +63,7 @@ class Results:
 
     def read(self) -> Any:
         """All rows as an Arrow table, in the order in which they were put in; None where there are none."""
-        parquet = needed("pyarrow.parquet")
-        tables = [parquet.read_table(path, partitioning=None) for path in self.files()]
+        tables = [read_rows(path) for path in self.files()]
         return arrow_library().concat_tables(tables, promote_options="permissive") if tables else None
 
     def put(self, rows: Sequence[Mapping[str, Any]] | Any) -> None:
@@ -99,16 +97,16 @@ class Results:
 
     def _write(self, table: Any, replaces: Sequence[str] = ()) -> None:
         number = 1 + max((int(path.stem.partition("-")[0]) for path in self.folder.glob("*.parquet")), default=0)
-        path = self.folder / f"{number:08d}-{digest_of(table['recording'].to_pylist())[:8]}.parquet"
         said = {MADE_WITH: self.made_with.encode(), REPLACES: json.dumps(list(replaces)).encode()}
-        with appearing(path) as beside:
-            needed("pyarrow.parquet").write_table(table.replace_schema_metadata(said), beside, compression="zstd")
+        write, made = needed("pyarrow.parquet").write_table, table.replace_schema_metadata(said)
+        put_by_content(self.folder, lambda path: write(made, path, compression="zstd"), f"{number:08d}-")
 
 
 def tables_of(fleet: Fleet) -> list[Results]:
     """The tables of results that a store has, each as it was made last."""
     found = []
-    for folder in sorted({path.parent for path in fleet.folder.glob("*/[0-9]*-*.parquet")}):
+    folders = {path.parent for path in fleet.folder.glob("*/[0-9]*-*.parquet")}
+    for folder in sorted(one for one in folders if one.name.isidentifier()):
         last = max(folder.glob("*.parquet"))
         table = Results(fleet, folder.name)
         table.made_with = table._of(last).made_with

@@ -5,13 +5,16 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stepgauge.errors import reading
-from stepgauge.fleet.disk import appearing
+from stepgauge.errors import InputError, reading
+from stepgauge.files.checksum import check_name
+from stepgauge.fleet.content import recording_key
+from stepgauge.fleet.disk import put_by_content
 from stepgauge.fleet.schema import OWN, PROBINGS, Column, arrow_library, arrow_schema, needed
 from stepgauge.recording import Recording
 
@@ -51,25 +54,37 @@ def _covariates(columns: Mapping[str, Any], n: int) -> Any:
     )
 
 
-def write_rows(path: Path, tables: Iterable[Any], columns: tuple[Column, ...]) -> None:
-    """Write tables one after the other into one file, which appears when it is whole."""
+def write_rows(folder: Path, tables: Iterable[Any], columns: tuple[Column, ...]) -> Path:
+    """Write tables one after the other into one file of a folder, which appears when it is whole; its path."""
+    return put_by_content(folder, partial(_write_tables, tables, columns))
+
+
+def _write_tables(tables: Iterable[Any], columns: tuple[Column, ...], path: Path) -> None:
     parquet, schema, writer = needed("pyarrow.parquet"), arrow_schema(columns), None
     kept: list[Any] = []
-    with appearing(path) as beside:
-        try:
-            for table in tables:
-                writer = writer or parquet.ParquetWriter(
-                    beside, schema.with_metadata(table.schema.metadata), compression="zstd"
-                )
-                kept.append(table)
-                if sum(map(len, kept)) >= GROUP_ROWS:
-                    writer.write_table(arrow_library().concat_tables(kept))
-                    kept = []
-            if kept and writer is not None:
+    try:
+        for table in tables:
+            writer = writer or parquet.ParquetWriter(
+                path, schema.with_metadata(table.schema.metadata), compression="zstd"
+            )
+            kept.append(table)
+            if sum(map(len, kept)) >= GROUP_ROWS:
                 writer.write_table(arrow_library().concat_tables(kept))
-        finally:
-            if writer is not None:
-                writer.close()
+                kept = []
+        if kept and writer is not None:
+            writer.write_table(arrow_library().concat_tables(kept))
+    finally:
+        if writer is not None:
+            writer.close()
+
+
+def read_rows(path: Path, **options: Any) -> Any:
+    """A file of the store as an Arrow table; ``options``: of ``pyarrow.parquet.read_table``.
+
+    :class:`InputError` where it is not as it was written.
+    """
+    with reading(path, "file of the store"):
+        return needed("pyarrow.parquet").read_table(check_name(path), partitioning=None, **options)
 
 
 def read_columns(path: Path, rows: Iterable[Mapping[str, Any]]) -> dict[str, Any] | None:
@@ -83,7 +98,8 @@ def read_columns(path: Path, rows: Iterable[Mapping[str, Any]]) -> dict[str, Any
     names = [name for name in OWN if name in kinds]
     further = ["covariates"] if kinds - set(OWN) else []
     with reading(path, "file of the store"):
-        table = needed("pyarrow.parquet").ParquetFile(path, memory_map=True).read([*names, *further], use_threads=False)
+        file = needed("pyarrow.parquet").ParquetFile(check_name(path), memory_map=True)
+        table = file.read([*names, *further], use_threads=False)
     columns = {name: table[name].to_numpy() for name in names}
     return columns | {name: table[name].combine_chunks() for name in further}
 
@@ -104,8 +120,11 @@ class Stored:
     placement_files: tuple[str, ...]
 
     def recording(self) -> Recording:
-        """As it came in."""
-        return Recording.of_columns(self.columns, self.comments, self.name)
+        """As it came in (:class:`InputError` where it is not the one that the key names)."""
+        found = Recording.of_columns(self.columns, self.comments, self.name)
+        if recording_key(found) != self.key:
+            raise InputError(self.name, "the store has another recording under this key", found=self.key)
+        return found
 
 
 def make_stored(row: Mapping[str, Any], columns: Mapping[str, Any]) -> Stored:

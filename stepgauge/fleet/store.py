@@ -2,13 +2,13 @@
 
 ``recordings/`` has a row for each recording and says in which file of ``probings/`` its probings are; ``sources/`` has
 the files as they came in. A file in ``recordings/`` appears after all that it needs, and so makes all its recordings
-appear at once. Files never change: one that takes the place of others says so, and these do not count from then on.
+appear at once. Files never change, and are called by their content: one that takes the place of others says so, and
+these do not count from then on.
 """
 
 from __future__ import annotations
 
 import datetime
-import hashlib
 import json
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,10 +19,10 @@ from urllib.parse import quote
 
 import pandas as pd
 
-from stepgauge.errors import InputError, reading
-from stepgauge.fleet.content import DIGITS, keep, main_file, recording_key
+from stepgauge.errors import InputError
+from stepgauge.fleet.content import keep, main_file, recording_key
 from stepgauge.fleet.disk import appearing, locked
-from stepgauge.fleet.rows import Stored, make_probings, make_stored, read_columns, write_rows
+from stepgauge.fleet.rows import Stored, make_probings, make_stored, read_columns, read_rows, write_rows
 from stepgauge.fleet.schema import (
     FORMAT,
     OWNERS,
@@ -39,6 +39,14 @@ from stepgauge.machine.file import Machine, read_machine
 from stepgauge.recording import Recording
 
 HEAD = "fleet.json"
+_KEY = "[0-9a-f]{32}"
+NAMES = {
+    "recording": f"^{_KEY}$",
+    "certificate": f"^{_KEY}$",
+    "machine_file": f"^{_KEY}$",
+    "file": rf"^probings/machine=[^/\\]+/month=[0-9]{{4}}-[0-9]{{2}}/{_KEY}\.parquet$",
+}
+"""What names files, in the index."""
 REPLACES = b"replaces"
 FIXED = (*OWNERS, "measured_at", "certificate", "machine_file", "placement_files")
 """What belongs to a recording and may not change when it is added again."""
@@ -156,11 +164,11 @@ class Fleet:
 
     def gauge(self, certificate: str) -> Gauge:
         """The gauge as certified, by the key of its certificate."""
-        return _read_gauge(main_file(self.folder / "objects" / "gauge", certificate))
+        return _read_gauge(self.folder / "objects" / "gauge", certificate)
 
     def machine(self, machine_file: str) -> Machine:
         """The machine as its file says, by the key of that."""
-        return _read_machine(main_file(self.folder / "objects" / "machine", machine_file))
+        return _read_machine(self.folder / "objects" / "machine", machine_file)
 
     def keep(self, kind: str, files: Mapping[Path, bytes]) -> str:
         """Keep a certificate (``gauge``) or a machine file (``machine``) with its files; returns the key."""
@@ -193,12 +201,12 @@ class Fleet:
             parts.setdefault((str(new[key].owners["machine"]), new[key].month), {})[key] = new[key]
         rows: list[dict[str, Any]] = []
         for (machine, month), part in parts.items():
-            path = self._partition(machine, month) / f"{digest_of(part)}.parquet"
-            write_rows(path, (make_probings(key, entry) for key, entry in part.items()), PROBINGS)
+            tables = (make_probings(key, entry) for key, entry in part.items())
+            path = write_rows(self._partition(machine, month), tables, PROBINGS)
             rows += _index_rows(part, path.relative_to(self.folder).as_posix())
         sources = [{"recording": key, "source": entry.source} for key, entry in new.items()]
         table = arrow_library().Table.from_pylist(sources, arrow_schema(SOURCES))
-        write_rows(self.folder / "sources" / f"{digest_of(new)}.parquet", [table], SOURCES)
+        write_rows(self.folder / "sources", [table], SOURCES)
         self.write_index(arrow_library().Table.from_pylist(rows, arrow_schema(RECORDINGS)))
 
     def _partition(self, machine: str, month: str) -> Path:
@@ -206,23 +214,25 @@ class Fleet:
 
     def write_index(self, table: Any, replaces: Iterable[str] = ()) -> Path:
         """Make recordings appear, whose probings are on the disk, in place of the files named."""
-        names = list(replaces)
-        path = self.folder / "recordings" / f"{digest_of([*table['recording'].to_pylist(), *names])}.parquet"
-        table = table.replace_schema_metadata({REPLACES: json.dumps(names).encode()})
-        write_rows(path, [table], RECORDINGS)
-        return path
+        table = table.replace_schema_metadata({REPLACES: json.dumps(list(replaces)).encode()})
+        return write_rows(self.folder / "recordings", [table], RECORDINGS)
 
     def _table(self, path: Path) -> Any:
         """A file of ``recordings/``; it never changes, so it is read once."""
         if path.name not in self._tables:
-            with reading(path, "file of the store"):
-                self._tables[path.name] = needed("pyarrow.parquet").read_table(path, partitioning=None)
+            table = read_rows(path)
+            for name, pattern in NAMES.items():
+                _check_names(path, table[name], pattern)
+            self._tables[path.name] = table
         return self._tables[path.name]
 
 
-def digest_of(keys: Iterable[str]) -> str:
-    """The name of a file by the recordings in it."""
-    return hashlib.sha256(" ".join(keys).encode()).hexdigest()[:DIGITS]
+def _check_names(path: Path, names: Any, pattern: str) -> None:
+    """:class:`InputError` where what names a file in this folder, or one that is made of it, could name another."""
+    fits = needed("pyarrow.compute").match_substring_regex(names, pattern)
+    if not all(fits.drop_null().to_pylist()):
+        wrong = next(name for name, good in zip(names.to_pylist(), fits.to_pylist(), strict=True) if good is False)
+        raise InputError(path, "this is no store of stepgauge: a name leads elsewhere", found=repr(wrong))
 
 
 def _create(folder: Path) -> None:
@@ -246,7 +256,7 @@ def _check_head(folder: Path) -> None:
         ) from None
     except (OSError, ValueError, KeyError, TypeError):
         raise InputError(folder / HEAD, "this is no store of a fleet", expected=f"{FORMAT} {VERSION}") from None
-    if head["format"] != FORMAT or head["version"] > VERSION:
+    if head != {"format": FORMAT, "version": VERSION}:
         raise InputError(folder / HEAD, "not a store of this stepgauge", found=found, expected=f"{FORMAT} {VERSION}")
 
 
@@ -298,10 +308,10 @@ def _replaces(table: Any) -> list[str]:
 
 
 @cache
-def _read_gauge(path: Path) -> Gauge:
-    return read_gauge(path)
+def _read_gauge(folder: Path, key: str) -> Gauge:
+    return read_gauge(main_file(folder, key))
 
 
 @cache
-def _read_machine(path: Path) -> Machine:
-    return read_machine(path)
+def _read_machine(folder: Path, key: str) -> Machine:
+    return read_machine(main_file(folder, key))
