@@ -174,7 +174,7 @@ def engines(table: Table, fleet: Fleet, count: int) -> None:
     on_dask = []
     for workers in (1, 2):
         with local_cluster(workers) as cluster:
-            engine = Dask(cluster.scheduler_address)
+            engine = Dask(cluster.file)
             results.clear()
             on_dask.append(seconds(lambda engine=engine: evaluate_fleet(fleet, engine)))  # type: ignore[misc]
             print(f"evaluate {count} recordings, Dask, {workers} workers: {on_dask[-1]:.1f} s ({load()})")
@@ -199,7 +199,7 @@ def one_by_one(
     on_dask = []
     for workers in (1, 2):
         with local_cluster(workers) as cluster:
-            on_dask.append(taken(many, Dask(cluster.scheduler_address), f"dask-{workers}"))
+            on_dask.append(taken(many, Dask(cluster.file), f"dask-{workers}"))
     table.add(f"{name}: Dask, one worker's time by two's", on_dask[0] / on_dask[1], "", low=1.7)
     files = sum(path.stat().st_size for path in (folder / f"{name}-here-{few}" / WORKED[name]).glob("*.parquet"))
     print(f"{name}: {files / few / 1e3:.1f} kB each ({load()})")

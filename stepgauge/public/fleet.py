@@ -127,7 +127,7 @@ def evaluate_fleet(
     blocks : first and last block of the used section, ``"A:B"``; default: what was measured
     r_eff : effective tip radius from the ``"first"`` used block or from ``"all"``
     jobs : processes; 1: this process, None: as many as there are processors
-    scheduler : ``tcp://host:port`` of a Dask cluster, which does the work instead
+    scheduler : a Dask cluster that does the work instead: the file of ``fleet cluster``, or ``tcp://host:port``
     memory_MB : what each process may allocate
     progress : told how many of how many recordings are done
 

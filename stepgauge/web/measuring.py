@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -14,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError
+from stepgauge.files.children import python_environment, python_line
 from stepgauge.web.asked import Asked, asked_of, read_asked
 
 RUNNING = ("starting", "running", "paused", "stopping")
@@ -128,10 +128,15 @@ class Runs:
 
     def _begin(self, asked: Asked) -> Run:
         said = tempfile.TemporaryFile()  # noqa: SIM115  for as long as the process lives
-        line = [sys.executable, "-m", "stepgauge.web.worker"]
         pipe = subprocess.PIPE
         process = subprocess.Popen(
-            line, cwd=self._folder, stdin=pipe, stdout=pipe, stderr=said, start_new_session=os.name == "posix"
+            python_line("stepgauge.web.worker"),
+            cwd=self._folder,
+            env=python_environment(),
+            stdin=pipe,
+            stdout=pipe,
+            stderr=said,
+            start_new_session=os.name == "posix",
         )
         assert process.stdin is not None
         process.stdin.write(asked.as_json().encode() + b"\n")

@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import shlex
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -18,6 +17,7 @@ from pathlib import Path
 from typing import IO
 
 from stepgauge.errors import InputError
+from stepgauge.files.children import python_environment, python_line
 
 MOST_AT_ONCE = 2
 MOST_KEPT = 20
@@ -95,9 +95,14 @@ class Works:
 
     def _begin(self, number: int, arguments: tuple[str, ...], then: str) -> Work:
         said = tempfile.TemporaryFile()  # noqa: SIM115  closed with the work
-        line = [sys.executable, "-m", "stepgauge", *arguments]
         process = subprocess.Popen(
-            line, cwd=self._folder, stdin=subprocess.DEVNULL, stdout=said, stderr=said, start_new_session=True
+            python_line("stepgauge", *arguments),
+            cwd=self._folder,
+            env=python_environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=said,
+            stderr=said,
+            start_new_session=True,
         )
         return Work(number, arguments, then, process, said)
 

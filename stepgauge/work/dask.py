@@ -1,36 +1,48 @@
-"""Engines on a Dask distributed cluster, and a cluster on this computer. Needs ``stepgauge[fleet]``."""
+"""Engines on a Dask distributed cluster, and a cluster on this computer. Needs ``stepgauge[fleet]``.
+
+Whoever reaches a scheduler of Dask can run code as the person who started it, and any user of a computer reaches its
+loopback. So the cluster on this computer speaks TLS alone, to those who have the key; the key is in a file that only
+its owner can read, and who takes that file for the scheduler has access to it.
+"""
 
 from __future__ import annotations
 
+import json
+import os
 import re
+import tempfile
 import time
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import Any
 
 from stepgauge import __version__
 from stepgauge.errors import InputError
+from stepgauge.files.children import safe_children
+from stepgauge.files.text import read_json
 from stepgauge.work.task import Function, Reply, perform
 
 CONNECT_S = 20.0
 CLOSE_S = 20.0
-LOOPBACK = ("tcp://127.0.0.1:", "tcp://localhost:", "tcp://[::1]:")
+LOOPBACK = re.compile(r"\w+://(127\.0\.0\.1|localhost|\[::1\]):")
 """A scheduler that only workers of this computer can reach."""
+FORMAT = "stepgauge cluster 1"
 LOOK_S = 2.0
 """How often it is looked whether the scheduler is still there."""
 
 
 class Dask:
-    """The workers of a scheduler (``tcp://host:port``), which may come and go.
+    """The workers of a scheduler (``tcp://host:port``, or the file of :func:`local_cluster`), which may come and go.
 
     Workers need the same version of stepgauge. Their memory is limited where they are started.
     """
 
     def __init__(self, scheduler: str) -> None:
-        self.scheduler = scheduler
-        self.near = scheduler.startswith(LOOPBACK)
+        self.scheduler, self._security = _address(scheduler)
+        self.near = LOOPBACK.match(self.scheduler) is not None
         self._client: Any = None
 
     def open(self, function: Function) -> int:
@@ -69,11 +81,13 @@ class Dask:
             self._client = None
 
     def _connect(self) -> Any:
-        distributed, expected = _distributed(), "tcp://host:port, as 'stepgauge fleet cluster' prints it"
+        distributed, expected = _distributed(), "the file that 'stepgauge fleet cluster' prints, or tcp://host:port"
         if not re.fullmatch(r"\w+://\S+:\d+", self.scheduler):
             raise InputError(self.scheduler, "this is no address of a Dask scheduler", expected=expected)
         try:
-            client = distributed.Client(self.scheduler, timeout=CONNECT_S, set_as_default=False)
+            client = distributed.Client(
+                self.scheduler, timeout=CONNECT_S, set_as_default=False, security=self._security
+            )
             client.wait_for_workers(1, timeout=CONNECT_S)
             return client
         except TimeoutError:
@@ -105,40 +119,76 @@ def _version() -> str:
     return __version__
 
 
-@contextmanager
-def local_cluster(workers: int, port: int = 0, memory_MB: float | None = None) -> Iterator[Any]:
-    """A scheduler and workers of one thread each on this computer, which nobody else can reach; ends with the block.
+def _address(scheduler: str) -> tuple[str, Any]:
+    """The address of a scheduler, and what its file has to open it; None where an address is given."""
+    if not os.path.isfile(scheduler):
+        return scheduler, None
+    said = read_json(scheduler)
+    if not isinstance(said, dict) or said.get("format") != FORMAT:
+        raise InputError(scheduler, "this is no file of a cluster", expected="the one that 'fleet cluster' prints")
+    return str(said["address"]), _distributed().Security(require_encryption=True, **said["security"])
 
-    Yields the cluster of Dask; its ``scheduler_address`` is what :class:`Dask` takes.
-    """
+
+@dataclass(frozen=True)
+class LocalCluster:
+    """A cluster on this computer: that of Dask, and the ``file`` by which :class:`Dask` finds and enters it."""
+
+    dask: Any
+    file: str
+
+
+@contextmanager
+def local_cluster(workers: int, port: int = 0, memory_MB: float | None = None) -> Iterator[LocalCluster]:
+    """A scheduler and workers of one thread each on this computer, for its owner alone; ends with the block."""
     distributed = _distributed()
     limit = "auto" if memory_MB is None else int(memory_MB * 1e6)
-    try:
-        cluster = distributed.LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            scheduler_port=port,
-            dashboard_address=None,
-            memory_limit=limit,
-            silence_logs=50,
-        )
-    except OSError as error:
-        raise InputError(f"port {port}", f"the cluster cannot be started: {error}") from None
-    try:
-        yield cluster
-    finally:
-        with suppress(TimeoutError):  # a worker that is just being restarted keeps it waiting
-            cluster.close(timeout=CLOSE_S)
+    with safe_children(), tempfile.TemporaryDirectory(prefix="stepgauge-") as private:
+        security = _temporary_key(distributed)
+        try:
+            cluster = distributed.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                protocol="tls://",
+                security=security,
+                host="127.0.0.1",
+                scheduler_port=port,
+                dashboard_address=None,
+                memory_limit=limit,
+                silence_logs=50,
+            )
+        except OSError as error:
+            raise InputError(f"port {port}", f"the cluster cannot be started: {error}") from None
+        try:
+            yield LocalCluster(cluster, _write_private(private, cluster.scheduler_address, security))
+        finally:
+            with suppress(TimeoutError):  # a worker that is just being restarted keeps it waiting
+                cluster.close(timeout=CLOSE_S)
 
 
-def wait_until_idle(cluster: Any, idle_s: float | None, sleep: Callable[[float], None] = time.sleep) -> None:
+def _temporary_key(distributed: Any) -> Any:
+    try:
+        return distributed.Security.temporary()
+    except ImportError:
+        raise InputError("dask", "this needs cryptography", expected="pip install 'stepgauge[fleet]'") from None
+
+
+def _write_private(folder: str, address: str, security: Any) -> str:
+    """Address and key in a file of a folder that only its owner can enter."""
+    names = ("tls_ca_file", "tls_client_key", "tls_client_cert")
+    said = {"format": FORMAT, "address": address, "security": {name: getattr(security, name) for name in names}}
+    path = os.path.join(folder, "cluster.json")
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+        json.dump(said, file)
+    return path
+
+
+def wait_until_idle(cluster: LocalCluster, idle_s: float | None, sleep: Callable[[float], None] = time.sleep) -> None:
     """Return when nobody has used the cluster for so long; None: never."""
     last = time.monotonic()
     while idle_s is None or time.monotonic() - last < idle_s:
         sleep(min(0.5, idle_s or 0.5))
-        if any(name.startswith("Client-") for name in cluster.scheduler.clients):
+        if any(name.startswith("Client-") for name in cluster.dask.scheduler.clients):
             last = time.monotonic()
 
 

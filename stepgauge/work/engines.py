@@ -9,8 +9,8 @@ from stepgauge.work.task import Engine
 def engine_of(jobs: int | None = None, scheduler: str | None = None, memory_MB: float | None = None) -> Engine:
     """A Dask cluster where its scheduler is stated; else this process for one job without a limit; else processes.
 
-    ``jobs``: processes, None: as many as there are processors; ``scheduler``: ``tcp://host:port``; ``memory_MB``: what
-    each process may allocate.
+    ``jobs``: processes, None: as many as there are processors; ``scheduler``: as :class:`~stepgauge.work.dask.Dask`
+    takes it; ``memory_MB``: what each process may allocate.
     """
     from stepgauge.work.dask import Dask
     from stepgauge.work.processes import InProcess, Processes

@@ -12,6 +12,7 @@ from multiprocessing import get_all_start_methods, get_context
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
+from stepgauge.files.children import safe_children
 from stepgauge.work.task import Function, Reply, perform
 
 
@@ -106,7 +107,8 @@ class Processes:
     def _start(self) -> _Worker:
         here, there = self._context.Pipe()
         process = self._context.Process(target=_serve, args=(there, self._function, self.memory_MB), daemon=True)
-        process.start()
+        with safe_children():
+            process.start()
         there.close()
         return _Worker(process, here)
 

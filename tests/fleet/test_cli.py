@@ -148,7 +148,8 @@ def test_the_documented_cluster_gives_what_this_process_gives_though_a_worker_is
     with subprocess.Popen(start, stdout=subprocess.PIPE, text=True, preexec_fn=heed_interrupts) as cluster:
         assert cluster.stdout is not None
         address = cluster.stdout.readline().strip()
-        assert address.startswith("tcp://127.0.0.1:")
+        assert os.stat(address).st_mode & 0o077 == os.stat(Path(address).parent).st_mode & 0o077 == 0
+        check_that_nobody_else_gets_in(json.loads(Path(address).read_text())["address"])
         for table in tables_of(Fleet(fleet)):
             table.clear()
         verb("fleet", "evaluate", fleet, "--scheduler", address)
@@ -164,6 +165,16 @@ def test_the_documented_cluster_gives_what_this_process_gives_though_a_worker_is
     assert here[1].count("'quantity': 'r_eff'") == 6
     assert answers() == here
     assert found[1:] == [one.value for one in run(told_or_solved, TASKS, InProcess())]
+
+
+def check_that_nobody_else_gets_in(address: str) -> None:
+    """Another user of the computer knows the port, and has no key: neither in plain text nor with a key of his own."""
+    import distributed
+
+    assert address.startswith("tls://127.0.0.1:")
+    for door, key in ((address.replace("tls", "tcp"), None), (address, distributed.Security.temporary())):
+        with pytest.raises((OSError, TimeoutError)):
+            distributed.Client(door, timeout=3, set_as_default=False, security=key)
 
 
 def test_a_diagnosis_of_the_fleet_is_that_of_the_recording_alone(logs: Path, tmp_path: Path) -> None:

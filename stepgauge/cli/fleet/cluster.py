@@ -19,15 +19,16 @@ from stepgauge.cli.options import POSITIVE
 def command(workers: int, port: int, memory: float | None, idle: float | None) -> None:
     """Start a scheduler and workers of Dask on this computer, for the option --scheduler of the other verbs.
 
-    Only programs of this computer can reach it. Prints the address of the scheduler and runs until Ctrl-C, or until it
-    was idle for so long. For several computers start 'dask scheduler' and 'dask worker --nthreads 1' on them.
+    Only you can use it: it speaks TLS, and its key is in a file that nobody else can read. Prints that file, which is
+    what --scheduler takes, and runs until Ctrl-C, or until it was idle for so long. For several computers start
+    'dask scheduler' and 'dask worker --nthreads 1' on them, with TLS of their own.
 
     \b
     stepgauge fleet cluster --workers 2 --idle 600 &
-    stepgauge fleet evaluate fleet --scheduler tcp://127.0.0.1:8786
+    stepgauge fleet evaluate fleet --scheduler /tmp/stepgauge-k3x9/cluster.json
     """
     from stepgauge.work.dask import local_cluster, wait_until_idle
 
     with local_cluster(workers, port, memory) as cluster:
-        click.echo(cluster.scheduler_address)
+        click.echo(cluster.file)
         wait_until_idle(cluster, idle)

@@ -29,7 +29,7 @@ def command(store: str, without: tuple[str, ...], priors: str | None, **options:
 
     \b
     stepgauge fleet diagnose fleet --jobs 2
-    stepgauge fleet diagnose fleet --scheduler tcp://127.0.0.1:8786
+    stepgauge fleet diagnose fleet --scheduler /tmp/stepgauge-k3x9/cluster.json
     """
     from stepgauge.public.fleet import diagnose_fleet
 

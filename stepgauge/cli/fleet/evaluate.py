@@ -24,7 +24,7 @@ def command(store: str, blocks: str | None, origin: str, **options: Any) -> None
 
     \b
     stepgauge fleet evaluate fleet --jobs 2
-    stepgauge fleet evaluate fleet --scheduler tcp://127.0.0.1:8786
+    stepgauge fleet evaluate fleet --scheduler /tmp/stepgauge-k3x9/cluster.json
     """
     from stepgauge.public.fleet import evaluate_fleet
 

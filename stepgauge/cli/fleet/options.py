@@ -21,8 +21,8 @@ def engine_options(function: Callable[..., Any]) -> Callable[..., Any]:
     options: tuple[Decorator, ...] = (
         click.option(
             "--scheduler",
-            metavar="ADDRESS",
-            help="Work on the Dask cluster of this scheduler, tcp://host:port, instead of processes of this computer.",
+            metavar="FILE",
+            help="Work on a Dask cluster: the file of 'fleet cluster', or tcp://host:port. Default: processes here.",
         ),
         click.option(
             "--memory", type=POSITIVE, metavar="MB", help="What each process may allocate. Default: no limit."
