@@ -80,7 +80,7 @@ def first_page(folder: Path) -> tuple[float, float]:
     """From the command to the first page: seconds, and those of them that the processor worked for the server."""
     began = time.perf_counter()
     with Served(folder) as server:
-        urllib.request.urlopen(server.address).read()
+        server.ask("/")
         took = time.perf_counter() - began
         times = Path(f"/proc/{server.process.pid}/stat").read_text().rpartition(")")[2].split()[11:13]
         return took, sum(map(int, times)) / os.sysconf("SC_CLK_TCK")
@@ -103,7 +103,9 @@ def memory_of_an_hour(folder: Path) -> tuple[float, float, int]:
         kind = "application/x-www-form-urlencoded"
         server.ask("/run", "POST", fields, Origin=server.address, Content_Type=kind)
         seen, points = [], 0
-        with urllib.request.urlopen(f"{server.address}/run/events?recording=recordings/hour.csv") as stream:
+        asked = urllib.request.Request(f"{server.address}/run/events?recording=recordings/hour.csv")
+        asked.add_header("Cookie", "=".join(server.cookie))
+        with urllib.request.urlopen(asked) as stream:
             for line in stream:
                 if line.startswith(b'data: {"state"'):
                     points = json.loads(line[6:]).get("done", points)
@@ -133,7 +135,9 @@ def main(chromium: str) -> None:
         table.add("first page after the command, of processor time", worked, "s", high=BAR_FIRST_S)
         with Served(folder) as server, sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=chromium, headless=True, args=list(QUIET))
-            in_browser(table, folder, server, browser.new_context(viewport=TABLET).new_page())
+            window = browser.new_context(viewport=TABLET)
+            server.welcome(window)
+            in_browser(table, folder, server, window.new_page())
             browser.close()
         early, late, points = memory_of_an_hour(folder)
         table.add("server after 100 live points", early, "MB")

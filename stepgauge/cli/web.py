@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import threading
+import webbrowser
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
 import click
 
 from stepgauge.cli.options import say
@@ -9,7 +14,7 @@ from stepgauge.cli.options import say
 
 @click.command("web")
 @click.argument("project", required=False, metavar="[PROJECT]")
-@click.option("--host", metavar="HOST", help="Listen here, with a token. Default: this computer alone (127.0.0.1).")
+@click.option("--host", metavar="HOST", help="Listen here. Default: for this computer alone (127.0.0.1).")
 @click.option("--port", type=click.IntRange(0, 65535), metavar="PORT", help="Default: 8420; where taken, a free one.")
 @click.option("--no-browser", is_flag=True, help="Print the address, and do not open a browser.")
 def command(project: str | None, host: str | None, port: int | None, no_browser: bool) -> None:
@@ -19,15 +24,15 @@ def command(project: str | None, host: str | None, port: int | None, no_browser:
     the page then makes one. Everything the page shows is a file that the other verbs wrote or could write; it needs no
     network, and ends on Ctrl-C. Needs the extra: pip install 'stepgauge[web]'.
 
-    With --host others can reach it, and then the address carries a token; whoever has the address can change the
-    project and move the machine. There is no encryption: use it in a network that you trust.
+    The address carries a token: whoever has it can change the project and move the machine, and nobody else, other
+    users of this computer neither. With --host other computers can reach it. There is no encryption: use it in a
+    network that you trust.
 
     \b
     stepgauge web
     stepgauge web my-machine --port 8500 --no-browser
     """
     import os
-    from pathlib import Path
 
     from stepgauge.cli import VERBS
     from stepgauge.errors import InputError
@@ -45,16 +50,22 @@ def command(project: str | None, host: str | None, port: int | None, no_browser:
         raise InputError(folder, "no such folder", expected="the folder of a project")
     os.chdir(folder)
 
-    def ready(address: str, has_token: bool) -> None:
-        """Told once requests are answered."""
-        if has_token:
-            say("warning: whoever has this address can change the project and move the machine")
-        click.echo(f"{address}")
-        if not no_browser:
-            import threading
-            import webbrowser
+    listening = Listening(host or LOOPBACK, port)
+    with outside_of_sets(), TemporaryDirectory(prefix="stepgauge-") as private:
 
-            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+        def ready(address: str) -> None:
+            """Told once requests are answered."""
+            if not listening.is_loopback:
+                say("warning: whoever has this address can change the project and move the machine")
+            click.echo(address)
+            if not no_browser:
+                _open_browser(address, Path(private))
 
-    with outside_of_sets():
-        serve(Path.cwd(), VERBS, Listening(host or LOOPBACK, port), ready)
+        serve(Path.cwd(), VERBS, listening, ready)
+
+
+def _open_browser(address: str, private: Path) -> None:
+    """By a page in a folder of this user: every user of the computer sees what is on a command line."""
+    page = private / "stepgauge.html"
+    page.write_text(f'<!doctype html><meta http-equiv="refresh" content="0; url={address}">', encoding="ascii")
+    threading.Thread(target=webbrowser.open, args=(page.as_uri(),), daemon=True).start()

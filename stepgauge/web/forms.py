@@ -14,7 +14,7 @@ from starlette.responses import Response
 from stepgauge.errors import InputError
 
 MOST_FIELDS = 200
-LARGEST_TEXT_BYTES = 4 * 2**20
+LARGEST_TEXT_BYTES = 2**18
 """Of one field that is not a file."""
 
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Iterable, MutableMapping
+from html import escape
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
 from starlette.datastructures import Headers
-from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from stepgauge.web.site import LARGEST_UPLOAD_BYTES, Site
+from stepgauge.web.site import LARGEST_REQUEST_BYTES, Site
 
 READS = ("GET", "HEAD")
 CONTENT_POLICY = (
@@ -58,22 +59,20 @@ class Guard:
     def _refused(self, scope: Scope, headers: Headers) -> Response | None:
         """The answer to a request that is not of this page, None where it is."""
         host = headers.get("host", "")
-        if self.site.token is None and host not in _loopback_hosts(self.site.port):
+        if self.site.on_loopback and host not in _loopback_hosts(self.site.port):
             return _no(421, f"this page is served at http://127.0.0.1:{self.site.port}")
         if not _is_same_origin(scope, headers, host):
             return _no(403, "only the page itself may ask for this")
-        if (length := headers.get("content-length", "0")).isdecimal() and int(length) > LARGEST_UPLOAD_BYTES:
+        if (length := headers.get("content-length", "0")).isdecimal() and int(length) > LARGEST_REQUEST_BYTES:
             return _too_large()
         return None
 
     def _welcomed(self, scope: Scope, headers: Headers) -> Response | None:
-        """With a token: who brings it in the address gets a cookie; who has neither is refused."""
-        if self.site.token is None:
-            return None
+        """Who brings the token in the address gets a cookie; who has neither is refused."""
         words = parse_qsl(scope["query_string"].decode("latin-1"))
         if scope["method"] in READS and any(key == "token" and self._is_token(value) for key, value in words):
             rest = urlencode([(key, value) for key, value in words if key != "token"])
-            answer = RedirectResponse(scope["path"] + (f"?{rest}" if rest else ""), 303)
+            answer = _on_to("/" + scope["path"].lstrip("/") + (f"?{rest}" if rest else ""))
             answer.set_cookie(self.cookie, self.site.token, httponly=True, samesite="strict")
             return answer
         brought = (one.strip().partition("=") for one in headers.get("cookie", "").split(";"))
@@ -82,7 +81,7 @@ class Guard:
         return _no(403, "open the address that 'stepgauge web' has printed: it carries the token")
 
     def _is_token(self, value: str) -> bool:
-        return secrets.compare_digest(value.encode(), (self.site.token or "").encode())
+        return secrets.compare_digest(value.encode(), self.site.token.encode())
 
 
 def _loopback_hosts(port: int) -> Iterable[str]:
@@ -99,12 +98,19 @@ def _is_same_origin(scope: Scope, headers: Headers, host: str) -> bool:
     return site == "same-origin" if origin is None else origin == f"{scope['scheme']}://{host}"
 
 
+def _on_to(address: str) -> Response:
+    """A page of ours that leads on: who came from elsewhere brings a strict cookie only to what that asks for."""
+    return HTMLResponse(
+        f'<!doctype html><title>stepgauge</title><meta http-equiv="refresh" content="0; url={escape(address)}">'
+    )
+
+
 def _no(status: int, text: str) -> Response:
     return PlainTextResponse(f"stepgauge: {text}\n", status)
 
 
 def _too_large() -> Response:
-    return _no(413, f"more than {LARGEST_UPLOAD_BYTES // 2**20} MB are not taken")
+    return _no(413, f"more than {LARGEST_REQUEST_BYTES // 2**20} MB are not taken")
 
 
 def _limited(receive: Receive) -> Receive:
@@ -112,11 +118,11 @@ def _limited(receive: Receive) -> Receive:
     taken = 0
 
     async def counting() -> Message:
-        """:class:`TooLargeError` once more than :data:`LARGEST_UPLOAD_BYTES` have come."""
+        """:class:`TooLargeError` once more than :data:`LARGEST_REQUEST_BYTES` have come."""
         nonlocal taken
         message = await receive()
         taken += len(message.get("body", b""))
-        if taken > LARGEST_UPLOAD_BYTES:
+        if taken > LARGEST_REQUEST_BYTES:
             raise TooLargeError
         return message
 

@@ -52,12 +52,12 @@ class Listening:
         raise InputError(f"{self.host}:{self.port}", "cannot listen here", found=failed.strerror, expected=expected)
 
 
-def serve(folder: Path, verbs: Iterable[str], listening: Listening, ready: Callable[[str, bool], None]) -> None:
-    """Serve a project until SIGINT or SIGTERM; ``ready`` is told the address, and whether it has a token."""
+def serve(folder: Path, verbs: Iterable[str], listening: Listening, ready: Callable[[str], None]) -> None:
+    """Serve a project until SIGINT or SIGTERM; ``ready`` is told the address, which carries the token."""
     with listening.open() as taken:
         host, port = taken.getsockname()[:2]
-        token = None if listening.is_loopback else secrets.token_urlsafe(24)
-        site = Site(folder, tuple(verbs), port, token)
+        token = secrets.token_urlsafe(24)  # on loopback, too: every user of the computer reaches that
+        site = Site(folder, tuple(verbs), port, token, listening.is_loopback)
         config = uvicorn.Config(
             make_app(site),
             log_level="warning",
@@ -67,9 +67,9 @@ def serve(folder: Path, verbs: Iterable[str], listening: Listening, ready: Calla
             timeout_graceful_shutdown=2,
         )
         shown = f"[{host}]" if ":" in host else host
-        address = f"http://{shown}:{port}/" + (f"?token={token}" if token else "")
+        address = f"http://{shown}:{port}/?token={token}"
         try:
-            asyncio.run(_run(_Server(config, site), taken, lambda: ready(address, token is not None)))
+            asyncio.run(_run(_Server(config, site), taken, lambda: ready(address)))
         except KeyboardInterrupt:  # Ctrl-C is how it ends
             return
         finally:

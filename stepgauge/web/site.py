@@ -16,8 +16,8 @@ from stepgauge.web.work import Works
 if TYPE_CHECKING:
     from stepgauge.project.file import Project
 
-LARGEST_UPLOAD_BYTES = 64 * 2**20
-"""Of a whole request: a recording of 100,000 probings has 12 MB."""
+LARGEST_REQUEST_BYTES = 2 * 2**20
+"""Of a whole form: 16 points as a workbook have some kB."""
 
 
 @dataclass
@@ -25,14 +25,15 @@ class Site:
     """One served project.
 
     ``folder``: its folder, which no request leaves; ``verbs``: those of the command line, which may have tables in the
-    project file; ``token``: what a request must bring (None: the page is on loopback); ``port``: where it listens;
-    ``is_ending``: whoever streams to a page stops.
+    project file; ``port``: where it listens; ``token``: what a request must bring; ``on_loopback``: only this computer
+    reaches it; ``is_ending``: whoever streams to a page stops.
     """
 
     folder: Path
     verbs: tuple[str, ...]
     port: int
-    token: str | None = None
+    token: str
+    on_loopback: bool = True
     is_ending: bool = False
     works: Works = field(init=False)
     runs: Runs = field(init=False)

@@ -44,7 +44,12 @@ def cannot(why: str) -> None:
     pytest.skip(why)
 
 
-@dataclass
+SERVERS: list[Served] = []
+WINDOWS: list[Any] = []
+"""Those that are open: a window has the cookies of all servers, as if their start links had been opened in it."""
+
+
+@dataclass(eq=False)
 class Served:
     """``stepgauge web`` in a process of its own, on a free port."""
 
@@ -52,6 +57,8 @@ class Served:
     options: tuple[str, ...] = ()
     process: subprocess.Popen[str] = field(init=False)
     address: str = field(init=False)
+    start: str = field(init=False)
+    cookie: tuple[str, str] = field(init=False)
     said: str = ""
 
     def __post_init__(self) -> None:
@@ -61,8 +68,13 @@ class Served:
             [*line, *self.options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
         )
         assert self.process.stdout is not None
-        self.address = self.process.stdout.readline().strip().rstrip("/")
-        assert self.address, self.end()
+        self.start = self.process.stdout.readline().strip()
+        assert self.start, self.end()
+        self.address, _, token = self.start.partition("/?token=")
+        self.cookie = f"stepgauge-token-{urlsplit(self.start).port}", token
+        for context in WINDOWS:
+            self.welcome(context)
+        SERVERS.append(self)
 
     @property
     def host(self) -> str:
@@ -71,7 +83,8 @@ class Served:
     def ask(
         self, path: str, method: str = "GET", body: Any = None, **headers: str
     ) -> tuple[int, dict[str, str], bytes]:
-        """A request without a browser: status, headers, body; ``headers`` with _ for -."""
+        """A request without a browser: status, headers, body; ``headers`` with _ for -; with the cookie."""
+        headers = {"Cookie": "=".join(self.cookie), **headers}
         connection = http.client.HTTPConnection(self.host, timeout=60)
         own = {name.replace("_", "-"): value for name, value in headers.items()}
         connection.request(method, path, body, own)
@@ -79,6 +92,11 @@ class Served:
         found = answer.status, {name.lower(): value for name, value in answer.getheaders()}, answer.read()
         connection.close()
         return found
+
+    def welcome(self, context: Any) -> None:
+        """A window of a browser in which the start link was opened."""
+        name, value = self.cookie
+        context.add_cookies([{"name": name, "value": value, "url": self.address}])
 
     def __enter__(self) -> Served:
         return self
@@ -91,6 +109,8 @@ class Served:
         """End the server; what it said on stderr."""
         if self.process.poll() is None:
             self.process.send_signal(number)
+        if self in SERVERS:
+            SERVERS.remove(self)
         if not self.said:
             self.said = self.process.communicate(timeout=30)[1]
         return self.said
@@ -181,7 +201,11 @@ def watched(browser: Any) -> Iterator[Watched]:
     """A new window on a tablet; at the end of the test it must not have complained nor asked elsewhere."""
     context = browser.new_context(viewport=TABLET, locale="en-GB")
     context.set_default_timeout(PATIENCE_MS)
+    WINDOWS.append(context)
+    for server in SERVERS:
+        server.welcome(context)
     found = Watched(context.new_page())
     yield found
     found.check()
+    WINDOWS.remove(context)
     context.close()

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import re
+import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from stepgauge.cli.web import _open_browser
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
-from stepgauge.web.site import LARGEST_UPLOAD_BYTES
+from stepgauge.web.site import LARGEST_REQUEST_BYTES
 from tests.web.conftest import Served, make_project
 
 
@@ -49,27 +52,54 @@ def test_a_page_leads_back_only_to_itself(served: Served) -> None:
 
 
 def test_what_is_too_large_is_not_taken(served: Served) -> None:
-    length = str(LARGEST_UPLOAD_BYTES + 1)
+    length = str(LARGEST_REQUEST_BYTES + 1)
     assert served.ask("/preferences", "POST", Origin=served.address, Content_Length=length)[0] == 413
+    kind = "application/x-www-form-urlencoded"
+    pasted = b"pasted=" + b"1" * LARGEST_REQUEST_BYTES
+    assert served.ask("/locate", "POST", pasted, Origin=served.address, Content_Type=kind)[0] == 413
 
 
-def test_beyond_loopback_a_token_is_needed(tmp_path: Path) -> None:
-    server = Served(make_project(tmp_path / "open"), ("--host", "0.0.0.0"))
+@pytest.mark.parametrize("options", [(), ("--host", "0.0.0.0")])
+def test_nobody_gets_in_without_the_token(tmp_path: Path, options: tuple[str, ...]) -> None:
+    """On loopback neither: other users of the computer reach it."""
+    server = Served(make_project(tmp_path / "open"), options)
     try:
-        address, _, query = server.address.partition("/?")
-        server.address = address.replace("0.0.0.0", "127.0.0.1")
-        assert server.ask("/")[0] == 403
-        assert server.ask("/?token=wrong")[0] == 403
-        status, headers, _ = server.ask(f"/project?a=1&{query}")
-        assert (status, headers["location"]) == (303, "/project?a=1")
+        query = server.start.partition("?")[2]
+        for path in ("/", "/?token=wrong", "/?token=", "/static/page.js", "/project", "/run/events?recording=x"):
+            status, headers, body = server.ask(path, Cookie="")
+            assert (status, body.decode().startswith("stepgauge: open the address that")) == (403, True), path
+            assert "set-cookie" not in headers
+        assert server.ask("/preferences", "POST", "language=de", Origin=server.address, Cookie="")[0] == 403
+        assert server.ask(f"/preferences?{query}", "POST", "a=b", Origin=server.address, Cookie="")[0] == 403
+        status, headers, body = server.ask(f"/project?a=%22%3E1&{query}", Cookie="")
+        assert (status, b'content="0; url=/project?a=%22%3E1"' in body) == (200, True)
         assert "HttpOnly" in headers["set-cookie"]
         assert "samesite=strict" in headers["set-cookie"].lower()
         cookie = headers["set-cookie"].partition(";")[0]
+        assert cookie == "=".join(server.cookie)
         assert server.ask("/", Cookie=cookie)[0] == 200
         assert server.ask("/", Cookie=cookie + "x")[0] == 403
     finally:
         said = server.end()
-    assert "whoever has this address" in said
+    assert ("whoever has this address" in said) == bool(options)
+
+
+def test_the_start_link_is_on_no_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    _open_browser("http://127.0.0.1:8420/?token=secret", tmp_path)
+    while not opened:
+        time.sleep(0.01)
+    assert opened == [(tmp_path / "stepgauge.html").as_uri()]
+    assert "url=http://127.0.0.1:8420/?token=secret" in (tmp_path / "stepgauge.html").read_text()
+
+
+def test_the_start_link_leads_a_browser_in(browser: Any, served: Served) -> None:
+    page = browser.new_page()
+    page.goto(served.start)
+    page.wait_for_url(f"{served.address}/**")
+    page.locator("h1").first.wait_for()
+    page.close()
 
 
 def test_no_name_leads_out_of_the_project(tmp_path: Path) -> None:
