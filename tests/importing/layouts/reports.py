@@ -15,8 +15,8 @@ X = positioning((10.0, 30.0, 50.0, 70.0, 90.0, 110.0), 1, (1,)).drop(columns="re
 X = X.assign(deviation=(X.deviation * 10).round(0) / 10.0).assign(reading=lambda t: t.target + t.deviation * 1e-3)
 CHR = "planid partnb id type idsymbol actual nominal uppertol lowertol deviation exceed featureid unit"
 SIDE = X.reset_index(drop=True).assign(nominal=5.0, measured=lambda t: 5.02 + 1e-3 * (t.index % 3))
-ROWS_OF = {"--column axis": "X", "--axis": "X", "--rows": "X"}
-"""Whatever the option is called that chooses the rows of one axis."""
+ROWS_OF = {"--rows": "X"}
+"""The rows of one axis."""
 HEAD = "AX    NOMINAL    MEAS       +TOL       -TOL      DEV     OUTTOL"
 NEWER = "AX    NOMINAL       +TOL       -TOL       MEAS        DEV     OUTTOL"
 
@@ -135,7 +135,7 @@ LAYOUTS = [
         TOLD,
         ".txt",
         "touch",
-        knows={**ROWS_OF, **MM, "--axis": "xValue", "--rows": "xValue"},
+        knows={**ROWS_OF, **MM, "--rows": "xValue"},
     ),
     Layout(
         "Calypso protocol, a feature a line",

@@ -1,4 +1,4 @@
-"""A small part of ``benchmarks.attack.tables``: layouts with one thing changed are never accepted with other numbers."""
+"""A small part of ``benchmarks.attack.tables``: a layout with one thing changed gives its own numbers or none."""
 
 from __future__ import annotations
 
