@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from stepgauge.motion.moves import Program
 
 FORMATS = ["linuxcnc", "dmis", "ippdme", "control", "grbl", "inspection", "csv", "xlsx"]
-KINDS = ["missing", "doubled", "order", "foreign", "runs"]
+KINDS = ["missing", "doubled", "order", "foreign", "runs", "alarm", "shift"]
 DECIMALS = {"point": ".", "comma": ","}
 SENSORS = [
     *("touch", "dial", "laser", "encoder", "autocollimator"),
@@ -110,8 +110,9 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
     "--accept",
     type=click.Choice(KINDS),
     multiple=True,
-    help="Deviations of LOG to accept, repeatable: points missing (also a log that ends early), doubled rows (the first"
-    " is kept), rows out of order, foreign rows that are no points of PROGRAM, several runs of it. Default: none.",
+    help="Deviations of LOG to accept, repeatable: points missing (also a log that ends early), doubled rows (the last"
+    " touch is kept), rows out of order, foreign rows that are no points of PROGRAM, several runs of it, readings after"
+    " an alarm, a shift of all coordinates. Default: none.",
 )
 @click.option(
     "--column",

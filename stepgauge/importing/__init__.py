@@ -8,7 +8,7 @@ that made it is checked once for all formats in :mod:`stepgauge.importing.matchi
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 
@@ -116,10 +116,11 @@ def read_log(given: Given, source: str, layout: TableLayout | None = None) -> Pr
         _check_layout(path, source, layout or TableLayout())
         with reading(path, FORMATS[source].title):
             return read_points(content, source, layout or TableLayout())
-    if layout not in (None, TableLayout()):
+    asked, plain = layout or TableLayout(), TableLayout()
+    if replace(asked, length_unit=plain.length_unit) != plain:
         raise InputError(
             path,
-            "delimiter, decimal mark, sheet, columns and units can be said of tables only",
+            "delimiter, decimal mark, sheet, columns and temperature unit can be said of tables only",
             found=f"a {FORMATS[source].title}",
             expected="none of these options",
         )
@@ -134,7 +135,16 @@ def read_log(given: Given, source: str, layout: TableLayout | None = None) -> Pr
             found=repr(lines[first - 1].strip()[:60]) if first else "an empty file",
             expected=known.layout,
         )
-    return known.read(text, path)
+    return _in_mm(known.read(text, path), None if asked.length_unit == plain.length_unit else asked.length_unit)
+
+
+def _in_mm(log: ProbeLog, asked: str | None) -> ProbeLog:
+    """The log in mm: its unit is the one that it states, else the one asked for."""
+    if asked is not None and log.units and asked not in log.units:
+        what = naming("length_unit", words="{} is another unit than the log states")
+        raise InputError(log.path, what, found=asked, expected=" or ".join(log.units))
+    name = asked or (log.units[0] if len(log.units) == 1 else "mm")
+    return log if name == "mm" else log.in_unit(name)
 
 
 def _check_layout(path: str | Path, source: str, layout: TableLayout) -> None:

@@ -15,7 +15,8 @@ from stepgauge.files.numerals import number
 from stepgauge.files.units import find_unit, unit_hint
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.importing.expected import Expected, check_beside, expected_by_log, expected_by_program
+from stepgauge.importing.conventions import settle
+from stepgauge.importing.expected import Expected, expected_by_log, expected_by_program
 from stepgauge.importing.faces import nearest_faces, tip_distance_mm
 from stepgauge.importing.log import ProbeLog
 from stepgauge.importing.matching import Match, match
@@ -82,8 +83,7 @@ def build_recording(
 def _build_matched(
     log: ProbeLog, gauge: Gauge, placement: Placement, program: Program | None, options: ImportOptions
 ) -> Import:
-    log = _one_placement(log)
-    check_beside(log, gauge, placement)
+    log, placement, program, settled = settle(_one_placement(log), gauge, placement, program, options.accept)
     _check_directions(log, gauge, placement)
     stated = options.tip_radius_mm or log.tip_radius_mm
     before_mm = tip_distance_mm(log.position_mm, gauge, placement)
@@ -104,7 +104,13 @@ def _build_matched(
     matched = match(log, there, options.accept)
     frame = _frame(log, matched, options, radius if surface else None)
     comments = {} if program is None else {"program": program.name}
-    report = [*_matched_words(log, frame, matched), *_surface_words(surface, radius, log), *log.mapped, *_dropped(log)]
+    report = [
+        *_matched_words(log, frame, matched),
+        *settled,
+        *_surface_words(surface, radius, log),
+        *log.mapped,
+        *_dropped(log),
+    ]
     return _finish(log, frame, gauge, radius, comments, report)
 
 

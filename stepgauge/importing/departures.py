@@ -21,6 +21,8 @@ Rows = NDArray[np.int64]
 FOREIGN = -1
 ACCEPTABLE = ("missing", "doubled", "order", "foreign")
 """Kinds of departures that ``--accept`` knows."""
+TAKEN = {"doubled": "the last touch of each"}
+"""What is taken of a kind that is accepted, where that is not the log as it is."""
 SHOWN = 5
 """Further departures that a message names one by one."""
 
@@ -105,7 +107,7 @@ def refuse(comparison: Comparison, departures: Sequence[Departure]) -> NoReturn:
     first, log, expected = departures[0], comparison.log, comparison.expected
     more = _more(comparison, departures[1:])
     if first.kind in ACCEPTABLE:
-        more += f" ({{}} {first.kind} takes it as it is)"
+        more += f" ({{}} {first.kind} takes {TAKEN.get(first.kind, 'it as it is')})"
     if first.row >= len(log):
         _refuse_end(comparison, first.point)
     if first.point >= len(expected) and comparison.keyed == "place":
@@ -218,7 +220,7 @@ def accepted_words(comparison: Comparison, departures: Sequence[Departure]) -> t
         if points:
             names = " ".join(f"C{expected.cycle[p]}F{expected.face[p]}" for p in points)
             words.append(f"{title}: {len(points)} points: {names}")
-    for kind, title in (("doubled", "doubled, the first is kept"), ("foreign", "no points of the program")):
+    for kind, title in (("doubled", "doubled, the last of a row is kept"), ("foreign", "no points of the program")):
         rows = [one.row for one in departures if one.kind == kind and one.is_row]
         if rows:
             words.append(f"dropped as {title}: {len(rows)} rows: lines {' '.join(str(line[row]) for row in rows)}")

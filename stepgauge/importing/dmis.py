@@ -86,7 +86,13 @@ class _Output:
         self.surface = state == "ON"
 
     def _snsdef(self, arguments: list[str]) -> None:
-        diameter = self.reader.number(arguments[-1], "SNSDEF tip diameter")
+        shape = next((word for word in map(str.upper, arguments) if word in ("CYLNDR", "DISK")), None)
+        if shape is not None:
+            self.reader.fail(
+                "the tip is no ball", found=f"SNSDEF .. {shape}", expected="a diameter, or SPHERE behind it"
+            )
+        given = arguments[:-1] if arguments[-1].upper() == "SPHERE" else arguments
+        diameter = self.reader.number(given[-1], "SNSDEF tip diameter")
         self.tip_radius_mm = diameter * self._scale() / 2.0
 
     def _datset(self, arguments: list[str]) -> None:
@@ -167,6 +173,7 @@ def read(text: str, path: str) -> ProbeLog:
         comments=output.comments,
         surface=output.surface,
         tip_radius_mm=output.tip_radius_mm,
+        units=() if output.mm is None else ("mm",),
         cut="no ENDFIL" if output.header and not output.ended else "",
         dropped=sum(1 for line in lines if not line.split("$$")[0].strip()),
         mapped=_mapped(output, columns, clock),

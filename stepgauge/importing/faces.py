@@ -155,11 +155,11 @@ def _check_approach(along: Array, where: Where) -> None:
 def check_mostly_on_blocks(position_mm: Array, gauge: Gauge, placement: Placement, where: Where) -> None:
     """:class:`InputError` where most points lie beside the blocks; a few may be points of something else."""
     tip = placement.to_gauge(gauge, position_mm)
-    if _beside(tip, gauge).mean() > 0.5:
+    if beside_blocks(tip, gauge).mean() > 0.5:
         _check_on_face(tip, gauge, where, _exchanged(position_mm, gauge, placement))
 
 
-def _beside(tip: Array, gauge: Gauge) -> NDArray[np.bool_]:
+def beside_blocks(tip: Array, gauge: Gauge) -> NDArray[np.bool_]:
     """Which points, in gauge coordinates, lie beside the blocks."""
     half = np.array([gauge.table.block_width_mm, gauge.table.block_height_mm]) / 2.0
     return np.asarray((np.abs(tip[:, 1:]) > half).any(axis=1))
@@ -170,14 +170,14 @@ def _exchanged(position_mm: Array, gauge: Gauge, placement: Placement) -> str:
     for one, other in ((0, 1), (1, 2), (0, 2)):
         order = [0, 1, 2]
         order[one], order[other] = other, one
-        if _beside(placement.to_gauge(gauge, position_mm[:, order]), gauge).mean() < 0.5:
+        if beside_blocks(placement.to_gauge(gauge, position_mm[:, order]), gauge).mean() < 0.5:
             return f" (the columns of {'xyz'[one]} and {'xyz'[other]} look exchanged)"
     return ""
 
 
 def _check_on_face(tip: Array, gauge: Gauge, where: Where, hint: str = "") -> None:
     half = np.array([gauge.table.block_width_mm, gauge.table.block_height_mm]) / 2.0
-    beside = _beside(tip, gauge)
+    beside = beside_blocks(tip, gauge)
     if beside.any():
         row = int(beside.argmax())
         hint = hint or unit_hint(float(np.ptp(tip[:, 0])), float(np.ptp(gauge.position_mm)))

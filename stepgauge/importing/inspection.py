@@ -14,7 +14,7 @@ from collections import Counter
 import numpy as np
 
 from stepgauge.errors import InputError
-from stepgauge.importing.log import ProbeLog, counted, unit_vectors
+from stepgauge.importing.log import ProbeLog, check_other_axes, counted, numbered, unit_vectors
 
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))", re.ASCII)
 _LINE = re.compile(r"(?i) *(G\d{3})\b(.*)")
@@ -28,9 +28,8 @@ def recognises(text: str) -> bool:
 def read(text: str, path: str) -> ProbeLog:
     """The measured points; :class:`stepgauge.errors.InputError` names the line that is not understood."""
     results = _Results(path)
-    for number, line in enumerate(text.split("\n"), 1):
-        if line.strip(" %\r"):
-            results.take(number, line.strip())
+    for number, line in numbered(text, "%"):
+        results.take(number, line)
     return results.log()
 
 
@@ -56,6 +55,7 @@ class _Results:
             self.normal[self.point(words, "IJK", number)] = [words[letter] for letter in "IJK"]
         elif code == "G801":
             point = self.point(words, "XYZR", number)
+            check_other_axes([[words.get(letter, 0.0) for letter in "ABC"]], self.path, [number])
             self.points.append((number, point, [words[letter] for letter in "XYZ"], words["R"]))
         elif code == "G330" and any(words.get(letter, 0.0) for letter in "ABCXYZ"):
             what = "the work plane of the results is turned or shifted"

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.files.numerals import number
-from stepgauge.importing.log import ProbeLog, counted, unit_vectors
+from stepgauge.importing.log import ProbeLog, check_other_axes, counted, numbered, unit_vectors
 from stepgauge.importing.tables.clock import read_clock, stamp_in
 from stepgauge.recording import comment_lines
 from stepgauge.recording.simulated import SIMULATED_COMMENT
@@ -168,13 +168,15 @@ def read(text: str, path: str) -> ProbeLog:
     """The points of a session; :class:`stepgauge.errors.InputError` names the line."""
     session = _Session(path)
     lines = text.splitlines()
-    for session.line, line in enumerate(lines, 1):
-        if line.strip() and not line.lstrip().startswith("#") and set(line.strip()) != {"\\"}:
-            session.take(line.strip())
+    for session.line, line in numbered(text, "\\"):
+        if not line.startswith("#"):
+            session.take(line)
     session.finish()
     if not session.points:
         session.fail("the session has no measured points", expected="PtMeas answered with # X(..), Y(..), Z(..)")
     position = np.array([_position(session, point) for point in session.points])
+    tables = [[session._number(point.fields.get("R", "0"), "R")] for point in session.points]
+    check_other_axes(tables, path, [point.answer_line for point in session.points])
     time_s, clock = _time_s(session)
     approach, directions = _approaches(session)
     radius, tool = _tip_radius_mm(session)
@@ -192,6 +194,7 @@ def read(text: str, path: str) -> ProbeLog:
         tip_radius_mm=radius,
         cut="" if session.ended else "no EndSession()",
         failures=tuple(session.failures),
+        units=("mm",),
         dropped=sum(1 for line in lines if not line.strip() or line.lstrip().startswith("#")),
         mapped=("X, Y, Z are tip centres, approach = minus IJK", *clock[:1], *directions, *tool, *kept),
         left_out=(*counted(session.dropped), *clock[1:]),

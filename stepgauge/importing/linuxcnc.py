@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.files.numerals import number
-from stepgauge.importing.log import ProbeLog
+from stepgauge.files.units import LENGTH_MM
+from stepgauge.importing.log import ProbeLog, check_other_axes, numbered
 from stepgauge.recording import comment_lines
 
 Array = NDArray[np.float64]
@@ -39,11 +40,14 @@ def read(text: str, path: str) -> ProbeLog:
     values = np.array([_values(cells, width, f"{path}:{line}") for line, cells in rows])
     line = np.array([place for place, _ in rows])
     comments = comment_lines(text.splitlines())
+    units = _units(text, comments.get("unit", ""))
     dropped = len(text.splitlines()) - len(rows)
     if width == 9:
         form = "LinuxCNC PROBEOPEN"
-        _check_rotary(values, path, line)
-        return ProbeLog(path, form, values[:, :3], line, skips_repeats=True, dropped=dropped, comments=comments)
+        check_other_axes(values[:, 3:], path, line)
+        return ProbeLog(
+            path, form, values[:, :3], line, skips_repeats=True, dropped=dropped, comments=comments, units=units
+        )
     _check_flags(values, path, line)
     time_s = values[:, 5] if width == 6 else None
     if time_s is not None:
@@ -58,13 +62,20 @@ def read(text: str, path: str) -> ProbeLog:
         time_s=time_s,
         dropped=dropped,
         comments=comments,
+        units=units,
     )
+
+
+def _units(text: str, stated: str) -> tuple[str, ...]:
+    """Parameters #5061.. are in the unit of the program, which a comment may state: ``# unit: inch``, ``# G20``."""
+    code = re.search(r"(?m)^\s*#.*\b(G20|G21)\b", text)
+    name = stated or ({"G20": "inch", "G21": "mm"}[code[1]] if code else "")
+    return (name,) if name in LENGTH_MM else ()
 
 
 def _rows(text: str) -> list[tuple[int, list[str]]]:
     """Line and cells of everything but blank lines and ``#`` comments."""
-    lines = enumerate(text.splitlines(), 1)
-    return [(place, line.split()) for place, line in lines if line.strip() and not line.lstrip().startswith("#")]
+    return [(place, line.split()) for place, line in numbered(text) if not line.startswith("#")]
 
 
 def _values(cells: list[str], width: int, where: str) -> list[float]:
@@ -108,17 +119,4 @@ def _check_clock(time_s: Array, path: str, line: NDArray[np.int64]) -> None:
             "the clock does not go on",
             found=f"{time_s[row]:g} s after {time_s[row - 1]:g} s",
             expected="seconds that rise from row to row, from a clock on motion.analog-in-00",
-        )
-
-
-def _check_rotary(values: Array, path: str, line: NDArray[np.int64]) -> None:
-    """A measuring program of ours moves x, y and z only."""
-    moved = (values[:, 3:] != 0.0).any(axis=1)
-    if moved.any():
-        row = int(moved.argmax())
-        raise InputError(
-            f"{path}:{line[row]}",
-            "an axis other than x, y, z was moved",
-            found=" ".join(f"{value:g}" for value in values[row, 3:]),
-            expected="a b c u v w = 0",
         )

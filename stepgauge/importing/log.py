@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.files.units import LENGTH_MM
 
 Array = NDArray[np.float64]
 
@@ -34,6 +37,8 @@ class ProbeLog:
     tip_radius_mm : what the log says of it
     cut : what is missing at the end of a file that ought to have an end mark; empty where nothing is
     failures : line and text of what the controller reported as failed
+    alarms : those of them after which the position may be lost
+    units : the unit of lengths that the log states; several where it leaves a choice, none where it says nothing
     mapped, left_out : what became of the parts of the file, in words
     degrees : headers of columns in degrees of temperature of which nothing says whose they are
     """
@@ -55,6 +60,8 @@ class ProbeLog:
     tip_radius_mm: float | None = None
     cut: str = ""
     failures: Sequence[tuple[int, str]] = ()
+    alarms: Sequence[tuple[int, str]] = ()
+    units: tuple[str, ...] = ()
     mapped: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     degrees: tuple[str, ...] = ()
@@ -65,6 +72,46 @@ class ProbeLog:
     def at(self, row: int) -> str:
         """``file:line`` of a row (counted from 0)."""
         return f"{self.path}:{self.line[row]}"
+
+    def taken(self, rows: NDArray[np.bool_]) -> ProbeLog:
+        """The log with some of its rows."""
+        optional = {"number": self.number, "success": self.success, "time_s": self.time_s, "approach": self.approach}
+        arrays = {name: values[rows] for name, values in optional.items() if values is not None}
+        label = None if self.label is None else [one for one, keep in zip(self.label, rows, strict=True) if keep]
+        columns = {name: values[rows] for name, values in self.columns.items()}
+        own = {"position_mm": self.position_mm[rows], "line": self.line[rows], "label": label, "columns": columns}
+        return replace(self, **own, **arrays)  # type: ignore[arg-type]
+
+    def in_unit(self, name: str) -> ProbeLog:
+        """The log whose lengths were printed in a unit of length other than mm."""
+        radius = None if self.tip_radius_mm is None else self.tip_radius_mm * LENGTH_MM[name]
+        words = (*self.mapped, f"lengths in {name}")
+        scaled = self.position_mm * LENGTH_MM[name]
+        return replace(self, position_mm=scaled, tip_radius_mm=radius, units=("mm",), mapped=words)
+
+
+def numbered(text: str, blank: str = "") -> Iterator[tuple[int, str]]:
+    """Number and text of every line that is not blank, without white space at its ends.
+
+    ``blank``: further characters that make no line.
+    """
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.strip(" \t" + blank):
+            yield number, line.strip()
+
+
+def check_other_axes(values: ArrayLike, path: str, line: Sequence[int] | NDArray[np.int64]) -> None:
+    """A gauge is probed with x, y and z alone: a turned table makes coordinates of other places (``values (n, m)``)."""
+    other = np.asarray(values, dtype=float).reshape(len(line), -1)
+    moved = (other != 0.0).any(axis=1)
+    if moved.any():
+        row = int(moved.argmax())
+        raise InputError(
+            f"{path}:{line[row]}",
+            "an axis other than x, y, z was moved",
+            found=" ".join(f"{value:g}" for value in other[row]),
+            expected="0 in all other axes (a b c u v w)",
+        )
 
 
 def unit_vectors(vectors: Array) -> Array:

@@ -25,7 +25,7 @@ from stepgauge.importing.search_line import SEARCH_END_MM, from_target
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
-KINDS = ("missing", "doubled", "order", "foreign", "runs")
+KINDS = ("missing", "doubled", "order", "foreign", "runs", "alarm", "shift")
 """Ways in which a log may depart from its program and still be wanted: see :func:`match`."""
 
 
@@ -53,9 +53,10 @@ def match(log: ProbeLog, expected: Expected, accept: Sequence[str] = ()) -> Matc
     ----------
     log : rows of the log, of the same kind (tip centres or surface points) as ``expected``
     expected : the points in order
-    accept : what may be, of ``KINDS``: points ``missing`` (also a log that ends early), ``doubled`` rows (the first is
-        kept), rows out of ``order``, ``foreign`` rows that are no points of the program (left out), and ``runs``: the
-        program several times in one log, whose cycles count on
+    accept : what may be, of ``KINDS``: points ``missing`` (also a log that ends early), ``doubled`` rows (the last
+        touch is kept), rows out of ``order``, ``foreign`` rows that are no points of the program (left out), ``runs``:
+        the program several times in one log, whose cycles count on; ``alarm`` and ``shift`` are settled before
+        (:mod:`stepgauge.importing.conventions`)
 
     Raises
     ------
@@ -70,6 +71,8 @@ def match(log: ProbeLog, expected: Expected, accept: Sequence[str] = ()) -> Matc
     if pairs is None:
         refuse_all(comparison)
     point, row, put_back = _put_repeats_back(comparison, pairs[:, 0], pairs[:, 1])
+    if "doubled" in accept:
+        row = _last_touches(comparison.row_key, row)
     departures = find_departures(comparison, point, row)
     refused = [one for one in departures.entries if one.kind not in accept]
     if refused:
@@ -79,6 +82,16 @@ def match(log: ProbeLog, expected: Expected, accept: Sequence[str] = ()) -> Matc
     _check_places(comparison, point[rank], row[rank])
     words = (*accepted_words(comparison, departures.entries), *put_back)
     return Match(comparison.expected, point[rank], row[rank], words)
+
+
+def _last_touches(key: Rows, row: Rows) -> Rows:
+    """Of rows of the same point in succession the last one: a touch that was repeated stands for the one before."""
+    taken, moved = set(row.tolist()), row.copy()
+    for place, at in enumerate(row.tolist()):
+        while at + 1 < len(key) and key[at + 1] == key[at] and at + 1 not in taken:
+            at += 1
+        moved[place] = at
+    return moved
 
 
 def _runs(share: float, accept: Sequence[str]) -> int:

@@ -1,0 +1,171 @@
+"""What a log does that nobody told the program: alarms, inches, another origin, every point touched again.
+
+Each is a hypothesis about the whole log. Where the geometry of the gauge leaves one of them alone it is used and told;
+where it does not, the log is refused with the option that settles it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from stepgauge.errors import InputError, naming
+from stepgauge.files.units import LENGTH_MM
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.importing.expected import check_beside, coordinates
+from stepgauge.importing.faces import AT_FACE_MM, beside_blocks, nearest_faces
+from stepgauge.importing.log import ProbeLog
+from stepgauge.motion.moves import Program
+
+Array = NDArray[np.float64]
+Settled = tuple[ProbeLog, Placement, Program | None, tuple[str, ...]]
+ALARM, SHIFT = "alarm", "shift"
+UNITS = ("inch", "m", "um")
+"""Units of length, beside mm, that an option may state."""
+ORIGIN = "coordinates of the workpiece in one, of the machine in the other?"
+TOGETHER_MM = 0.5
+"""Touches of one point in succession lie this close together: far less than two faces are apart."""
+PITCH_MM = 5.0
+"""The faces of a gauge are farther apart."""
+MOST = 0.9
+"""Share of the points for which a convention holds; the others are departures, named one by one."""
+FEWEST = 4
+"""Points of a side from which differences that all have one sign are no chance (1 in 8, of both sides 1 in 64)."""
+
+
+def settle(
+    log: ProbeLog, gauge: Gauge, placement: Placement, program: Program | None, accept: Sequence[str]
+) -> Settled:
+    """The log in mm with one row a point; placement and program in its coordinates; and what was settled, in words.
+
+    :class:`InputError` for an alarm with readings behind it, and for points beside the gauge, with the unit or the
+    shift that would bring them onto it.
+    """
+    alarms = _alarm_words(log, accept)
+    log, inches = _settle_unit(log, gauge, placement)
+    shifted: tuple[str, ...] = ()
+    shift = _shift_mm(log, gauge, placement, program)
+    if shift.any():
+        words = f"{coordinates(shift)} mm"
+        if program is None or SHIFT not in accept:
+            _refuse_shift(log, words, program)
+        placement = replace(placement, c1_mm=placement.c1_mm + shift, c2_mm=placement.c2_mm + shift)
+        program = replace(program, position_mm=program.position_mm + shift)
+        shifted = (f"shifted by {words} from the program; the recording has the coordinates of the log",)
+    check_beside(log, gauge, placement)
+    log, touches = _settle_touches(log, gauge, placement, program)
+    return log, placement, program, (*alarms, *inches, *shifted, *touches)
+
+
+def _alarm_words(log: ProbeLog, accept: Sequence[str]) -> tuple[str, ...]:
+    """After an alarm the position may be lost, and moves of the program are."""
+    if not log.alarms:
+        return ()
+    line, text = log.alarms[0]
+    after = int((log.line > line).sum())
+    told = ", ".join(f"{name} in line {at}" for at, name in log.alarms)
+    if after and ALARM not in accept:
+        words = f"a run without an alarm, or {{}} {ALARM} where the machine kept its position or was homed again"
+        raise InputError(
+            f"{log.path}:{line}",
+            "an alarm in the middle of the run: the position may be lost",
+            found=f"{text}, and {after} of {len(log)} contacts after it",
+            expected=naming("accept", words=words),
+        )
+    return (f"warning: {told}; {after} of {len(log)} contacts came after it",)
+
+
+def _settle_unit(log: ProbeLog, gauge: Gauge, placement: Placement) -> tuple[ProbeLog, tuple[str, ...]]:
+    """Of the units that a log leaves open, the one in which its points lie on the gauge."""
+    if log.form == "table" or log.units == ("mm",) or _on_gauge(log.position_mm, gauge, placement):
+        return log, ()
+    fitting = [name for name in UNITS if _on_gauge(log.position_mm * LENGTH_MM[name], gauge, placement)]
+    if not fitting:
+        return log, ()
+    if fitting[0] in log.units:
+        words = f"the program was in {fitting[0]}, and in that unit the points are on the gauge"
+        return log.in_unit(fitting[0]), (words,)
+    raise InputError(
+        log.at(0),
+        f"the points are beside the gauge as placed, and on it where they are in {fitting[0]}",
+        found="no unit in the log",
+        expected=naming("length_unit", words=f"{{}} {fitting[0]}, or the placement of this run"),
+    )
+
+
+def _on_gauge(position_mm: Array, gauge: Gauge, placement: Placement) -> bool:
+    """Whether most points lie on the blocks, along the gauge, too."""
+    tip = placement.to_gauge(gauge, position_mm)
+    first, last = gauge.position_mm[[0, -1]]
+    along = (tip[:, 0] > first - AT_FACE_MM) & (tip[:, 0] < last + AT_FACE_MM)
+    return bool((along & ~beside_blocks(tip, gauge)).mean() > 0.5)
+
+
+def _shift_mm(log: ProbeLog, gauge: Gauge, placement: Placement, program: Program | None) -> Array:
+    """How far a log lies, as a whole, from where it should: 0 where it does not, or not as a whole; ``(3,)``.
+
+    Without a program only what lies across the gauge can be known.
+    """
+    if program is None:
+        tip = placement.to_gauge(gauge, log.position_mm)
+        across, length = np.median(tip[:, 1:], axis=0), np.ptp(tip[:, 0])
+        tip[:, 1:] -= across
+        longest = np.ptp(gauge.position_mm) + 2.0 * AT_FACE_MM
+        odd = beside_blocks(tip, gauge).mean() > 1.0 - MOST or not PITCH_MM < length < longest
+        at_home = odd or _on_gauge(log.position_mm, gauge, placement)
+        return np.zeros(3) if at_home else np.asarray(across @ [placement.side, placement.up])
+    target, search = program.position_mm[program.is_measure], program.settings.search_mm
+    shift = _middle(log.position_mm) - _middle(target)
+    here, there = (KDTree(target).query(log.position_mm - off)[0] <= search for off in (0.0, shift))
+    return shift if here.mean() < 0.5 and there.mean() >= MOST else np.zeros(3)
+
+
+def _middle(position_mm: Array) -> Array:
+    return np.asarray((position_mm.min(axis=0) + position_mm.max(axis=0)) / 2.0)
+
+
+def _refuse_shift(log: ProbeLog, words: str, program: Program | None) -> NoReturn:
+    """The error of a log with another origin."""
+    if program is None:
+        found = f"all points {words} beside the gauge as placed"
+        expected = naming("placement", "program", words="{} located in the coordinates of the log, or {}")
+    else:
+        found = f"all points {words} from those of the program"
+        expected = naming("accept", words=f"a log and a placement in the same coordinates, or {{}} {SHIFT}")
+    raise InputError(log.at(0), f"the log is shifted as a whole: {ORIGIN}", found=found, expected=expected)
+
+
+def _settle_touches(
+    log: ProbeLog, gauge: Gauge, placement: Placement, program: Program | None
+) -> tuple[ProbeLog, tuple[str, ...]]:
+    """Every point touched several times in a row, the first at every face of a side to the same side of the last: first
+    fast, then slowly, and the last is the reading. Touches without such a difference are repeats, which stay.
+    """
+    if log.number is not None or log.label is not None or "face" in log.columns:
+        return log, ()
+    face, before_mm = nearest_faces(log.position_mm, gauge, placement)
+    apart = np.linalg.norm(np.diff(log.position_mm, axis=0), axis=1) > TOGETHER_MM
+    first = np.flatnonzero(np.r_[True, apart | (np.diff(face) != 0)])
+    last = np.r_[first[1:], len(log)] - 1
+    touches = int(np.median(last - first)) + 1
+    further_um = 1e3 * (before_mm[last] - before_mm[first])
+    sides = [further_um[face[first] % 2 == side] for side in (1, 0)]
+    if touches == 1 or (last - first + 1 == touches).mean() < MOST or not all(map(_is_systematic, sides)):
+        return log, ()
+    medians = " and ".join(f"{np.median(side):+.1f}" for side in sides)
+    words = (
+        f"every point was touched {touches} times in a row, the first {medians} um (fronts, backs) further than the"
+        f" last: first fast, then slowly. The last is used; dropped: {len(log) - len(last)} rows"
+    )
+    return log.taken(np.isin(np.arange(len(log)), last)), (words,)
+
+
+def _is_systematic(difference: Array) -> bool:
+    """Whether differences have the same sign, nearly all, and are too many for that to be chance."""
+    return len(difference) >= FEWEST and max((difference > 0.0).mean(), (difference < 0.0).mean()) >= MOST

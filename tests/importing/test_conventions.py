@@ -1,0 +1,195 @@
+"""What a log does that its program does not say: touches again, alarms, inches, another origin, turned tables."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stepgauge.errors import InputError
+from stepgauge.importing import FORMATS, Import, TableLayout, import_log
+from stepgauge.importing.build import ImportOptions
+from tests.importing.made import RADIUS_MM, Case, make_case
+
+CASE = make_case(yaw=0.0, pitch=0.0, cycles=2)
+PROGRAM = CASE.program("grbl")
+SIGN = np.where(CASE.recording.frame["face"].to_numpy() % 2 == 1, 1.0, -1.0)
+AXIS = CASE.placement.axis
+PRINTED = CASE.recording.position_mm.round(3)
+
+
+def prb(position_mm: np.ndarray, unit: float = 1.0, digits: int = 3, more: str = "") -> str:
+    return f"[PRB:{','.join(f'{value / unit:.{digits}f}' for value in position_mm)}{more}:1]\nok\n"
+
+
+def console(*touches_um: float, along: bool = True, shift: tuple[float, ...] = (0.0, 0.0, 0.0), **how: float) -> str:
+    """Every point touched as often as there are numbers, so many um too far each time."""
+    text = ""
+    for point, sign in zip(PRINTED, SIGN, strict=True):
+        for off in touches_um or (0.0,):
+            text += prb(point + 1e-3 * off * (sign if along else 1.0) * AXIS + shift, **how)  # type: ignore[arg-type]
+    return text
+
+
+def imported(
+    tmp_path: Path, text: str, *accept: str, case: Case = CASE, program: bool = True, unit: str = ""
+) -> Import:
+    path = tmp_path / "console.log"
+    path.write_text(text)
+    layout = replace(TableLayout(), length_unit=unit) if unit else None
+    options = ImportOptions(tip_radius_mm=RADIUS_MM, accept=accept)
+    return import_log(path, "grbl", case.gauge, case.placement, PROGRAM if program else None, options, layout)
+
+
+def words(result: Import, what: str) -> list[str]:
+    return [line for line in result.report if what in line]
+
+
+@pytest.mark.parametrize("program", [True, False])
+@pytest.mark.parametrize("along", [True, False])
+@pytest.mark.parametrize("touches", [(21.0, 0.0), (21.0, 1.0, 0.0), (-8.0, 0.0)])
+def test_fast_then_slow_is_recognised_and_the_slow_touch_is_the_reading(
+    tmp_path: Path, touches: tuple[float, ...], along: bool, program: bool
+) -> None:
+    result = imported(tmp_path, console(*touches, along=along), program=program)
+    np.testing.assert_allclose(result.recording.position_mm, PRINTED, atol=1e-9)
+    assert result.recording.frame["cycle"].tolist() == CASE.recording.frame["cycle"].tolist()
+    (told,) = words(result, "touched")
+    assert f"{len(touches)} times in a row, the first {touches[0]:+.1f} and" in told
+    assert f"dropped: {(len(touches) - 1) * len(PRINTED)} rows" in told
+
+
+def test_touches_without_a_system_are_asked_for_with_a_program_and_repeats_without(tmp_path: Path) -> None:
+    random = np.random.default_rng(3)
+    text = "".join(prb(point + random.normal(0.0, 2e-3) * AXIS) + prb(point) for point in PRINTED)
+    with pytest.raises(InputError, match=r"a reading is repeated.*accept doubled takes the last touch of each"):
+        imported(tmp_path, text)
+    result = imported(tmp_path, text, "doubled")
+    np.testing.assert_allclose(result.recording.position_mm, PRINTED, atol=1e-9)
+    repeats = imported(tmp_path, text, program=False).recording
+    assert len(repeats) == 2 * len(PRINTED)
+    assert repeats.frame["cycle"].max() == 4
+
+
+def test_two_points_touched_again_are_no_convention(tmp_path: Path) -> None:
+    again = [3, 7]
+    text = "".join(prb(point + 0.021 * AXIS) * (n in again) + prb(point) for n, point in enumerate(PRINTED))
+    with pytest.raises(InputError, match="a reading is repeated"):
+        imported(tmp_path, text)
+    assert np.allclose(imported(tmp_path, text, "doubled").recording.position_mm, PRINTED)
+
+
+@pytest.mark.parametrize("alarm", ["ALARM:1", "ALARM:3", "ALARM:4"])
+def test_readings_after_an_alarm_are_asked_for(tmp_path: Path, alarm: str) -> None:
+    lines = console().splitlines()
+    text = "\n".join([*lines[:20], alarm, "[MSG:Caution: Unlocked]", "error:9", *lines[20:]])
+    after = len(PRINTED) - 10
+    with pytest.raises(InputError, match=rf"console.log:21: an alarm .*found {alarm}, and {after} of .*accept alarm"):
+        imported(tmp_path, text)
+    result = imported(tmp_path, text, "alarm")
+    assert words(result, f"warning: {alarm} in line 21; {after} of")
+    np.testing.assert_allclose(result.recording.position_mm, PRINTED, atol=1e-9)
+
+
+def test_an_alarm_that_ended_the_run_is_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"the log ends before point 5 .*ALARM:5"):
+        imported(tmp_path, "\n".join(console().splitlines()[:8]) + "\nALARM:5\n")
+    with pytest.raises(InputError, match="the last of them on the way"):
+        imported(tmp_path, "\n".join(console().splitlines()[:8]) + "\nALARM:4\n")
+    assert words(imported(tmp_path, console() + "ALARM:1\n"), "ALARM:1 in line")
+
+
+SHIFT = (-1200.0, 35.0, -410.5)
+
+
+def test_a_shift_of_all_coordinates_is_told_and_the_recording_keeps_those_of_the_log(tmp_path: Path) -> None:
+    text = console(shift=SHIFT)
+    with pytest.raises(InputError, match=r"shifted as a whole.*\(-1199.999, 35.000, -410.500\).*accept shift"):
+        imported(tmp_path, text)
+    result = imported(tmp_path, text, "shift")
+    np.testing.assert_allclose(result.recording.position_mm, PRINTED + SHIFT, atol=1e-9)
+    assert words(result, "the recording has the coordinates of the log")
+    both = imported(tmp_path, console(21.0, 0.0, shift=SHIFT), "shift")
+    np.testing.assert_allclose(both.recording.position_mm, PRINTED + SHIFT, atol=1e-9)
+
+
+def test_a_shift_without_a_program_asks_for_the_placement_of_the_log(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"shifted as a whole.*\(-?0.000, 3\d.\d+, -410.\d+\) .*expected placement"):
+        imported(tmp_path, console(shift=SHIFT), program=False)
+    moved = replace(CASE, placement=replace(CASE.placement, c1_mm=CASE.placement.c1_mm + SHIFT))
+    moved = replace(moved, placement=replace(moved.placement, c2_mm=CASE.placement.c2_mm + SHIFT))
+    assert len(imported(tmp_path, console(shift=SHIFT), case=moved, program=False).recording) == len(PRINTED)
+
+
+def test_a_log_that_is_cut_is_not_taken_for_a_shifted_one(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="the log ends before point 9"):
+        imported(tmp_path, "\n".join(console().splitlines()[:16]))
+
+
+@pytest.mark.parametrize("program", [True, False])
+@pytest.mark.parametrize("stated", ["$13=1\n", "> G20\n"])
+def test_inches_are_read_where_they_are_stated(tmp_path: Path, stated: str, program: bool) -> None:
+    result = imported(tmp_path, stated + console(unit=25.4, digits=5), program=program)
+    np.testing.assert_allclose(result.recording.position_mm, PRINTED, atol=2e-4)
+    assert words(result, "inch")
+
+
+def test_inches_that_nothing_states_are_asked_for(tmp_path: Path) -> None:
+    text = console(unit=25.4, digits=5)
+    with pytest.raises(InputError, match=r"on it where they are in inch; .*expected length_unit inch"):
+        imported(tmp_path, text)
+    result = imported(tmp_path, text, unit="inch")
+    np.testing.assert_allclose(result.recording.position_mm, PRINTED, atol=2e-4)
+
+
+def test_a_program_in_inches_does_not_make_reports_in_mm_inches(tmp_path: Path) -> None:
+    result = imported(tmp_path, "> G20\n" + console())
+    np.testing.assert_allclose(result.recording.position_mm, PRINTED, atol=1e-9)
+
+
+def test_a_unit_that_contradicts_the_log_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"length_unit is another unit than the log states; found inch; expected mm"):
+        imported(tmp_path, "$13=0\n" + console(), unit="inch")
+
+
+def test_linuxcnc_states_its_unit_in_a_comment() -> None:
+    rows = "1 1.5 2.5 3.5 1\n2 1.25 2.5 3.5 1\n"
+    for comment, units in (("# unit: inch\n", ("inch",)), ("# G20\n", ("inch",)), ("# G21\n", ("mm",)), ("", ())):
+        assert FORMATS["linuxcnc"].read(comment + rows, "log.txt").units == units
+
+
+TURNED = [
+    ("grbl", "[PRB:1.000,2.000,3.000,0.000:1]\n[PRB:1.000,2.000,3.000,90.000:1]\n", "log:2"),
+    ("linuxcnc", "1 2 3 0 0 0 0 0 0\n1 2 3 90 0 0 0 0 0\n", "log:2"),
+    ("inspection", "START\nG801 N1 X1. Y2. Z3. R1.\nG801 N2 X1. Y2. Z3. A90. R1.\nEND\n", "log:3"),
+    (
+        "ippdme",
+        "00001 PtMeas(X(1),Y(2),Z(3))\n00001 # X(1),Y(2),Z(3),R(90)\n00001 %\n00002 EndSession()\n",
+        "log:2",
+    ),
+]
+
+
+@pytest.mark.parametrize(("source", "text", "where"), TURNED, ids=[one[0] for one in TURNED])
+def test_a_table_that_was_turned_is_refused_in_every_log(source: str, text: str, where: str) -> None:
+    with pytest.raises(InputError, match=rf"{where}: an axis other than x, y, z was moved; found .*90"):
+        FORMATS[source].read(text, "log")
+
+
+def test_the_report_that_settings_repeat_is_no_contact() -> None:
+    text = prb(PRINTED[0]) + prb(PRINTED[1]) + "[G54:0.000,0.000,0.000]\n[TLO:0.000]\n" + prb(PRINTED[1])
+    log = FORMATS["grbl"].read(text, "log")
+    assert len(log) == 2
+    assert "1 reports that $# repeats" in log.left_out[0]
+
+
+SNSDEF = "FA(C1F1)=FEAT/POINT,CART,1,2,3,-1,0,0\n"
+
+
+def test_the_shape_of_a_tip_behind_its_diameter() -> None:
+    before = "S(P)=SNSDEF/PROBE,FIXED,CART,0,0,0,0,0,-1,"
+    assert FORMATS["dmis"].read(f"{before}4.0,SPHERE\n{SNSDEF}", "out").tip_radius_mm == 2.0
+    with pytest.raises(InputError, match=r"out:1: the tip is no ball; found SNSDEF .. CYLNDR"):
+        FORMATS["dmis"].read(f"{before}4.0,CYLNDR,12.0\n{SNSDEF}", "out")
