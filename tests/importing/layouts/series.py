@@ -88,9 +88,10 @@ def m48() -> str:
 
 THOUSANDTHS = TEN.assign(reading=TEN.reading.map(lambda z: float(f"{z:.3f}")))
 MM = {"--unit": "mm"}
+Z = {"--column reading": "z", **MM}
 HOURS = TIMED.assign(time_s=TIMED.time_s)
 LAYOUTS = [
-    Layout("Klipper, PROBE_ACCURACY in its own console", KLIPPER, SPOT, klipper(), TEN, ".txt", "touch", knows=MM),
+    Layout("Klipper, PROBE_ACCURACY in its own console", KLIPPER, SPOT, klipper(), TEN, ".txt", "touch", knows=Z),
     Layout(
         "Klipper, PROBE_ACCURACY through OctoPrint",
         KLIPPER,
@@ -99,7 +100,7 @@ LAYOUTS = [
         TEN,
         ".log",
         "touch",
-        knows=MM,
+        knows=Z,
     ),
     Layout(
         "Klipper, PROBE_ACCURACY with the time before every line",
@@ -109,7 +110,7 @@ LAYOUTS = [
         TEN,
         ".txt",
         "touch",
-        knows=MM,
+        knows=Z,
     ),
     Layout(
         "Klipper, a mesh of several places",
@@ -137,7 +138,7 @@ LAYOUTS = [
         "touch",
         knows=MM,
     ),
-    Layout("Marlin, M48", MARLIN, SPOT, m48(), THOUSANDTHS, ".log", "touch", knows=MM),
+    Layout("Marlin, M48", MARLIN, SPOT, m48(), THOUSANDTHS, ".log", "touch", knows=Z),
     Layout(
         "RepRapFirmware, G30 S-1 again and again",
         RRF,
