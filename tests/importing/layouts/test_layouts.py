@@ -10,6 +10,7 @@ from tests.importing.layouts.judge import ASKED, MOST_OPTIONS, REFUSED, RIGHT, L
 from tests.importing.layouts.layouts import LAYOUTS
 
 PENDING = {
+    "plate of holes: three pairs of measured and nominal values": "three options",
     "averages of both directions in three tables (.pos)": "refused",
     "dense scan of 1,201 positions": "wrong",
     "PC-DMIS report in Excel": "refused",
