@@ -23,7 +23,7 @@ def _show_priors(context: click.Context, _: click.Parameter, value: str | None) 
     """Print the shipped priors where the option stands alone."""
     if value != SHOW or context.resilient_parsing:
         return value
-    from stepgauge.diagnosis.posterior.priors import priors_text
+    from stepgauge.diagnosis.priors import priors_text
 
     click.echo(priors_text(), nl=False)
     raise click.exceptions.Exit
@@ -138,7 +138,7 @@ def command(
     if gauge is None or machine is None:
         raise click.UsageError("a recording needs --gauge and --machine; the map of a probe needs --probe")
     from stepgauge.diagnosis.many import diagnose_each, diagnose_together
-    from stepgauge.diagnosis.posterior.priors import read_priors
+    from stepgauge.diagnosis.priors import read_priors
 
     table = None if priors is None else read_priors(priors)
     if together:
@@ -211,7 +211,7 @@ def _diagnose_map(
     maps: tuple[str, ...], probe: str, columns: tuple[str, ...], output: str, suffix: str, priors: str | None
 ) -> None:
     from stepgauge.diagnosis.output.stored import read_diagnosis
-    from stepgauge.diagnosis.posterior.priors import read_priors
+    from stepgauge.diagnosis.priors import read_priors
     from stepgauge.diagnosis.probe_map import diagnose_probe_map, parse_columns
     from stepgauge.reports.probe_diagnosis import first_of
 

@@ -63,7 +63,7 @@ def _describe_geometry() -> str:
     """What a diagnosis names that is no effect by itself, but all errors of the geometry together."""
     from stepgauge.diagnosis.laws.geometry import FEWEST_PLACEMENTS, KIND, PARTS
     from stepgauge.diagnosis.laws.usual import odds_of
-    from stepgauge.diagnosis.posterior.priors import shipped_priors
+    from stepgauge.diagnosis.priors import shipped_priors
 
     priors = shipped_priors()
     prior = priors.laws.of(KIND)
@@ -99,7 +99,7 @@ def _describe(effect: type[Effect], given: Given) -> str:
 def _usual(effect: type[Effect], gauge: Gauge | None, machine: Machine | None) -> list[str]:
     """What a diagnosis expects of the effect before it has seen a reading."""
     from stepgauge.diagnosis.laws.usual import odds_of, shape_range, usual_shape, usual_size
-    from stepgauge.diagnosis.posterior.priors import shipped_priors
+    from stepgauge.diagnosis.priors import shipped_priors
 
     priors = shipped_priors()
     if effect.kind not in priors.laws.kinds:

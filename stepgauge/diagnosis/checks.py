@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.problem import Problem
-from stepgauge.diagnosis.posterior.state import State
 from stepgauge.diagnosis.result import Check
+from stepgauge.inference.hypothesis import State
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.problem import Problem
 
 Array = NDArray[np.float64]
 ALLOWED = 4.0

@@ -21,16 +21,12 @@ from stepgauge.diagnosis.laws import geometry
 from stepgauge.diagnosis.laws.library import carried
 from stepgauge.diagnosis.noise import degrees, disturbed, is_repeated, noise_of, row_scatter_um, stated_scatter
 from stepgauge.diagnosis.output.words import misfit
-from stepgauge.diagnosis.posterior.answer import Answer
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
-from stepgauge.diagnosis.posterior.scatter import OUTLYING, Scatters
-from stepgauge.diagnosis.posterior.search import Progress, Search
-from stepgauge.diagnosis.posterior.told import answer_of, systematic
+from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.problem import bare_problem, make_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals, without_copies
 from stepgauge.diagnosis.result import Diagnosis, Finding, Fit, Located, Noise, Verdict, rms
 from stepgauge.diagnosis.separate import with_separations
+from stepgauge.diagnosis.statements import answer_of, systematic
 from stepgauge.diagnosis.verdict import (
     Model,
     findings,
@@ -43,6 +39,10 @@ from stepgauge.diagnosis.verdict import (
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.noise_models import OUTLYING, Scatters
+from stepgauge.inference.posterior import Answer
+from stepgauge.inference.search import Progress, Search
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
 

@@ -11,11 +11,11 @@ from pathlib import Path
 
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.output.stored import FILE, read_diagnosis
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.search import Progress
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.errors import InputError, naming
 from stepgauge.files.outputs import one_set, refuse_own
 from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.inference.search import Progress
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.machine.styli import numbered, with_styli
 from stepgauge.recording import Recording, join_recordings, read_recording

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.checks import noiseless
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.forms.words import CORRELATED, DISTURBED, GROWING
-from stepgauge.diagnosis.posterior.answer import Answer
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Problem
-from stepgauge.diagnosis.posterior.scatter import OUTLYING, Scatter
-from stepgauge.diagnosis.posterior.told import SURE_OUTLIER
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Located, Noise
+from stepgauge.diagnosis.statements import SURE_OUTLIER
 from stepgauge.diagnosis.verdict import Model
 from stepgauge.files.notation import rounded
+from stepgauge.inference.noise_models import OUTLYING, Scatter
+from stepgauge.inference.posterior import Answer
+from stepgauge.inference.problem import Problem
 
 Array = NDArray[np.float64]
 GROWTH_UNITS = {"time": "um/h", "speed": "um/(mm/s)"}

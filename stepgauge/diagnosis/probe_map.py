@@ -16,7 +16,7 @@ from stepgauge.diagnosis.maps.engine import diagnose_map
 from stepgauge.diagnosis.maps.model import MapModel
 from stepgauge.diagnosis.maps.output import PROBE_FILE, write_map_diagnosis
 from stepgauge.diagnosis.maps.result import MapDiagnosis
-from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.errors import InputError, naming
 from stepgauge.files.config import read_toml
 from stepgauge.files.outputs import refuse_own

@@ -13,11 +13,11 @@ from stepgauge.diagnosis.forms.candidates import form_candidates
 from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.laws.geometry import KIND, geometry_of
 from stepgauge.diagnosis.laws.parts import laws_in_parts
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
-from stepgauge.diagnosis.posterior.problem import Problem
-from stepgauge.diagnosis.posterior.scatter import Scatters
+from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.noise_models import Scatters
+from stepgauge.inference.problem import Problem
 from stepgauge.recording import POSITION
 
 Array = NDArray[np.float64]

@@ -14,11 +14,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.posterior.search import Step
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Shown, as_lines
+from stepgauge.inference.search import Step
 from stepgauge.recording import Recording
 
 if TYPE_CHECKING:

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.scatter import Scatters
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals, unchecked_residuals
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.noise_models import Scatters
 from stepgauge.machine.file import Machine
 from stepgauge.machine.styli import stylus_words
 from stepgauge.motion.moves import ProbingSettings, Program

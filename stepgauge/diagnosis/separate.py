@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.fits.solve import Solved, orthonormal
 from stepgauge.diagnosis.laws.library import family_signatures
 from stepgauge.diagnosis.output.words import in_place, listed, name_of
-from stepgauge.diagnosis.posterior.problem import Candidate
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding
 from stepgauge.diagnosis.runs import ExtraRun, Lengthened, can_be_planned, lengthened
@@ -26,6 +25,7 @@ from stepgauge.effects import along_approach_um
 from stepgauge.errors import InputError
 from stepgauge.files.resources import called
 from stepgauge.gauge.placement import format_placement
+from stepgauge.inference.problem import Candidate
 
 Array = NDArray[np.float64]
 TELLING = 9.0

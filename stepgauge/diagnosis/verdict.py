@@ -1,4 +1,4 @@
-"""From probabilities to the statements on a recording, by rules 1 to 3 of :mod:`.posterior.told`.
+"""From probabilities to the statements on a recording, by rules 1 to 3 of :mod:`stepgauge.diagnosis.statements`.
 
 The part of rule 3 that needs covariates is here: a free function of time may contain a step or a drift.
 """
@@ -23,13 +23,10 @@ from stepgauge.diagnosis.laws.geometry import Geometry, moved_um
 from stepgauge.diagnosis.laws.library import Family
 from stepgauge.diagnosis.laws.usual import size_of_shape
 from stepgauge.diagnosis.output.words import listed, name_of
-from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Rival
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.priors import Decision, Priors
-from stepgauge.diagnosis.posterior.problem import Candidate
-from stepgauge.diagnosis.posterior.search import Search
-from stepgauge.diagnosis.posterior.state import State
-from stepgauge.diagnosis.posterior.told import (
+from stepgauge.diagnosis.priors import Decision, Priors
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.result import Finding, Located, Member, Replacement, rms
+from stepgauge.diagnosis.statements import (
     LEAST_ODDS,
     Said,
     determined,
@@ -42,9 +39,12 @@ from stepgauge.diagnosis.posterior.told import (
     together,
     told,
 )
-from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Finding, Located, Member, Replacement, rms
 from stepgauge.files.notation import rounded
+from stepgauge.inference.hypothesis import State
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.posterior import Alternative, Answer, Rival
+from stepgauge.inference.problem import Candidate
+from stepgauge.inference.search import Search
 
 Array = NDArray[np.float64]
 FAINT = 0.3

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import diagnose_with_search
-from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
+from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.diagnosis.runs import ExtraRun, lengthened

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from scipy import special
 
 from stepgauge.diagnosis.laws.candidates import law_candidates
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Law
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.runs import Lengthened, plain_metric
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.problem import Law
 
 Array = NDArray[np.float64]
 TINY = 1e-300

@@ -16,13 +16,13 @@ from stepgauge.diagnosis.engine import Searched
 from stepgauge.diagnosis.fits.solve import solve
 from stepgauge.diagnosis.forms.candidates import form_candidates
 from stepgauge.diagnosis.laws.candidates import usual_signature
-from stepgauge.diagnosis.posterior.metric import Metric, nuisances
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Candidate, Law
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.runs import Lengthened, plain_metric
 from stepgauge.effects import Effect, along_approach_um
+from stepgauge.inference.metric import Metric, nuisances
+from stepgauge.inference.problem import Candidate, Law
 from stepgauge.investigation.gain import Prediction
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import Searched
-from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.runs import Lengthened
 from stepgauge.errors import InputError
 from stepgauge.investigation.gain import Prediction, distances

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, overload
 from stepgauge.axis.recording import AxisRecording, is_axis_recording, read_axis_recording
 from stepgauge.diagnosis.engine import diagnose as diagnose_recording
 from stepgauge.diagnosis.many import of_one_machine
-from stepgauge.diagnosis.posterior.priors import Priors, read_priors
+from stepgauge.diagnosis.priors import Priors, read_priors
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge

@@ -209,7 +209,7 @@ def diagnose_fleet(
     -------
     Why some cannot be diagnosed, a line each.
     """
-    from stepgauge.diagnosis.posterior.priors import read_priors
+    from stepgauge.diagnosis.priors import read_priors
     from stepgauge.fleet.diagnosing import diagnose_fleet as diagnose_stored
     from stepgauge.fleet.store import Fleet
 

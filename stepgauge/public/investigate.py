@@ -127,7 +127,7 @@ def _racked(machine: Machine, server: str | None) -> frozenset[int]:
 
 
 def _priors(path: File) -> Any:
-    from stepgauge.diagnosis.posterior.priors import read_priors
+    from stepgauge.diagnosis.priors import read_priors
 
     return read_priors(path)
 

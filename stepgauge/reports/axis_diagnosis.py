@@ -9,7 +9,7 @@ from stepgauge.diagnosis.axis.words import kind_name
 from stepgauge.diagnosis.output.report import VERDICTS, percent, plus_minus, probability_of
 from stepgauge.diagnosis.output.summary import name_at_axis
 from stepgauge.diagnosis.output.words import listed, significant
-from stepgauge.diagnosis.posterior.told import MOST_LOCATED
+from stepgauge.diagnosis.statements import MOST_LOCATED
 from stepgauge.reports.blocks import Block, bullets, figure, heading, part, table, words
 from stepgauge.reports.diagnosis import check_blocks, located_row, recording_files, shown_figures, story
 from stepgauge.reports.findings import Words, do_first, first_lines, found_part

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.posterior.evidence import Evidence
-from stepgauge.diagnosis.posterior.looks import Looks
-from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import Term, together
+from stepgauge.diagnosis.priors import shipped_priors
+from stepgauge.inference.evidence import Evidence
+from stepgauge.inference.problem import Term, together
+from stepgauge.inference.screening import Looks
 from tests.diagnosis.made import ALONG_X, ALONG_Y, gauge, machine, record
-from tests.diagnosis.posterior.made import coordinate, law, noise, problem, turns
+from tests.inference.made import coordinate, law, noise, problem, turns
 
 DIAGONAL, ACROSS = (1.0, 1.0, 0.0), (1.0, -1.0, 0.0)
 

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.laws.beside import MOST_AMPLITUDES, Courses
-from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
-from stepgauge.diagnosis.posterior.search import Search
+from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.inference.search import Search
 from tests.diagnosis.made import gauge, machine, made
 from tests.diagnosis.test_selection import BETWEEN, NOISE_UM, along, bent, told
 

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.forms.smooth import matern
-from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Smooth
-from stepgauge.diagnosis.posterior.search import Search
-from stepgauge.diagnosis.posterior.told import answer_of
+from stepgauge.diagnosis.priors import shipped_priors
+from stepgauge.diagnosis.statements import answer_of
+from stepgauge.inference.problem import Candidate, Law, Problem, Smooth
+from stepgauge.inference.search import Search
 from tests.build import make_gauge
 from tests.conftest import ROOT
 from tests.diagnosis.made import by_hand

@@ -15,7 +15,7 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.forms.formula import model_unknown, rest_rms_um
 from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.output.summary import summary_line
-from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Diagnosis, Located
 from stepgauge.diagnosis.verdict import covariate_of

@@ -15,7 +15,7 @@ from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.output.files import write_diagnosis
 from stepgauge.diagnosis.output.practice import in_practice
 from stepgauge.diagnosis.output.probe_file import PROBE_FILE, probe_file
-from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Diagnosis, Finding

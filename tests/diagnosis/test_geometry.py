@@ -18,14 +18,14 @@ from numpy.polynomial.legendre import legval
 
 from stepgauge.diagnosis.engine import diagnose, diagnose_with_search
 from stepgauge.diagnosis.laws.geometry import KIND, PARTS, Geometry
-from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import Law
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Diagnosis, rms
 from stepgauge.diagnosis.runs import lengthened
 from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.errors import InputError
+from stepgauge.inference.problem import Law
 from stepgauge.investigation.hypotheses import Predicting, hypotheses
 from stepgauge.recording import APPROACH, POSITION, Recording
 from tests.diagnosis.made import gauge, machine

@@ -9,9 +9,9 @@ import pytest
 
 from stepgauge.diagnosis.forms.candidates import form_candidates
 from stepgauge.diagnosis.forms.form import BEAT, HYSTERESIS, LAGGED, RESTS, SAWTOOTH, TREND, WAVE
-from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import Candidate, Law
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
+from stepgauge.inference.problem import Candidate, Law
 from tests.diagnosis.made import ALONG_X, gauge, machine
 from tests.diagnosis.test_selection import NOISE_UM, clean, there_and_back
 

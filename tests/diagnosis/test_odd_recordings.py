@@ -10,13 +10,13 @@ import pytest
 from stepgauge.diagnosis.fits.solve import solve
 from stepgauge.diagnosis.forms.formula import model_unknown
 from stepgauge.diagnosis.laws.library import effect_families
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.scatter import Scatters
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.empirical import formula_name
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.noise_models import Scatters
 from stepgauge.recording import Recording
 from tests.diagnosis.made import ALONG_X, gauge, machine, made
 from tests.diagnosis.test_selection import NOISE_UM, along, bent, clean, names, side, told

@@ -10,7 +10,7 @@ from stepgauge.diagnosis.maps.model import MapModel
 from stepgauge.diagnosis.maps.problem import MapRows, make_problem
 from stepgauge.diagnosis.maps.scatter import estimate_scatter
 from stepgauge.diagnosis.maps.search import SizedSearch
-from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.probe_map import diagnose_map
 from tests.diagnosis.test_probe_map import changed, measured, probe_file, table  # noqa: F401
 

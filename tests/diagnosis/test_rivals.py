@@ -9,7 +9,7 @@ import pytest
 
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.laws.library import effect_families
-from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from tests.diagnosis.made import ALONG_X, ALONG_Y, gauge, machine, record
 from tests.diagnosis.test_selection import NOISE_UM, bent, clean, names, side, told

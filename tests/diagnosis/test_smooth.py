@@ -11,7 +11,7 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.forms.candidates import form_candidates
 from stepgauge.diagnosis.forms.form import SMOOTH, TREND
 from stepgauge.diagnosis.forms.formula import model_unknown, rest_rms_um
-from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.effects import Probings, Setting
 from stepgauge.recording import Recording

@@ -14,12 +14,12 @@ from stepgauge.diagnosis.fits.solve import _above_zero, _covariance, _unexplaine
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.output.words import misfit
-from stepgauge.diagnosis.posterior.evidence import Evidence
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.errors import InputError
+from stepgauge.inference.evidence import Evidence
+from stepgauge.inference.metric import Metric
 from tests.diagnosis.made import machine
 from tests.diagnosis.test_further_laws import STEPS, measured, turned
 from tests.diagnosis.test_selection import BETWEEN, along, bent, clean, names, told

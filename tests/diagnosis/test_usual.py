@@ -9,7 +9,7 @@ import pytest
 from stepgauge.cli import main
 from stepgauge.diagnosis.laws.choices import choice_odds
 from stepgauge.diagnosis.laws.usual import shape_range, size_of_shape, usual_size
-from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.effects import effect_kinds
 from stepgauge.gauge.certified import Gauge
 from tests.diagnosis.made import gauge, machine

@@ -17,14 +17,14 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
 from stepgauge.diagnosis.output.report import without_scatter
 from stepgauge.diagnosis.output.rows import row_table
-from stepgauge.diagnosis.posterior.metric import Rows
-from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import LEAST_SCATTER
-from stepgauge.diagnosis.posterior.scatter import Scatters
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.inference.metric import Rows
+from stepgauge.inference.noise_models import Scatters
+from stepgauge.inference.problem import LEAST_SCATTER
 from stepgauge.recording import Recording
 from tests.axis.made import axis
 from tests.diagnosis.made import ALONG_X, SCALE, Effects, by_hand, gauge, machine, record

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.laws.candidates import law_candidates
-from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.runs import ExtraRun, lengthened
 from stepgauge.investigation.deciding import NOTHING, End, Learnt, Rated, decide

@@ -19,13 +19,13 @@ import stepgauge as sg
 from stepgauge.cli import main
 from stepgauge.cli.serve import _state
 from stepgauge.diagnosis.laws.choices import choices_of
-from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import Law
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.effects import Probings, Setting, effect_kinds, make_effects, total_displacement_um
 from stepgauge.gauge.placement import make_placement
+from stepgauge.inference.problem import Law
 from stepgauge.investigation.deciding import Case
 from stepgauge.investigation.locating import locating_settings
 from stepgauge.investigation.reach import Reach, possible_runs

@@ -21,7 +21,7 @@ from stepgauge.diagnosis.output.aliases import even
 from stepgauge.diagnosis.output.files import Inputs, checksum, diagnosis_to_dict, without_nan
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.output.summary import axis_line, numbers_of
-from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.effects import effect_kinds
 from stepgauge.files.outputs import open_set

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from stepgauge.axis.recording import AxisRecording, places_of
 from stepgauge.diagnosis.axis.stations import fitted_distances, station_columns
 from stepgauge.diagnosis.output.aliases import even
-from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import FEWEST_ROWS, SHORTEST_MM, Residuals
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import InputError

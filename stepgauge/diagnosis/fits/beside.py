@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Fitted, orthonormal
-from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.inference.metric import Metric
 
 Array = NDArray[np.float64]
 

@@ -19,9 +19,9 @@ from scipy import special
 from stepgauge.diagnosis.fits.beside import Beside, beside
 from stepgauge.diagnosis.fits.solve import Estimate, Fitted, Solved
 from stepgauge.diagnosis.laws.library import Family, family_signatures
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.problem import Sizes
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.problem import Sizes
 
 Array = NDArray[np.float64]
 LAG, AZIMUTH = "lag_s", "arm_azimuth_deg"

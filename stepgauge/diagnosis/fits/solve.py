@@ -14,10 +14,10 @@ from scipy.optimize import least_squares
 
 from stepgauge.diagnosis.fits.law import FittedLaw
 from stepgauge.diagnosis.laws.library import Family
-from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um
 from stepgauge.errors import InputError
+from stepgauge.inference.metric import Metric
 
 Array = NDArray[np.float64]
 SAME_COST = 1e-6

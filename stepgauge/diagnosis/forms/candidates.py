@@ -39,9 +39,9 @@ from stepgauge.diagnosis.forms.memories import hysteresis, lagged, of_ways, rest
 from stepgauge.diagnosis.forms.smooth import changing, functions, volumes
 from stepgauge.diagnosis.forms.waves import beats, sawteeth, waves
 from stepgauge.diagnosis.laws.choices import LIKE_DIRECTIONS, TEMPERATURES, goes_both_ways, share_beside
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Candidate, Law, Sizes, Smooth
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.inference.problem import Candidate, Law, Sizes, Smooth
 
 Array = NDArray[np.float64]
 FEWEST_DIRECTIONS = 8

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.problem import Refined
+from stepgauge.inference.problem import Refined
 
 Array = NDArray[np.float64]
 Features = Sequence[Array] | Array | NDArray[np.float32]

@@ -42,14 +42,14 @@ from stepgauge.diagnosis.forms.form import (
 )
 from stepgauge.diagnosis.forms.waves import FINER, OVERTONES, PERIODS_PER_SPAN, PHASES, TEETH_PER_SPAN
 from stepgauge.diagnosis.forms.words import SCATTER, UNDETERMINED
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.scatter import Scatters
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Diagnosis, Located
 from stepgauge.effects import along_approach_um
 from stepgauge.effects.empirical import RESTED, Empirical, formula_name
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.noise_models import Scatters
 from stepgauge.recording import APPROACH
 
 Array = NDArray[np.float64]

@@ -12,11 +12,11 @@ from stepgauge.diagnosis.covariates import NAMES, REST, WAY, Covariate, axes_sho
 from stepgauge.diagnosis.forms.form import HYSTERESIS, LAGGED, LENGTH, LOOP, RESTS, SMOOTH, TREND, OnSides
 from stepgauge.diagnosis.forms.smooth import matern, sides_of
 from stepgauge.diagnosis.forms.waves import FINER, nearest, wave_sides
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Refined
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.unread import principal, shifts
 from stepgauge.effects.probings import followed
+from stepgauge.inference.problem import Refined
 
 Array = NDArray[np.float64]
 HELD = np.geomspace(0.03, 0.6, 7)

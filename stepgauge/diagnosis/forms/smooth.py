@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import REST, TOUCHES, Covariate, axes_shown, lives_on, standard
 from stepgauge.diagnosis.forms.form import LENGTH, ROUGH, SMOOTH, TREND, WANDERING, OnSides
-from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.recording import OPTIONAL
 

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import Covariate, axes_shown
 from stepgauge.diagnosis.forms.form import BEAT, SAWTOOTH, WAVE, OnSides
-from stepgauge.diagnosis.posterior.parallel import chunks
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Refined
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.inference.parallel import chunks
+from stepgauge.inference.problem import Refined
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]

@@ -22,9 +22,9 @@ from stepgauge.diagnosis.forms.form import (
     WAVE,
     Form,
 )
-from stepgauge.diagnosis.posterior.problem import Candidate
 from stepgauge.diagnosis.result import Located
 from stepgauge.files.notation import rounded
+from stepgauge.inference.problem import Candidate
 
 Array = NDArray[np.float64]
 CORRELATED, GROWING, DISTURBED = "correlated scatter", "growing scatter", "disturbed scatter"

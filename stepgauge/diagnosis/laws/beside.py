@@ -22,12 +22,12 @@ from scipy.linalg import svd
 
 from stepgauge.diagnosis.laws.library import Family, family_signatures
 from stepgauge.diagnosis.laws.usual import size_of_shape
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import left_beside
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.unread import principal, shifts
 from stepgauge.effects.following import Following
 from stepgauge.effects.probings import Probings
+from stepgauge.inference.problem import left_beside
 
 Array = NDArray[np.float64]
 MOST_AMPLITUDES = 12

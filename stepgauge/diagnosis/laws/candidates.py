@@ -16,10 +16,10 @@ from stepgauge.diagnosis.laws.beside import LAG, Courses, Untold, untold
 from stepgauge.diagnosis.laws.choices import ALL, choice_odds, is_common
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
 from stepgauge.diagnosis.laws.usual import odds_of, shape_range, size_of_shape, usual_shape, usual_size
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Law, Refined, Sizes
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.problem import Law, Refined, Sizes
 
 Array = NDArray[np.float64]
 START = "start_s"

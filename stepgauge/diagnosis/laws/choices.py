@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.laws.usual import PART_OF
-from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, Parameter
 from stepgauge.effects.base import Axis, Vector

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.laws.library import Family, family_signatures, fixed_values, signatures, whole
 from stepgauge.diagnosis.laws.usual import odds_of, usual_size
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Law
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um
+from stepgauge.inference.problem import Law
 
 Array = NDArray[np.float64]
 KIND = "geometric_errors"

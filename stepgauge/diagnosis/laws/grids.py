@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.laws.usual import usual_shape
-from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, Parameter
 

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.laws.choices import choices_of, has_free_direction, is_spanned
 from stepgauge.diagnosis.laws.grids import parameter_grid
-from stepgauge.diagnosis.posterior.parallel import chunks
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Sizes
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um, effect_kinds
 from stepgauge.errors import InputError
+from stepgauge.inference.parallel import chunks
+from stepgauge.inference.problem import Sizes
 from stepgauge.recording import APPROACH
 
 Array = NDArray[np.float64]

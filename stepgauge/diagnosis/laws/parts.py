@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.laws.choices import goes_both_ways, temperatures
 from stepgauge.diagnosis.laws.library import SEEN_SHARE, Family, family_signatures, whole
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Law
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects.empirical import holds
+from stepgauge.inference.problem import Law
 from stepgauge.recording import POSITION
 from stepgauge.recording.columns import STYLUS
 

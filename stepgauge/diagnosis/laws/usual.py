@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.diagnosis.posterior.priors import Priors, SizePriors
+from stepgauge.diagnosis.priors import Priors, SizePriors
 from stepgauge.effects import Effect
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine

@@ -24,10 +24,9 @@ from stepgauge.diagnosis.maps.scatter import MapScatter, estimate_scatter
 from stepgauge.diagnosis.maps.search import Searched, form_of, searched
 from stepgauge.diagnosis.maps.separate import reason, separate
 from stepgauge.diagnosis.output.words import name_of
-from stepgauge.diagnosis.posterior.answer import Alternative
-from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
-from stepgauge.diagnosis.posterior.scatter import OUTLYING
-from stepgauge.diagnosis.posterior.told import (
+from stepgauge.diagnosis.priors import Priors, shipped_priors
+from stepgauge.diagnosis.result import Located, Verdict
+from stepgauge.diagnosis.statements import (
     LEAST_ODDS,
     SURE_OUTLIER,
     Said,
@@ -38,7 +37,8 @@ from stepgauge.diagnosis.posterior.told import (
     systematic,
     together,
 )
-from stepgauge.diagnosis.result import Located, Verdict
+from stepgauge.inference.noise_models import OUTLYING
+from stepgauge.inference.posterior import Alternative
 
 Array = NDArray[np.float64]
 HALF_A_DIGIT = 0.5 + 1e-6

@@ -11,8 +11,8 @@ from scipy.optimize import least_squares
 
 from stepgauge.diagnosis.maps.model import Term, Terms
 from stepgauge.diagnosis.maps.problem import MapRows, usual_of
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.priors import Priors
+from stepgauge.inference.metric import Metric
 
 Array = NDArray[np.float64]
 STEP = 1e-3

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.maps.data import QUANTITIES, MapData
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Candidate, Law, Smooth
+from stepgauge.diagnosis.priors import Priors
+from stepgauge.inference.problem import Candidate, Law, Smooth
 from stepgauge.probes.empirical import directions, parse
 
 Array = NDArray[np.float64]

@@ -18,9 +18,9 @@ from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.diagnosis.maps.forms import form_candidates
 from stepgauge.diagnosis.maps.model import MapModel, Term
 from stepgauge.diagnosis.maps.scatter import surface
-from stepgauge.diagnosis.posterior.priors import KindPrior, Priors
-from stepgauge.diagnosis.posterior.problem import Law, Problem, Refined
+from stepgauge.diagnosis.priors import KindPrior, Priors
 from stepgauge.errors import InputError
+from stepgauge.inference.problem import Law, Problem, Refined
 
 Array = NDArray[np.float64]
 SIZES = (0.2, 1.0, 4.0)

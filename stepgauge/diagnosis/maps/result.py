@@ -14,10 +14,10 @@ from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.diagnosis.maps.model import Terms
 from stepgauge.diagnosis.maps.scatter import MapScatter
-from stepgauge.diagnosis.posterior.search import Step
 from stepgauge.diagnosis.result import Check, Finding, Located, Verdict
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Shown, as_lines
+from stepgauge.inference.search import Step
 
 Array = NDArray[np.float64]
 OUTLIERS = "outliers"

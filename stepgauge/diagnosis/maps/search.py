@@ -21,17 +21,17 @@ from stepgauge.diagnosis.maps.forms import Form
 from stepgauge.diagnosis.maps.model import MapModel, Term
 from stepgauge.diagnosis.maps.problem import LOBES, MapRows, Point, make_problem, signature
 from stepgauge.diagnosis.maps.scatter import MapScatter
-from stepgauge.diagnosis.posterior.answer import Answer, Rival
-from stepgauge.diagnosis.posterior.look import Look
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Law, Problem
-from stepgauge.diagnosis.posterior.problem import Term as Chosen
-from stepgauge.diagnosis.posterior.search import Search
-from stepgauge.diagnosis.posterior.state import State
-from stepgauge.diagnosis.posterior.told import Said, answer_of, told
-from stepgauge.diagnosis.posterior.told import sure as is_sure
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.result import Check, rms
+from stepgauge.diagnosis.statements import Said, answer_of, told
+from stepgauge.diagnosis.statements import sure as is_sure
+from stepgauge.inference.hypothesis import State
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.posterior import Answer, Rival
+from stepgauge.inference.problem import Law, Problem
+from stepgauge.inference.problem import Term as Chosen
+from stepgauge.inference.proposal import Look
+from stepgauge.inference.search import Search
 
 Array = NDArray[np.float64]
 PASSES = 4

@@ -24,10 +24,10 @@ from stepgauge.diagnosis.output.machine_text import effect_table, machine_text
 from stepgauge.diagnosis.output.practice import aliases_of, even_steps_mm, in_practice
 from stepgauge.diagnosis.output.probe_file import probe_file
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
-from stepgauge.diagnosis.posterior.search import Step
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Member
 from stepgauge.files.text import write_json, write_sealed
+from stepgauge.inference.search import Step
 from stepgauge.recording import Recording
 from stepgauge.recording.simulated import is_simulated
 

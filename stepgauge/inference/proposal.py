@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.problem import Candidate, Law, Term
+from stepgauge.inference.problem import Candidate, Law, Term
 
 Array = NDArray[np.float64]
 UNSEEN = 3e-6

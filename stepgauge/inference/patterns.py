@@ -12,9 +12,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.parallel import chunks
-from stepgauge.diagnosis.posterior.problem import Law
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.parallel import chunks
+from stepgauge.inference.problem import Law
 
 Array = NDArray[np.float64]
 DEPENDENT = 1e-9

@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, cholesky, solve_triangular
 
-from stepgauge.diagnosis.posterior.features import Features, Kernels
-from stepgauge.diagnosis.posterior.look import UNLOST, Beside, Look, Span
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.parallel import each
-from stepgauge.diagnosis.posterior.patterns import Patterns, grouped
-from stepgauge.diagnosis.posterior.problem import Law, Problem, Smooth, Term
-from stepgauge.diagnosis.posterior.scatter import Scatters
-from stepgauge.diagnosis.posterior.state import State
-from stepgauge.diagnosis.posterior.tables import Table, tables
+from stepgauge.inference.features import Features, Kernels
+from stepgauge.inference.hypothesis import State
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.noise_models import Scatters
+from stepgauge.inference.parallel import each
+from stepgauge.inference.patterns import Patterns, grouped
+from stepgauge.inference.problem import Law, Problem, Smooth, Term
+from stepgauge.inference.proposal import UNLOST, Beside, Look, Span
+from stepgauge.inference.tables import Table, tables
 
 Array = NDArray[np.float64]
 MOST_TURNED = 10.0

@@ -12,13 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis import posterior
-from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Rival, place_of
-from stepgauge.diagnosis.posterior.look import Look
-from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import Candidate, Law, Refined, Sizes, Term
-from stepgauge.diagnosis.posterior.search import Search
-from stepgauge.diagnosis.posterior.state import State
-from stepgauge.diagnosis.posterior.told import (
+from stepgauge.diagnosis.priors import shipped_priors
+from stepgauge.diagnosis.statements import (
     Said,
     _completed,
     answer_of,
@@ -27,7 +22,12 @@ from stepgauge.diagnosis.posterior.told import (
     set_probability,
     together,
 )
-from tests.diagnosis.posterior.made import (
+from stepgauge.inference.hypothesis import State
+from stepgauge.inference.posterior import Alternative, Answer, Place, Rival, place_of
+from stepgauge.inference.problem import Candidate, Law, Refined, Sizes, Term
+from stepgauge.inference.proposal import Look
+from stepgauge.inference.search import Search
+from tests.inference.made import (
     NOISE_UM,
     ROWS,
     coordinate,
@@ -248,7 +248,7 @@ def test_volumes_of_correlated_scatter_are_not_those_of_independent_scatter() ->
 
 def test_the_decision_knows_nothing_of_gauges_probes_and_recordings() -> None:
     """It imports of this project itself, and what reads a file of settings and says what is wrong in it."""
-    allowed = ("stepgauge.diagnosis.posterior", "stepgauge.errors", "stepgauge.files.text", "stepgauge.files.config")
+    allowed = ("stepgauge.inference", "stepgauge.errors", "stepgauge.files.text", "stepgauge.files.config")
     for path in Path(posterior.__file__).parent.glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []

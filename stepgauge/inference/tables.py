@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.bounds import log_inside
-from stepgauge.diagnosis.posterior.look import UNSEEN, Beside, Look
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.parallel import each
-from stepgauge.diagnosis.posterior.patterns import Patterns, mixed
-from stepgauge.diagnosis.posterior.problem import Law
+from stepgauge.inference.bounds import log_inside
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.parallel import each
+from stepgauge.inference.patterns import Patterns, mixed
+from stepgauge.inference.problem import Law
+from stepgauge.inference.proposal import UNSEEN, Beside, Look
 
 Array = NDArray[np.float64]
 Bounds = tuple[NDArray[np.bool_], Array]

@@ -9,15 +9,15 @@ from itertools import combinations, islice
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.evidence import Evidence
-from stepgauge.diagnosis.posterior.facets import FARTHER, Facets
-from stepgauge.diagnosis.posterior.look import Look, few_of_a_kind, is_plain
-from stepgauge.diagnosis.posterior.looks import Looks
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Term
-from stepgauge.diagnosis.posterior.scatter import NORMAL
-from stepgauge.diagnosis.posterior.sizes import needed
-from stepgauge.diagnosis.posterior.state import State, worth
+from stepgauge.diagnosis.priors import Priors
+from stepgauge.inference.amplitudes import needed
+from stepgauge.inference.evidence import Evidence
+from stepgauge.inference.hypothesis import State, worth
+from stepgauge.inference.noise_models import NORMAL
+from stepgauge.inference.noise_proposals import FARTHER, Facets
+from stepgauge.inference.problem import Candidate, Law, Problem, Term
+from stepgauge.inference.proposal import Look, few_of_a_kind, is_plain
+from stepgauge.inference.screening import Looks
 
 Array = NDArray[np.float64]
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Problem
+from stepgauge.diagnosis.priors import Priors
+from stepgauge.inference.problem import Problem
 
 Array = NDArray[np.float64]
 NORMAL, OUTLYING, HEAVY = "normal", "outlying", "heavy"

@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.likelihood import inverse
-from stepgauge.diagnosis.posterior.problem import Candidate, Term, slices
-from stepgauge.diagnosis.posterior.scatter import Scatter
+from stepgauge.inference.likelihood import inverse
+from stepgauge.inference.noise_models import Scatter
+from stepgauge.inference.problem import Candidate, Term, slices
 
 Array = NDArray[np.float64]
 

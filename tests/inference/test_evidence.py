@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 from scipy import special, stats
 from scipy.integrate import trapezoid
 
-from stepgauge.diagnosis.posterior.bounds import log_inside
-from stepgauge.diagnosis.posterior.evidence import Evidence
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import Problem, Sizes, Term
-from stepgauge.diagnosis.posterior.scatter import Scatter
-from stepgauge.diagnosis.posterior.sizes import needed
-from stepgauge.diagnosis.posterior.state import State, worth
-from tests.diagnosis.posterior.made import (
+from stepgauge.diagnosis.priors import shipped_priors
+from stepgauge.inference.amplitudes import needed
+from stepgauge.inference.bounds import log_inside
+from stepgauge.inference.evidence import Evidence
+from stepgauge.inference.hypothesis import State, worth
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.noise_models import Scatter
+from stepgauge.inference.problem import Problem, Sizes, Term
+from tests.inference.made import (
     NOISE_UM,
     ROWS,
     SIZES,
@@ -305,7 +305,7 @@ def test_sizes_that_are_not_reached_do_not_count_for_each_law(count: int, monkey
     terms = tuple(replace(term(one), candidate=one, sd=0.05) for one in laws)
     evidence = Evidence(problem(noise() + coordinate()), shipped_priors())
     whole = evidence(terms, evidence.scatters.plain())
-    monkeypatch.setattr("stepgauge.diagnosis.posterior.evidence.RESIZED", 0)
+    monkeypatch.setattr("stepgauge.inference.evidence.RESIZED", 0)
     early = Evidence(evidence.problem, shipped_priors())(terms, evidence.scatters.plain())
     assert early.log_posterior < whole.log_posterior + 3.0
 
@@ -323,7 +323,7 @@ def test_sizes_that_go_round_end_at_the_most_probable_ones(monkeypatch: pytest.M
         return replace(state.terms[0], sd=following[state.terms[0].sd])
 
     usual = Evidence(problem(um), shipped_priors())((replace(term(one), candidate=one, sd=small),), _plain(um))
-    monkeypatch.setattr("stepgauge.diagnosis.posterior.evidence.resized", go_round)
+    monkeypatch.setattr("stepgauge.inference.evidence.resized", go_round)
     found = Evidence(problem(um), shipped_priors())((replace(term(one), candidate=one, sd=small),), _plain(um))
     assert computed == [small, large, middle]
     assert found.terms[0].sd == usual.terms[0].sd == middle

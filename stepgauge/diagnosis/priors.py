@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from stepgauge.diagnosis.posterior.problem import Sizes
 from stepgauge.errors import InputError
 from stepgauge.files.config import Table, check_table, read_toml
+from stepgauge.inference.problem import Sizes
 
 Array = NDArray[np.float64]
 FILE = "priors.toml"

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.metric import FREE_UM
-from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Sizes, Smooth, Term
-from stepgauge.diagnosis.posterior.scatter import Scatter
+from stepgauge.inference.metric import FREE_UM
+from stepgauge.inference.noise_models import Scatter
+from stepgauge.inference.problem import Candidate, Law, Problem, Sizes, Smooth, Term
 
 Array = NDArray[np.float64]
 NOISE_UM = 0.3

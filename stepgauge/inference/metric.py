@@ -9,8 +9,8 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.problem import Problem
-from stepgauge.diagnosis.posterior.scatter import Scatter, Scatters
+from stepgauge.inference.noise_models import Scatter, Scatters
+from stepgauge.inference.problem import Problem
 
 Array = NDArray[np.float64]
 Columns = TypeVar("Columns", bound=NDArray[Any])

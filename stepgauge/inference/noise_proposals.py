@@ -9,11 +9,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.evidence import Evidence
-from stepgauge.diagnosis.posterior.priors import ScatterPriors
-from stepgauge.diagnosis.posterior.problem import Problem
-from stepgauge.diagnosis.posterior.scatter import HEAVY, NORMAL, OUTLYING, Scatter
-from stepgauge.diagnosis.posterior.state import State, worth
+from stepgauge.diagnosis.priors import ScatterPriors
+from stepgauge.inference.evidence import Evidence
+from stepgauge.inference.hypothesis import State, worth
+from stepgauge.inference.noise_models import HEAVY, NORMAL, OUTLYING, Scatter
+from stepgauge.inference.problem import Problem
 
 Array = NDArray[np.float64]
 WEIGHING = 3

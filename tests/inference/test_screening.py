@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
-from stepgauge.diagnosis.posterior import looks as looking
-from stepgauge.diagnosis.posterior.evidence import Evidence
-from stepgauge.diagnosis.posterior.look import UNSEEN, Look
-from stepgauge.diagnosis.posterior.looks import Looks
-from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import Candidate, Law, Sizes, Term
-from stepgauge.diagnosis.posterior.state import State
-from stepgauge.diagnosis.posterior.tables import _explained, _unseen
-from tests.diagnosis.posterior.made import ROWS, coordinate, law, noise, problem, random_function, term, turns, waves
+from stepgauge.diagnosis.priors import shipped_priors
+from stepgauge.inference import screening as looking
+from stepgauge.inference.evidence import Evidence
+from stepgauge.inference.hypothesis import State
+from stepgauge.inference.problem import Candidate, Law, Sizes, Term
+from stepgauge.inference.proposal import UNSEEN, Look
+from stepgauge.inference.screening import Looks
+from stepgauge.inference.tables import _explained, _unseen
+from tests.inference.made import ROWS, coordinate, law, noise, problem, random_function, term, turns, waves
 
 SHARES = np.array([np.arange(ROWS) % 3 > 0, 1.0 - 0.3 * coordinate()], float)
 CANDIDATES: dict[str, Candidate] = {

@@ -29,12 +29,12 @@ from typing import Any
 import numpy as np
 from scipy import special
 
-from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Rival, place_of
-from stepgauge.diagnosis.posterior.look import Look
-from stepgauge.diagnosis.posterior.priors import Decision
-from stepgauge.diagnosis.posterior.problem import Term
-from stepgauge.diagnosis.posterior.search import HOPELESS, MOST_TERMS, Search
-from stepgauge.diagnosis.posterior.state import State, worth
+from stepgauge.diagnosis.priors import Decision
+from stepgauge.inference.hypothesis import State, worth
+from stepgauge.inference.posterior import Alternative, Answer, Place, Rival, place_of
+from stepgauge.inference.problem import Term
+from stepgauge.inference.proposal import Look
+from stepgauge.inference.search import HOPELESS, MOST_TERMS, Search
 
 SURE_OUTLIER = 0.5
 """Probability from which a row is listed as an outlier."""

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from scipy import special, stats
 from scipy.integrate import trapezoid
 
-from stepgauge.diagnosis.posterior.evidence import Evidence
-from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import Problem
-from stepgauge.diagnosis.posterior.scatter import Scatter, Scatters
-from stepgauge.diagnosis.posterior.state import State
-from tests.diagnosis.posterior.made import NOISE_UM
+from stepgauge.diagnosis.priors import shipped_priors
+from stepgauge.inference.evidence import Evidence
+from stepgauge.inference.hypothesis import State
+from stepgauge.inference.noise_models import Scatter, Scatters
+from stepgauge.inference.problem import Problem
+from tests.inference.made import NOISE_UM
 
 Array = NDArray[np.float64]
 FEW = 30

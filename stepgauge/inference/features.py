@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.look import Beside, Look
-from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.parallel import each
-from stepgauge.diagnosis.posterior.problem import Smooth, slices
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.parallel import each
+from stepgauge.inference.problem import Smooth, slices
+from stepgauge.inference.proposal import Beside, Look
 
 Array = NDArray[np.float64]
 MOST_FEATURES, SEEN_FEATURES = 90, 0.99

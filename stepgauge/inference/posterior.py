@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from stepgauge.diagnosis.posterior.look import Look
-from stepgauge.diagnosis.posterior.problem import Candidate, Term, left_beside
-from stepgauge.diagnosis.posterior.scatter import Scatter
-from stepgauge.diagnosis.posterior.search import Search
-from stepgauge.diagnosis.posterior.state import State
+from stepgauge.inference.hypothesis import State
+from stepgauge.inference.noise_models import Scatter
+from stepgauge.inference.problem import Candidate, Term, left_beside
+from stepgauge.inference.proposal import Look
+from stepgauge.inference.search import Search
 
 Array = NDArray[np.float64]
 NEAR = 9.0

@@ -14,14 +14,14 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.bounds import log_inside
-from stepgauge.diagnosis.posterior.likelihood import Likelihood, SigmaPrior
-from stepgauge.diagnosis.posterior.metric import Rows, nuisances
-from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Term, slices, together
-from stepgauge.diagnosis.posterior.scatter import Scatter, Scatters
-from stepgauge.diagnosis.posterior.sizes import by_size, in_proportion, over_sizes, resized, square_without
-from stepgauge.diagnosis.posterior.state import State, worth
+from stepgauge.diagnosis.priors import Priors
+from stepgauge.inference.amplitudes import by_size, in_proportion, over_sizes, resized, square_without
+from stepgauge.inference.bounds import log_inside
+from stepgauge.inference.hypothesis import State, worth
+from stepgauge.inference.likelihood import Likelihood, SigmaPrior
+from stepgauge.inference.metric import Rows, nuisances
+from stepgauge.inference.noise_models import Scatter, Scatters
+from stepgauge.inference.problem import Candidate, Law, Problem, Term, slices, together
 
 Array = NDArray[np.float64]
 RESIZED = 60

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.problem import Term, together
-from stepgauge.diagnosis.posterior.state import State
+from stepgauge.inference.hypothesis import State
+from stepgauge.inference.problem import Term, together
 
 Array = NDArray[np.float64]
 FINE = 2.0
