@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from stepgauge.diagnosis.result import Check
-from stepgauge.inference.hypothesis import State
+from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.problem import Problem
 
@@ -23,18 +23,18 @@ ALLOWED = 4.0
 """Standard deviations up to which a part passes: four parts of a thousand recordings fail one by chance in four."""
 
 
-def predictive_checks(problem: Problem, state: State, metric: Metric) -> tuple[Check, ...]:
+def predictive_checks(problem: Problem, state: Hypothesis, metric: Metric) -> tuple[Check, ...]:
     """All parts of the check; ``metric``: that of the scatter of the state at its sigma."""
     independent = metric.rows(state.left_um) / state.sigma_um
     return tuple(_checks(problem, state, independent, metric))
 
 
-def noiseless(problem: Problem, state: State) -> bool:
+def noiseless(problem: Problem, state: Hypothesis) -> bool:
     """Whether less is left than the least scatter that a reading can have."""
     return float(np.sqrt((state.left_um**2).mean())) < problem.least_um
 
 
-def widening(checks: tuple[Check, ...], problem: Problem, state: State, metric: Metric) -> float:
+def widening(checks: tuple[Check, ...], problem: Problem, state: Hypothesis, metric: Metric) -> float:
     """Factor on standard uncertainties from the result of the check, one if all parts pass.
 
     Correlated neighbours have less information than as many independent readings: for a correlation r the variance of
@@ -51,12 +51,12 @@ def widening(checks: tuple[Check, ...], problem: Problem, state: State, metric: 
     return factor
 
 
-def _ordinary(state: State, metric: Metric) -> Array:
+def _ordinary(state: Hypothesis, metric: Metric) -> Array:
     """Variance of every row over that of an ordinary one, without outliers and tails, ``(n,)``."""
     return np.asarray(state.scatter.weight / metric.rows.scale**2)
 
 
-def _checks(problem: Problem, state: State, independent: Array, metric: Metric) -> Iterator[Check]:
+def _checks(problem: Problem, state: Hypothesis, independent: Array, metric: Metric) -> Iterator[Check]:
     n = len(independent)
     largest = float(np.abs(independent).max())
     chance = float(np.log(2.0 * n) + special.log_ndtr(-largest))

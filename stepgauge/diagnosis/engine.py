@@ -40,8 +40,8 @@ from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.noise_models import OUTLYING, Scatters
-from stepgauge.inference.posterior import Answer
+from stepgauge.inference.noise_models import OUTLYING, NoiseModels
+from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.search import Progress, Search
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
@@ -59,7 +59,7 @@ class Searched:
 
     data: Residuals
     search: Search
-    answer: Answer
+    answer: Posterior
     model: Model
 
 
@@ -149,7 +149,7 @@ def _search(
     some = counted_from(_some(data), start_s)
     if degrees(some) < FEWEST_DOF:
         return None
-    search = Search(make_problem(some, priors, without), priors, progress)
+    search = Search(make_problem(some, priors, without), priors.scatter, progress)
     answer = answer_of(search, priors.decision)
     return Searched(some, search, answer, make_model(search, answer, some, priors))
 
@@ -201,7 +201,7 @@ def _told(
     )
 
 
-def odds(answer: Answer, told: Sequence[Finding], left: Sequence[Located]) -> dict[str, Any]:
+def odds(answer: Posterior, told: Sequence[Finding], left: Sequence[Located]) -> dict[str, Any]:
     """Probabilities of the statements: no structure, each law by itself and with its set, each form."""
     said: list[dict[str, Any]] = []
     for one in told:
@@ -233,7 +233,7 @@ def _on_all_rows(told: Sequence[Finding], model: Model, data: Residuals) -> list
     All errors of the geometry at once stay as they are.
     """
     problem = bare_problem(data)
-    scatters = Scatters(problem, shipped_priors())
+    scatters = NoiseModels(problem, shipped_priors().scatter)
     metric = Metric(problem, scatters.plain(), scatters, model.state.sigma_um)
     families = [carried(one.family, one.effect, data) for one in model.fitted.solved]
     solved = solve(families, [0] * len(families), data, metric).solved
@@ -265,7 +265,7 @@ def _fit(data: Residuals, noise: Noise, told: Sequence[Finding], beside_um: Arra
     # what moves a face from repeat to repeat is no repeatability: not more than the scatter of the stated model
     stated_um = rms(noise.by_row_um[used]) / problem.typical
     sigma_um = max(min(stated_um, repeating_um or np.inf), problem.least_um)
-    scatters = Scatters(problem, shipped_priors())
+    scatters = NoiseModels(problem, shipped_priors().scatter)
     metric = Metric(problem, scatters.plain(), scatters, sigma_um)
     none = np.zeros((len(data), 0))
     holdout = {

@@ -17,8 +17,8 @@ from stepgauge.diagnosis.result import Finding, Located, Noise
 from stepgauge.diagnosis.statements import SURE_OUTLIER
 from stepgauge.diagnosis.verdict import Model
 from stepgauge.files.notation import rounded
-from stepgauge.inference.noise_models import OUTLYING, Scatter
-from stepgauge.inference.posterior import Answer
+from stepgauge.inference.noise_models import OUTLYING, NoiseModel
+from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.problem import Problem
 
 Array = NDArray[np.float64]
@@ -59,7 +59,7 @@ def is_repeated(data: Residuals) -> bool:
 
 
 def stated_scatter(
-    answer: Answer, model: Model, noise: Noise, data: Residuals, priors: Priors, without: Collection[str]
+    answer: Posterior, model: Model, noise: Noise, data: Residuals, priors: Priors, without: Collection[str]
 ) -> tuple[list[Finding], list[Located]]:
     """Outliers and growing scatter as findings, correlated scatter as a form; kinds in ``without`` as forms, too."""
     stated, scatter = priors.decision.stated, model.state.scatter
@@ -86,7 +86,7 @@ def stated_scatter(
 
 
 def disturbed(
-    answer: Answer, model: Model, problem: Problem, data: Residuals, start_s: float, priors: Priors
+    answer: Posterior, model: Model, problem: Problem, data: Residuals, start_s: float, priors: Priors
 ) -> Iterator[Located]:
     """Larger scatter in a stretch of the record as a form over the time, or over the order of reading."""
     burst, p = model.state.scatter.burst, answer.probability_of_scatter("burst")
@@ -101,7 +101,7 @@ def disturbed(
     yield Located("time" if data.has_time else "order", "both", DISTURBED, words, 0.0, p)
 
 
-def _growing(scatter: Scatter, sigma_um: float, p: float, data: Residuals) -> Finding:
+def _growing(scatter: NoiseModel, sigma_um: float, p: float, data: Residuals) -> Finding:
     """Growing scatter as the effect ``noise_growth``: a rate per metre, hour or mm/s."""
     assert scatter.growth is not None
     name, rate = scatter.growth

@@ -16,7 +16,8 @@ from pydantic import Field, model_validator
 
 from stepgauge.errors import InputError
 from stepgauge.files.config import Table, check_table, read_toml
-from stepgauge.inference.problem import Sizes
+from stepgauge.inference.priors import NoisePriors
+from stepgauge.inference.problem import AmplitudePrior
 
 Array = NDArray[np.float64]
 FILE = "priors.toml"
@@ -41,33 +42,11 @@ class SizePriors(Table):
     certificate_um: float = Field(gt=0.0)
     steps: list[float] = Field(min_length=1)
 
-    def about(self, usual: float, most: float = np.inf) -> Sizes:
+    def about(self, usual: float, most: float = np.inf) -> AmplitudePrior:
         """The mixture about a usual size, without standard deviations above ``most``."""
         steps = np.array([step for step in self.steps if usual * step <= most] or self.steps[:1])
         weight = -np.abs(np.log(steps)) / np.log(np.where(steps > 1.0, self.above, self.below))
-        return Sizes(usual * steps, weight - np.logaddexp.reduce(weight))
-
-
-class ScatterPriors(Table):
-    """Models of the scatter."""
-
-    sigma_factor: float = Field(gt=1.0)
-    outliers: float = Field(gt=0.0)
-    outlier_share: float = Field(gt=0.0, lt=0.5)
-    outlier_sizes: list[float] = Field(min_length=1)
-    heavy: float = Field(gt=0.0)
-    heavy_freedoms: list[float] = Field(min_length=1)
-    growth: float = Field(gt=0.0)
-    growth_rates: list[float] = Field(min_length=1)
-    correlation: float = Field(gt=0.0)
-    correlations: list[float] = Field(min_length=1)
-    flicker: float = Field(gt=0.0)
-    burst: float = Field(0.03, gt=0.0)
-    burst_factors: list[float] = Field(default=[2.0, 4.0, 8.0], min_length=1)
-    flicker_shares: list[float] = Field(min_length=1)
-    certificate: float = Field(gt=0.0)
-    certificate_factors: list[float] = Field(min_length=1)
-    rounded: float = Field(gt=0.0)
+        return AmplitudePrior(usual * steps, weight - np.logaddexp.reduce(weight))
 
 
 class FormPriors(Table):
@@ -89,9 +68,11 @@ class FormPriors(Table):
             raise ValueError("as many size_weights as sizes")
         return self
 
-    def about(self, scale_um: float) -> Sizes:
+    def about(self, scale_um: float) -> AmplitudePrior:
         """The mixture over the stated repeatability."""
-        return Sizes(np.array(self.sizes) * scale_um, np.log(np.array(self.size_weights) / sum(self.size_weights)))
+        return AmplitudePrior(
+            np.array(self.sizes) * scale_um, np.log(np.array(self.size_weights) / sum(self.size_weights))
+        )
 
 
 class KindPrior(Table):
@@ -167,7 +148,7 @@ class Priors(Table):
 
     decision: Decision
     sizes: SizePriors
-    scatter: ScatterPriors
+    scatter: NoisePriors
     forms: FormPriors
     shapes: dict[str, list[float]]
     usual_shapes: dict[str, ShapePrior]

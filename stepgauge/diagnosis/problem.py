@@ -16,7 +16,7 @@ from stepgauge.diagnosis.laws.parts import laws_in_parts
 from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.noise_models import Scatters
+from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.inference.problem import Problem
 from stepgauge.recording import POSITION
 
@@ -34,7 +34,7 @@ STEP_GRAIN_UM = 0.01
 def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ()) -> Problem:
     """The problem of a recording, with all its candidates; without the kinds in ``without``."""
     bare = bare_problem(data)
-    scatters = Scatters(bare, priors)
+    scatters = NoiseModels(bare, priors.scatter)
     metric = Metric(bare, scatters.plain(), scatters, bare.within_um)
     laws = law_candidates(data, priors, metric, without)
     kinds = {law.kind for law in laws}

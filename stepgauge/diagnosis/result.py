@@ -48,7 +48,7 @@ class Noise:
 
 
 @dataclass(frozen=True)
-class Member:
+class FindingMember:
     """One law of a set: its label, share of the set's probability, and its own values."""
 
     kind: str
@@ -90,7 +90,7 @@ class Finding:
     own: float = 1.0
     confounded_with: tuple[str, ...] = ()
     alternatives: tuple[str, ...] = ()
-    members: tuple[Member, ...] = ()
+    members: tuple[FindingMember, ...] = ()
     several: tuple[Replacement, ...] = ()
     where: str = ""
     reason: str = ""

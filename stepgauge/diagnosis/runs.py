@@ -20,7 +20,7 @@ from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.noise_models import Scatters
+from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.machine.file import Machine
 from stepgauge.machine.styli import stylus_words
 from stepgauge.motion.moves import ProbingSettings, Program
@@ -100,7 +100,7 @@ def lengthened(data: Residuals, sigma_um: float, runs: Iterable[ExtraRun] | None
 def plain_metric(data: Residuals, sigma_um: float) -> Metric:
     """The whitening of residuals with independent scatter."""
     problem = bare_problem(data, independent=True)
-    scatters = Scatters(problem, shipped_priors())
+    scatters = NoiseModels(problem, shipped_priors().scatter)
     return Metric(problem, scatters.plain(), scatters, sigma_um)
 
 

@@ -30,10 +30,10 @@ import numpy as np
 from scipy import special
 
 from stepgauge.diagnosis.priors import Decision
-from stepgauge.inference.hypothesis import State, worth
-from stepgauge.inference.posterior import Alternative, Answer, Place, Rival, place_of
+from stepgauge.inference.hypothesis import Hypothesis, log_posterior
+from stepgauge.inference.posterior import Alternative, CredibleSet, Member, Posterior, credible_set
 from stepgauge.inference.problem import Term
-from stepgauge.inference.proposal import Look
+from stepgauge.inference.proposal import Proposal
 from stepgauge.inference.search import HOPELESS, MOST_TERMS, Search
 
 SURE_OUTLIER = 0.5
@@ -48,8 +48,8 @@ MOST_LOCATED = 4
 class Said:
     """The statement for one place: its rivals, the most probable first, and the term of the one that is stated."""
 
-    place: Place
-    lead: Rival
+    place: CredibleSet
+    lead: Member
     term: Term
 
     @property
@@ -63,12 +63,12 @@ class Said:
         return self.lead.candidate.named
 
 
-def answer_of(search: Search, decision: Decision) -> Answer:
+def answer_of(search: Search, decision: Decision) -> Posterior:
     """The answer of a search, with all that is likelier than not."""
-    return Answer(search, _completed(search, _of_the_likelier(search, search.run()), decision))
+    return Posterior(search, _completed(search, _of_the_likelier(search, search.run()), decision))
 
 
-def _of_the_likelier(search: Search, best: State) -> State:
+def _of_the_likelier(search: Search, best: Hypothesis) -> Hypothesis:
     """The best hypothesis of single laws, if those are together more probable than those with forms or combinations.
 
     A form may stand for several laws, of which many combinations are each a little less probable. What a hypothesis has
@@ -81,16 +81,20 @@ def _of_the_likelier(search: Search, best: State) -> State:
     ]
     single = [state for state in every if state.terms and _single(state)]
     others = [state.log_posterior for state in every if not _single(state)]
-    if _single(best) or not single or special.logsumexp([worth(one) for one in single]) < special.logsumexp(others):
+    if (
+        _single(best)
+        or not single
+        or special.logsumexp([log_posterior(one) for one in single]) < special.logsumexp(others)
+    ):
         return best
-    return max(single, key=worth)
+    return max(single, key=log_posterior)
 
 
-def _single(state: State) -> bool:
+def _single(state: Hypothesis) -> bool:
     return all(term.candidate.named and not term.candidate.combined for term in state.terms)
 
 
-def _completed(search: Search, best: State, decision: Decision) -> State:
+def _completed(search: Search, best: Hypothesis, decision: Decision) -> Hypothesis:
     """A hypothesis with one more term as long as what would be said of it is more probable than ``stated``.
 
     Several laws may share what none of them has alone, so that the most probable hypothesis has none of them. A law
@@ -101,7 +105,7 @@ def _completed(search: Search, best: State, decision: Decision) -> State:
         if look is None:
             return best
         more = search.added(best, look)
-        place = place_of(search, more, more.place(look.candidate))
+        place = credible_set(search, more, more.place(look.candidate))
         said = Said(place, _lead(place), more.terms[place.term])
         if _said_share(said, decision) < decision.stated:
             return best
@@ -119,7 +123,7 @@ def _said_share(said: Said, decision: Decision) -> float:
     return sum(one.share for one in said.place.rivals if not one.candidate.named and one.candidate.kind == kind)
 
 
-def told(search: Search, answer: Answer, stated: float) -> tuple[State, list[Said]]:
+def told(search: Search, answer: Posterior, stated: float) -> tuple[Hypothesis, list[Said]]:
     """The hypothesis that is stated, and its statements, by rules 1 and 2."""
     places = [place for place in answer.places if place.nothing <= 1.0 - stated]
     leads = [(place, _lead(place)) for place in places]
@@ -129,7 +133,7 @@ def told(search: Search, answer: Answer, stated: float) -> tuple[State, list[Sai
     return state, [Said(place, lead, terms[lead.candidate.label]) for place, lead in known]
 
 
-def _lead(place: Place) -> Rival:
+def _lead(place: CredibleSet) -> Member:
     """The rival that is stated: the most probable one of the most probable kind, of laws or of forms."""
     own = place.rivals[0].candidate.named  # where nothing is as good as certain both are 0
     named = own if place.named == place.nameless else place.named > place.nameless
@@ -141,7 +145,7 @@ def _lead(place: Place) -> Rival:
     return max((one for one in rivals if one.candidate.kind == kind), key=lambda one: one.share)
 
 
-def _told_state(search: Search, best: State, said: list[tuple[Place, Rival]]) -> State:
+def _told_state(search: Search, best: Hypothesis, said: list[tuple[CredibleSet, Member]]) -> Hypothesis:
     """The best hypothesis with the rivals that are stated as its terms, without places of which nothing is stated."""
     terms = [best.terms[place.term] for place, _ in said]
     state = search.evidence(tuple(terms), best.scatter, best.sigma_um)
@@ -154,7 +158,7 @@ def _told_state(search: Search, best: State, said: list[tuple[Place, Rival]]) ->
     return state
 
 
-def determined(state: State, term: Term, least: float) -> bool:
+def determined(state: Hypothesis, term: Term, least: float) -> bool:
     """Whether the size of a term is more than ``least`` standard uncertainties (rule 3), for a fixed shape."""
     place = state.where(term)
     if place is None:
@@ -163,7 +167,7 @@ def determined(state: State, term: Term, least: float) -> bool:
     return float(mean @ np.linalg.pinv(covariance) @ mean) >= least**2
 
 
-def sure(said: Said, state: State, answer: Answer, decision: Decision, wider: float) -> bool:
+def sure(said: Said, state: Hypothesis, answer: Posterior, decision: Decision, wider: float) -> bool:
     """Whether the sign of a law's size is as probable as beyond ``determined`` standard uncertainties (rule 3).
 
     Over all hypotheses that contain the law, and neither another of its set nor a form that is not stated, which would
@@ -177,7 +181,7 @@ def sure(said: Said, state: State, answer: Answer, decision: Decision, wider: fl
     return signed >= float(special.ndtr(decision.determined))
 
 
-def rival_laws(said: Said, decision: Decision) -> list[Rival]:
+def rival_laws(said: Said, decision: Decision) -> list[Member]:
     """The laws of a place that are told together, the stated one first.
 
     A law that is less probable by more than ``excluded`` is not told with it if the readings exclude it. What a law
@@ -187,7 +191,7 @@ def rival_laws(said: Said, decision: Decision) -> list[Rival]:
     far, lead = float(np.log(decision.excluded)), said.lead
     least, fit = _by_readings(lead) - far, _fit(lead) - far
 
-    def excluded(one: Rival) -> bool:
+    def excluded(one: Member) -> bool:
         if one.share * decision.excluded >= lead.share:
             return False
         return one.candidate.combined or (_by_readings(one) <= least and _fit(one) <= fit)
@@ -196,12 +200,12 @@ def rival_laws(said: Said, decision: Decision) -> list[Rival]:
     return [lead, *(one for one in others if one.share > decision.in_set and not excluded(one))]
 
 
-def _by_readings(rival: Rival) -> float:
+def _by_readings(rival: Member) -> float:
     """Log marginal likelihood of a rival, up to a constant of its place: its share without its prior odds."""
     return float(np.log(max(rival.share, 1e-300))) - rival.look.log_odds
 
 
-def _fit(rival: Rival) -> float:
+def _fit(rival: Member) -> float:
     """Log likelihood of a rival at its best; of one that was not computed nothing is known."""
     return -np.inf if rival.state is None else rival.state.log_fit
 
@@ -222,7 +226,7 @@ def together(several: Sequence[Alternative]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(" + ".join(sorted(c.kind for c in one.come)) for one in several))
 
 
-def set_probability(answer: Answer, rivals: Sequence[Rival], several: Sequence[Alternative]) -> float:
+def set_probability(answer: Posterior, rivals: Sequence[Member], several: Sequence[Alternative]) -> float:
     """Probability that a law or another one of its set is a cause, averaged over all hypotheses.
 
     It is at most the share of the set in its place: where two laws may be replaced together, neither place shows it.
@@ -232,7 +236,7 @@ def set_probability(answer: Answer, rivals: Sequence[Rival], several: Sequence[A
     return min(sum(one.share for one in rivals), answer.probability_of_any(every), 1.0)
 
 
-def spread_factor(answer: Answer, state: State, label: str, least: float) -> float:
+def spread_factor(answer: Posterior, state: Hypothesis, label: str, least: float) -> float:
     """Factor on the uncertainty of a size: over all hypotheses that contain it, over that in the stated one."""
     spread = answer.spread(label, least)
     place = next((i for i, term in enumerate(state.terms) if term.candidate.label == label), None)
@@ -242,9 +246,9 @@ def spread_factor(answer: Answer, state: State, label: str, least: float) -> flo
     return max(float(np.sqrt(np.trace(spread[1]) / max(own, 1e-300))), 1.0)
 
 
-def one_of_each_kind(place: Place, named: bool) -> Iterator[Rival]:
+def one_of_each_kind(place: CredibleSet, named: bool) -> Iterator[Member]:
     """The most probable law or form of each kind in a place, the most probable first."""
-    first: dict[str, Rival] = {}
+    first: dict[str, Member] = {}
     for one in sorted(place.rivals, key=lambda one: -one.share):
         if one.candidate.named is named:
             first.setdefault(one.candidate.kind, one)
@@ -252,8 +256,8 @@ def one_of_each_kind(place: Place, named: bool) -> Iterator[Rival]:
 
 
 def systematic(
-    search: Search, state: State, known: Collection[str], least: float
-) -> Iterator[tuple[Look, float, float]]:
+    search: Search, state: Hypothesis, known: Collection[str], least: float
+) -> Iterator[tuple[Proposal, float, float]]:
     """Forms of the residuals before any law is named, one to a kind, with their probability alone and their share.
 
     They are rivals for one structure: those with odds below ``least`` against the most probable one are left out.

@@ -25,7 +25,7 @@ from stepgauge.diagnosis.laws.usual import size_of_shape
 from stepgauge.diagnosis.output.words import listed, name_of
 from stepgauge.diagnosis.priors import Decision, Priors
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Finding, Located, Member, Replacement, rms
+from stepgauge.diagnosis.result import Finding, FindingMember, Located, Replacement, rms
 from stepgauge.diagnosis.statements import (
     LEAST_ODDS,
     Said,
@@ -40,9 +40,9 @@ from stepgauge.diagnosis.statements import (
     told,
 )
 from stepgauge.files.notation import rounded
-from stepgauge.inference.hypothesis import State
+from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.posterior import Alternative, Answer, Rival
+from stepgauge.inference.posterior import Alternative, Member, Posterior
 from stepgauge.inference.problem import Candidate
 from stepgauge.inference.search import Search
 
@@ -65,7 +65,7 @@ class Model:
     (``impossible``); ``geometry``: all geometric errors at once, if they are stated: none of them has a fit of its own.
     """
 
-    state: State
+    state: Hypothesis
     laws: tuple[Said, ...]
     forms: tuple[Said, ...]
     fitted: Fitted
@@ -81,7 +81,7 @@ class Model:
         return sum((self.state.beside_um(place) for place in places), np.zeros(len(self.state.left_um)))
 
 
-def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) -> Model:
+def make_model(search: Search, answer: Posterior, data: Residuals, priors: Priors) -> Model:
     """The hypothesis that is stated, by rules 1 to 3."""
     state, every = told(search, answer, priors.decision.stated)
     laws, forms = ([one for one in every if one.named is named] for named in (True, False))
@@ -94,7 +94,7 @@ def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) 
     return replace(model, vague=tuple(vague))
 
 
-def _fitted(search: Search, state: State, every: list[Said], forms: list[Said], data: Residuals) -> Model:
+def _fitted(search: Search, state: Hypothesis, every: list[Said], forms: list[Said], data: Residuals) -> Model:
     geometry = [one for one in every if one.lead.candidate.combined]
     laws = [one for one in every if one not in geometry]
     beside = [one.term.nuisance for one in (*forms, *geometry)]
@@ -105,7 +105,7 @@ def _fitted(search: Search, state: State, every: list[Said], forms: list[Said], 
     return Model(state, tuple(laws), tuple(forms), told_laws, metric, geometry=tuple(geometry))
 
 
-def _expected(said: Said, state: State) -> Family:
+def _expected(said: Said, state: Hypothesis) -> Family:
     """A law with the size that is expected of it in the hypothesis that is stated.
 
     Where no reading tells a component of a free direction, it is as large as such a law is usually, and not as it can
@@ -121,7 +121,9 @@ def _of_size(family: Family, atom: int, sd: float) -> Family:
     return replace(family, prior=sd * size_of_shape(family.kind, family.atoms[atom], family.atoms))
 
 
-def with_doubts(model: Model, search: Search, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Model:
+def with_doubts(
+    model: Model, search: Search, answer: Posterior, data: Residuals, priors: Priors, wider: float
+) -> Model:
     """The model without laws that are not determined (rule 3) with uncertainties times ``wider``, or not possible."""
     pairs = list(zip(model.laws, model.fitted.solved, strict=True))
     impossible = tuple(said for said, solved in pairs if not solved.is_possible)
@@ -135,7 +137,7 @@ def with_doubts(model: Model, search: Search, answer: Answer, data: Residuals, p
     return replace(fewer, vague=(*model.vague, *vague), impossible=impossible)
 
 
-def _is_sure(said: Said, solved: Solved, state: State, answer: Answer, priors: Priors, wider: float) -> bool:
+def _is_sure(said: Said, solved: Solved, state: Hypothesis, answer: Posterior, priors: Priors, wider: float) -> bool:
     """Whether a law is determined, also beside all shapes of the others where its size is its only parameter."""
     known = [(one.value, one.u) for one in solved.parameters.values() if one.u is not None]
     if len(known) == 1 and solved.family.directions is None:
@@ -145,7 +147,7 @@ def _is_sure(said: Said, solved: Solved, state: State, answer: Answer, priors: P
     return sure(said, state, answer, priors.decision, wider)
 
 
-def _within_forms(laws: list[Said], forms: list[Said], state: State) -> list[Said]:
+def _within_forms(laws: list[Said], forms: list[Said], state: Hypothesis) -> list[Said]:
     """The laws that a form may contain (rule 3).
 
     Over their own covariate, or with nearly all of their signature. Of the latter, and of oscillations, those that are
@@ -171,7 +173,7 @@ def _oscillates(family: Family) -> bool:
     return family.law is not None and "phase_deg" in family.law.model_fields
 
 
-def _rms_um(said: Said, state: State) -> float:
+def _rms_um(said: Said, state: Hypothesis) -> float:
     """Root mean square of the displacement of a term."""
     return rms(state.told_um(state.place(said.term.candidate)))
 
@@ -190,7 +192,7 @@ def _lives_in(family: Family | Geometry) -> set[str]:
     return {first}
 
 
-def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Iterator[Finding]:
+def findings(model: Model, answer: Posterior, data: Residuals, priors: Priors, wider: float) -> Iterator[Finding]:
     """The laws that are stated; ``wider``: factor on uncertainties from the predictive check."""
     several = answer.alternatives(LEAST_ODDS)
     for said, solved in zip(model.laws, model.fitted.solved, strict=True):
@@ -247,7 +249,7 @@ def _of_geometry(
     said: Said,
     several: list[Alternative],
     model: Model,
-    answer: Answer,
+    answer: Posterior,
     data: Residuals,
     priors: Priors,
     wider: float,
@@ -275,7 +277,9 @@ def _of_geometry(
     )
 
 
-def _members(rivals: list[Rival], fits: dict[str, Solved], alone: float, own: dict[str, Estimate]) -> Iterator[Member]:
+def _members(
+    rivals: list[Member], fits: dict[str, Solved], alone: float, own: dict[str, Estimate]
+) -> Iterator[FindingMember]:
     """All laws of a set, each with its own values from a fit in its place; none for a set of one.
 
     The stated one is first and has its ``own`` values; ``alone``: their share of the probability of the finding, of
@@ -287,10 +291,12 @@ def _members(rivals: list[Rival], fits: dict[str, Solved], alone: float, own: di
     for one in (one for one in rivals if not one.candidate.combined):
         solved = fits[one.candidate.label]
         parameters, share = own if one is rivals[0] else solved.parameters, alone * one.share / total
-        yield Member(solved.family.kind, solved.family.label, share, solved.effect, choices_of(solved), parameters)
+        yield FindingMember(
+            solved.family.kind, solved.family.label, share, solved.effect, choices_of(solved), parameters
+        )
 
 
-def _in_place(rival: Rival, said: Said, model: Model, data: Residuals) -> Solved:
+def _in_place(rival: Member, said: Said, model: Model, data: Residuals) -> Solved:
     """A law as it is fitted in the place of a stated one, beside the other laws."""
     place = model.laws.index(said)
     if rival is said.lead:
@@ -308,7 +314,7 @@ def choices_of(solved: Solved) -> dict[str, object]:
     return {**solved.family.choices, "direction": getattr(solved.effect, "direction", None)}
 
 
-def _vague(said: Said, model: Model, answer: Answer, data: Residuals) -> Located:
+def _vague(said: Said, model: Model, answer: Posterior, data: Residuals) -> Located:
     """A place in which a law fits with a size that is not determined, or not possible: structure without a name."""
     where = covariate_of(said.source, data)
     why = "but larger than that can be" if said in model.impossible else "whose size this recording does not determine"
@@ -322,7 +328,7 @@ def covariate_of(family: Family | Geometry, data: Residuals) -> str:
     return min(_lives_in(family) & varied, default="position")
 
 
-def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Iterator[Located]:
+def unexplained(model: Model, answer: Posterior, data: Residuals, priors: Priors, wider: float) -> Iterator[Located]:
     """The forms that are stated, one to a covariate, the most probable first; ``wider``: see :func:`findings`."""
     doubtful = [
         one
@@ -341,7 +347,7 @@ def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, w
             yield replace(form, where=f"{form.where}, {part}") if part else form
 
 
-def _by_another(doubtful: Sequence[Said], model: Model, answer: Answer, decision: Decision) -> list[Said]:
+def _by_another(doubtful: Sequence[Said], model: Model, answer: Posterior, decision: Decision) -> list[Said]:
     """Laws that are there since another axis has them, and not by the readings: without a size they are no findings."""
     found = [one for one in doubtful if one.lead.look.together > 0.0]
     without = answer.search.without(model.state, *(model.state.place(one.term.candidate) for one in found))
@@ -349,7 +355,7 @@ def _by_another(doubtful: Sequence[Said], model: Model, answer: Answer, decision
     return [] if needed else found
 
 
-def _fitted_shape(rival: Rival) -> Any:
+def _fitted_shape(rival: Member) -> Any:
     """The shape of a form that was fitted between those of the grid, None if it is one of the grid."""
     return None if rival.state is None else rival.state.terms[rival.state.place(rival.candidate)].shape
 
@@ -369,7 +375,7 @@ def _regime(said: Said, model: Model, data: Residuals) -> str:
     return regime(x[seen], columns, mean, covariance, f" {unit}".rstrip())
 
 
-def nearest_laws(model: Model, answer: Answer) -> Iterator[str]:
+def nearest_laws(model: Model, answer: Posterior) -> Iterator[str]:
     """The odds against what is nearest to a stated form, a law or several together, in words."""
     several = answer.alternatives(LEAST_ODDS)
     for said in model.forms:

@@ -12,15 +12,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.inference.hypothesis import State
-from stepgauge.inference.problem import Term, together
+from stepgauge.inference.hypothesis import Hypothesis
+from stepgauge.inference.problem import Term, company_log_prior
 
 Array = NDArray[np.float64]
 FINE = 2.0
 """Ratio of neighbouring measures of what a law moves beside its signature."""
 
 
-def by_size(state: State) -> Iterator[Array]:
+def size_log_evidence(state: Hypothesis) -> Iterator[Array]:
     """Log evidence of each size of each term, its weight included, over that of the size that the term has."""
     if not state.terms:
         return
@@ -48,7 +48,7 @@ def _evidence(sd: Array, present: float, mean: Array, covariance: Array) -> Arra
     return np.asarray(0.5 * (products**2 / (precision + 1.0 / s2) - np.log1p(precision * s2)).sum(axis=1))
 
 
-def over_sizes(state: State) -> float:
+def summed_sizes_gain(state: Hypothesis) -> float:
     """What the log evidence rises by if the sizes of each term are summed at the present ones of the others.
 
     What a size would gain that is not reached yet does not count: with it the others would change as well.
@@ -56,7 +56,7 @@ def over_sizes(state: State) -> float:
     return sum(float(np.logaddexp.reduce(one - max(one.max(), 0.0))) for one in state.by_size)
 
 
-def resized(state: State) -> Term | None:
+def resized(state: Hypothesis) -> Term | None:
     """The term that gains most by another size, with that size; None if all have their most probable ones."""
     found, most = None, 0.0
     for term, evidence in zip(state.terms, state.by_size, strict=True):
@@ -69,7 +69,7 @@ def resized(state: State) -> Term | None:
     return found
 
 
-def in_proportion(state: State) -> Term | None:
+def discrepancy_resized(state: Hypothesis) -> Term | None:
     """A term that moves beside its signature by another measure than that of its amplitude, with that one; or None."""
     for place, term in enumerate(state.terms):
         if len(term.beside):
@@ -79,7 +79,7 @@ def in_proportion(state: State) -> Term | None:
     return None
 
 
-def needed(state: State, most: int) -> tuple[Term, ...]:
+def needed_terms(state: Hypothesis, most: int) -> tuple[Term, ...]:
     """Terms that are more probable beside the others than not, at most so many; for the scatter that all leave.
 
     The least probable one goes first. What is known of the others without it is what is known of them on condition that
@@ -88,9 +88,11 @@ def needed(state: State, most: int) -> tuple[Term, ...]:
     mean, covariance = state.of_terms
     left = list(zip(state.terms, state.parts, strict=True))
     while len(left) > 1:
-        whole = together(term for term, _ in left)
+        whole = company_log_prior(term for term, _ in left)
         odds = [
-            _log_odds(term, mean[own], covariance[own, own]) + whole - together(t for t, _ in left if t is not term)
+            _log_odds(term, mean[own], covariance[own, own])
+            + whole
+            - company_log_prior(t for t, _ in left if t is not term)
             for term, own in left
         ]
         least = int(np.argmin(odds))
@@ -109,7 +111,7 @@ def _log_odds(term: Term, mean: Array, covariance: Array) -> float:
     return term.log_prior + float(np.logaddexp.reduce(evidence))
 
 
-def square_without(state: State, place: int) -> float:
+def sum_of_squares_without(state: Hypothesis, place: int) -> float:
     """Least sum of squares over the variance without a term, if all other terms have their largest sizes."""
     mean, narrow = state.mean[state.count :], state.prior_sd[state.count :]
     own = state.parts[place]

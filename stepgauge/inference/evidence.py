@@ -14,14 +14,20 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.priors import Priors
-from stepgauge.inference.amplitudes import by_size, in_proportion, over_sizes, resized, square_without
+from stepgauge.inference.amplitudes import (
+    discrepancy_resized,
+    resized,
+    size_log_evidence,
+    sum_of_squares_without,
+    summed_sizes_gain,
+)
 from stepgauge.inference.bounds import log_inside
-from stepgauge.inference.hypothesis import State, worth
+from stepgauge.inference.hypothesis import Hypothesis, log_posterior
 from stepgauge.inference.likelihood import Likelihood, SigmaPrior
-from stepgauge.inference.metric import Rows, nuisances
-from stepgauge.inference.noise_models import Scatter, Scatters
-from stepgauge.inference.problem import Candidate, Law, Problem, Term, slices, together
+from stepgauge.inference.metric import RowMetric, nuisances
+from stepgauge.inference.noise_models import NoiseModel, NoiseModels
+from stepgauge.inference.priors import NoisePriors
+from stepgauge.inference.problem import Candidate, Law, Problem, Term, company_log_prior, slices
 
 Array = NDArray[np.float64]
 RESIZED = 60
@@ -36,7 +42,7 @@ class _Base:
     products of the nuisance columns in units of their prior ``sd``.
     """
 
-    rows: Rows
+    rows: RowMetric
     sigma: SigmaPrior
     raw: Array
     mapped: Array
@@ -49,36 +55,36 @@ class _Base:
 class Evidence:
     """Log posteriors of hypotheses, each computed once."""
 
-    def __init__(self, problem: Problem, priors: Priors) -> None:
-        self.problem, self.scatters = problem, Scatters(problem, priors)
-        self.sigma = SigmaPrior(problem.scale_um, priors.scatter.sigma_factor, problem.least_um)
-        self.visited: dict[tuple[object, ...], State] = {}
+    def __init__(self, problem: Problem, priors: NoisePriors) -> None:
+        self.problem, self.scatters = problem, NoiseModels(problem, priors)
+        self.sigma = SigmaPrior(problem.scale_um, priors.sigma_factor, problem.least_um)
+        self.visited: dict[tuple[object, ...], Hypothesis] = {}
         self._bases: dict[tuple[object, ...], _Base] = {}
         self._columns: dict[tuple[object, ...], Array] = {}
         self._products: dict[tuple[object, ...], Array] = {}
         self._squares: dict[int, Array] = {}
 
     @property
-    def current(self) -> Iterator[State]:
+    def current(self) -> Iterator[Hypothesis]:
         """All hypotheses that were computed with the volumes that hold for their scatter."""
         return (state for state in self.visited.values() if state.current)
 
     @property
-    def likeliest(self) -> dict[frozenset[str], State]:
+    def likeliest(self) -> dict[frozenset[str], Hypothesis]:
         """The most probable one of :attr:`current` for each set of terms."""
-        found: dict[frozenset[str], State] = {}
+        found: dict[frozenset[str], Hypothesis] = {}
         for state in self.current:
-            found[state.labels] = max(found.get(state.labels, state), state, key=worth)
+            found[state.labels] = max(found.get(state.labels, state), state, key=log_posterior)
         return found
 
-    def __call__(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float | None = None) -> State:
+    def __call__(self, terms: tuple[Term, ...], scatter: NoiseModel, near_um: float | None = None) -> Hypothesis:
         """The hypothesis of some terms and a scatter; ``near_um``: a first guess of the scatter."""
         key = _key(terms, scatter)
         if key not in self.visited:
             self.visited[key] = self._state(terms, scatter, near_um or self.problem.within_um)
         return self.visited[key]
 
-    def narrowed(self, state: State, candidate: Candidate, by: float) -> State:
+    def narrowed(self, state: Hypothesis, candidate: Candidate, by: float) -> Hypothesis:
         """A hypothesis in place of the same with a volume of one term that is too large, by so many nats."""
         place = state.place(candidate)
         narrow = replace(state.terms[place], log_prior=state.terms[place].log_prior - by)
@@ -88,9 +94,9 @@ class Evidence:
             _key(terms, state.scatter), replace(state, terms=terms, log_posterior=state.log_posterior - by)
         )
 
-    def _base(self, scatter: Scatter) -> _Base:
+    def _base(self, scatter: NoiseModel) -> _Base:
         if scatter.key not in self._bases:
-            rows = Rows(self.problem, scatter, self.scatters)
+            rows = RowMetric(self.problem, scatter, self.scatters)
             columns, sd = nuisances(self.problem, scatter)
             raw = np.vstack([self.problem.um, columns])
             mapped = rows(raw)
@@ -100,13 +106,13 @@ class Evidence:
             self._bases[scatter.key] = _Base(rows, sigma, columns, mapped, gram, sd, turn, np.maximum(value, 0.0))
         return self._bases[scatter.key]
 
-    def _mapped(self, term: Term, scatter: Scatter, base: _Base) -> Array:
+    def _mapped(self, term: Term, scatter: NoiseModel, base: _Base) -> Array:
         key = (term.key, scatter.key)
         if key not in self._columns:
             self._columns[key] = base.rows(term.columns)
         return self._columns[key]
 
-    def _gram(self, terms: tuple[Term, ...], scatter: Scatter, base: _Base) -> Array:
+    def _gram(self, terms: tuple[Term, ...], scatter: NoiseModel, base: _Base) -> Array:
         """Products of the residual and all columns; those of two terms are computed once."""
         first, *own = slices([len(base.gram), *(len(term.columns) for term in terms)])
         size = own[-1].stop if own else first.stop
@@ -120,7 +126,7 @@ class Evidence:
                 gram[one, other], gram[other, one] = product, product.T
         return gram
 
-    def _product(self, term: Term, other: Term | None, scatter: Scatter, base: _Base) -> Array:
+    def _product(self, term: Term, other: Term | None, scatter: NoiseModel, base: _Base) -> Array:
         """Products ``(d, e)`` of a term's columns with another's; ``(k, d)`` with residual and nuisance columns."""
         key = (term.key, None if other is None else other.key, scatter.key)
         if key not in self._products:
@@ -129,13 +135,13 @@ class Evidence:
             self._products[key] = beside
         return self._products[key]
 
-    def _state(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
+    def _state(self, terms: tuple[Term, ...], scatter: NoiseModel, near_um: float) -> Hypothesis:
         """The hypothesis with the most probable size of every term, and all sizes summed."""
         state = self._of_likeliest_sizes(terms, scatter, near_um)
         state = self._within_bounds(replace(state, log_posterior=_summed(state)))
         return state if np.isfinite(state.log_posterior) else replace(state, log_posterior=-np.inf)
 
-    def _of_likeliest_sizes(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
+    def _of_likeliest_sizes(self, terms: tuple[Term, ...], scatter: NoiseModel, near_um: float) -> Hypothesis:
         """One size is changed at a time: of two laws alike that are large together one is enough.
 
         What a law moves beside its signature is in proportion to the amplitude that it has, and not to a larger one
@@ -144,7 +150,7 @@ class Evidence:
         state = self._of_sizes(terms, scatter, near_um)
         found = {_sizes(terms): state}
         for _ in range(RESIZED):
-            term = resized(state) or in_proportion(state)
+            term = resized(state) or discrepancy_resized(state)
             if term is None:
                 break
             terms = tuple(term if one.candidate is term.candidate else one for one in state.terms)
@@ -154,7 +160,7 @@ class Evidence:
             state = found[sizes] = self._of_sizes(terms, scatter, state.sigma_um)
         return state
 
-    def _of_sizes(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
+    def _of_sizes(self, terms: tuple[Term, ...], scatter: NoiseModel, near_um: float) -> Hypothesis:
         """The hypothesis with the sizes that its terms have; their prior is that of their sizes summed."""
         base = self._base(scatter)
         gram = self._gram(terms, scatter, base)
@@ -167,16 +173,16 @@ class Evidence:
         for term in terms:
             left_um -= mean[first : (first := first + len(term.columns))] @ term.columns
         log_posterior = log_evidence + base.rows.log_determinant + scatter.log_prior
-        log_posterior += sum(term.log_prior for term in terms) + together(terms)
+        log_posterior += sum(term.log_prior for term in terms) + company_log_prior(terms)
         sigma_um, square = float(np.exp(log_sigma)), likelihood.square(amplitudes, log_sigma)
-        state = State(terms, scatter, log_posterior, sigma_um, left_um, factor, sd, mean, len(base.sd), square)
+        state = Hypothesis(terms, scatter, log_posterior, sigma_um, left_um, factor, sd, mean, len(base.sd), square)
         try:
-            return replace(state, by_size=tuple(by_size(state)))
+            return replace(state, by_size=tuple(size_log_evidence(state)))
         except np.linalg.LinAlgError:  # no number is left of amplitudes beyond all rounding: nobody chooses this
             weights = tuple(term.candidate.sizes.log_weight for term in terms)
             return replace(state, log_posterior=-np.inf, by_size=weights)
 
-    def _within_bounds(self, state: State) -> State:
+    def _within_bounds(self, state: Hypothesis) -> Hypothesis:
         """The state with the priors of amplitudes that cannot be negative, or small, cut there."""
         gain = 0.0
         for place, term in enumerate(state.terms):
@@ -187,7 +193,7 @@ class Evidence:
                 gain += float(log_inside(mean[0], u, term.sd, law.least, law.positive))
         return replace(state, log_posterior=state.log_posterior + gain) if gain else state
 
-    def most_without(self, state: State, place: int) -> float:
+    def most_without(self, state: Hypothesis, place: int) -> float:
         """What the log posterior of a hypothesis cannot exceed without one of its terms that it needs.
 
         The others may have any of their sizes: they explain most with the largest ones, and their Occam factors are at
@@ -198,22 +204,22 @@ class Evidence:
         term, dof = state.terms[place], len(self.problem) - len(state.mean)
         if dof <= 0 or any(isinstance(one.candidate, Law) and one.candidate.bounded for one in state.terms):
             return np.inf
-        more = square_without(state, place)
+        more = sum_of_squares_without(state, place)
         if more <= dof:
             return np.inf
         occam = -float(np.log(np.diag(state.factor)[state.count :]).sum())
         best = 0.5 * (state.square - dof) - 0.5 * dof * float(np.log(more / dof))
         stated = -float(self.sigma.log_density(np.log(state.sigma_um)))
-        prior = term.log_prior + over_sizes(state)
+        prior = term.log_prior + summed_sizes_gain(state)
         return state.log_posterior - prior - occam + best + stated
 
-    def squares(self, state: State) -> Array:
+    def squares(self, state: Hypothesis) -> Array:
         """Expected squared residual of each row over its variance, given the other rows, ``(n,)``; computed once."""
         if id(state) not in self._squares:
             self._squares[id(state)] = self._expected_squares(state)
         return self._squares[id(state)]
 
-    def _expected_squares(self, state: State) -> Array:
+    def _expected_squares(self, state: Hypothesis) -> Array:
         base = self._base(state.scatter)
         columns = np.vstack([base.raw, *(term.columns for term in state.terms)])
         own = np.einsum("kn,kn->n", columns, state.covariance @ columns)
@@ -228,10 +234,10 @@ def _sizes(terms: tuple[Term, ...]) -> tuple[object, ...]:
     return tuple((term.sd, term.beside_sd) for term in terms)
 
 
-def _summed(state: State) -> float:
+def _summed(state: Hypothesis) -> float:
     """The log posterior with all sizes of every term."""
-    return state.log_posterior + over_sizes(state)
+    return state.log_posterior + summed_sizes_gain(state)
 
 
-def _key(terms: tuple[Term, ...], scatter: Scatter) -> tuple[object, ...]:
+def _key(terms: tuple[Term, ...], scatter: NoiseModel) -> tuple[object, ...]:
     return frozenset(term.key for term in terms), scatter.key

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.parallel import each
-from stepgauge.inference.problem import Smooth, slices
-from stepgauge.inference.proposal import Beside, Look
+from stepgauge.inference.problem import GaussianProcess, slices
+from stepgauge.inference.proposal import HypothesisResidual, Proposal
 
 Array = NDArray[np.float64]
 MOST_FEATURES, SEEN_FEATURES = 90, 0.99
@@ -22,7 +22,7 @@ MOST_EXACT = 16
 class Kernels:
     """The features ``(m, n)`` of all random functions that matter, kernel after kernel in ``slices``."""
 
-    def __init__(self, smooth: Sequence[Smooth]) -> None:
+    def __init__(self, smooth: Sequence[GaussianProcess]) -> None:
         self.smooth = smooth
         chosen = [_chosen(features) for one in smooth for features in one.features]
         self.slices = slices([len(one) for one in chosen])
@@ -55,7 +55,7 @@ class Features:
         self.slices = slices([len(value) for value, _ in turned])
         self.first = np.array([own.start for own in self.slices], np.intp)
 
-    def looks(self, beside: Beside) -> Iterator[Look]:
+    def looks(self, beside: HypothesisResidual) -> Iterator[Proposal]:
         """Looks of the random functions, over all kernels and sizes."""
         if not self.smooth:
             return
@@ -73,7 +73,7 @@ class Features:
                 evidence[:, kernel] = beside.student(gain[:, kernel] + more) - price[:, kernel] - dearer
         yield from self._summed(evidence.T + weight, sizes)
 
-    def _lost(self, beside: Beside) -> Array:
+    def _lost(self, beside: HypothesisResidual) -> Array:
         """Products ``(m, q)`` of the features with the loss."""
         if beside.turn is None:
             return self.white @ beside.lost
@@ -81,7 +81,7 @@ class Features:
             span.features = self.white @ span.rows.T if span.features is None else span.features
         return np.hstack([span.features for span in beside.spans if span.features is not None]) @ beside.turn
 
-    def _summed(self, evidence: Array, sizes: Array) -> Iterator[Look]:
+    def _summed(self, evidence: Array, sizes: Array) -> Iterator[Proposal]:
         first = 0
         for one in self.smooth:
             own = evidence[first : first + one.atoms] - np.log(one.atoms)
@@ -89,7 +89,7 @@ class Features:
             by_atom = np.logaddexp.reduce(own, axis=1)
             atom = int(by_atom.argmax())
             volume = total - float(by_atom[atom]) - float(np.log(one.atoms))
-            yield Look(one, total + one.log_odds, volume, atom, float(sizes[own[atom].argmax()]))
+            yield Proposal(one, total + one.log_odds, volume, atom, float(sizes[own[atom].argmax()]))
             first += one.atoms
 
 

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.inference.likelihood import inverse
-from stepgauge.inference.noise_models import Scatter
+from stepgauge.inference.noise_models import NoiseModel
 from stepgauge.inference.problem import Candidate, Term, slices
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class Hypothesis:
     """A hypothesis: its terms and scatter, and the quantities that follow from them.
 
     ``log_posterior``: up to a constant of the problem; ``sigma_um``: standard deviation of an ordinary row; ``left_um
@@ -27,7 +27,7 @@ class State:
     """
 
     terms: tuple[Term, ...]
-    scatter: Scatter
+    scatter: NoiseModel
     log_posterior: float
     sigma_um: float
     left_um: Array
@@ -111,6 +111,6 @@ class State:
         return self.mean[count:], sd[:, None] * inverse(self.factor[count:, count:].copy()) * sd
 
 
-def worth(state: State) -> float:
+def log_posterior(state: Hypothesis) -> float:
     """What hypotheses are compared by."""
     return state.log_posterior

@@ -9,7 +9,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.inference.noise_models import Scatter, Scatters
+from stepgauge.inference.noise_models import NoiseModel, NoiseModels
 from stepgauge.inference.problem import Problem
 
 Array = NDArray[np.float64]
@@ -20,10 +20,10 @@ FREE_UM = 1e3
 """Prior standard deviation of a nuisance parameter without prior knowledge: far larger than any remaining origin."""
 
 
-class Rows:
+class RowMetric:
     """Rows made independent: scaled and, where they are correlated, minus the prediction from the previous rows."""
 
-    def __init__(self, problem: Problem, scatter: Scatter, scatters: Scatters) -> None:
+    def __init__(self, problem: Problem, scatter: NoiseModel, scatters: NoiseModels) -> None:
         self.scale = 1.0 / np.sqrt(scatters.variance(scatter))
         self.order, self.correlated, self.problem = problem.order, scatter.correlated, problem
         self.flicker = problem.flicker(scatter.flicker) if scatter.flicker else None
@@ -89,7 +89,7 @@ class Rows:
         return np.asarray(square[self.back] * self.scale**2)
 
 
-def nuisances(problem: Problem, scatter: Scatter) -> tuple[Array, Array]:
+def nuisances(problem: Problem, scatter: NoiseModel) -> tuple[Array, Array]:
     """Nuisance columns ``(k, n)`` for a model of the scatter and their prior standard deviations ``(k,)``, um."""
     columns = [problem.certified, problem.free]
     sd = [problem.certified_u * scatter.certificate, np.full(len(problem.free), FREE_UM)]
@@ -109,12 +109,12 @@ class Metric:
     def __init__(
         self,
         problem: Problem,
-        scatter: Scatter,
-        scatters: Scatters,
+        scatter: NoiseModel,
+        scatters: NoiseModels,
         sigma_um: float,
         beside: Sequence[tuple[Array, Array]] = (),
     ) -> None:
-        self.rows, self.sigma_um = Rows(problem, scatter, scatters), sigma_um
+        self.rows, self.sigma_um = RowMetric(problem, scatter, scatters), sigma_um
         columns, sd = nuisances(problem, scatter)
         columns = np.vstack([columns, *(others for others, _ in beside)])
         sd = np.concatenate([sd, *(own for _, own in beside)])

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from stepgauge.diagnosis.priors import Priors
+from stepgauge.inference.priors import NoisePriors
 from stepgauge.inference.problem import Problem
 
 Array = NDArray[np.float64]
@@ -23,7 +23,7 @@ NORMAL, OUTLYING, HEAVY = "normal", "outlying", "heavy"
 
 
 @dataclass(frozen=True, eq=False)
-class Scatter:
+class NoiseModel:
     """A model of the scatter.
 
     ``weight (n,)``: expected precision of a row over that of an ordinary one; ``growth``: covariate and rate of growing
@@ -77,22 +77,22 @@ class Scatter:
         return self.growth is None and self.burst is None and not self.correlated and self.tails != OUTLYING
 
 
-class Scatters:
+class NoiseModels:
     """All models of the scatter that a problem may have, with their priors."""
 
-    def __init__(self, problem: Problem, priors: Priors) -> None:
-        self.problem, self.priors = problem, priors.scatter
+    def __init__(self, problem: Problem, priors: NoisePriors) -> None:
+        self.problem, self.priors = problem, priors
         self.ones = np.ones(len(problem))
 
-    def plain(self) -> Scatter:
+    def plain(self) -> NoiseModel:
         """The same for every row, independent."""
-        return self._priced(Scatter(self.ones, 0.0))
+        return self._priced(NoiseModel(self.ones, 0.0))
 
-    def variance(self, scatter: Scatter) -> Array:
+    def variance(self, scatter: NoiseModel) -> Array:
         """Variance of every row over that of an ordinary one, ``(n,)``."""
         return self.ordinary(scatter) / scatter.weight
 
-    def ordinary(self, scatter: Scatter) -> Array:
+    def ordinary(self, scatter: NoiseModel) -> Array:
         """The same without outliers and tails: as it is stated, and what grows beyond that in quadrature."""
         stated = self.problem.stated * self.ones
         if scatter.rounded:
@@ -116,15 +116,15 @@ class Scatters:
         prior, n = self.priors, len(self.problem)
         return float(np.log(prior.burst / len(prior.burst_factors) / (0.5 * n**2)))
 
-    def changed(self, scatter: Scatter, **facets: object) -> Scatter:
+    def changed(self, scatter: NoiseModel, **facets: object) -> NoiseModel:
         """A model with some properties changed, and its new prior."""
         return self._priced(replace(scatter, **facets))  # type: ignore[arg-type]
 
-    def without_tails(self, scatter: Scatter) -> Scatter:
+    def without_tails(self, scatter: NoiseModel) -> NoiseModel:
         """The same with normal tails."""
         return self.changed(scatter, weight=self.ones, tails=NORMAL, freedom=np.inf, outlying=None, bound=0.0)
 
-    def outlying(self, scatter: Scatter, square: Array) -> Scatter:
+    def outlying(self, scatter: NoiseModel, square: Array) -> NoiseModel:
         """The same where each row may be an outlier; ``square (n,)``: expected squared residuals over the variance."""
         prior, n = self.priors, len(self.problem)
         wide = np.array([1.0, *prior.outlier_sizes])
@@ -143,7 +143,7 @@ class Scatters:
         bound += float(special.betaln(1.0 + some, rate + n - some) - special.betaln(1.0, rate))
         return self.changed(scatter, weight=weight, tails=OUTLYING, freedom=np.inf, outlying=chance, bound=bound)
 
-    def heavy(self, scatter: Scatter, freedom: float, square: Array) -> Scatter:
+    def heavy(self, scatter: NoiseModel, freedom: float, square: Array) -> NoiseModel:
         """The same with tails of Student's distribution with ``freedom`` degrees of freedom."""
         a0 = b0 = freedom / 2.0
         a, b = a0 + 0.5, b0 + 0.5 * square
@@ -153,7 +153,7 @@ class Scatters:
         bound = float((0.5 * log - 0.5 * np.log(weight) - divergence).sum())
         return self.changed(scatter, weight=weight, tails=HEAVY, freedom=freedom, outlying=None, bound=bound)
 
-    def _priced(self, scatter: Scatter) -> Scatter:
+    def _priced(self, scatter: NoiseModel) -> NoiseModel:
         prior, log_prior = self.priors, scatter.bound
         if scatter.growth is not None:
             log_prior += np.log(prior.growth / len(self.problem.growing) / len(prior.growth_rates))

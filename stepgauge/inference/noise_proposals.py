@@ -9,10 +9,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.priors import ScatterPriors
 from stepgauge.inference.evidence import Evidence
-from stepgauge.inference.hypothesis import State, worth
-from stepgauge.inference.noise_models import HEAVY, NORMAL, OUTLYING, Scatter
+from stepgauge.inference.hypothesis import Hypothesis, log_posterior
+from stepgauge.inference.noise_models import HEAVY, NORMAL, OUTLYING, NoiseModel
+from stepgauge.inference.priors import NoisePriors
 from stepgauge.inference.problem import Problem
 
 Array = NDArray[np.float64]
@@ -29,17 +29,17 @@ MEDIAN_SQUARE = 0.4549
 """Median of chi-square with one degree of freedom."""
 
 
-class Facets:
+class NoiseProposals:
     """A hypothesis with one property of its scatter changed at a time."""
 
-    def __init__(self, evidence: Evidence, problem: Problem, priors: ScatterPriors) -> None:
+    def __init__(self, evidence: Evidence, problem: Problem, priors: NoisePriors) -> None:
         self.evidence, self.scatters, self.problem, self.priors = evidence, evidence.scatters, problem, priors
 
-    def __call__(self, state: State) -> Iterator[State]:
+    def __call__(self, state: Hypothesis) -> Iterator[Hypothesis]:
         """The same terms with other models of the scatter."""
         prior, scatter, change = self.priors, state.scatter, self.scatters.changed
 
-        def tried(other: Scatter) -> State:
+        def tried(other: NoiseModel) -> Hypothesis:
             return self.evidence(state.terms, other, state.sigma_um)
 
         if scatter.growth is not None:
@@ -56,7 +56,7 @@ class Facets:
             yield tried(change(scatter, rounded=not scatter.rounded))
         yield from self._tails(state, tried)
 
-    def _likeliest_growth(self, state: State) -> tuple[str, float]:
+    def _likeliest_growth(self, state: Hypothesis) -> tuple[str, float]:
         """The covariate and rate with which the squared residuals grow, by their likelihood."""
         square = self.evidence.squares(state)
         n, stated = len(square), self.scatters.ordinary(state.scatter)
@@ -68,7 +68,7 @@ class Facets:
         every = [(name, rate) for name in self.problem.growing for rate in self.priors.growth_rates]
         return max(every, key=lambda one: gain(*one))
 
-    def _likeliest_burst(self, state: State) -> tuple[int, int, float] | None:
+    def _likeliest_burst(self, state: Hypothesis) -> tuple[int, int, float] | None:
         """The stretch of the record with the largest scatter, by the likelihood; None where none is near probable.
 
         Where rows have no order of reading there is none.
@@ -83,7 +83,7 @@ class Facets:
         finer, more = _loudest(total, firsts, ends, factor)
         return max((gain, best), (more, finer))[1] if max(gain, more) + self.scatters.log_burst > -FARTHER else None
 
-    def _correlated(self, state: State, tried: Callable[[Scatter], State]) -> Iterator[State]:
+    def _correlated(self, state: Hypothesis, tried: Callable[[NoiseModel], Hypothesis]) -> Iterator[Hypothesis]:
         """Correlations about the present one, farther as long as they are more probable; 1/f noise if one is near."""
         every = [0.0, *self.priors.correlations]
         here, near = every.index(state.scatter.correlation), state.scatter.correlated
@@ -101,7 +101,7 @@ class Facets:
         shares = [one for one in self.priors.flicker_shares if near and one != state.scatter.flicker]
         yield from (tried(self.scatters.changed(state.scatter, correlation=0.0, flicker=one)) for one in shares)
 
-    def _tails(self, state: State, tried: Callable[[Scatter], State]) -> Iterator[State]:
+    def _tails(self, state: Hypothesis, tried: Callable[[NoiseModel], Hypothesis]) -> Iterator[Hypothesis]:
         """Outliers and heavy tails, weighted by the residuals of the state; normal tails if these are more probable."""
         normal = self.scatters.without_tails(state.scatter)
         if state.scatter.tails != NORMAL:
@@ -113,16 +113,18 @@ class Facets:
             for freedom in self.priors.heavy_freedoms:
                 yield self._weighed(tried, first, partial(self.scatters.heavy, normal, freedom))
 
-    def _robust(self, state: State) -> Array:
+    def _robust(self, state: Hypothesis) -> Array:
         """Squared residuals over the variance of the middle half of the rows: outliers do not mask one another."""
         square = self.evidence.squares(state)
         return square / min(float(np.median(square)) / MEDIAN_SQUARE, 1.0)
 
-    def _weighed(self, tried: Callable[[Scatter], State], square: Array, weigh: Callable[[Array], Scatter]) -> State:
+    def _weighed(
+        self, tried: Callable[[NoiseModel], Hypothesis], square: Array, weigh: Callable[[Array], NoiseModel]
+    ) -> Hypothesis:
         best = None
         for _ in range(WEIGHING):
             state = tried(weigh(square))
-            best = state if best is None else max(best, state, key=worth)
+            best = state if best is None else max(best, state, key=log_posterior)
             square = self.evidence.squares(state)
         assert best is not None
         return best

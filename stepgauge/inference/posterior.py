@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from stepgauge.inference.hypothesis import State
-from stepgauge.inference.noise_models import Scatter
-from stepgauge.inference.problem import Candidate, Term, left_beside
-from stepgauge.inference.proposal import Look
+from stepgauge.inference.hypothesis import Hypothesis
+from stepgauge.inference.noise_models import NoiseModel
+from stepgauge.inference.problem import Candidate, Term, residual_columns
+from stepgauge.inference.proposal import Proposal
 from stepgauge.inference.search import Search
 
 Array = NDArray[np.float64]
@@ -29,11 +29,11 @@ COMPUTED = 6
 
 
 @dataclass(frozen=True)
-class Hypothesis:
+class WeightedHypothesis:
     """The labels of a hypothesis, and its log posterior."""
 
     candidates: tuple[Candidate, ...]
-    scatter: Scatter
+    scatter: NoiseModel
     log_posterior: float
 
     @property
@@ -43,17 +43,17 @@ class Hypothesis:
 
 
 @dataclass(frozen=True)
-class Rival:
+class Member:
     """A candidate that may replace a term: its share of the probability of this place, and its state or look."""
 
     candidate: Candidate
     share: float
-    look: Look
-    state: State | None = None
+    look: Proposal
+    state: Hypothesis | None = None
 
 
 @dataclass(frozen=True)
-class Place:
+class CredibleSet:
     """One term of the best hypothesis with its rivals.
 
     ``rivals``: the term's own candidate first; ``nothing``: share of the hypothesis without any of them, and of
@@ -61,7 +61,7 @@ class Place:
     """
 
     term: int
-    rivals: tuple[Rival, ...]
+    rivals: tuple[Member, ...]
     nothing: float
 
     @property
@@ -82,29 +82,29 @@ class Alternative:
     gone: tuple[str, ...]
     come: tuple[Candidate, ...]
     odds: float
-    state: State
+    state: Hypothesis
 
 
-class Answer:
+class Posterior:
     """Probabilities over all hypotheses that a search has computed."""
 
-    def __init__(self, search: Search, best: State) -> None:
+    def __init__(self, search: Search, best: Hypothesis) -> None:
         self.search, self.best = search, best
-        self.places = tuple(place_of(search, best, place) for place in range(len(best.terms)))
+        self.places = tuple(credible_set(search, best, place) for place in range(len(best.terms)))
 
     @cached_property
-    def hypotheses(self) -> list[Hypothesis]:
+    def hypotheses(self) -> list[WeightedHypothesis]:
         """All hypotheses computed, one for each set of labels."""
-        found: dict[tuple[object, ...], Hypothesis] = {}
+        found: dict[tuple[object, ...], WeightedHypothesis] = {}
         for state in self.search.evidence.current:
             candidates = tuple(term.candidate for term in state.terms)
-            one = Hypothesis(candidates, state.scatter, state.log_posterior)
+            one = WeightedHypothesis(candidates, state.scatter, state.log_posterior)
             key = (one.labels, state.scatter.kind)
             if key not in found or found[key].log_posterior < one.log_posterior:
                 found[key] = one
         return [*found.values(), *self._seen()]
 
-    def _seen(self) -> list[Hypothesis]:
+    def _seen(self) -> list[WeightedHypothesis]:
         """Rivals that were rated by a look and not computed."""
         seen = []
         for place in self.places:
@@ -113,7 +113,7 @@ class Answer:
             for rival in place.rivals:
                 if rival.state is None and rival.share > 0.0:
                     worth = self.best.log_posterior + float(np.log(rival.share / own))
-                    seen.append(Hypothesis((*others, rival.candidate), self.best.scatter, worth))
+                    seen.append(WeightedHypothesis((*others, rival.candidate), self.best.scatter, worth))
         return seen
 
     @cached_property
@@ -168,10 +168,10 @@ class Answer:
 
     def _shown(self, term: Term) -> float:
         """Size of a term's signature beside what nothing is known of."""
-        return float(np.linalg.norm(left_beside(term.columns, self.search.problem.free)))
+        return float(np.linalg.norm(residual_columns(term.columns, self.search.problem.free)))
 
     @cached_property
-    def _likeliest(self) -> dict[frozenset[str], State]:
+    def _likeliest(self) -> dict[frozenset[str], Hypothesis]:
         """The most probable state that was computed for each set of terms."""
         return self.search.evidence.likeliest
 
@@ -225,7 +225,7 @@ class Answer:
         return weight, as_own[:, None] * means, as_own[:, None, None] ** 2 * covariances
 
 
-def place_of(search: Search, best: State, place: int) -> Place:
+def credible_set(search: Search, best: Hypothesis, place: int) -> CredibleSet:
     """A term of a hypothesis with its rivals; those that only were rated count with their looks.
 
     What the readings do not make more probable than it was explains nothing of the place: it counts as nothing there.
@@ -237,7 +237,7 @@ def place_of(search: Search, best: State, place: int) -> Place:
     # a look at a rival does not tell that it is more probable
     computed = [look for i, look in enumerate(near) if i < COMPUTED or look.gain > own.gain]
     states = [(own, best), *((look, search.added(base, look)) for look in computed)]
-    worth: list[tuple[Look, float, State | None]] = [
+    worth: list[tuple[Proposal, float, Hypothesis | None]] = [
         (one, s.log_posterior - base.log_posterior, s) for one, s in states
     ]
     # of a signature that nearly vanishes beside the origins a look in single precision sees less than there is
@@ -248,13 +248,13 @@ def place_of(search: Search, best: State, place: int) -> Place:
     for (look, value, found), share in zip(worth, shares, strict=True):
         spoken_for = value > look.log_odds
         if look is own or spoken_for:
-            rivals.append(Rival(look.candidate, share, look, found))
+            rivals.append(Member(look.candidate, share, look, found))
         if not spoken_for:
             nothing += share
-    return Place(place, (rivals[0], *sorted(rivals[1:], key=lambda one: -one.share)), nothing)
+    return CredibleSet(place, (rivals[0], *sorted(rivals[1:], key=lambda one: -one.share)), nothing)
 
 
-def _has(scatter: Scatter, has: str) -> bool:
+def _has(scatter: NoiseModel, has: str) -> bool:
     return {
         "growth": scatter.growth is not None,
         "burst": scatter.burst is not None,

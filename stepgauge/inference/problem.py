@@ -26,7 +26,7 @@ FEWEST_REPEATS = 8
 
 
 @dataclass(frozen=True)
-class Sizes:
+class AmplitudePrior:
     """Prior of an amplitude: a mixture of normal distributions about zero.
 
     ``sd (t,)``: their standard deviations, um for a unit of the signature; ``log_weight (t,)``: logarithms of their
@@ -75,7 +75,7 @@ class Candidate:
     label: str
     named: bool
     log_odds: float
-    sizes: Sizes
+    sizes: AmplitudePrior
     source: Any = None
     once: bool = False
     combined: bool = False
@@ -130,7 +130,7 @@ class Law(Candidate):
 
 
 @dataclass(frozen=True, eq=False)
-class Smooth(Candidate):
+class GaussianProcess(Candidate):
     """Many amplitudes, few shapes: random functions of one covariate, one set of ``features (d, n)`` per kernel."""
 
     features: tuple[Array, ...] = ()
@@ -323,7 +323,7 @@ class Problem:
         return float(np.sqrt(((um - mean[self.group]) ** 2 * weight).sum() / dof))
 
 
-def left_beside(columns: Array, others: Array) -> Array:
+def residual_columns(columns: Array, others: Array) -> Array:
     """Columns ``(d, n)`` without what they have in common with others ``(m, n)``."""
     return np.asarray(columns - (columns @ np.linalg.pinv(others)) @ others)
 
@@ -334,7 +334,7 @@ def slices(counts: Iterable[int]) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
-def together(terms: Iterable[Term]) -> float:
+def company_log_prior(terms: Iterable[Term]) -> float:
     """What the log prior of terms rises by where several are of a kind that comes together."""
     kinds = defaultdict[str, list[float]](list)
     for term in terms:

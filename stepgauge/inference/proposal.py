@@ -19,7 +19,7 @@ FULL = 0.9999
 
 
 @dataclass(frozen=True)
-class Look:
+class Proposal:
     """A candidate rated for addition to a hypothesis.
 
     ``gain``: increase of the log posterior, prior included, of which ``together`` is for one of its kind that is there;
@@ -41,7 +41,7 @@ class Look:
         """Log prior odds of the candidate beside the hypothesis."""
         return self.candidate.log_odds + self.together
 
-    def beside(self, kinds: Collection[str]) -> Look:
+    def beside(self, kinds: Collection[str]) -> Proposal:
         """The look beside terms of some kinds."""
         more = self.candidate.again if self.candidate.kind in kinds else 0.0
         return replace(self, gain=self.gain + more, together=more) if more else self
@@ -74,7 +74,7 @@ def is_plain(candidate: Candidate, signed: bool = False) -> bool:
     return candidate.atoms == 1 and not (signed and candidate.positive)
 
 
-def few_of_a_kind(looks: Iterable[Look], most: int = 2) -> Iterator[Look]:
+def limit_per_kind(looks: Iterable[Proposal], most: int = 2) -> Iterator[Proposal]:
     """The first ones of every kind; one of all axes at once is none of those of an axis."""
     count: dict[tuple[str, float], int] = {}
     for look in looks:
@@ -84,7 +84,7 @@ def few_of_a_kind(looks: Iterable[Look], most: int = 2) -> Iterator[Look]:
             yield look
 
 
-class Span:
+class TermSpan:
     """The mapped columns of a term as ``mix (d, k)`` of orthonormal rows ``(k, n)``, with products computed once.
 
     Most hypotheses that are looked at have all terms but one in common. ``dots``: products of the rows with patterns,
@@ -102,7 +102,7 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Beside:
+class HypothesisResidual:
     """Residual of a hypothesis: mapped, with the columns of its terms as a low-rank loss, and their products.
 
     ``spans``: those of the terms, of which the loss is a mixture ``turn``; None where products are computed anew:
@@ -113,7 +113,7 @@ class Beside:
     lost: Array
     total: float
     dof: float
-    spans: tuple[Span, ...] = ()
+    spans: tuple[TermSpan, ...] = ()
     turn: Array | None = None
     taken: Array | None = None
 

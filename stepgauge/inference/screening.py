@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag, cholesky, solve_triangular
 
 from stepgauge.inference.features import Features, Kernels
-from stepgauge.inference.hypothesis import State
+from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.noise_models import Scatters
+from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.inference.parallel import each
 from stepgauge.inference.patterns import Patterns, grouped
-from stepgauge.inference.problem import Law, Problem, Smooth, Term
-from stepgauge.inference.proposal import UNLOST, Beside, Look, Span
-from stepgauge.inference.tables import Table, tables
+from stepgauge.inference.problem import GaussianProcess, Law, Problem, Term
+from stepgauge.inference.proposal import UNLOST, HypothesisResidual, Proposal, TermSpan
+from stepgauge.inference.tables import SignatureTable, tables
 
 Array = NDArray[np.float64]
 MOST_TURNED = 10.0
@@ -36,16 +36,16 @@ LIKE_SIGMA = 0.5
 """Difference of log sigma within which looks use the same metric."""
 
 
-class Looker:
+class MetricScreening:
     """Looks with one metric."""
 
     def __init__(self, problem: Problem, metric: Metric, kernels: Kernels) -> None:
         self.metric, self.patterns = metric, list[Patterns]()
         self.white = metric(problem.um)
         self.least = metric.dof * (metric.rows.least_um / metric.sigma_um) ** 2
-        self.tables: list[Table] = []
+        self.tables: list[SignatureTable] = []
         self.smooth = Features(kernels, metric)
-        self.spans: dict[tuple[object, ...], Span] = {}
+        self.spans: dict[tuple[object, ...], TermSpan] = {}
         self._bare: dict[int, Array] = {}
 
     def admit(self, patterns: Sequence[Patterns]) -> None:
@@ -55,7 +55,7 @@ class Looker:
         self.patterns += more
         self.__dict__.pop("plain", None)
 
-    def looks(self, state: State, known: int = 0) -> list[Look]:
+    def looks(self, state: Hypothesis, known: int = 0) -> list[Proposal]:
         """All candidates for addition to a hypothesis, but for the first ``known`` tables."""
         beside, tables = self._beside(state), self.tables[known:]
         dots = self._dots(beside, dict.fromkeys(place for table in tables for place, _ in table.sets))
@@ -64,7 +64,7 @@ class Looker:
         found = [look.beside(kinds) for look in found]
         return found if known else [*found, *self.smooth.looks(beside)]
 
-    def _dots(self, beside: Beside, places: Collection[int]) -> dict[int, Array]:
+    def _dots(self, beside: HypothesisResidual, places: Collection[int]) -> dict[int, Array]:
         """Products of patterns with residual and loss, ``(r, atoms, depth, 1 + q)``, by their place."""
         if beside.spans and beside.turn is None:
             return self._products(np.column_stack([beside.left, beside.lost]), places)
@@ -88,16 +88,16 @@ class Looker:
         vectors = self.metric.adjoint(mapped)
         return dict(zip(places, each(lambda place: self.patterns[place].dots(vectors), places), strict=True))
 
-    def _span(self, term: Term) -> Span:
+    def _span(self, term: Term) -> TermSpan:
         """The span of a term; those used last are kept."""
         key = (*term.key[:2], term.key[-1])
-        span = self.spans.pop(key, None) or Span(self.metric(term.columns), float(term.candidate.sizes.sd.max()))
+        span = self.spans.pop(key, None) or TermSpan(self.metric(term.columns), float(term.candidate.sizes.sd.max()))
         self.spans[key] = span
         while sum(len(one.rows) for one in self.spans.values()) > MOST_SPANS and len(self.spans) > 1:
             del self.spans[next(iter(self.spans))]
         return span
 
-    def pairs(self, state: State, most: int, without: frozenset[str]) -> list[tuple[Look, Look]]:
+    def pairs(self, state: Hypothesis, most: int, without: frozenset[str]) -> list[tuple[Proposal, Proposal]]:
         """The most probable pairs of laws of one shape and one amplitude each.
 
         Two laws may explain together what neither does alone; all pairs are rated, at each step of the sizes. A law
@@ -140,10 +140,10 @@ class Looker:
         columns = np.array([law.columns(0)[0] for law in laws]).reshape(len(laws), len(self.white))
         return laws, self.metric(columns)
 
-    def _beside(self, state: State) -> Beside:
+    def _beside(self, state: Hypothesis) -> HypothesisResidual:
         if not state.terms:
             total = max(float(self.white @ self.white), self.least)
-            return Beside(self.white, np.zeros((len(self.white), 0)), total, self.metric.dof)
+            return HypothesisResidual(self.white, np.zeros((len(self.white), 0)), total, self.metric.dof)
         spans = tuple(self._span(term) for term in state.terms)
         rows, mix = np.vstack([one.rows for one in spans]), block_diag(*(one.mix for one in spans))
         sd = np.concatenate([term.sds for term in state.terms])
@@ -158,34 +158,34 @@ class Looker:
         known = len(rows) <= WIDE and (np.linalg.norm(turn, axis=0) <= MOST_TURNED * np.linalg.norm(lost, axis=0)).all()
         whole, rest = np.linalg.norm(self.white), np.linalg.norm(left)
         known = known and bool(np.linalg.norm(taken) <= MOST_TURNED * whole and whole <= MOST_TAKEN * rest)
-        return Beside(left, lost, total, self.metric.dof, spans, turn if known else None, taken)
+        return HypothesisResidual(left, lost, total, self.metric.dof, spans, turn if known else None, taken)
 
 
-def _in_company(state: State) -> set[str]:
+def _in_company(state: Hypothesis) -> set[str]:
     """Kinds of which another law is likelier where one is; a law of all axes at once is none of these."""
     return {term.candidate.kind for term in state.terms if term.candidate.again}
 
 
-def _alone(law: Law, size: int, gain: float) -> Look:
+def _alone(law: Law, size: int, gain: float) -> Proposal:
     """The look of a law of one shape with one of its sizes."""
-    return Look(law, gain, float(law.log_weight[0]), 0, float(law.sizes.sd[min(size, len(law.sizes.sd) - 1)]))
+    return Proposal(law, gain, float(law.log_weight[0]), 0, float(law.sizes.sd[min(size, len(law.sizes.sd) - 1)]))
 
 
-class Looks:
+class Screening:
     """Looks of all candidates, with a metric for every model of the scatter that hypotheses have."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         self.patterns = list(grouped([one for one in problem.candidates if isinstance(one, Law)]))
-        self.kernels = Kernels([one for one in problem.candidates if isinstance(one, Smooth)])
-        self._lookers: dict[tuple[object, ...], Looker] = {}
-        self._looks: dict[tuple[object, ...], tuple[int, list[Look]]] = {}
+        self.kernels = Kernels([one for one in problem.candidates if isinstance(one, GaussianProcess)])
+        self._lookers: dict[tuple[object, ...], MetricScreening] = {}
+        self._looks: dict[tuple[object, ...], tuple[int, list[Proposal]]] = {}
 
     def admit(self, laws: Sequence[Law]) -> None:
         """Further laws; what was computed of the others stays."""
         self.patterns += grouped(laws)
 
-    def __call__(self, state: State, scatters: Scatters) -> list[Look]:
+    def __call__(self, state: Hypothesis, scatters: NoiseModels) -> list[Proposal]:
         """All candidates for addition to a hypothesis, the best first; computed once."""
         key = (frozenset(term.key for term in state.terms), state.scatter.key)
         known, looks = self._looks.get(key, (0, []))
@@ -195,16 +195,18 @@ class Looks:
             self._looks[key] = len(looker.tables), looks
         return looks
 
-    def pairs(self, state: State, scatters: Scatters, most: int, without: frozenset[str]) -> list[tuple[Look, Look]]:
+    def pairs(
+        self, state: Hypothesis, scatters: NoiseModels, most: int, without: frozenset[str]
+    ) -> list[tuple[Proposal, Proposal]]:
         """The most probable pairs of laws of one shape and one amplitude, without those of the given labels."""
         return self._looker(state, scatters).pairs(state, most, without)
 
-    def _looker(self, state: State, scatters: Scatters) -> Looker:
+    def _looker(self, state: Hypothesis, scatters: NoiseModels) -> MetricScreening:
         sigma_um = state.sigma_um if state.scatter.correlated else min(state.sigma_um, self.problem.within_um)
         key = (*state.scatter.alike, round(float(np.log(sigma_um)) / LIKE_SIGMA))
         if key not in self._lookers:
             metric = Metric(self.problem, state.scatter, scatters, sigma_um)
-            self._lookers[key] = Looker(self.problem, metric, self.kernels)
+            self._lookers[key] = MetricScreening(self.problem, metric, self.kernels)
         if len(self._lookers[key].patterns) < len(self.patterns):
             self._lookers[key].admit(self.patterns)
         return self._lookers[key]

@@ -13,7 +13,7 @@ from stepgauge.inference.metric import Metric
 from stepgauge.inference.parallel import each
 from stepgauge.inference.patterns import Patterns, mixed
 from stepgauge.inference.problem import Law
-from stepgauge.inference.proposal import UNSEEN, Beside, Look
+from stepgauge.inference.proposal import UNSEEN, HypothesisResidual, Proposal
 
 Array = NDArray[np.float64]
 Bounds = tuple[NDArray[np.bool_], Array]
@@ -23,7 +23,7 @@ WORTH_A_SIZE = 15.0
 
 
 @dataclass(frozen=True)
-class Table:
+class SignatureTable:
     """Laws with the same number of amplitudes, all shapes of all of them in one row after the other.
 
     ``sets``: which pattern and which mixture of shares the rows come from; ``gram (rows, d, d)``; ``unseen (rows, d)``:
@@ -42,7 +42,7 @@ class Table:
     first: NDArray[np.intp]
     owner: NDArray[np.intp]
 
-    def looks(self, dots: Mapping[int, Array], beside: Beside) -> Iterator[Look]:
+    def looks(self, dots: Mapping[int, Array], beside: HypothesisResidual) -> Iterator[Proposal]:
         """Evidence of every shape and size; a shape rejected with the largest size is not tried with smaller ones."""
         d = self.gram.shape[1]
         products = [_mixed_dots(dots[place], mix, d) for place, mix in self.sets]
@@ -62,7 +62,7 @@ class Table:
     def _bounds(self, rows: slice | NDArray[np.intp]) -> Bounds:
         return self.positive[rows], self.least[rows]
 
-    def _summed(self, evidence: Array) -> Iterator[Look]:
+    def _summed(self, evidence: Array) -> Iterator[Proposal]:
         """The looks of all laws from log evidences ``(t, rows)``, priors included."""
         by_row = evidence.max(axis=0)
         by_row += np.log(np.exp(evidence - by_row).sum(axis=0))
@@ -74,10 +74,10 @@ class Table:
             atom = int(own.argmax())
             volume = float(sum_ - own[atom] + law.log_weight[atom])
             sd = float(self.sizes[evidence[:, first + atom].argmax(), first + atom])
-            yield Look(law, float(sum_) + law.log_odds, volume, atom, sd, own)
+            yield Proposal(law, float(sum_) + law.log_odds, volume, atom, sd, own)
 
 
-def tables(patterns: Sequence[Patterns], metric: Metric, first: int) -> list[Table]:
+def tables(patterns: Sequence[Patterns], metric: Metric, first: int) -> list[SignatureTable]:
     """Tables of some patterns, of which the first one has the place ``first``."""
     rows: dict[int, list[tuple[int, Array, list[Law], Array, Array]]] = {}
     for (place, one), (length, white) in zip(
@@ -99,7 +99,7 @@ def _unseen(length: Array, mix: Array) -> Array:
     return np.asarray(UNSEEN * square.shape[1] * square)
 
 
-def _table(parts: Sequence[tuple[int, Array, list[Law], Array, Array]]) -> Table:
+def _table(parts: Sequence[tuple[int, Array, list[Law], Array, Array]]) -> SignatureTable:
     laws = [law for _, _, own, _, _ in parts for law in own]
     most = max(len(law.sizes.sd) for law in laws)
     count = np.array([law.atoms for law in laws])
@@ -107,7 +107,7 @@ def _table(parts: Sequence[tuple[int, Array, list[Law], Array, Array]]) -> Table
     weight = np.concatenate(
         [_padded(law.sizes.log_weight, most, -np.inf)[:, None] + law.log_weight for law in laws], axis=1
     )
-    return Table(
+    return SignatureTable(
         [(place, mix) for place, mix, _, _, _ in parts],
         laws,
         np.concatenate([gram for _, _, _, gram, _ in parts]),
@@ -135,7 +135,9 @@ def _mixed_dots(dots: Array, mix: Array, d: int) -> Array:
     return np.asarray(products.reshape(products.shape[0], d, -1))
 
 
-def _sized(gram: Array, unseen: Array, dot: Array, sd: Array, bounds: Bounds, beside: Beside) -> tuple[Array, Array]:
+def _sized(
+    gram: Array, unseen: Array, dot: Array, sd: Array, bounds: Bounds, beside: HypothesisResidual
+) -> tuple[Array, Array]:
     """Log evidence ``(t, rows)`` for some sizes of each, with and without its Occam factor.
 
     ``gram`` with the limits of rounding ``unseen`` on its diagonal.

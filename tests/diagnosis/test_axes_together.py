@@ -11,8 +11,8 @@ import pytest
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.inference.evidence import Evidence
-from stepgauge.inference.problem import Term, together
-from stepgauge.inference.screening import Looks
+from stepgauge.inference.problem import Term, company_log_prior
+from stepgauge.inference.screening import Screening
 from tests.diagnosis.made import ALONG_X, ALONG_Y, gauge, machine, record
 from tests.inference.made import coordinate, law, noise, problem, turns
 
@@ -37,19 +37,19 @@ def named(effects: tuple[dict[str, Any], ...], axes: tuple[tuple[float, ...], ..
 def test_the_prior_of_terms_rises_for_every_further_one_of_a_kind() -> None:
     one, other, alone = plays()
     terms = [Term(c, 0, c.columns(0), 1.0, -3.0) for c in (one, other, alone)]
-    assert together([]) == together(terms[:1]) == together([terms[0], terms[2]]) == 0.0
-    assert together(terms[:2]) == together(terms) == together(terms[::-1]) == 2.0
+    assert company_log_prior([]) == company_log_prior(terms[:1]) == company_log_prior([terms[0], terms[2]]) == 0.0
+    assert company_log_prior(terms[:2]) == company_log_prior(terms) == company_log_prior(terms[::-1]) == 2.0
 
 
 def test_a_look_knows_what_is_there_of_its_kind() -> None:
     """The look of a second one, and of both as a pair, is near the number that is computed with it."""
     one, other, alone = plays()
     known = problem(noise() + 0.4 * coordinate() + 0.2 * np.sin(9.0 * turns()), (one, other, alone))
-    evidence = Evidence(known, shipped_priors())
+    evidence = Evidence(known, shipped_priors().scatter)
     start = evidence((), evidence.scatters.plain())
-    first = next(look for look in Looks(known)(start, evidence.scatters) if look.candidate is one)
+    first = next(look for look in Screening(known)(start, evidence.scatters) if look.candidate is one)
     state = evidence((first.term(),), start.scatter)
-    for look in Looks(known)(state, evidence.scatters):
+    for look in Screening(known)(state, evidence.scatters):
         if look.candidate is one:
             continue
         assert look.log_odds == look.candidate.log_odds + (2.0 if look.candidate is other else 0.0)
@@ -57,7 +57,7 @@ def test_a_look_knows_what_is_there_of_its_kind() -> None:
         assert look.gain == pytest.approx(added.log_posterior - state.log_posterior, abs=0.3)
     apart = replace(known, candidates=tuple(replace(one, again=0.0) for one in known.candidates))
     ((first, second), *_), ((without, _), *_) = (
-        Looks(one).pairs(start, evidence.scatters, 1, frozenset()) for one in (known, apart)
+        Screening(one).pairs(start, evidence.scatters, 1, frozenset()) for one in (known, apart)
     )
     assert {first.candidate, second.candidate} == {one, other}
     assert first.gain == pytest.approx(without.gain + 2.0)

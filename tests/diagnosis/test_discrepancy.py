@@ -126,7 +126,7 @@ def test_what_a_law_leaves_out_is_in_proportion_to_what_it_is() -> None:
     """A drift that might have been large, and is small, leaves no more out: a cycle beside it is a cause."""
     recording, _ = made("pair")
     data = make_residuals(recording, gauge(), machine())
-    search = Search(make_problem(data, shipped_priors()), shipped_priors())
+    search = Search(make_problem(data, shipped_priors()), shipped_priors().scatter)
     search.run()
     states = [one for one in search.evidence.current if any(len(term.beside) for term in one.terms)]
     assert len(states) > 20

@@ -11,7 +11,7 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.forms.smooth import matern
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.statements import answer_of
-from stepgauge.inference.problem import Candidate, Law, Problem, Smooth
+from stepgauge.inference.problem import Candidate, GaussianProcess, Law, Problem
 from stepgauge.inference.search import Search
 from tests.build import make_gauge
 from tests.conftest import ROOT
@@ -95,16 +95,18 @@ def of_distances(seen: pd.DataFrame, metres: Array, pair: NDArray[np.intp]) -> l
     forms = priors.forms.about(1.0)
     nameless = float(np.log(priors.forms.odds / (len(columns) + 1)))
     smooth = [
-        Smooth(name, name, False, nameless, forms, features=tuple(matern(values, at) for at in priors.forms.lengths))
+        GaussianProcess(
+            name, name, False, nameless, forms, features=tuple(matern(values, at) for at in priors.forms.lengths)
+        )
         for name, values in columns.items()
     ]
     levels = (pair == np.arange(pair.max() + 1)[:, None]).astype(float)
-    return [*laws, *smooth, Smooth("pair", "pair", False, nameless, forms, features=(levels,))]
+    return [*laws, *smooth, GaussianProcess("pair", "pair", False, nameless, forms, features=(levels,))]
 
 
 def test_a_baseline_without_the_heights_of_its_pillars_is_no_scale_and_no_period() -> None:
     """What is missing differs from pair to pair: half the square of the difference in height over the distance."""
-    search = Search(baseline(), shipped_priors())
+    search = Search(baseline(), shipped_priors().scatter)
     found = answer_of(search, shipped_priors().decision)
     assert found.adequate < 1e-3
     assert found.probability(["scale"]) < 0.2

@@ -16,7 +16,7 @@ from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.empirical import formula_name
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.noise_models import Scatters
+from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.recording import Recording
 from tests.diagnosis.made import ALONG_X, gauge, machine, made
 from tests.diagnosis.test_selection import NOISE_UM, along, bent, clean, names, side, told
@@ -77,7 +77,7 @@ def test_a_parameter_at_its_bound_has_no_uncertainty() -> None:
 def white(data: Residuals) -> Metric:
     """What makes residuals with the noise of these recordings independent numbers."""
     problem = bare_problem(data)
-    scatters = Scatters(problem, shipped_priors())
+    scatters = NoiseModels(problem, shipped_priors().scatter)
     return Metric(problem, scatters.plain(), scatters, NOISE_UM)
 
 

@@ -22,7 +22,7 @@ from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.noise_models import Scatters
+from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.machine.file import read_machine
 from stepgauge.recording import Recording, write_recording
 from tests.diagnosis.made import machine
@@ -71,7 +71,7 @@ def test_a_law_that_holds_everywhere_has_no_condition() -> None:
 def laws(recording: Recording) -> tuple[Any, list[Any]]:
     data = make_residuals(recording, STEPS, machine())
     bare, priors = bare_problem(data), shipped_priors()
-    scatters = Scatters(bare, priors)
+    scatters = NoiseModels(bare, priors.scatter)
     return data, law_candidates(data, priors, Metric(bare, scatters.plain(), scatters, bare.within_um))
 
 

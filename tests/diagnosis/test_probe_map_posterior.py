@@ -21,7 +21,7 @@ def search_of(table, data, quantities=FORCE):  # noqa: F811
     model = MapModel(table, "probe", data)
     rows = MapRows(model, estimate_scatter(data, model.residuals(())).sigma)
     problem = make_problem(rows, candidates_for(table, quantities), shipped_priors(), np.zeros(len(rows.um)), {})
-    return SizedSearch(problem, shipped_priors(), rows)
+    return SizedSearch(problem, shipped_priors().scatter, rows)
 
 
 def added(search, label):

@@ -22,8 +22,8 @@ from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.evaluation.evaluate import evaluate
-from stepgauge.inference.metric import Rows
-from stepgauge.inference.noise_models import Scatters
+from stepgauge.inference.metric import RowMetric
+from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.inference.problem import LEAST_SCATTER
 from stepgauge.recording import Recording
 from tests.axis.made import axis
@@ -177,11 +177,11 @@ def test_an_evaluation_says_that_copies_do_not_show_how_the_machine_repeats() ->
 def test_what_the_previous_reading_does_not_tell_is_no_less_than_the_least() -> None:
     """Of neighbours at even intervals with a correlation r the share that is not told is the root of 1 - r^2."""
     problem = bare_problem(residuals(by_hand(gauge(), scale, cycles=4, noise_um=STATED_UM)))
-    scatters = Scatters(problem, shipped_priors())
-    rows = Rows(problem, scatters.changed(scatters.plain(), correlation=0.9), scatters)
+    scatters = NoiseModels(problem, shipped_priors().scatter)
+    rows = RowMetric(problem, scatters.changed(scatters.plain(), correlation=0.9), scatters)
     n = len(problem)
     assert rows.untold == pytest.approx(np.sqrt(1.0 - 0.81) ** ((n - 1) / n))
-    flicker = Rows(problem, scatters.changed(scatters.plain(), flicker=1.0), scatters)
+    flicker = RowMetric(problem, scatters.changed(scatters.plain(), flicker=1.0), scatters)
     told_by_inverse = np.linalg.inv(problem.flicker(1.0)).diagonal()
     assert flicker.untold == pytest.approx(np.exp(np.log(told_by_inverse).mean()))
     assert problem.least_um == LEAST_SCATTER * STATED_UM

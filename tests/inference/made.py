@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.inference.metric import FREE_UM
-from stepgauge.inference.noise_models import Scatter
-from stepgauge.inference.problem import Candidate, Law, Problem, Sizes, Smooth, Term
+from stepgauge.inference.noise_models import NoiseModel
+from stepgauge.inference.problem import AmplitudePrior, Candidate, GaussianProcess, Law, Problem, Term
 
 Array = NDArray[np.float64]
 NOISE_UM = 0.3
 FACES, REPEATS = 12, 5
 ROWS = FACES * REPEATS
-SIZES = Sizes(np.array([0.1, 0.5, 2.0]), np.log([0.3, 0.4, 0.3]))
+SIZES = AmplitudePrior(np.array([0.1, 0.5, 2.0]), np.log([0.3, 0.4, 0.3]))
 
 
 def coordinate() -> Array:
@@ -74,7 +74,7 @@ def waves(values: Array, counts: Sequence[float]) -> Array:
     return np.stack([np.sin(angle), np.cos(angle)], axis=1)
 
 
-def random_function(values: Array, lengths: Sequence[float] = (0.3, 1.0)) -> Smooth:
+def random_function(values: Array, lengths: Sequence[float] = (0.3, 1.0)) -> GaussianProcess:
     """Normal processes with a Gaussian covariance, by the roots of the covariance itself."""
     features = []
     for length in lengths:
@@ -82,17 +82,19 @@ def random_function(values: Array, lengths: Sequence[float] = (0.3, 1.0)) -> Smo
         value, vector = np.linalg.eigh(covariance)
         keep = value > 1e-9 * value[-1]
         features.append((vector[:, keep] * np.sqrt(value[keep])).T[::-1])
-    return Smooth("somewhere", "a random function", False, float(np.log(0.05)), SIZES, features=tuple(features))
+    return GaussianProcess(
+        "somewhere", "a random function", False, float(np.log(0.05)), SIZES, features=tuple(features)
+    )
 
 
 def term(candidate: Candidate, atom: int = 0, sd: float = 0.5, log_prior: float = -3.0) -> Term:
     """A candidate with one of its shapes, and with one size only."""
-    candidate = replace(candidate, sizes=Sizes(np.array([sd]), np.zeros(1)))
+    candidate = replace(candidate, sizes=AmplitudePrior(np.array([sd]), np.zeros(1)))
     return Term(candidate, atom, candidate.columns(atom), sd, log_prior)
 
 
 def dense_covariance(
-    one: Problem, scatter: Scatter, terms: Sequence[Term], sigma_um: float, alike: bool = True
+    one: Problem, scatter: NoiseModel, terms: Sequence[Term], sigma_um: float, alike: bool = True
 ) -> Array:
     """Covariance of the rows ``(n, n)``, written out element by element from what each part of a hypothesis says.
 

@@ -12,13 +12,14 @@ from scipy import special, stats
 from scipy.integrate import trapezoid
 
 from stepgauge.diagnosis.priors import shipped_priors
-from stepgauge.inference.amplitudes import needed
+from stepgauge.inference.amplitudes import needed_terms
 from stepgauge.inference.bounds import log_inside
 from stepgauge.inference.evidence import Evidence
-from stepgauge.inference.hypothesis import State, worth
+from stepgauge.inference.hypothesis import Hypothesis, log_posterior
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.noise_models import Scatter
-from stepgauge.inference.problem import Problem, Sizes, Term
+from stepgauge.inference.noise_models import NoiseModel
+from stepgauge.inference.priors import NoisePriors
+from stepgauge.inference.problem import AmplitudePrior, Problem, Term
 from tests.inference.made import (
     NOISE_UM,
     ROWS,
@@ -56,17 +57,17 @@ TERMS: dict[str, tuple[Term, ...]] = {
 }
 
 
-def made(facets: dict[str, object]) -> tuple[Problem, Evidence, Scatter]:
+def made(facets: dict[str, object]) -> tuple[Problem, Evidence, NoiseModel]:
     um = noise() + 0.4 * np.sin(7.0 * turns()) + 0.3 * coordinate()
     latched_um = np.where(coordinate() > 0.0, 0.4, 0.2)
     one = problem(um, stated=1.0 + 4.0 * turns() ** 2 + (latched_um / NOISE_UM) ** 2, latched_um=latched_um)
-    evidence = Evidence(one, shipped_priors())
+    evidence = Evidence(one, NoisePriors())
     return one, evidence, evidence.scatters.changed(evidence.scatters.plain(), **facets)
 
 
-def brute_force(one: Problem, scatter: Scatter, terms: Sequence[Term]) -> float:
+def brute_force(one: Problem, scatter: NoiseModel, terms: Sequence[Term]) -> float:
     """Logarithm of the normal density of the residuals times the prior, over log sigma by quadrature."""
-    spread = np.log(shipped_priors().scatter.sigma_factor)
+    spread = np.log(NoisePriors().sigma_factor)
     log_sigma = np.log(NOISE_UM) + np.linspace(-3.0, 3.0, 601)
     log = []
     for at in log_sigma:
@@ -86,7 +87,7 @@ def test_the_number_is_the_marginal_likelihood_times_the_prior(
 ) -> None:
     """Up to a constant of the problem: that of the normal density, and of the prior of sigma."""
     one, evidence, scatter = made(facets)
-    constant = 0.5 * ROWS * np.log(2.0 * np.pi) + np.log(np.log(shipped_priors().scatter.sigma_factor))
+    constant = 0.5 * ROWS * np.log(2.0 * np.pi) + np.log(np.log(NoisePriors().sigma_factor))
     found = evidence(terms, scatter).log_posterior
     assert found == pytest.approx(brute_force(one, scatter, terms) + constant, abs=0.06)
 
@@ -141,7 +142,7 @@ def test_waves_that_are_equal_in_all_their_sums_are_two_hypotheses() -> None:
     assert np.abs(one).sum() == pytest.approx(np.abs(other).sum(), rel=1e-14)
     wave = law("wave", one[None])
     problem_of_one = problem(3.0 * one[0] + noise())
-    evidence = Evidence(problem_of_one, shipped_priors())
+    evidence = Evidence(problem_of_one, NoisePriors())
     scatter = evidence.scatters.plain()
     states = [evidence((Term(wave, 0, columns, 0.5, -3.0),), scatter) for columns in (one, other)]
     assert states[0].log_posterior > states[1].log_posterior + 10.0
@@ -202,7 +203,7 @@ def test_products_of_mapped_columns_are_those_with_the_inverse_covariance(
 def test_a_good_certificate_counts_beside_a_free_origin() -> None:
     """Faces known to 30 nm probed by a probe that repeats to 100 nm: the mean of a face is no better than its place."""
     one = problem(noise(), certified_u=np.full(12, 0.03))
-    scatters = Evidence(one, shipped_priors()).scatters
+    scatters = Evidence(one, NoisePriors()).scatters
     metric = Metric(one, scatters.plain(), scatters, 0.1)
     contrast = one.certified[2] - one.certified[3]
     inverse = np.linalg.inv(dense_covariance(one, scatters.plain(), (), 0.1))
@@ -223,7 +224,7 @@ def test_the_adjoint_is_the_transposed_map(facets: dict[str, object]) -> None:
 def test_what_is_not_computed_without_a_term_could_not_exceed_its_bound(facets: dict[str, object], um: float) -> None:
     """The bound is above the exact number for every term, and near it for one that is needed much."""
     values = noise() + um * (coordinate() + np.sin(2.0 * np.pi * 3.5 * turns()))
-    evidence = Evidence(problem(values), shipped_priors())
+    evidence = Evidence(problem(values), NoisePriors())
     scatter = evidence.scatters.changed(evidence.scatters.plain(), **facets)
     terms = (*TERMS["a slope"], *TERMS["a wave and a function"])
     state = evidence(terms, scatter)
@@ -236,7 +237,7 @@ def test_what_is_not_computed_without_a_term_could_not_exceed_its_bound(facets: 
             assert bound < state.log_posterior - 9.0
 
 
-SEVERAL = Sizes(np.array([0.05, 0.3, 2.0]), np.log([0.5, 0.3, 0.2]))
+SEVERAL = AmplitudePrior(np.array([0.05, 0.3, 2.0]), np.log([0.5, 0.3, 0.2]))
 
 
 @pytest.mark.parametrize("sd", SEVERAL.sd)
@@ -246,7 +247,7 @@ def test_the_sizes_of_a_term_are_summed_whichever_it_was_proposed_with(facets: d
     one, evidence, scatter = made(facets)
     (slope,) = TERMS["a slope"]
     wide = replace(slope, sd=float(sd), candidate=replace(slope.candidate, sizes=SEVERAL))
-    constant = 0.5 * ROWS * np.log(2.0 * np.pi) + np.log(np.log(shipped_priors().scatter.sigma_factor))
+    constant = 0.5 * ROWS * np.log(2.0 * np.pi) + np.log(np.log(NoisePriors().sigma_factor))
     each = [brute_force(one, scatter, (replace(slope, sd=float(size)),)) for size in SEVERAL.sd]
     state = evidence((wide,), scatter)
     assert state.log_posterior == pytest.approx(np.logaddexp.reduce(each + SEVERAL.log_weight) + constant, abs=0.1)
@@ -265,13 +266,13 @@ def test_terms_that_are_needed_are_those_that_are_more_probable_there_than_not(
     values = noise() + um * (coordinate() + np.sin(2.0 * np.pi * 3.5 * turns()))
     priors = shipped_priors()
     known = priors.model_copy(update={"scatter": priors.scatter.model_copy(update={"sigma_factor": 1.001})})
-    evidence = Evidence(problem(values), known)
+    evidence = Evidence(problem(values), known.scatter)
     scatter = evidence.scatters.changed(evidence.scatters.plain(), **facets)
     terms = (*TERMS["a slope"], *TERMS["a wave and a function"])
-    kept, state = needed(evidence(terms, scatter), 8), evidence(terms, scatter)
+    kept, state = needed_terms(evidence(terms, scatter), 8), evidence(terms, scatter)
     while len(state.terms) > len(kept):
         fewer = [evidence(tuple(o for o in state.terms if o is not one), scatter) for one in state.terms]
-        best = max(fewer, key=worth)
+        best = max(fewer, key=log_posterior)
         assert best.log_posterior > state.log_posterior - 0.2
         state = best
     assert set(state.labels) == {one.candidate.label for one in kept}
@@ -279,13 +280,13 @@ def test_terms_that_are_needed_are_those_that_are_more_probable_there_than_not(
         evidence(tuple(o for o in kept if o is not one), scatter).log_posterior < state.log_posterior + 0.2
         for one in kept
     )
-    assert len(needed(evidence(terms, scatter), 1)) == 1
+    assert len(needed_terms(evidence(terms, scatter), 1)) == 1
 
 
 def test_two_laws_alike_are_as_probable_in_whatever_order_they_come() -> None:
     """Of a large disturbance every size fits while nothing is named; the number is that of the whole hypothesis."""
     values = noise() + 9.0 * coordinate() + 0.4 * np.sin(2.0 * np.pi * 3.5 * turns())
-    evidence = Evidence(problem(values), shipped_priors())
+    evidence = Evidence(problem(values), NoisePriors())
     several = [
         replace(own, sd=float(sd), candidate=replace(own.candidate, sizes=SEVERAL))
         for own, sd in zip((*TERMS["a slope"], TERMS["a wave and a function"][0]), (2.0, 0.05), strict=True)
@@ -294,7 +295,7 @@ def test_two_laws_alike_are_as_probable_in_whatever_order_they_come() -> None:
     both = evidence(tuple(several), scatter)
     other = [replace(one, sd=float(sd)) for one, sd in zip(several, (0.05, 2.0), strict=True)]
     assert evidence(tuple(other[::-1]), scatter) is both
-    fresh = Evidence(problem(values), shipped_priors())
+    fresh = Evidence(problem(values), NoisePriors())
     assert fresh(tuple(other[::-1]), scatter).log_posterior == pytest.approx(both.log_posterior, abs=0.1)
 
 
@@ -303,10 +304,10 @@ def test_sizes_that_are_not_reached_do_not_count_for_each_law(count: int, monkey
     """Laws that are one line, each proposed far too small: what one gains by another size, all gain only once."""
     laws = [replace(law(f"line {i}", coordinate()[None, None]), sizes=SEVERAL) for i in range(count)]
     terms = tuple(replace(term(one), candidate=one, sd=0.05) for one in laws)
-    evidence = Evidence(problem(noise() + coordinate()), shipped_priors())
+    evidence = Evidence(problem(noise() + coordinate()), NoisePriors())
     whole = evidence(terms, evidence.scatters.plain())
     monkeypatch.setattr("stepgauge.inference.evidence.RESIZED", 0)
-    early = Evidence(evidence.problem, shipped_priors())(terms, evidence.scatters.plain())
+    early = Evidence(evidence.problem, NoisePriors())(terms, evidence.scatters.plain())
     assert early.log_posterior < whole.log_posterior + 3.0
 
 
@@ -318,20 +319,20 @@ def test_sizes_that_go_round_end_at_the_most_probable_ones(monkeypatch: pytest.M
     um = noise() + 0.5 * coordinate()
     computed: list[float] = []
 
-    def go_round(state: State) -> Term:
+    def go_round(state: Hypothesis) -> Term:
         computed.append(state.terms[0].sd)
         return replace(state.terms[0], sd=following[state.terms[0].sd])
 
-    usual = Evidence(problem(um), shipped_priors())((replace(term(one), candidate=one, sd=small),), _plain(um))
+    usual = Evidence(problem(um), NoisePriors())((replace(term(one), candidate=one, sd=small),), _plain(um))
     monkeypatch.setattr("stepgauge.inference.evidence.resized", go_round)
-    found = Evidence(problem(um), shipped_priors())((replace(term(one), candidate=one, sd=small),), _plain(um))
+    found = Evidence(problem(um), NoisePriors())((replace(term(one), candidate=one, sd=small),), _plain(um))
     assert computed == [small, large, middle]
     assert found.terms[0].sd == usual.terms[0].sd == middle
     assert found.log_posterior == pytest.approx(usual.log_posterior, abs=0.01)
 
 
-def _plain(um: Array) -> Scatter:
-    return Evidence(problem(um), shipped_priors()).scatters.plain()
+def _plain(um: Array) -> NoiseModel:
+    return Evidence(problem(um), NoisePriors()).scatters.plain()
 
 
 @pytest.mark.parametrize("positive", [False, True])
@@ -342,7 +343,7 @@ def test_a_hypothesis_of_which_no_number_is_left_is_never_chosen(
     pattern: np.ndarray, size: float, positive: bool
 ) -> None:
     """Amplitudes beyond all rounding: the search goes on without it."""
-    endless = replace(law("endless", pattern), sizes=Sizes(np.array([size]), np.zeros(1)), positive=positive)
-    evidence = Evidence(problem(noise() + turns(), (endless,)), shipped_priors())
+    endless = replace(law("endless", pattern), sizes=AmplitudePrior(np.array([size]), np.zeros(1)), positive=positive)
+    evidence = Evidence(problem(noise() + turns(), (endless,)), NoisePriors())
     state = evidence((replace(term(endless), sd=size),), evidence.scatters.plain())
     assert state.log_posterior == -np.inf

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy import special, stats
 from scipy.integrate import trapezoid
 
-from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.inference.evidence import Evidence
-from stepgauge.inference.hypothesis import State
-from stepgauge.inference.noise_models import Scatter, Scatters
+from stepgauge.inference.hypothesis import Hypothesis
+from stepgauge.inference.noise_models import NoiseModel, NoiseModels
+from stepgauge.inference.priors import NoisePriors
 from stepgauge.inference.problem import Problem
 from tests.inference.made import NOISE_UM
 
@@ -41,9 +41,9 @@ def few(um: Array) -> Problem:
     )
 
 
-def bounded(um: Array, weigh: Callable[[Scatters, Scatter, Array], Scatter]) -> State:
+def bounded(um: Array, weigh: Callable[[NoiseModels, NoiseModel, Array], NoiseModel]) -> Hypothesis:
     """The hypothesis of rows that are weighed by what they leave, until they settle."""
-    evidence = Evidence(few(um), shipped_priors())
+    evidence = Evidence(few(um), NoisePriors())
     plain = evidence.scatters.plain()
     state = evidence((), plain)
     square = um**2 / NOISE_UM**2
@@ -55,7 +55,7 @@ def bounded(um: Array, weigh: Callable[[Scatters, Scatter, Array], Scatter]) -> 
 
 def integrated(log_likelihood: Array) -> float:
     """Over log sigma with its prior, in the units of the number that decides; ``log_likelihood`` at ``LOG_SIGMA``."""
-    spread = np.log(shipped_priors().scatter.sigma_factor)
+    spread = np.log(NoisePriors().sigma_factor)
     log = log_likelihood + stats.norm.logpdf(LOG_SIGMA, np.log(NOISE_UM), spread)
     whole = np.log(trapezoid(np.exp(log - log.max()), LOG_SIGMA)) + log.max()
     return float(whole + 0.5 * FEW * np.log(2.0 * np.pi) + np.log(spread))
@@ -63,7 +63,7 @@ def integrated(log_likelihood: Array) -> float:
 
 def mixture(um: Array) -> float:
     """The exact number: over the share of outliers by quadrature, over which rows they are by a product of sums."""
-    prior = shipped_priors().scatter
+    prior = NoisePriors()
     share = np.linspace(0.0, 1.0, 4001)[1:-1]
     log_share = stats.beta.logpdf(share, 1.0, 1.0 / prior.outlier_share)
     log = []
@@ -78,7 +78,7 @@ def mixture(um: Array) -> float:
 
 
 def student(um: Array, freedom: float) -> float:
-    prior = shipped_priors().scatter
+    prior = NoisePriors()
     log = np.array([stats.t.logpdf(um, freedom, 0.0, sigma).sum() for sigma in np.exp(LOG_SIGMA)])
     return integrated(log) + float(np.log(prior.heavy / len(prior.heavy_freedoms)))
 
@@ -106,15 +106,15 @@ def test_even_scatter_is_likelier_than_outliers_and_heavy_tails_and_one_bad_row_
     um = np.random.default_rng(7).normal(0.0, NOISE_UM, FEW)
     for bad, wanted in ((0.0, False), (14.0 * NOISE_UM, True)):
         values = np.where(np.arange(FEW) == 11, um + bad, um)
-        even = Evidence(few(values), shipped_priors())
+        even = Evidence(few(values), NoisePriors())
         normal = even((), even.scatters.plain()).log_posterior
         odd = bounded(values, lambda all_, plain, square: all_.outlying(plain, square)).log_posterior
         assert (odd > normal) is wanted
 
 
 def test_each_facet_has_its_price_and_no_other() -> None:
-    one, prior = few(np.zeros(FEW)), shipped_priors().scatter
-    scatters = Scatters(one, shipped_priors())
+    one, prior = few(np.zeros(FEW)), NoisePriors()
+    scatters = NoiseModels(one, NoisePriors())
     plain = scatters.plain()
     assert plain.log_prior == 0.0
     assert scatters.changed(plain, correlation=0.5).log_prior == pytest.approx(

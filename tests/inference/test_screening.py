@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
-from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.inference import screening as looking
 from stepgauge.inference.evidence import Evidence
-from stepgauge.inference.hypothesis import State
-from stepgauge.inference.problem import Candidate, Law, Sizes, Term
-from stepgauge.inference.proposal import UNSEEN, Look
-from stepgauge.inference.screening import Looks
+from stepgauge.inference.hypothesis import Hypothesis
+from stepgauge.inference.priors import NoisePriors
+from stepgauge.inference.problem import AmplitudePrior, Candidate, Law, Term
+from stepgauge.inference.proposal import UNSEEN, Proposal
+from stepgauge.inference.screening import Screening
 from stepgauge.inference.tables import _explained, _unseen
 from tests.inference.made import ROWS, coordinate, law, noise, problem, random_function, term, turns, waves
 
@@ -31,17 +31,19 @@ CANDIDATES: dict[str, Candidate] = {
 TRUTH = {"scatter": 0.0, "something": 0.25, "much": 1.0}
 
 
-def looked(candidate: Candidate, um: float, terms: tuple[Term, ...], **facets: object) -> tuple[Look, Evidence, State]:
+def looked(
+    candidate: Candidate, um: float, terms: tuple[Term, ...], **facets: object
+) -> tuple[Proposal, Evidence, Hypothesis]:
     values = noise() + um * np.sin(9.0 * turns()) * (1.0 + coordinate())
     others = tuple(one for one in CANDIDATES.values() if one is not candidate)
     one = problem(values, (candidate, *others))
-    evidence = Evidence(one, shipped_priors())
+    evidence = Evidence(one, NoisePriors())
     state = evidence(terms, evidence.scatters.changed(evidence.scatters.plain(), **facets))
-    (look,) = (look for look in Looks(one)(state, evidence.scatters) if look.candidate is candidate)
+    (look,) = (look for look in Screening(one)(state, evidence.scatters) if look.candidate is candidate)
     return look, evidence, state
 
 
-def exact(candidate: Candidate, evidence: Evidence, state: State) -> float:
+def exact(candidate: Candidate, evidence: Evidence, state: Hypothesis) -> float:
     """Log posterior of the candidate being there, in any shape and size, against it not being there."""
     weight = candidate.log_weight if isinstance(candidate, Law) else np.full(candidate.atoms, -np.log(candidate.atoms))
     total = []
@@ -88,9 +90,9 @@ def test_a_law_within_bounds_is_looked_at_with_a_part_of_a_normal_prior(bound: d
     both = law("slope of any sign", coordinate()[None, None])
     for sign in (1.0, -1.0):
         one = problem(noise() + sign * 0.1 * coordinate(), (slope, both))
-        evidence = Evidence(one, shipped_priors())
+        evidence = Evidence(one, NoisePriors())
         state = evidence((), evidence.scatters.plain())
-        gains = {look.candidate.label: look.gain for look in Looks(one)(state, evidence.scatters)}
+        gains = {look.candidate.label: look.gain for look in Screening(one)(state, evidence.scatters)}
         total = []
         for sd, weight in zip(both.sizes.sd, both.sizes.log_weight, strict=True):
             own = Term(both, 0, both.columns(0), float(sd), both.log_odds + weight)
@@ -114,14 +116,14 @@ def test_products_that_are_mixed_give_the_looks_of_products_computed_anew(
     like = law("like the wave", waves(turns(), [1.01]))
     large = size * np.sin(2.0 * np.pi * 1.01 * turns())
     one = problem(noise() + np.sin(9.0 * turns()) + coordinate() + large, tuple(CANDIDATES.values()))
-    evidence = Evidence(one, shipped_priors())
+    evidence = Evidence(one, NoisePriors())
     scatter = evidence.scatters.changed(evidence.scatters.plain(), **facets)
     first, more = (term(wave), term(function, sd=0.2)), (term(like, sd=size),)
     states = [evidence(terms, scatter) for terms in (first[:1], first, (*first, *more), (*first[1:], *more))]
-    mixed = Looks(one)
+    mixed = Screening(one)
     found = [mixed(state, evidence.scatters) for state in states]
     monkeypatch.setattr(looking, "MOST_TURNED", 0.0)
-    anew = Looks(one)
+    anew = Screening(one)
     for state, some in zip(states, found, strict=True):
         wanted = {look.candidate.label: look.gain for look in anew(state, evidence.scatters)}
         for look in some:
@@ -150,12 +152,12 @@ def test_rounding_makes_no_evidence_where_shares_cancel_each_other(apart: float,
     one = np.linspace(first, 0.98, ROWS)
     other = np.where(turns() < 0.5, -one, (1.0 - apart) * one + 1e-7 * coordinate())
     steps = np.stack([(turns() > edge).astype(float) for edge in (0.6, 0.7, 0.8)])[:, None]
-    wide = Sizes(np.array([0.5, 1e3]), np.log([0.9, 0.1]))
+    wide = AmplitudePrior(np.array([0.5, 1e3]), np.log([0.9, 0.1]))
     both = replace(law("both", steps, np.stack([one - other, one + 1e-6 * coordinate()])), sizes=wide)
     known = problem(noise() + turns(), (law("one", steps, one[None]), law("other", steps, other[None]), both))
-    evidence = Evidence(known, shipped_priors())
+    evidence = Evidence(known, NoisePriors())
     state = evidence((), evidence.scatters.plain())
-    (look,) = (look for look in Looks(known)(state, evidence.scatters) if look.candidate is both)
+    (look,) = (look for look in Screening(known)(state, evidence.scatters) if look.candidate is both)
     assert look.gain <= exact(both, evidence, state) + 0.3
 
 
@@ -177,12 +179,12 @@ def test_rounding_makes_no_evidence_of_many_amplitudes_that_are_two(seed: int) -
 def test_pairs_have_all_their_sizes_beside_a_law_that_cannot_be_large() -> None:
     """Two laws whose sum tells little of each: they are tried as large as they are, whatever a third one may be."""
     slope, near = coordinate(), coordinate() + 0.01 * np.sin(7.0 * turns())
-    small = replace(law("small", turns()[None, None]), sizes=Sizes(np.array([0.01, 0.02]), np.log([0.5, 0.5])))
-    wide = Sizes(np.array([0.1, 1.0, 10.0, 100.0]), np.log(np.full(4, 0.25)))
+    small = replace(law("small", turns()[None, None]), sizes=AmplitudePrior(np.array([0.01, 0.02]), np.log([0.5, 0.5])))
+    wide = AmplitudePrior(np.array([0.1, 1.0, 10.0, 100.0]), np.log(np.full(4, 0.25)))
     pair = [replace(law(label, um[None, None]), sizes=wide) for label, um in (("one", slope), ("other", near))]
     one = problem(noise() + 80.0 * (near - slope), (small, *pair))
-    evidence = Evidence(one, shipped_priors())
+    evidence = Evidence(one, NoisePriors())
     state = evidence((), evidence.scatters.plain())
-    (first, second), *_ = Looks(one).pairs(state, evidence.scatters, 3, frozenset())
+    (first, second), *_ = Screening(one).pairs(state, evidence.scatters, 3, frozenset())
     assert {first.candidate.label, second.candidate.label} == {"one", "other"}
     assert first.sd == second.sd == 100.0

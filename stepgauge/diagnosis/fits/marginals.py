@@ -21,7 +21,7 @@ from stepgauge.diagnosis.fits.solve import Estimate, Fitted, Solved
 from stepgauge.diagnosis.laws.library import Family, family_signatures
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.problem import Sizes
+from stepgauge.inference.problem import AmplitudePrior
 
 Array = NDArray[np.float64]
 LAG, AZIMUTH = "lag_s", "arm_azimuth_deg"
@@ -102,7 +102,7 @@ def _shape(solved: Solved) -> dict[str, Any]:
     return {name: getattr(solved.effect, name) for name in solved.family.atoms[0]}
 
 
-def _sized(columns: Array, left: Array, sizes: Sizes | None) -> tuple[float, Array, Array]:
+def _sized(columns: Array, left: Array, sizes: AmplitudePrior | None) -> tuple[float, Array, Array]:
     """Log marginal likelihood of columns ``(k, n)``, mean of their amplitudes ``(k,)`` and covariance ``(k, k)``.
 
     Over all ``sizes``; a longer lag has a larger amplitude, and one size alone would prefer the shorter one.

@@ -41,7 +41,7 @@ from stepgauge.diagnosis.forms.waves import beats, sawteeth, waves
 from stepgauge.diagnosis.laws.choices import LIKE_DIRECTIONS, TEMPERATURES, goes_both_ways, share_beside
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.inference.problem import Candidate, Law, Sizes, Smooth
+from stepgauge.inference.problem import AmplitudePrior, Candidate, GaussianProcess, Law
 
 Array = NDArray[np.float64]
 FEWEST_DIRECTIONS = 8
@@ -75,7 +75,7 @@ def form_candidates(
     return found
 
 
-def _candidate(one: OnSides, side: str, share: Array, odds: float, sizes: Sizes) -> Iterator[Candidate]:
+def _candidate(one: OnSides, side: str, share: Array, odds: float, sizes: AmplitudePrior) -> Iterator[Candidate]:
     """A form on one side; none where nothing of it is seen."""
     form = Form(one.covariate, one.unit, one.shape, side, one.kernels, one.beside, one.of)
     label = f"{one.shape} {one.covariate} {one.beside} {side}"
@@ -97,7 +97,7 @@ def _candidate(one: OnSides, side: str, share: Array, odds: float, sizes: Sizes)
         return
     features = tuple(_shown(columns * share) for columns in one.features)
     if all(len(columns) for columns in features):
-        yield Smooth(one.covariate, label, False, odds, sizes, form, features=features)
+        yield GaussianProcess(one.covariate, label, False, odds, sizes, form, features=features)
 
 
 def _beside(one: OnSides, share: Array, atom: int) -> Array:

@@ -49,7 +49,7 @@ from stepgauge.diagnosis.result import Diagnosis, Located
 from stepgauge.effects import along_approach_um
 from stepgauge.effects.empirical import RESTED, Empirical, formula_name
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.noise_models import Scatters
+from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.recording import APPROACH
 
 Array = NDArray[np.float64]
@@ -95,7 +95,7 @@ def model_unknown(diagnosis: Diagnosis) -> list[UnknownLaw]:
         return []
     data, problem = diagnosis.data, bare_problem(diagnosis.data)
     sigma_um = diagnosis.noise.sigma_um / problem.typical
-    scatters = Scatters(problem, shipped_priors())
+    scatters = NoiseModels(problem, shipped_priors().scatter)
     metric, left, laws = Metric(problem, scatters.plain(), scatters, sigma_um), diagnosis.after_um, []
     used = np.isfinite(diagnosis.noise.by_row_um)
     for one in told:

@@ -27,7 +27,7 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.unread import principal, shifts
 from stepgauge.effects.following import Following
 from stepgauge.effects.probings import Probings
-from stepgauge.inference.problem import left_beside
+from stepgauge.inference.problem import residual_columns
 
 Array = NDArray[np.float64]
 MOST_AMPLITUDES = 12
@@ -121,7 +121,7 @@ def discrepancy(family: Family, courses: Courses, atom: int, shape: dict[str, An
         periods = ({**shape, PERIOD: shape[PERIOD] / order} for order in HARMONICS)
         return np.concatenate([family_signatures(family, one, data) for one in periods])
     beside = np.concatenate([courses.beside(atom) * share for share in family.share_rows])
-    return left_beside(beside, family_signatures(family, shape, data))
+    return residual_columns(beside, family_signatures(family, shape, data))
 
 
 def follows_with_lag(family: Family) -> bool:

@@ -19,7 +19,7 @@ from stepgauge.diagnosis.laws.usual import odds_of, shape_range, size_of_shape, 
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.problem import Law, Refined, Sizes
+from stepgauge.inference.problem import AmplitudePrior, Law, Refined
 
 Array = NDArray[np.float64]
 START = "start_s"
@@ -93,7 +93,7 @@ def _shares(families: Sequence[Family], priors: Priors) -> list[float]:
     ]
 
 
-def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:
+def sizes_of(family: Family, priors: Priors, data: Residuals) -> AmplitudePrior:
     """Prior of a law's amplitudes, in the unit of its linear parameter.
 
     A misalignment is linear in its square; a law without an amplitude has the size one.
@@ -103,9 +103,9 @@ def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:
     usual = usual_size(family.law, priors, data.gauge, data.machine, span_mm, family.choices)
     if family.kind == "misalignment":
         wide = priors.sizes.about(usual.size)
-        return Sizes(wide.sd**2, wide.log_weight)
+        return AmplitudePrior(wide.sd**2, wide.log_weight)
     if not any(p.role == "linear" for p in family.law.parameters()):
-        return Sizes(np.ones(1), np.zeros(1))
+        return AmplitudePrior(np.ones(1), np.zeros(1))
     return priors.sizes.about(usual.size, usual.most)
 
 

@@ -22,7 +22,7 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um, effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.inference.parallel import chunks
-from stepgauge.inference.problem import Sizes
+from stepgauge.inference.problem import AmplitudePrior
 from stepgauge.recording import APPROACH
 
 Array = NDArray[np.float64]
@@ -67,7 +67,7 @@ class Family:
     details: dict[str, Any] = field(default_factory=dict)
     directions: Array | None = None
     prior: float = np.inf
-    sizes: Sizes | None = None
+    sizes: AmplitudePrior | None = None
     shares: Array | None = None
     taken: frozenset[str] = frozenset()
     within: dict[str, tuple[float, float]] | None = None

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.maps.data import QUANTITIES, MapData
 from stepgauge.diagnosis.priors import Priors
-from stepgauge.inference.problem import Candidate, Law, Smooth
+from stepgauge.inference.problem import Candidate, GaussianProcess, Law
 from stepgauge.probes.empirical import directions, parse
 
 Array = NDArray[np.float64]
@@ -81,7 +81,7 @@ def _candidate(
     rows[:, :, quantity] = values
     pattern = rows.reshape(*values.shape[:2], -1)
     if form.weight:
-        return Smooth(kind, label, False, odds, sizes, own, features=tuple(pattern))
+        return GaussianProcess(kind, label, False, odds, sizes, own, features=tuple(pattern))
     flat = np.full(len(pattern), -np.log(len(pattern)))
     return Law(kind, label, False, odds, sizes, own, pattern=pattern, shares=ones, log_weight=flat)
 

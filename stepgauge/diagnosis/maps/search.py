@@ -25,12 +25,13 @@ from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.result import Check, rms
 from stepgauge.diagnosis.statements import Said, answer_of, told
 from stepgauge.diagnosis.statements import sure as is_sure
-from stepgauge.inference.hypothesis import State
+from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.posterior import Answer, Rival
+from stepgauge.inference.posterior import Member, Posterior
+from stepgauge.inference.priors import NoisePriors
 from stepgauge.inference.problem import Law, Problem
 from stepgauge.inference.problem import Term as Chosen
-from stepgauge.inference.proposal import Look
+from stepgauge.inference.proposal import Proposal
 from stepgauge.inference.search import Search
 
 Array = NDArray[np.float64]
@@ -56,8 +57,8 @@ class Searched:
 
     rows: MapRows
     search: Search
-    answer: Answer
-    state: State
+    answer: Posterior
+    state: Hypothesis
     laws: tuple[Said, ...]
     forms: tuple[Said, ...]
     vague: tuple[Said, ...]
@@ -70,7 +71,7 @@ class Searched:
     checks: tuple[Check, ...]
     wider: float
 
-    def term_of(self, rival: Rival) -> Term:
+    def term_of(self, rival: Member) -> Term:
         """A rival of a law as a change, with its values from the search."""
         if rival.state is None:
             point = _point(rival.look.term())
@@ -78,7 +79,7 @@ class Searched:
         place = rival.state.place(rival.candidate)
         return _term(rival.state, rival.state.terms[place])
 
-    def instead(self, place: int, rival: Rival) -> Fitted:
+    def instead(self, place: int, rival: Member) -> Fitted:
         """All changes, fitted with a rival in the place of one."""
         terms = (*self.fitted.terms[:place], self.term_of(rival), *self.fitted.terms[place + 1 :])
         return fit(terms, self.rows, self.beside, self.priors)
@@ -87,11 +88,11 @@ class Searched:
 class SizedSearch(Search):
     """A search that also begins with the result of an earlier one, and computes every law at its actual size."""
 
-    def __init__(self, problem: Problem, priors: Priors, rows: MapRows, seed: Sequence[str] = ()) -> None:
+    def __init__(self, problem: Problem, priors: NoisePriors, rows: MapRows, seed: Sequence[str] = ()) -> None:
         super().__init__(problem, priors)
         self.rows, self.seed = rows, seed
 
-    def run(self) -> State:
+    def run(self) -> Hypothesis:
         """The more probable of two hypotheses: from a search from nothing, and from one that began with ``seed``."""
         best, seeded = super().run(), self.start
         for label in self.seed:
@@ -101,7 +102,7 @@ class SizedSearch(Search):
         seeded = self.polished(self.reshaped(seeded))
         return best if seeded.log_posterior <= best.log_posterior else self._exchanged(self._better(best, seeded))
 
-    def _shaped(self, state: State, look: Look) -> State:
+    def _shaped(self, state: Hypothesis, look: Proposal) -> Hypothesis:
         """The hypothesis with one more term; intermediate sizes are not kept among the computed hypotheses."""
         visited = self.evidence.visited
         known = set(visited)
@@ -110,7 +111,7 @@ class SizedSearch(Search):
             del visited[other]
         return found
 
-    def _grown_to_size(self, found: State, look: Look) -> State:
+    def _grown_to_size(self, found: Hypothesis, look: Proposal) -> Hypothesis:
         law = look.candidate
         if not isinstance(law, Law) or look.by_atom is None or len(law.sizes.sd) < 2:
             return found
@@ -121,7 +122,7 @@ class SizedSearch(Search):
             found = sized
         return found
 
-    def _of_its_size(self, found: State, law: Law) -> Chosen:
+    def _of_its_size(self, found: Hypothesis, law: Law) -> Chosen:
         """The term of a law with the signature at the size of its amplitude."""
         place = found.place(law)
         term = found.terms[place]
@@ -135,7 +136,7 @@ class SizedSearch(Search):
             return replace(term, columns=columns, shape=exact)
         return term
 
-    def _sized(self, found: State, term: Chosen, look: Look) -> State:
+    def _sized(self, found: Hypothesis, term: Chosen, look: Proposal) -> Hypothesis:
         """The hypothesis with another term of the same law; the shapes of a line are its sizes, which are summed."""
         law = look.candidate
         line = law.named and _point(term).candidate.shape == "line"
@@ -144,7 +145,7 @@ class SizedSearch(Search):
         return self.evidence((*others, sized), found.scatter, found.sigma_um)
 
 
-def _exact(look: Look) -> Look:
+def _exact(look: Proposal) -> Proposal:
     """The look of a law at the size that was fitted before: the last one of its shapes."""
     law = look.candidate
     if not isinstance(law, Law) or not law.named or law.source[-1].candidate.shape not in ("plane", "lobes"):
@@ -161,7 +162,7 @@ def searched(model: MapModel, candidates: Sequence[Candidate], scatter: MapScatt
     seed: tuple[str, ...] = ()
     for _ in range(PASSES):
         problem = make_problem(rows, candidates, priors, remainder, fitted)
-        found = _search(rows, SizedSearch(problem, priors, rows, seed), priors)
+        found = _search(rows, SizedSearch(problem, priors.scatter, rows, seed), priors)
         exact = rows.moved(found.fitted.terms)
         settled = min(rms(exact - before), rms(_signatures(found) + remainder - exact)) < SETTLED
         points = _exactly(found)
@@ -234,7 +235,7 @@ def _moved_by(fitted: Fitted, rows: MapRows, beside: Metric, priors: Priors) -> 
     return np.array(found)
 
 
-def _share_of(form: Said, state: State, metric: Metric, rows: MapRows) -> float:
+def _share_of(form: Said, state: Hypothesis, metric: Metric, rows: MapRows) -> float:
     """Share of the squared residuals that a form explains."""
     place = next(i for i, term in enumerate(state.terms) if term is form.term)
     return _square(metric(state.amplitudes(place)[0] @ form.term.columns)) / _square(metric(rows.um))
@@ -249,7 +250,7 @@ def _point(chosen: Chosen) -> Point:
     return point
 
 
-def _term(state: State, chosen: Chosen) -> Term:
+def _term(state: Hypothesis, chosen: Chosen) -> Term:
     """A law of a hypothesis as a change of the probe, with its amplitudes in the hypothesis."""
     point = _point(chosen)
     place = next(i for i, t in enumerate(state.terms) if t is chosen)

@@ -25,7 +25,7 @@ from stepgauge.diagnosis.output.practice import aliases_of, even_steps_mm, in_pr
 from stepgauge.diagnosis.output.probe_file import probe_file
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Member
+from stepgauge.diagnosis.result import Check, Diagnosis, Finding, FindingMember, Located
 from stepgauge.files.text import write_json, write_sealed
 from stepgauge.inference.search import Step
 from stepgauge.recording import Recording
@@ -198,7 +198,7 @@ def _finding(finding: Finding, diagnosis: Diagnosis, inputs: Inputs, folder: Pat
     return said
 
 
-def _member(member: Member, data: Residuals) -> dict[str, Any]:
+def _member(member: FindingMember, data: Residuals) -> dict[str, Any]:
     """One law of a set with its own values and its meaning at the machine."""
     parameters: dict[str, Any] = {name: {"value": _json(value)} for name, value in member.choices.items()}
     parameters |= {name: estimate_json(one) for name, one in member.parameters.items() if name not in parameters}

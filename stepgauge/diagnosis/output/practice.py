@@ -13,7 +13,7 @@ from stepgauge.diagnosis.output.machine_text import effect_table
 from stepgauge.diagnosis.output.sentences import FURTHER, Sentence, Values
 from stepgauge.diagnosis.output.words import in_um, length_mm, line, listed, long, name_of, size, span_mm, towards
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Finding, Member
+from stepgauge.diagnosis.result import Finding, FindingMember
 from stepgauge.effects import effect_kinds
 from stepgauge.files.notation import rounded
 from stepgauge.recording import APPROACH
@@ -22,7 +22,7 @@ LEAST_ALONG = 0.2
 """Cosine to an axis from which on a gauge shows errors that repeat along it: it passes some pitches."""
 
 
-def in_practice(finding: Finding | Member, data: Residuals) -> str:
+def in_practice(finding: Finding | FindingMember, data: Residuals) -> str:
     """Meaning of a finding, for the person at the machine."""
     if isinstance(finding, Finding) and finding.effects:
         return _of_geometry(finding)
@@ -48,7 +48,7 @@ def _of_geometry(finding: Finding) -> str:
     )
 
 
-def aliases_of(finding: Finding | Member, data: Residuals) -> dict[str, Any]:
+def aliases_of(finding: Finding | FindingMember, data: Residuals) -> dict[str, Any]:
     """Periods along the axis of a finding that evenly spaced faces cannot tell from its own; else none."""
     period = finding.parameters.get("period_mm")
     steps = None if period is None else even(data.probings.coordinate_mm(str(finding.choices["axis"])))
@@ -78,7 +78,7 @@ def counted(names: Iterable[str]) -> list[str]:
     return [f"{said.get(times, f'{times} times ')}{name}" for name, times in Counter(names).items()]
 
 
-def _values(finding: Finding | Member) -> Values:
+def _values(finding: Finding | FindingMember) -> Values:
     if finding.effect is not None:
         return effect_table(finding.effect)
     return {**finding.choices, **{k: e.value for k, e in finding.parameters.items() if k not in finding.choices}}
