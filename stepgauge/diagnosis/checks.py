@@ -25,13 +25,13 @@ ALLOWED = 4.0
 
 def predictive_checks(problem: Problem, state: Hypothesis, metric: Metric) -> tuple[Check, ...]:
     """All parts of the check; ``metric``: that of the scatter of the state at its sigma."""
-    independent = metric.rows(state.left_um) / state.sigma_um
+    independent = metric.rows(state.residual_um) / state.sigma_um
     return tuple(_checks(problem, state, independent, metric))
 
 
 def noiseless(problem: Problem, state: Hypothesis) -> bool:
     """Whether less is left than the least scatter that a reading can have."""
-    return float(np.sqrt((state.left_um**2).mean())) < problem.least_um
+    return float(np.sqrt((state.residual_um**2).mean())) < problem.least_um
 
 
 def widening(checks: tuple[Check, ...], problem: Problem, state: Hypothesis, metric: Metric) -> float:
@@ -43,17 +43,17 @@ def widening(checks: tuple[Check, ...], problem: Problem, state: Hypothesis, met
     """
     factor, failed = 1.0, {check.name for check in checks if not check.passed}
     if "sequence" in failed:
-        r = min(_neighbours(problem, metric.rows(state.left_um)), 0.98)
+        r = min(_neighbours(problem, metric.rows(state.residual_um)), 0.98)
         factor *= float(np.sqrt((1.0 + r) / (1.0 - r))) if r > 0.0 else 1.0
     if "repeats" in failed:
-        within = problem.repeating_um(problem.um, _ordinary(state, metric)) or problem.within_um
+        within = problem.repeating_um(problem.residual_um, _ordinary(state, metric)) or problem.within_um
         factor *= max(state.sigma_um / within, 1.0)
     return factor
 
 
 def _ordinary(state: Hypothesis, metric: Metric) -> Array:
     """Variance of every row over that of an ordinary one, without outliers and tails, ``(n,)``."""
-    return np.asarray(state.scatter.weight / metric.rows.scale**2)
+    return np.asarray(state.noise.weight / metric.rows.scale**2)
 
 
 def _checks(problem: Problem, state: Hypothesis, independent: Array, metric: Metric) -> Iterator[Check]:
@@ -64,8 +64,8 @@ def _checks(problem: Problem, state: Hypothesis, independent: Array, metric: Met
     yield _check("rows", rows, f"the largest residual is {largest:.1f} standard deviations")
     if noiseless(problem, state):
         return  # less than the least scatter is left, and has no structure that anybody would see
-    within = problem.repeating_um(state.left_um, _ordinary(state, metric))
-    if within is not None and state.scatter.weight.min() > 0.5:
+    within = problem.repeating_um(state.residual_um, _ordinary(state, metric))
+    if within is not None and state.noise.weight.min() > 0.5:
         dof = int((np.bincount(problem.group) - 1).sum())
         ratio = state.sigma_um / max(within, 1e-12)
         words = f"standard deviation {within:.3g} um of repeats, {state.sigma_um:.3g} um of all rows about the model"

@@ -164,7 +164,7 @@ def _told(
 ) -> Diagnosis:
     search, answer, model = found.search, found.answer, found.model
     data = found.data if len(found.data) == len(recorded) else counted_from(recorded, start_s)
-    plain = Metric(search.problem, model.state.scatter, search.scatters, model.state.sigma_um)
+    plain = Metric(search.problem, model.state.noise, search.noise_models, model.state.sigma_um)
     checks = predictive_checks(search.problem, model.state, plain)
     wider = widening(checks, search.problem, model.state, plain)
     model = with_doubts(model, search, answer, found.data, priors, wider)
@@ -300,7 +300,7 @@ def _insufficient(data: Residuals) -> Diagnosis:
 
 def _remarks(found: Searched, data: Residuals, start_s: float) -> Iterator[str]:
     """Remarks on the search that the reader of its results needs."""
-    scatter = found.model.state.scatter
+    scatter = found.model.state.noise
     if len(found.data) < len(data):
         yield f"searched in {len(found.data)} of {len(data)} rows, fitted to all of them"
     yield from inexact_laws(found.model)

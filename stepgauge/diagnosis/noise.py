@@ -28,7 +28,7 @@ GROWTH_UNITS = {"time": "um/h", "speed": "um/(mm/s)"}
 
 def noise_of(model: Model, problem: Problem, data: Residuals) -> Noise:
     """The scatter of every row in the stated model."""
-    state, scatter = model.state, model.state.scatter
+    state, scatter = model.state, model.state.noise
     latched_um = np.broadcast_to(problem.latched_um, (len(problem),)) * scatter.rounded
     by_row = np.hypot(state.sigma_um * np.sqrt(model.metric.rows.scale**-2.0 * scatter.weight), latched_um)
     typical_um = state.sigma_um * bare_problem(data).typical
@@ -62,7 +62,7 @@ def stated_scatter(
     answer: Posterior, model: Model, noise: Noise, data: Residuals, priors: Priors, without: Collection[str]
 ) -> tuple[list[Finding], list[Located]]:
     """Outliers and growing scatter as findings, correlated scatter as a form; kinds in ``without`` as forms, too."""
-    stated, scatter = priors.decision.stated, model.state.scatter
+    stated, scatter = priors.decision.stated, model.state.noise
     named: list[Finding] = []
     left: list[Located] = []
     p = answer.probability_of_scatter(OUTLYING)
@@ -89,7 +89,7 @@ def disturbed(
     answer: Posterior, model: Model, problem: Problem, data: Residuals, start_s: float, priors: Priors
 ) -> Iterator[Located]:
     """Larger scatter in a stretch of the record as a form over the time, or over the order of reading."""
-    burst, p = model.state.scatter.burst, answer.probability_of_scatter("burst")
+    burst, p = model.state.noise.burst, answer.probability_of_scatter("burst")
     if burst is None or p < priors.decision.stated:
         return
     first, end, factor = burst

@@ -52,7 +52,7 @@ def bare_problem(data: Residuals, independent: bool = False) -> Problem:
     u_um = np.asarray(data.gauge.u_um)[data.face.min() - 1 :][: len(certified)]
     stated_um, grown_um = float(data.machine.table.repeatability_um), np.hypot(data.grown_um, data.latched_um)
     problem = Problem(
-        um=data.um,
+        residual_um=data.um,
         scale_um=stated_um,
         certified=certified[shown],
         certified_u=np.maximum(u_um[shown], 1e-4),
@@ -77,8 +77,8 @@ def _left_um(problem: Problem, grown_um: Array | float) -> float:
     if not np.any(grown_um):
         return problem.within_um
     count = np.bincount(problem.group)[problem.group]
-    mean = np.bincount(problem.group, problem.um)[problem.group] / count
-    square = (problem.um - mean) ** 2 * count / np.maximum(count - 1, 1)
+    mean = np.bincount(problem.group, problem.residual_um)[problem.group] / count
+    square = (problem.residual_um - mean) ** 2 * count / np.maximum(count - 1, 1)
     left_um = problem.within_um * LEFT
     variance = (left_um[:, None] ** 2 + np.square(grown_um))[:, count > 1]
     return float(left_um[(np.log(variance) + square[count > 1] / variance).sum(axis=1).argmin()])

@@ -77,8 +77,8 @@ def with_separations(
             continue
         others = {one.label for one in finding.members} - {finding.label}
         rivals = [
-            (one.candidate, one.look.atom)
-            for one in model.laws[place].place.rivals
+            (one.candidate, one.proposal.atom)
+            for one in model.laws[place].place.members
             if one.candidate.named and one.candidate.source.label in others
         ]
         best = separate(place, model.fitted.solved, rivals, possible)

@@ -75,7 +75,7 @@ def _of_the_likelier(search: Search, best: Hypothesis) -> Hypothesis:
     besides that is less probable than nothing does not count: whose neighbours were computed would have more of it.
     """
     least = best.log_posterior + float(np.log(LEAST_ODDS))
-    near = [one for one in search.evidence.likeliest.values() if one.log_posterior > least]
+    near = [one for one in search.evidence.best_by_labels.values() if one.log_posterior > least]
     every = [
         one for one in near if not any(o.labels < one.labels and o.log_posterior > one.log_posterior for o in near)
     ]
@@ -101,11 +101,11 @@ def _completed(search: Search, best: Hypothesis, decision: Decision) -> Hypothes
     whose size is not determined would not be said (rule 3).
     """
     while len(best.terms) < MOST_TERMS:
-        look = next((look for look in search.beside(best) if look.gain > HOPELESS), None)
+        look = next((look for look in search.screen(best) if look.gain > HOPELESS), None)
         if look is None:
             return best
         more = search.added(best, look)
-        place = credible_set(search, more, more.place(look.candidate))
+        place = credible_set(search, more, more.index(look.candidate))
         said = Said(place, _lead(place), more.terms[place.term])
         if _said_share(said, decision) < decision.stated:
             return best
@@ -118,14 +118,14 @@ def _completed(search: Search, best: Hypothesis, decision: Decision) -> Hypothes
 def _said_share(said: Said, decision: Decision) -> float:
     """Probability of what is said of a place: of a law with its set, or of all forms over one covariate."""
     if said.named:
-        return sum(one.share for one in rival_laws(said, decision))
+        return sum(one.probability for one in rival_laws(said, decision))
     kind = said.lead.candidate.kind
-    return sum(one.share for one in said.place.rivals if not one.candidate.named and one.candidate.kind == kind)
+    return sum(one.probability for one in said.place.members if not one.candidate.named and one.candidate.kind == kind)
 
 
 def told(search: Search, answer: Posterior, stated: float) -> tuple[Hypothesis, list[Said]]:
     """The hypothesis that is stated, and its statements, by rules 1 and 2."""
-    places = [place for place in answer.places if place.nothing <= 1.0 - stated]
+    places = [place for place in answer.sets if place.nothing <= 1.0 - stated]
     leads = [(place, _lead(place)) for place in places]
     state = _told_state(search, answer.best, leads)
     terms = {term.candidate.label: term for term in state.terms}
@@ -135,32 +135,32 @@ def told(search: Search, answer: Posterior, stated: float) -> tuple[Hypothesis, 
 
 def _lead(place: CredibleSet) -> Member:
     """The rival that is stated: the most probable one of the most probable kind, of laws or of forms."""
-    own = place.rivals[0].candidate.named  # where nothing is as good as certain both are 0
-    named = own if place.named == place.nameless else place.named > place.nameless
-    rivals = [one for one in place.rivals if one.candidate.named is named]
+    own = place.members[0].candidate.named  # where nothing is as good as certain both are 0
+    named = own if place.law_probability == place.form_probability else place.law_probability > place.form_probability
+    rivals = [one for one in place.members if one.candidate.named is named]
     share: dict[str, float] = defaultdict(float)
     for one in rivals:
-        share[one.candidate.kind] += one.share
+        share[one.candidate.kind] += one.probability
     kind = max(share, key=lambda k: share[k])
-    return max((one for one in rivals if one.candidate.kind == kind), key=lambda one: one.share)
+    return max((one for one in rivals if one.candidate.kind == kind), key=lambda one: one.probability)
 
 
 def _told_state(search: Search, best: Hypothesis, said: list[tuple[CredibleSet, Member]]) -> Hypothesis:
     """The best hypothesis with the rivals that are stated as its terms, without places of which nothing is stated."""
     terms = [best.terms[place.term] for place, _ in said]
-    state = search.evidence(tuple(terms), best.scatter, best.sigma_um)
+    state = search.evidence(tuple(terms), best.noise, best.sigma_um)
     for place, lead in said:
         own = best.terms[place.term]
         if lead.candidate is own.candidate or lead.candidate.label in state.labels:
             continue
-        base = search.without(state, state.place(own.candidate))
-        state = search.added(base, lead.look)
+        base = search.without(state, state.index(own.candidate))
+        state = search.added(base, lead.proposal)
     return state
 
 
 def determined(state: Hypothesis, term: Term, least: float) -> bool:
     """Whether the size of a term is more than ``least`` standard uncertainties (rule 3), for a fixed shape."""
-    place = state.where(term)
+    place = state.index_of(term)
     if place is None:
         return True
     mean, covariance = state.amplitudes(place)
@@ -192,22 +192,22 @@ def rival_laws(said: Said, decision: Decision) -> list[Member]:
     least, fit = _by_readings(lead) - far, _fit(lead) - far
 
     def excluded(one: Member) -> bool:
-        if one.share * decision.excluded >= lead.share:
+        if one.probability * decision.excluded >= lead.probability:
             return False
         return one.candidate.combined or (_by_readings(one) <= least and _fit(one) <= fit)
 
-    others = (one for one in said.place.rivals if one.candidate.named and one is not lead)
-    return [lead, *(one for one in others if one.share > decision.in_set and not excluded(one))]
+    others = (one for one in said.place.members if one.candidate.named and one is not lead)
+    return [lead, *(one for one in others if one.probability > decision.in_set and not excluded(one))]
 
 
 def _by_readings(rival: Member) -> float:
     """Log marginal likelihood of a rival, up to a constant of its place: its share without its prior odds."""
-    return float(np.log(max(rival.share, 1e-300))) - rival.look.log_odds
+    return float(np.log(max(rival.probability, 1e-300))) - rival.proposal.log_odds
 
 
 def _fit(rival: Member) -> float:
     """Log likelihood of a rival at its best; of one that was not computed nothing is known."""
-    return -np.inf if rival.state is None else rival.state.log_fit
+    return -np.inf if rival.hypothesis is None else rival.hypothesis.log_fit
 
 
 def instead(several: Sequence[Alternative], label: str, kind: str, decision: Decision) -> list[Alternative]:
@@ -233,7 +233,7 @@ def set_probability(answer: Posterior, rivals: Sequence[Member], several: Sequen
     """
     every = [frozenset({one.candidate.label}) for one in rivals]
     every += [frozenset(c.label for c in one.come) for one in several]
-    return min(sum(one.share for one in rivals), answer.probability_of_any(every), 1.0)
+    return min(sum(one.probability for one in rivals), answer.probability_of_any(every), 1.0)
 
 
 def spread_factor(answer: Posterior, state: Hypothesis, label: str, least: float) -> float:
@@ -249,7 +249,7 @@ def spread_factor(answer: Posterior, state: Hypothesis, label: str, least: float
 def one_of_each_kind(place: CredibleSet, named: bool) -> Iterator[Member]:
     """The most probable law or form of each kind in a place, the most probable first."""
     first: dict[str, Member] = {}
-    for one in sorted(place.rivals, key=lambda one: -one.share):
+    for one in sorted(place.members, key=lambda one: -one.probability):
         if one.candidate.named is named:
             first.setdefault(one.candidate.kind, one)
     yield from first.values()
@@ -263,9 +263,9 @@ def systematic(
     They are rivals for one structure: those with odds below ``least`` against the most probable one are left out.
     ``state``: the scatter to judge by; ``known``: kinds that are stated already.
     """
-    start, told_kinds = search.evidence((), state.scatter, state.sigma_um), set(known)
-    total = max(float(np.var(search.problem.um)) - start.sigma_um**2, 1e-300)
-    looks = [look for look in search.beside(start) if not look.candidate.named and look.gain > 0.0]
+    start, told_kinds = search.evidence((), state.noise, state.sigma_um), set(known)
+    total = max(float(np.var(search.problem.residual_um)) - start.sigma_um**2, 1e-300)
+    looks = [look for look in search.screen(start) if not look.candidate.named and look.gain > 0.0]
     near = max((look.gain for look in looks), default=0.0) + float(np.log(least))
     for look in looks:
         if look.gain < near or look.candidate.kind in told_kinds or len(told_kinds) >= MOST_LOCATED:

@@ -77,8 +77,8 @@ class Model:
     @property
     def beside_um(self) -> Array:
         """What the stated laws move beside their signatures, along the approach, ``(n,)``."""
-        places = (self.state.place(one.term.candidate) for one in self.laws)
-        return sum((self.state.beside_um(place) for place in places), np.zeros(len(self.state.left_um)))
+        places = (self.state.index(one.term.candidate) for one in self.laws)
+        return sum((self.state.discrepancy_um(place) for place in places), np.zeros(len(self.state.residual_um)))
 
 
 def make_model(search: Search, answer: Posterior, data: Residuals, priors: Priors) -> Model:
@@ -98,8 +98,8 @@ def _fitted(search: Search, state: Hypothesis, every: list[Said], forms: list[Sa
     geometry = [one for one in every if one.lead.candidate.combined]
     laws = [one for one in every if one not in geometry]
     beside = [one.term.nuisance for one in (*forms, *geometry)]
-    beside += [(one.term.beside, one.term.sds[one.term.told :]) for one in laws]
-    metric = Metric(search.problem, state.scatter, search.scatters, state.sigma_um, beside)
+    beside += [(one.term.discrepancy, one.term.sds[one.term.n_amplitudes :]) for one in laws]
+    metric = Metric(search.problem, state.noise, search.noise_models, state.sigma_um, beside)
     fitted = solve([_expected(one, state) for one in laws], [one.term.atom for one in laws], data, metric)
     told_laws = with_marginals(fitted, data, metric)
     return Model(state, tuple(laws), tuple(forms), told_laws, metric, geometry=tuple(geometry))
@@ -112,8 +112,8 @@ def _expected(said: Said, state: Hypothesis) -> Family:
     be at most.
     """
     candidate = said.lead.candidate
-    place = state.where(said.term)
-    sd = said.term.sd if place is None else candidate.sizes.expected(state.by_size[place])
+    place = state.index_of(said.term)
+    sd = said.term.sd if place is None else candidate.sizes.expected(state.size_log_evidence[place])
     return _of_size(candidate.source, said.term.atom, sd)
 
 
@@ -175,7 +175,7 @@ def _oscillates(family: Family) -> bool:
 
 def _rms_um(said: Said, state: Hypothesis) -> float:
     """Root mean square of the displacement of a term."""
-    return rms(state.told_um(state.place(said.term.candidate)))
+    return rms(state.contribution_um(state.index(said.term.candidate)))
 
 
 def _lives_in(family: Family | Geometry) -> set[str]:
@@ -206,7 +206,7 @@ def findings(model: Model, answer: Posterior, data: Residuals, priors: Priors, w
         combined = instead(several, label, solved.family.kind, priors.decision)
         probability = set_probability(answer, every, combined)
         alone = set_probability(answer, every, []) / max(probability, 1e-300)
-        possible = sum(one.share for one in rivals) / sum(one.share for one in every)
+        possible = sum(one.probability for one in rivals) / sum(one.probability for one in every)
         kinds = tuple(dict.fromkeys(one.candidate.kind for one in rivals if one.candidate.kind != solved.family.kind))
         same = tuple(
             dict.fromkeys(
@@ -256,7 +256,7 @@ def _of_geometry(
 ) -> Finding:
     """All geometric errors at once, as the readings without the other laws tell them."""
     term, state, geometry, decision = said.term, model.state, said.source, priors.decision
-    place = state.place(term.candidate)
+    place = state.index(term.candidate)
     left_um = data.um - sum((solved.displacement_um(data) for solved in model.fitted.solved), np.zeros(len(data)))
     mean = term.sd**2 * (model.metric(term.columns) @ model.metric(left_um))
     effects = geometry.effects(mean)
@@ -287,10 +287,10 @@ def _members(
     """
     if len(rivals) < 2:
         return
-    total = sum(one.share for one in rivals)
+    total = sum(one.probability for one in rivals)
     for one in (one for one in rivals if not one.candidate.combined):
         solved = fits[one.candidate.label]
-        parameters, share = own if one is rivals[0] else solved.parameters, alone * one.share / total
+        parameters, share = own if one is rivals[0] else solved.parameters, alone * one.probability / total
         yield FindingMember(
             solved.family.kind, solved.family.label, share, solved.effect, choices_of(solved), parameters
         )
@@ -303,7 +303,10 @@ def _in_place(rival: Member, said: Said, model: Model, data: Residuals) -> Solve
         return model.fitted.solved[place]
     families = [_expected(one, model.state) for one in model.laws]
     atoms = [one.term.atom for one in model.laws]
-    families[place], atoms[place] = _of_size(rival.candidate.source, rival.look.atom, rival.look.sd), rival.look.atom
+    families[place], atoms[place] = (
+        _of_size(rival.candidate.source, rival.proposal.atom, rival.proposal.sd),
+        rival.proposal.atom,
+    )
     return solve(families, atoms, data, model.metric).solved[place]
 
 
@@ -338,32 +341,32 @@ def unexplained(model: Model, answer: Posterior, data: Residuals, priors: Priors
     expected = _by_another(doubtful, model, answer, priors.decision)
     yield from (_vague(one, model, answer, data) for one in doubtful if one not in expected)
     for said in (one for one in model.forms if not one.named):
-        least = max(priors.decision.in_set, said.lead.share / priors.decision.excluded)
-        likely = (one for one in one_of_each_kind(said.place, False) if one.share >= least)
+        least = max(priors.decision.in_set, said.lead.probability / priors.decision.excluded)
+        likely = (one for one in one_of_each_kind(said.place, False) if one.probability >= least)
         for one in islice(likely, MOST_FORMS):
-            labels = [r.candidate.label for r in said.place.rivals if r.candidate.kind == one.candidate.kind]
-            form = located(one.candidate, one.look.atom, answer.probability(labels), fitted=_fitted_shape(one))
+            labels = [r.candidate.label for r in said.place.members if r.candidate.kind == one.candidate.kind]
+            form = located(one.candidate, one.proposal.atom, answer.probability(labels), fitted=_fitted_shape(one))
             part = _regime(said, model, data) if one is said.lead else ""
             yield replace(form, where=f"{form.where}, {part}") if part else form
 
 
 def _by_another(doubtful: Sequence[Said], model: Model, answer: Posterior, decision: Decision) -> list[Said]:
     """Laws that are there since another axis has them, and not by the readings: without a size they are no findings."""
-    found = [one for one in doubtful if one.lead.look.together > 0.0]
-    without = answer.search.without(model.state, *(model.state.place(one.term.candidate) for one in found))
+    found = [one for one in doubtful if one.lead.proposal.company > 0.0]
+    without = answer.search.without(model.state, *(model.state.index(one.term.candidate) for one in found))
     needed = model.state.log_posterior - without.log_posterior > float(np.log(decision.excluded))
     return [] if needed else found
 
 
 def _fitted_shape(rival: Member) -> Any:
     """The shape of a form that was fitted between those of the grid, None if it is one of the grid."""
-    return None if rival.state is None else rival.state.terms[rival.state.place(rival.candidate)].shape
+    return None if rival.hypothesis is None else rival.hypothesis.terms[rival.hypothesis.index(rival.candidate)].shape
 
 
 def _regime(said: Said, model: Model, data: Residuals) -> str:
     """The part of the record in which a smooth form differs from the rest, in words; empty for all of it."""
     form: Form = said.lead.candidate.source
-    place = model.state.where(said.term)
+    place = model.state.index_of(said.term)
     covariate = next((one for one in covariates(data) if one.name == form.covariate), None)
     if form.shape != SMOOTH or form.beside or place is None or covariate is None:
         return ""
@@ -379,9 +382,9 @@ def nearest_laws(model: Model, answer: Posterior) -> Iterator[str]:
     """The odds against what is nearest to a stated form, a law or several together, in words."""
     several = answer.alternatives(LEAST_ODDS)
     for said in model.forms:
-        own, rivals = said.lead.candidate.label, said.place.rivals
+        own, rivals = said.lead.candidate.label, said.place.members
         laws: list[tuple[float, tuple[Candidate, ...]]] = []
-        laws += [(one.share / said.lead.share, (one.candidate,)) for one in rivals if one.candidate.named]
+        laws += [(one.probability / said.lead.probability, (one.candidate,)) for one in rivals if one.candidate.named]
         laws += [(one.odds, one.come) for one in several if own in one.gone and all(c.named for c in one.come)]
         if said.named or not laws:
             continue
@@ -394,7 +397,7 @@ def nearest_laws(model: Model, answer: Posterior) -> Iterator[str]:
 def inexact_laws(model: Model) -> Iterator[str]:
     """What stated laws move beside their signatures, where it is seen, in words."""
     for one in model.laws:
-        beside_um = rms(model.state.beside_um(model.state.place(one.term.candidate)))
+        beside_um = rms(model.state.discrepancy_um(model.state.index(one.term.candidate)))
         if beside_um > TOLD_BESIDE * model.state.sigma_um:
             percent = 100.0 * beside_um / _rms_um(one, model.state)
             share = f"{rounded(beside_um, 2)} um rms, {rounded(percent, 1)} % of it"

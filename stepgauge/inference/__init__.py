@@ -1,8 +1,9 @@
-"""One quantity decides: log prior odds of a hypothesis plus the log marginal likelihood of the residuals under it.
+"""Bayesian inference of the causes of residuals: sets of terms and models of the noise by their log posterior.
 
-This package works on residuals, nuisance parameters, and candidates with signatures and priors; it does not depend on
-gauges, probes or files. Its steps: :mod:`problem` (residuals and candidates), :mod:`scatter` (models of the scatter),
-:mod:`metric` (residuals as independent variables), :mod:`evidence` (the log posterior), :mod:`looks` (a fast rating of
-every candidate), :mod:`search` (the hypotheses that are computed), :mod:`answer` (probabilities averaged over them),
-:mod:`told` (the rules by which results are stated).
+It knows residuals, nuisance columns, candidates with signatures and priors, and nothing of gauges, probes, files or
+words. :mod:`problem` has what is known beforehand: residuals, candidates (parametric signatures on grids, Gaussian
+processes), priors of amplitudes. :mod:`noise_models` and :mod:`priors` have the models of the noise,
+:mod:`evidence` the log posterior of one :mod:`hypothesis`, :mod:`screening` a fast rating of every candidate as a
+:mod:`proposal`, :mod:`search` the hypotheses that are computed, and :mod:`posterior` inclusion probabilities and
+credible sets averaged over them.
 """

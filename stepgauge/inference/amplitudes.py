@@ -20,13 +20,13 @@ FINE = 2.0
 """Ratio of neighbouring measures of what a law moves beside its signature."""
 
 
-def size_log_evidence(state: Hypothesis) -> Iterator[Array]:
+def size_log_evidence(hypothesis: Hypothesis) -> Iterator[Array]:
     """Log evidence of each size of each term, its weight included, over that of the size that the term has."""
-    if not state.terms:
+    if not hypothesis.terms:
         return
-    every, covariance = state.of_terms
-    for term, whole in zip(state.terms, state.parts, strict=True):
-        own = slice(whole.start, whole.start + term.told)
+    every, covariance = hypothesis.term_posterior
+    for term, whole in zip(hypothesis.terms, hypothesis.parts, strict=True):
+        own = slice(whole.start, whole.start + term.n_amplitudes)
         sizes = term.candidate.sizes
         if len(sizes.sd) == 1 and sizes.sd[0] == term.sd:
             yield sizes.log_weight
@@ -48,18 +48,18 @@ def _evidence(sd: Array, present: float, mean: Array, covariance: Array) -> Arra
     return np.asarray(0.5 * (products**2 / (precision + 1.0 / s2) - np.log1p(precision * s2)).sum(axis=1))
 
 
-def summed_sizes_gain(state: Hypothesis) -> float:
+def summed_sizes_gain(hypothesis: Hypothesis) -> float:
     """What the log evidence rises by if the sizes of each term are summed at the present ones of the others.
 
     What a size would gain that is not reached yet does not count: with it the others would change as well.
     """
-    return sum(float(np.logaddexp.reduce(one - max(one.max(), 0.0))) for one in state.by_size)
+    return sum(float(np.logaddexp.reduce(one - max(one.max(), 0.0))) for one in hypothesis.size_log_evidence)
 
 
-def resized(state: Hypothesis) -> Term | None:
+def resized(hypothesis: Hypothesis) -> Term | None:
     """The term that gains most by another size, with that size; None if all have their most probable ones."""
     found, most = None, 0.0
-    for term, evidence in zip(state.terms, state.by_size, strict=True):
+    for term, evidence in zip(hypothesis.terms, hypothesis.size_log_evidence, strict=True):
         sd = term.candidate.sizes.sd
         best = int(evidence.argmax())
         present = np.flatnonzero(sd == term.sd)
@@ -69,24 +69,24 @@ def resized(state: Hypothesis) -> Term | None:
     return found
 
 
-def discrepancy_resized(state: Hypothesis) -> Term | None:
+def discrepancy_resized(hypothesis: Hypothesis) -> Term | None:
     """A term that moves beside its signature by another measure than that of its amplitude, with that one; or None."""
-    for place, term in enumerate(state.terms):
-        if len(term.beside):
-            near = FINE ** round(math.log(max(state.size(place), 1e-300), FINE))
-            if near != term.beside_sd:
-                return replace(term, beside_sd=near)
+    for place, term in enumerate(hypothesis.terms):
+        if len(term.discrepancy):
+            near = FINE ** round(math.log(max(hypothesis.size(place), 1e-300), FINE))
+            if near != term.discrepancy_sd:
+                return replace(term, discrepancy_sd=near)
     return None
 
 
-def needed_terms(state: Hypothesis, most: int) -> tuple[Term, ...]:
+def needed_terms(hypothesis: Hypothesis, most: int) -> tuple[Term, ...]:
     """Terms that are more probable beside the others than not, at most so many; for the scatter that all leave.
 
     The least probable one goes first. What is known of the others without it is what is known of them on condition that
     its amplitudes are zero.
     """
-    mean, covariance = state.of_terms
-    left = list(zip(state.terms, state.parts, strict=True))
+    mean, covariance = hypothesis.term_posterior
+    left = list(zip(hypothesis.terms, hypothesis.parts, strict=True))
     while len(left) > 1:
         whole = company_log_prior(term for term, _ in left)
         odds = [
@@ -106,21 +106,21 @@ def needed_terms(state: Hypothesis, most: int) -> tuple[Term, ...]:
 
 def _log_odds(term: Term, mean: Array, covariance: Array) -> float:
     """Log posterior odds of a term over nothing in its place, from the posterior of its amplitudes; sizes summed."""
-    sizes, told = term.candidate.sizes, slice(0, term.told)
-    evidence = _evidence(sizes.sd, term.sd, mean[told], covariance[told, told]) + sizes.log_weight
+    sizes, own = term.candidate.sizes, slice(0, term.n_amplitudes)
+    evidence = _evidence(sizes.sd, term.sd, mean[own], covariance[own, own]) + sizes.log_weight
     return term.log_prior + float(np.logaddexp.reduce(evidence))
 
 
-def sum_of_squares_without(state: Hypothesis, place: int) -> float:
+def sum_of_squares_without(hypothesis: Hypothesis, place: int) -> float:
     """Least sum of squares over the variance without a term, if all other terms have their largest sizes."""
-    mean, narrow = state.mean[state.count :], state.prior_sd[state.count :]
-    own = state.parts[place]
-    narrowest = [0.0 if i == place else float(t.candidate.sizes.sd.max()) for i, t in enumerate(state.terms)]
-    sd = np.concatenate([np.maximum(t.sds, least) for t, least in zip(state.terms, narrowest, strict=True)])
-    root = np.tril(state.factor[state.count :, state.count :]) / narrow[:, None]
+    mean, narrow = hypothesis.mean[hypothesis.count :], hypothesis.prior_sd[hypothesis.count :]
+    own = hypothesis.parts[place]
+    narrowest = [0.0 if i == place else float(t.candidate.sizes.sd.max()) for i, t in enumerate(hypothesis.terms)]
+    sd = np.concatenate([np.maximum(t.sds, least) for t, least in zip(hypothesis.terms, narrowest, strict=True)])
+    root = np.tril(hypothesis.factor[hypothesis.count :, hypothesis.count :]) / narrow[:, None]
     precision = root @ root.T
     product = precision @ mean
     wide = np.linalg.inv(precision + np.diag(sd**-2.0 - narrow**-2.0))
     amplitudes = (wide @ product)[own]
-    square = state.square + float(product @ (mean - wide @ product))
+    square = hypothesis.square + float(product @ (mean - wide @ product))
     return square + float(amplitudes @ np.linalg.solve(wide[own, own], amplitudes))

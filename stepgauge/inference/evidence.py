@@ -56,7 +56,7 @@ class Evidence:
     """Log posteriors of hypotheses, each computed once."""
 
     def __init__(self, problem: Problem, priors: NoisePriors) -> None:
-        self.problem, self.scatters = problem, NoiseModels(problem, priors)
+        self.problem, self.noise_models = problem, NoiseModels(problem, priors)
         self.sigma = SigmaPrior(problem.scale_um, priors.sigma_factor, problem.least_um)
         self.visited: dict[tuple[object, ...], Hypothesis] = {}
         self._bases: dict[tuple[object, ...], _Base] = {}
@@ -67,133 +67,133 @@ class Evidence:
     @property
     def current(self) -> Iterator[Hypothesis]:
         """All hypotheses that were computed with the volumes that hold for their scatter."""
-        return (state for state in self.visited.values() if state.current)
+        return (hypothesis for hypothesis in self.visited.values() if hypothesis.current)
 
     @property
-    def likeliest(self) -> dict[frozenset[str], Hypothesis]:
+    def best_by_labels(self) -> dict[frozenset[str], Hypothesis]:
         """The most probable one of :attr:`current` for each set of terms."""
         found: dict[frozenset[str], Hypothesis] = {}
-        for state in self.current:
-            found[state.labels] = max(found.get(state.labels, state), state, key=log_posterior)
+        for hypothesis in self.current:
+            found[hypothesis.labels] = max(found.get(hypothesis.labels, hypothesis), hypothesis, key=log_posterior)
         return found
 
-    def __call__(self, terms: tuple[Term, ...], scatter: NoiseModel, near_um: float | None = None) -> Hypothesis:
+    def __call__(self, terms: tuple[Term, ...], noise: NoiseModel, near_um: float | None = None) -> Hypothesis:
         """The hypothesis of some terms and a scatter; ``near_um``: a first guess of the scatter."""
-        key = _key(terms, scatter)
+        key = _key(terms, noise)
         if key not in self.visited:
-            self.visited[key] = self._state(terms, scatter, near_um or self.problem.within_um)
+            self.visited[key] = self._state(terms, noise, near_um or self.problem.within_um)
         return self.visited[key]
 
-    def narrowed(self, state: Hypothesis, candidate: Candidate, by: float) -> Hypothesis:
+    def narrowed(self, hypothesis: Hypothesis, candidate: Candidate, by: float) -> Hypothesis:
         """A hypothesis in place of the same with a volume of one term that is too large, by so many nats."""
-        place = state.place(candidate)
-        narrow = replace(state.terms[place], log_prior=state.terms[place].log_prior - by)
-        terms = (*state.terms[:place], narrow, *state.terms[place + 1 :])
-        self.visited.pop(_key(state.terms, state.scatter), None)
+        place = hypothesis.index(candidate)
+        narrow = replace(hypothesis.terms[place], log_prior=hypothesis.terms[place].log_prior - by)
+        terms = (*hypothesis.terms[:place], narrow, *hypothesis.terms[place + 1 :])
+        self.visited.pop(_key(hypothesis.terms, hypothesis.noise), None)
         return self.visited.setdefault(
-            _key(terms, state.scatter), replace(state, terms=terms, log_posterior=state.log_posterior - by)
+            _key(terms, hypothesis.noise), replace(hypothesis, terms=terms, log_posterior=hypothesis.log_posterior - by)
         )
 
-    def _base(self, scatter: NoiseModel) -> _Base:
-        if scatter.key not in self._bases:
-            rows = RowMetric(self.problem, scatter, self.scatters)
-            columns, sd = nuisances(self.problem, scatter)
-            raw = np.vstack([self.problem.um, columns])
+    def _base(self, noise: NoiseModel) -> _Base:
+        if noise.key not in self._bases:
+            rows = RowMetric(self.problem, noise, self.noise_models)
+            columns, sd = nuisances(self.problem, noise)
+            raw = np.vstack([self.problem.residual_um, columns])
             mapped = rows(raw)
             gram = mapped @ mapped.T
             value, turn = np.linalg.eigh(sd[:, None] * gram[1:, 1:] * sd)
             sigma = replace(self.sigma, least_um=rows.least_um)
-            self._bases[scatter.key] = _Base(rows, sigma, columns, mapped, gram, sd, turn, np.maximum(value, 0.0))
-        return self._bases[scatter.key]
+            self._bases[noise.key] = _Base(rows, sigma, columns, mapped, gram, sd, turn, np.maximum(value, 0.0))
+        return self._bases[noise.key]
 
-    def _mapped(self, term: Term, scatter: NoiseModel, base: _Base) -> Array:
-        key = (term.key, scatter.key)
+    def _mapped(self, term: Term, noise: NoiseModel, base: _Base) -> Array:
+        key = (term.key, noise.key)
         if key not in self._columns:
             self._columns[key] = base.rows(term.columns)
         return self._columns[key]
 
-    def _gram(self, terms: tuple[Term, ...], scatter: NoiseModel, base: _Base) -> Array:
+    def _gram(self, terms: tuple[Term, ...], noise: NoiseModel, base: _Base) -> Array:
         """Products of the residual and all columns; those of two terms are computed once."""
         first, *own = slices([len(base.gram), *(len(term.columns) for term in terms)])
         size = own[-1].stop if own else first.stop
         gram = np.empty((size, size))
         gram[first, first] = base.gram
         for i, (one, term) in enumerate(zip(own, terms, strict=True)):
-            beside = self._product(term, None, scatter, base)
+            beside = self._product(term, None, noise, base)
             gram[first, one], gram[one, first] = beside, beside.T
             for other, another in zip(own[: i + 1], terms, strict=False):
-                product = self._product(term, another, scatter, base)
+                product = self._product(term, another, noise, base)
                 gram[one, other], gram[other, one] = product, product.T
         return gram
 
-    def _product(self, term: Term, other: Term | None, scatter: NoiseModel, base: _Base) -> Array:
+    def _product(self, term: Term, other: Term | None, noise: NoiseModel, base: _Base) -> Array:
         """Products ``(d, e)`` of a term's columns with another's; ``(k, d)`` with residual and nuisance columns."""
-        key = (term.key, None if other is None else other.key, scatter.key)
+        key = (term.key, None if other is None else other.key, noise.key)
         if key not in self._products:
-            mapped = self._mapped(term, scatter, base)
-            beside = base.mapped @ mapped.T if other is None else mapped @ self._mapped(other, scatter, base).T
+            mapped = self._mapped(term, noise, base)
+            beside = base.mapped @ mapped.T if other is None else mapped @ self._mapped(other, noise, base).T
             self._products[key] = beside
         return self._products[key]
 
-    def _state(self, terms: tuple[Term, ...], scatter: NoiseModel, near_um: float) -> Hypothesis:
+    def _state(self, terms: tuple[Term, ...], noise: NoiseModel, near_um: float) -> Hypothesis:
         """The hypothesis with the most probable size of every term, and all sizes summed."""
-        state = self._of_likeliest_sizes(terms, scatter, near_um)
-        state = self._within_bounds(replace(state, log_posterior=_summed(state)))
-        return state if np.isfinite(state.log_posterior) else replace(state, log_posterior=-np.inf)
+        hypothesis = self._of_likeliest_sizes(terms, noise, near_um)
+        hypothesis = self._within_bounds(replace(hypothesis, log_posterior=_summed(hypothesis)))
+        return hypothesis if np.isfinite(hypothesis.log_posterior) else replace(hypothesis, log_posterior=-np.inf)
 
-    def _of_likeliest_sizes(self, terms: tuple[Term, ...], scatter: NoiseModel, near_um: float) -> Hypothesis:
+    def _of_likeliest_sizes(self, terms: tuple[Term, ...], noise: NoiseModel, near_um: float) -> Hypothesis:
         """One size is changed at a time: of two laws alike that are large together one is enough.
 
         What a law moves beside its signature is in proportion to the amplitude that it has, and not to a larger one
         that it might have had. Sizes and scatter depend on each other, so that the changes may go round.
         """
-        state = self._of_sizes(terms, scatter, near_um)
-        found = {_sizes(terms): state}
+        hypothesis = self._of_sizes(terms, noise, near_um)
+        found = {_sizes(terms): hypothesis}
         for _ in range(RESIZED):
-            term = resized(state) or discrepancy_resized(state)
+            term = resized(hypothesis) or discrepancy_resized(hypothesis)
             if term is None:
                 break
-            terms = tuple(term if one.candidate is term.candidate else one for one in state.terms)
+            terms = tuple(term if one.candidate is term.candidate else one for one in hypothesis.terms)
             if (sizes := _sizes(terms)) in found:
                 every = list(found)
                 return max((found[one] for one in every[every.index(sizes) :]), key=_summed)
-            state = found[sizes] = self._of_sizes(terms, scatter, state.sigma_um)
-        return state
+            hypothesis = found[sizes] = self._of_sizes(terms, noise, hypothesis.sigma_um)
+        return hypothesis
 
-    def _of_sizes(self, terms: tuple[Term, ...], scatter: NoiseModel, near_um: float) -> Hypothesis:
+    def _of_sizes(self, terms: tuple[Term, ...], noise: NoiseModel, near_um: float) -> Hypothesis:
         """The hypothesis with the sizes that its terms have; their prior is that of their sizes summed."""
-        base = self._base(scatter)
-        gram = self._gram(terms, scatter, base)
+        base = self._base(noise)
+        gram = self._gram(terms, noise, base)
         sd = np.concatenate([base.sd, *(term.sds for term in terms)])
         likelihood = Likelihood(gram, sd, base.turn, base.value, len(self.problem), base.sigma)
         log_evidence, log_sigma = likelihood.integrated(near_um)
         factor, amplitudes = likelihood.solved(log_sigma)
         mean, first = sd * amplitudes, len(base.sd)
-        left_um = self.problem.um - mean[:first] @ base.raw
+        left_um = self.problem.residual_um - mean[:first] @ base.raw
         for term in terms:
             left_um -= mean[first : (first := first + len(term.columns))] @ term.columns
-        log_posterior = log_evidence + base.rows.log_determinant + scatter.log_prior
+        log_posterior = log_evidence + base.rows.log_determinant + noise.log_prior
         log_posterior += sum(term.log_prior for term in terms) + company_log_prior(terms)
         sigma_um, square = float(np.exp(log_sigma)), likelihood.square(amplitudes, log_sigma)
-        state = Hypothesis(terms, scatter, log_posterior, sigma_um, left_um, factor, sd, mean, len(base.sd), square)
+        hypothesis = Hypothesis(terms, noise, log_posterior, sigma_um, left_um, factor, sd, mean, len(base.sd), square)
         try:
-            return replace(state, by_size=tuple(size_log_evidence(state)))
+            return replace(hypothesis, size_log_evidence=tuple(size_log_evidence(hypothesis)))
         except np.linalg.LinAlgError:  # no number is left of amplitudes beyond all rounding: nobody chooses this
             weights = tuple(term.candidate.sizes.log_weight for term in terms)
-            return replace(state, log_posterior=-np.inf, by_size=weights)
+            return replace(hypothesis, log_posterior=-np.inf, size_log_evidence=weights)
 
-    def _within_bounds(self, state: Hypothesis) -> Hypothesis:
+    def _within_bounds(self, hypothesis: Hypothesis) -> Hypothesis:
         """The state with the priors of amplitudes that cannot be negative, or small, cut there."""
         gain = 0.0
-        for place, term in enumerate(state.terms):
+        for place, term in enumerate(hypothesis.terms):
             law = term.candidate
             if isinstance(law, Law) and law.bounded:
-                mean, covariance = state.amplitudes(place)
+                mean, covariance = hypothesis.amplitudes(place)
                 u = np.sqrt(covariance[0, 0])
                 gain += float(log_inside(mean[0], u, term.sd, law.least, law.positive))
-        return replace(state, log_posterior=state.log_posterior + gain) if gain else state
+        return replace(hypothesis, log_posterior=hypothesis.log_posterior + gain) if gain else hypothesis
 
-    def most_without(self, state: Hypothesis, place: int) -> float:
+    def bound_without(self, hypothesis: Hypothesis, place: int) -> float:
         """What the log posterior of a hypothesis cannot exceed without one of its terms that it needs.
 
         The others may have any of their sizes: they explain most with the largest ones, and their Occam factors are at
@@ -201,43 +201,43 @@ class Evidence:
         Annals of Mathematical Statistics 42, 1971: 204). For a larger sigma the sum of squares falls at most with its
         square, and the determinant rises at least with as many powers as there are rows beyond columns.
         """
-        term, dof = state.terms[place], len(self.problem) - len(state.mean)
-        if dof <= 0 or any(isinstance(one.candidate, Law) and one.candidate.bounded for one in state.terms):
+        term, dof = hypothesis.terms[place], len(self.problem) - len(hypothesis.mean)
+        if dof <= 0 or any(isinstance(one.candidate, Law) and one.candidate.bounded for one in hypothesis.terms):
             return np.inf
-        more = sum_of_squares_without(state, place)
+        more = sum_of_squares_without(hypothesis, place)
         if more <= dof:
             return np.inf
-        occam = -float(np.log(np.diag(state.factor)[state.count :]).sum())
-        best = 0.5 * (state.square - dof) - 0.5 * dof * float(np.log(more / dof))
-        stated = -float(self.sigma.log_density(np.log(state.sigma_um)))
-        prior = term.log_prior + summed_sizes_gain(state)
-        return state.log_posterior - prior - occam + best + stated
+        occam = -float(np.log(np.diag(hypothesis.factor)[hypothesis.count :]).sum())
+        best = 0.5 * (hypothesis.square - dof) - 0.5 * dof * float(np.log(more / dof))
+        stated = -float(self.sigma.log_density(np.log(hypothesis.sigma_um)))
+        prior = term.log_prior + summed_sizes_gain(hypothesis)
+        return hypothesis.log_posterior - prior - occam + best + stated
 
-    def squares(self, state: Hypothesis) -> Array:
+    def squares(self, hypothesis: Hypothesis) -> Array:
         """Expected squared residual of each row over its variance, given the other rows, ``(n,)``; computed once."""
-        if id(state) not in self._squares:
-            self._squares[id(state)] = self._expected_squares(state)
-        return self._squares[id(state)]
+        if id(hypothesis) not in self._squares:
+            self._squares[id(hypothesis)] = self._expected_squares(hypothesis)
+        return self._squares[id(hypothesis)]
 
-    def _expected_squares(self, state: Hypothesis) -> Array:
-        base = self._base(state.scatter)
-        columns = np.vstack([base.raw, *(term.columns for term in state.terms)])
-        own = np.einsum("kn,kn->n", columns, state.covariance @ columns)
-        rows, variance = base.rows, self.scatters.ordinary(state.scatter) * state.sigma_um**2
+    def _expected_squares(self, hypothesis: Hypothesis) -> Array:
+        base = self._base(hypothesis.noise)
+        columns = np.vstack([base.raw, *(term.columns for term in hypothesis.terms)])
+        own = np.einsum("kn,kn->n", columns, hypothesis.covariance @ columns)
+        rows, variance = base.rows, self.noise_models.ordinary(hypothesis.noise) * hypothesis.sigma_um**2
         if not rows.correlated:
-            return cast(Array, (state.left_um**2 + own) / variance)
-        conditional = rows.adjoint(rows(state.left_um)[:, None])[:, 0] / rows.precision
+            return cast(Array, (hypothesis.residual_um**2 + own) / variance)
+        conditional = rows.adjoint(rows(hypothesis.residual_um)[:, None])[:, 0] / rows.precision
         return cast(Array, (conditional**2 + own) * rows.precision / rows.scale**2 / variance)
 
 
 def _sizes(terms: tuple[Term, ...]) -> tuple[object, ...]:
-    return tuple((term.sd, term.beside_sd) for term in terms)
+    return tuple((term.sd, term.discrepancy_sd) for term in terms)
 
 
-def _summed(state: Hypothesis) -> float:
+def _summed(hypothesis: Hypothesis) -> float:
     """The log posterior with all sizes of every term."""
-    return state.log_posterior + summed_sizes_gain(state)
+    return hypothesis.log_posterior + summed_sizes_gain(hypothesis)
 
 
-def _key(terms: tuple[Term, ...], scatter: NoiseModel) -> tuple[object, ...]:
-    return frozenset(term.key for term in terms), scatter.key
+def _key(terms: tuple[Term, ...], noise: NoiseModel) -> tuple[object, ...]:
+    return frozenset(term.key for term in terms), noise.key

@@ -55,12 +55,12 @@ class Features:
         self.slices = slices([len(value) for value, _ in turned])
         self.first = np.array([own.start for own in self.slices], np.intp)
 
-    def looks(self, beside: HypothesisResidual) -> Iterator[Proposal]:
+    def proposals(self, beside: HypothesisResidual) -> Iterator[Proposal]:
         """Looks of the random functions, over all kernels and sizes."""
         if not self.smooth:
             return
         sizes, weight = self.smooth[0].sizes.sd, self.smooth[0].sizes.log_weight
-        variance = sizes[:, None] ** 2 / beside.scatter
+        variance = sizes[:, None] ** 2 / beside.noise
         dot, lost = self.white @ beside.left, self._lost(beside)
         shrunk = variance / (1.0 + variance * self.value)
         price = 0.5 * np.add.reduceat(np.log1p(variance * self.value), self.first, axis=1)

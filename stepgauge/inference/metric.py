@@ -23,13 +23,13 @@ FREE_UM = 1e3
 class RowMetric:
     """Rows made independent: scaled and, where they are correlated, minus the prediction from the previous rows."""
 
-    def __init__(self, problem: Problem, scatter: NoiseModel, scatters: NoiseModels) -> None:
-        self.scale = 1.0 / np.sqrt(scatters.variance(scatter))
-        self.order, self.correlated, self.problem = problem.order, scatter.correlated, problem
-        self.flicker = problem.flicker(scatter.flicker) if scatter.flicker else None
+    def __init__(self, problem: Problem, noise: NoiseModel, noise_models: NoiseModels) -> None:
+        self.scale = 1.0 / np.sqrt(noise_models.variance(noise))
+        self.order, self.correlated, self.problem = problem.order, noise.correlated, problem
+        self.flicker = problem.flicker(noise.flicker) if noise.flicker else None
         if self.correlated:
-            self.told = np.r_[0.0, scatter.correlation**problem.gap]
-            self.left = np.sqrt(1.0 - self.told**2)
+            self.predicted = np.r_[0.0, noise.correlation**problem.gap]
+            self.left = np.sqrt(1.0 - self.predicted**2)
             self.back = np.argsort(problem.order)
             self.turned = bool((np.diff(problem.order) < 0).any())
 
@@ -42,8 +42,8 @@ class RowMetric:
         if self.flicker is not None:
             flat = turn.reshape(-1, turn.shape[-1])  # one product: as many small ones take twenty times as long
             return cast(Columns, (flat @ self.flicker.T.astype(columns.dtype)).reshape(turn.shape))
-        told, left = self.told.astype(columns.dtype), self.left.astype(columns.dtype)
-        turn[..., 1:] -= told[1:] * turn[..., :-1]
+        predicted, left = self.predicted.astype(columns.dtype), self.left.astype(columns.dtype)
+        turn[..., 1:] -= predicted[1:] * turn[..., :-1]
         turn /= left
         return cast(Columns, turn)
 
@@ -55,16 +55,16 @@ class RowMetric:
             turn = self.flicker.T @ columns
         else:
             turn = columns / self.left[:, None]
-            turn[:-1] -= self.told[1:, None] * turn[1:]
+            turn[:-1] -= self.predicted[1:, None] * turn[1:]
         return (turn[self.back] if self.turned else turn) * self.scale[:, None]
 
     @cached_property
     def log_determinant(self) -> float:
         """Logarithm of the map's determinant."""
-        return float(np.log(self.scale).sum() - len(self.scale) * np.log(self.untold))
+        return float(np.log(self.scale).sum() - len(self.scale) * np.log(self.innovation))
 
     @cached_property
-    def untold(self) -> float:
+    def innovation(self) -> float:
         """Standard deviation of a row given the previous ones, over that of a row: the geometric mean of all."""
         if not self.correlated:
             return 1.0
@@ -74,7 +74,7 @@ class RowMetric:
     @property
     def least_um(self) -> float:
         """The least scatter, um: what scatters by no less is what the previous readings do not tell."""
-        return self.problem.least_um / self.untold
+        return self.problem.least_um / self.innovation
 
     @cached_property
     def precision(self) -> Array:
@@ -85,15 +85,15 @@ class RowMetric:
             square = (self.flicker**2).sum(axis=0)
         else:
             square = 1.0 / self.left**2
-            square[:-1] += (self.told[1:] / self.left[1:]) ** 2
+            square[:-1] += (self.predicted[1:] / self.left[1:]) ** 2
         return np.asarray(square[self.back] * self.scale**2)
 
 
-def nuisances(problem: Problem, scatter: NoiseModel) -> tuple[Array, Array]:
+def nuisances(problem: Problem, noise: NoiseModel) -> tuple[Array, Array]:
     """Nuisance columns ``(k, n)`` for a model of the scatter and their prior standard deviations ``(k,)``, um."""
     columns = [problem.certified, problem.free]
-    sd = [problem.certified_u * scatter.certificate, np.full(len(problem.free), FREE_UM)]
-    if scatter.rounded:
+    sd = [problem.certified_u * noise.certificate, np.full(len(problem.free), FREE_UM)]
+    if noise.rounded:
         columns.append(problem.grouped)
         sd.append(problem.rounded_um)
     return np.vstack(columns), np.concatenate(sd)
@@ -109,13 +109,13 @@ class Metric:
     def __init__(
         self,
         problem: Problem,
-        scatter: NoiseModel,
-        scatters: NoiseModels,
+        noise: NoiseModel,
+        noise_models: NoiseModels,
         sigma_um: float,
         beside: Sequence[tuple[Array, Array]] = (),
     ) -> None:
-        self.rows, self.sigma_um = RowMetric(problem, scatter, scatters), sigma_um
-        columns, sd = nuisances(problem, scatter)
+        self.rows, self.sigma_um = RowMetric(problem, noise, noise_models), sigma_um
+        columns, sd = nuisances(problem, noise)
         columns = np.vstack([columns, *(others for others, _ in beside)])
         sd = np.concatenate([sd, *(own for _, own in beside)])
         wide = self.rows(columns / sigma_um) * sd[:, None]

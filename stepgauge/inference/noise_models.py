@@ -54,7 +54,7 @@ class NoiseModel:
         return self.growth, self.burst, self.correlation, self.flicker, self.certificate, self.rounded, tails
 
     @cached_property
-    def alike(self) -> tuple[object, ...]:
+    def approximate_key(self) -> tuple[object, ...]:
         """Approximate identity of a model: the weights of the rows by their mean."""
         mean = round(float(self.weight.mean()) * 50.0)
         tails = (self.tails, self.freedom, mean)
@@ -72,7 +72,7 @@ class NoiseModel:
         return self.correlation > 0.0 or self.flicker > 0.0
 
     @property
-    def plain(self) -> bool:
+    def is_plain(self) -> bool:
         """Whether it is the simplest model: the same for all rows, independent, no outliers."""
         return self.growth is None and self.burst is None and not self.correlated and self.tails != OUTLYING
 
@@ -88,20 +88,20 @@ class NoiseModels:
         """The same for every row, independent."""
         return self._priced(NoiseModel(self.ones, 0.0))
 
-    def variance(self, scatter: NoiseModel) -> Array:
+    def variance(self, noise: NoiseModel) -> Array:
         """Variance of every row over that of an ordinary one, ``(n,)``."""
-        return self.ordinary(scatter) / scatter.weight
+        return self.ordinary(noise) / noise.weight
 
-    def ordinary(self, scatter: NoiseModel) -> Array:
+    def ordinary(self, noise: NoiseModel) -> Array:
         """The same without outliers and tails: as it is stated, and what grows beyond that in quadrature."""
         stated = self.problem.stated * self.ones
-        if scatter.rounded:
+        if noise.rounded:
             stated = stated - (self.problem.latched_um / self.problem.scale_um) ** 2
-        if scatter.growth is not None:
-            name, rate = scatter.growth
+        if noise.growth is not None:
+            name, rate = noise.growth
             stated = stated + (rate * self.problem.typical * self.problem.growing[name]) ** 2
-        if scatter.burst is not None:
-            first, end, factor = scatter.burst
+        if noise.burst is not None:
+            first, end, factor = noise.burst
             stated = stated * np.where(self._inside(first, end), factor**2, 1.0)
         return stated
 
@@ -116,15 +116,15 @@ class NoiseModels:
         prior, n = self.priors, len(self.problem)
         return float(np.log(prior.burst / len(prior.burst_factors) / (0.5 * n**2)))
 
-    def changed(self, scatter: NoiseModel, **facets: object) -> NoiseModel:
+    def changed(self, noise: NoiseModel, **facets: object) -> NoiseModel:
         """A model with some properties changed, and its new prior."""
-        return self._priced(replace(scatter, **facets))  # type: ignore[arg-type]
+        return self._priced(replace(noise, **facets))  # type: ignore[arg-type]
 
-    def without_tails(self, scatter: NoiseModel) -> NoiseModel:
+    def without_tails(self, noise: NoiseModel) -> NoiseModel:
         """The same with normal tails."""
-        return self.changed(scatter, weight=self.ones, tails=NORMAL, freedom=np.inf, outlying=None, bound=0.0)
+        return self.changed(noise, weight=self.ones, tails=NORMAL, freedom=np.inf, outlying=None, bound=0.0)
 
-    def outlying(self, scatter: NoiseModel, square: Array) -> NoiseModel:
+    def outlying(self, noise: NoiseModel, square: Array) -> NoiseModel:
         """The same where each row may be an outlier; ``square (n,)``: expected squared residuals over the variance."""
         prior, n = self.priors, len(self.problem)
         wide = np.array([1.0, *prior.outlier_sizes])
@@ -141,9 +141,9 @@ class NoiseModels:
         weight = p @ (1.0 / wide**2)
         bound = float((p * (share - np.log(wide))).sum() + special.entr(p).sum() - 0.5 * np.log(weight).sum())
         bound += float(special.betaln(1.0 + some, rate + n - some) - special.betaln(1.0, rate))
-        return self.changed(scatter, weight=weight, tails=OUTLYING, freedom=np.inf, outlying=chance, bound=bound)
+        return self.changed(noise, weight=weight, tails=OUTLYING, freedom=np.inf, outlying=chance, bound=bound)
 
-    def heavy(self, scatter: NoiseModel, freedom: float, square: Array) -> NoiseModel:
+    def heavy(self, noise: NoiseModel, freedom: float, square: Array) -> NoiseModel:
         """The same with tails of Student's distribution with ``freedom`` degrees of freedom."""
         a0 = b0 = freedom / 2.0
         a, b = a0 + 0.5, b0 + 0.5 * square
@@ -151,24 +151,24 @@ class NoiseModels:
         divergence = (a - a0) * special.digamma(a) - special.gammaln(a) + special.gammaln(a0)
         divergence = divergence + a0 * (np.log(b) - np.log(b0)) + a * (b0 - b) / b
         bound = float((0.5 * log - 0.5 * np.log(weight) - divergence).sum())
-        return self.changed(scatter, weight=weight, tails=HEAVY, freedom=freedom, outlying=None, bound=bound)
+        return self.changed(noise, weight=weight, tails=HEAVY, freedom=freedom, outlying=None, bound=bound)
 
-    def _priced(self, scatter: NoiseModel) -> NoiseModel:
-        prior, log_prior = self.priors, scatter.bound
-        if scatter.growth is not None:
+    def _priced(self, noise: NoiseModel) -> NoiseModel:
+        prior, log_prior = self.priors, noise.bound
+        if noise.growth is not None:
             log_prior += np.log(prior.growth / len(self.problem.growing) / len(prior.growth_rates))
-        if scatter.burst is not None:
+        if noise.burst is not None:
             log_prior += self.log_burst
-        if scatter.correlation:
+        if noise.correlation:
             log_prior += np.log(prior.correlation / len(prior.correlations))
-        if scatter.flicker:
+        if noise.flicker:
             log_prior += np.log(prior.flicker / len(prior.flicker_shares))
-        if scatter.certificate > 1.0:
+        if noise.certificate > 1.0:
             log_prior += np.log(prior.certificate / len(prior.certificate_factors))
-        if scatter.rounded:
+        if noise.rounded:
             log_prior += np.log(prior.rounded)
-        if scatter.tails == OUTLYING:
+        if noise.tails == OUTLYING:
             log_prior += np.log(prior.outliers)
-        if scatter.tails == HEAVY:
+        if noise.tails == HEAVY:
             log_prior += np.log(prior.heavy / len(prior.heavy_freedoms))
-        return replace(scatter, log_prior=float(log_prior))
+        return replace(noise, log_prior=float(log_prior))

@@ -33,89 +33,89 @@ class NoiseProposals:
     """A hypothesis with one property of its scatter changed at a time."""
 
     def __init__(self, evidence: Evidence, problem: Problem, priors: NoisePriors) -> None:
-        self.evidence, self.scatters, self.problem, self.priors = evidence, evidence.scatters, problem, priors
+        self.evidence, self.noise_models, self.problem, self.priors = evidence, evidence.noise_models, problem, priors
 
-    def __call__(self, state: Hypothesis) -> Iterator[Hypothesis]:
+    def __call__(self, hypothesis: Hypothesis) -> Iterator[Hypothesis]:
         """The same terms with other models of the scatter."""
-        prior, scatter, change = self.priors, state.scatter, self.scatters.changed
+        prior, noise, change = self.priors, hypothesis.noise, self.noise_models.changed
 
         def tried(other: NoiseModel) -> Hypothesis:
-            return self.evidence(state.terms, other, state.sigma_um)
+            return self.evidence(hypothesis.terms, other, hypothesis.sigma_um)
 
-        if scatter.growth is not None:
-            yield tried(change(scatter, growth=None))
+        if noise.growth is not None:
+            yield tried(change(noise, growth=None))
         else:
-            yield tried(change(scatter, growth=self._likeliest_growth(state)))
-        if scatter.burst is not None:
-            yield tried(change(scatter, burst=None))
-        elif (burst := self._likeliest_burst(state)) is not None:
-            yield tried(change(scatter, burst=burst))
-        yield from self._correlated(state, tried)
-        yield from (tried(change(scatter, certificate=f)) for f in (1.0, *prior.certificate_factors))
+            yield tried(change(noise, growth=self._likeliest_growth(hypothesis)))
+        if noise.burst is not None:
+            yield tried(change(noise, burst=None))
+        elif (burst := self._likeliest_burst(hypothesis)) is not None:
+            yield tried(change(noise, burst=burst))
+        yield from self._correlated(hypothesis, tried)
+        yield from (tried(change(noise, certificate=f)) for f in (1.0, *prior.certificate_factors))
         if self.problem.rounded_um.any():
-            yield tried(change(scatter, rounded=not scatter.rounded))
-        yield from self._tails(state, tried)
+            yield tried(change(noise, rounded=not noise.rounded))
+        yield from self._tails(hypothesis, tried)
 
-    def _likeliest_growth(self, state: Hypothesis) -> tuple[str, float]:
+    def _likeliest_growth(self, hypothesis: Hypothesis) -> tuple[str, float]:
         """The covariate and rate with which the squared residuals grow, by their likelihood."""
-        square = self.evidence.squares(state)
-        n, stated = len(square), self.scatters.ordinary(state.scatter)
+        square = self.evidence.squares(hypothesis)
+        n, stated = len(square), self.noise_models.ordinary(hypothesis.noise)
 
         def gain(name: str, rate: float) -> float:
-            grown = self.scatters.ordinary(replace(state.scatter, growth=(name, rate))) / stated
+            grown = self.noise_models.ordinary(replace(hypothesis.noise, growth=(name, rate))) / stated
             return -0.5 * float(np.log(grown).sum() + n * np.log((square / grown).mean()))
 
         every = [(name, rate) for name in self.problem.growing for rate in self.priors.growth_rates]
         return max(every, key=lambda one: gain(*one))
 
-    def _likeliest_burst(self, state: Hypothesis) -> tuple[int, int, float] | None:
+    def _likeliest_burst(self, hypothesis: Hypothesis) -> tuple[int, int, float] | None:
         """The stretch of the record with the largest scatter, by the likelihood; None where none is near probable.
 
         Where rows have no order of reading there is none.
         """
         if not np.isfinite(self.problem.gap).any():
             return None
-        total = np.r_[0.0, np.cumsum(self.evidence.squares(state)[self.problem.order])]
+        total = np.r_[0.0, np.cumsum(self.evidence.squares(hypothesis)[self.problem.order])]
         n, factor = len(total) - 1, np.array(self.priors.burst_factors)
         edges = np.unique(np.linspace(0, n, EDGES + 1).astype(int))
         best, gain = _loudest(total, edges, edges, factor)
         firsts, ends = (np.arange(max(at - n // EDGES, 0), min(at + n // EDGES, n) + 1) for at in best[:2])
         finer, more = _loudest(total, firsts, ends, factor)
-        return max((gain, best), (more, finer))[1] if max(gain, more) + self.scatters.log_burst > -FARTHER else None
+        return max((gain, best), (more, finer))[1] if max(gain, more) + self.noise_models.log_burst > -FARTHER else None
 
-    def _correlated(self, state: Hypothesis, tried: Callable[[NoiseModel], Hypothesis]) -> Iterator[Hypothesis]:
+    def _correlated(self, hypothesis: Hypothesis, tried: Callable[[NoiseModel], Hypothesis]) -> Iterator[Hypothesis]:
         """Correlations about the present one, farther as long as they are more probable; 1/f noise if one is near."""
         every = [0.0, *self.priors.correlations]
-        here, near = every.index(state.scatter.correlation), state.scatter.correlated
+        here, near = every.index(hypothesis.noise.correlation), hypothesis.noise.correlated
         for step in (1, -1):
-            last, place = state, here + step
+            last, place = hypothesis, here + step
             while 0 <= place < len(every):
-                found = tried(self.scatters.changed(state.scatter, correlation=every[place], flicker=0.0))
-                near = near or found.log_posterior > state.log_posterior - FARTHER
+                found = tried(self.noise_models.changed(hypothesis.noise, correlation=every[place], flicker=0.0))
+                near = near or found.log_posterior > hypothesis.log_posterior - FARTHER
                 yield found
-                if found.log_posterior < last.log_posterior - (FARTHER if last is state else 0.0):
+                if found.log_posterior < last.log_posterior - (FARTHER if last is hypothesis else 0.0):
                     break
                 last, place = found, place + step
-        if here > 1 or state.scatter.flicker:
-            yield tried(self.scatters.changed(state.scatter, correlation=0.0, flicker=0.0))
-        shares = [one for one in self.priors.flicker_shares if near and one != state.scatter.flicker]
-        yield from (tried(self.scatters.changed(state.scatter, correlation=0.0, flicker=one)) for one in shares)
+        if here > 1 or hypothesis.noise.flicker:
+            yield tried(self.noise_models.changed(hypothesis.noise, correlation=0.0, flicker=0.0))
+        shares = [one for one in self.priors.flicker_shares if near and one != hypothesis.noise.flicker]
+        yield from (tried(self.noise_models.changed(hypothesis.noise, correlation=0.0, flicker=one)) for one in shares)
 
-    def _tails(self, state: Hypothesis, tried: Callable[[NoiseModel], Hypothesis]) -> Iterator[Hypothesis]:
+    def _tails(self, hypothesis: Hypothesis, tried: Callable[[NoiseModel], Hypothesis]) -> Iterator[Hypothesis]:
         """Outliers and heavy tails, weighted by the residuals of the state; normal tails if these are more probable."""
-        normal = self.scatters.without_tails(state.scatter)
-        if state.scatter.tails != NORMAL:
+        normal = self.noise_models.without_tails(hypothesis.noise)
+        if hypothesis.noise.tails != NORMAL:
             yield tried(normal)
-        first = self._robust(state)
-        if state.scatter.tails == OUTLYING or (first.max() > NEAR_OUTLYING and first.max() > 0.0):
-            yield self._weighed(tried, first, partial(self.scatters.outlying, normal))
-        if state.scatter.tails == HEAVY or _kurtosis(first) > 0.0:
+        first = self._robust(hypothesis)
+        if hypothesis.noise.tails == OUTLYING or (first.max() > NEAR_OUTLYING and first.max() > 0.0):
+            yield self._weighed(tried, first, partial(self.noise_models.outlying, normal))
+        if hypothesis.noise.tails == HEAVY or _kurtosis(first) > 0.0:
             for freedom in self.priors.heavy_freedoms:
-                yield self._weighed(tried, first, partial(self.scatters.heavy, normal, freedom))
+                yield self._weighed(tried, first, partial(self.noise_models.heavy, normal, freedom))
 
-    def _robust(self, state: Hypothesis) -> Array:
+    def _robust(self, hypothesis: Hypothesis) -> Array:
         """Squared residuals over the variance of the middle half of the rows: outliers do not mask one another."""
-        square = self.evidence.squares(state)
+        square = self.evidence.squares(hypothesis)
         return square / min(float(np.median(square)) / MEDIAN_SQUARE, 1.0)
 
     def _weighed(
@@ -123,9 +123,9 @@ class NoiseProposals:
     ) -> Hypothesis:
         best = None
         for _ in range(WEIGHING):
-            state = tried(weigh(square))
-            best = state if best is None else max(best, state, key=log_posterior)
-            square = self.evidence.squares(state)
+            hypothesis = tried(weigh(square))
+            best = hypothesis if best is None else max(best, hypothesis, key=log_posterior)
+            square = self.evidence.squares(hypothesis)
         assert best is not None
         return best
 

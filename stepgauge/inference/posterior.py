@@ -33,7 +33,7 @@ class WeightedHypothesis:
     """The labels of a hypothesis, and its log posterior."""
 
     candidates: tuple[Candidate, ...]
-    scatter: NoiseModel
+    noise: NoiseModel
     log_posterior: float
 
     @property
@@ -47,32 +47,32 @@ class Member:
     """A candidate that may replace a term: its share of the probability of this place, and its state or look."""
 
     candidate: Candidate
-    share: float
-    look: Proposal
-    state: Hypothesis | None = None
+    probability: float
+    proposal: Proposal
+    hypothesis: Hypothesis | None = None
 
 
 @dataclass(frozen=True)
 class CredibleSet:
     """One term of the best hypothesis with its rivals.
 
-    ``rivals``: the term's own candidate first; ``nothing``: share of the hypothesis without any of them, and of
+    ``members``: the term's own candidate first; ``nothing``: share of the hypothesis without any of them, and of
     what the readings do not speak for.
     """
 
     term: int
-    rivals: tuple[Member, ...]
+    members: tuple[Member, ...]
     nothing: float
 
     @property
-    def named(self) -> float:
+    def law_probability(self) -> float:
         """Share of all laws."""
-        return sum(one.share for one in self.rivals if one.candidate.named)
+        return sum(one.probability for one in self.members if one.candidate.named)
 
     @property
-    def nameless(self) -> float:
+    def form_probability(self) -> float:
         """Share of all forms."""
-        return sum(one.share for one in self.rivals if not one.candidate.named)
+        return sum(one.probability for one in self.members if not one.candidate.named)
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Alternative:
     gone: tuple[str, ...]
     come: tuple[Candidate, ...]
     odds: float
-    state: Hypothesis
+    hypothesis: Hypothesis
 
 
 class Posterior:
@@ -90,30 +90,30 @@ class Posterior:
 
     def __init__(self, search: Search, best: Hypothesis) -> None:
         self.search, self.best = search, best
-        self.places = tuple(credible_set(search, best, place) for place in range(len(best.terms)))
+        self.sets = tuple(credible_set(search, best, place) for place in range(len(best.terms)))
 
     @cached_property
     def hypotheses(self) -> list[WeightedHypothesis]:
         """All hypotheses computed, one for each set of labels."""
         found: dict[tuple[object, ...], WeightedHypothesis] = {}
-        for state in self.search.evidence.current:
-            candidates = tuple(term.candidate for term in state.terms)
-            one = WeightedHypothesis(candidates, state.scatter, state.log_posterior)
-            key = (one.labels, state.scatter.kind)
+        for hypothesis in self.search.evidence.current:
+            candidates = tuple(term.candidate for term in hypothesis.terms)
+            one = WeightedHypothesis(candidates, hypothesis.noise, hypothesis.log_posterior)
+            key = (one.labels, hypothesis.noise.kind)
             if key not in found or found[key].log_posterior < one.log_posterior:
                 found[key] = one
-        return [*found.values(), *self._seen()]
+        return [*found.values(), *self._rated_only()]
 
-    def _seen(self) -> list[WeightedHypothesis]:
+    def _rated_only(self) -> list[WeightedHypothesis]:
         """Rivals that were rated by a look and not computed."""
         seen = []
-        for place in self.places:
+        for place in self.sets:
             others = tuple(term.candidate for i, term in enumerate(self.best.terms) if i != place.term)
-            own = place.rivals[0].share
-            for rival in place.rivals:
-                if rival.state is None and rival.share > 0.0:
-                    worth = self.best.log_posterior + float(np.log(rival.share / own))
-                    seen.append(WeightedHypothesis((*others, rival.candidate), self.best.scatter, worth))
+            own = place.members[0].probability
+            for member in place.members:
+                if member.hypothesis is None and member.probability > 0.0:
+                    worth = self.best.log_posterior + float(np.log(member.probability / own))
+                    seen.append(WeightedHypothesis((*others, member.candidate), self.best.noise, worth))
         return seen
 
     @cached_property
@@ -137,13 +137,13 @@ class Posterior:
 
     def probability_of_scatter(self, has: str) -> float:
         """Of a property of the scatter: ``growth``, ``correlation``, ``certificate``, ``outlying`` or ``heavy``."""
-        found = [_has(one.scatter, has) for one in self.hypotheses]
+        found = [_has(one.noise, has) for one in self.hypotheses]
         return float(self.weights[found].sum())
 
     @cached_property
     def adequate(self) -> float:
         """Probability that there is nothing beyond independent, normal scatter."""
-        found = [not one.candidates and one.scatter.plain for one in self.hypotheses]
+        found = [not one.candidates and one.noise.is_plain for one in self.hypotheses]
         return float(self.weights[found].sum())
 
     def alternatives(self, least_odds: float) -> list[Alternative]:
@@ -154,16 +154,16 @@ class Posterior:
         likeliest = self._likeliest
         mine = {term.candidate.label: term.candidate for term in self.best.terms}
         found = []
-        for labels, state in likeliest.items():
-            theirs = {term.candidate.label: term.candidate for term in state.terms}
+        for labels, hypothesis in likeliest.items():
+            theirs = {term.candidate.label: term.candidate for term in hypothesis.terms}
             gone = tuple(label for label in mine if label not in theirs)
             come = tuple(c for label, c in theirs.items() if label not in mine)
-            odds = float(np.exp(state.log_posterior - self.best.log_posterior))
+            odds = float(np.exp(hypothesis.log_posterior - self.best.log_posterior))
             if odds < least_odds or not come or not gone or len(gone) == len(come) == 1:
                 continue
             fewer = [likeliest[labels - {one.label}] for one in come if labels - {one.label} in likeliest]
-            if all(one.log_posterior < state.log_posterior for one in fewer):
-                found.append(Alternative(gone, come, odds, state))
+            if all(one.log_posterior < hypothesis.log_posterior for one in fewer):
+                found.append(Alternative(gone, come, odds, hypothesis))
         return sorted(found, key=lambda one: -one.odds)
 
     def _shown(self, term: Term) -> float:
@@ -173,7 +173,7 @@ class Posterior:
     @cached_property
     def _likeliest(self) -> dict[frozenset[str], Hypothesis]:
         """The most probable state that was computed for each set of terms."""
-        return self.search.evidence.likeliest
+        return self.search.evidence.best_by_labels
 
     def spread(self, label: str, least: float) -> tuple[Array, Array] | None:
         """Posterior mean ``(d,)`` and covariance of the amplitudes of a term over the hypotheses that contain it.
@@ -214,14 +214,14 @@ class Posterior:
         near = self.best.log_posterior + float(np.log(least))
         every = (one for one in self.search.evidence.current if one.log_posterior >= near)
         every = (one for one in every if not one.labels & set(without))
-        same = 1 if own.told == 1 else 2
+        same = 1 if own.n_amplitudes == 1 else 2
         held = [(one, i) for one in every for i, term in enumerate(one.terms) if term.key[:same] == own.key[:same]]
         if not held:
             return None
         # a shape fitted between the grid's may be so much larger that the amplitude is that much smaller
-        as_own = np.array([self._shown(state.terms[place]) for state, place in held]) / self._shown(own)
-        means, covariances = zip(*(state.amplitudes(place) for state, place in held), strict=True)
-        weight = np.asarray(special.softmax([state.log_posterior for state, _ in held]))
+        as_own = np.array([self._shown(hypothesis.terms[place]) for hypothesis, place in held]) / self._shown(own)
+        means, covariances = zip(*(hypothesis.amplitudes(place) for hypothesis, place in held), strict=True)
+        weight = np.asarray(special.softmax([hypothesis.log_posterior for hypothesis, _ in held]))
         return weight, as_own[:, None] * means, as_own[:, None, None] ** 2 * covariances
 
 
@@ -231,35 +231,35 @@ def credible_set(search: Search, best: Hypothesis, place: int) -> CredibleSet:
     What the readings do not make more probable than it was explains nothing of the place: it counts as nothing there.
     """
     base = search.without(best, place)
-    looks = search.beside(base)
-    own = next(look for look in looks if look.candidate is best.terms[place].candidate)
-    near = [look for look in looks if look is not own and look.gain >= own.gain - NEAR]
+    proposals = search.screen(base)
+    own = next(proposal for proposal in proposals if proposal.candidate is best.terms[place].candidate)
+    near = [proposal for proposal in proposals if proposal is not own and proposal.gain >= own.gain - NEAR]
     # a look at a rival does not tell that it is more probable
-    computed = [look for i, look in enumerate(near) if i < COMPUTED or look.gain > own.gain]
-    states = [(own, best), *((look, search.added(base, look)) for look in computed)]
+    computed = [proposal for i, proposal in enumerate(near) if i < COMPUTED or proposal.gain > own.gain]
+    hypotheses = [(own, best), *((proposal, search.added(base, proposal)) for proposal in computed)]
     worth: list[tuple[Proposal, float, Hypothesis | None]] = [
-        (one, s.log_posterior - base.log_posterior, s) for one, s in states
+        (one, s.log_posterior - base.log_posterior, s) for one, s in hypotheses
     ]
     # of a signature that nearly vanishes beside the origins a look in single precision sees less than there is
-    lower = float(np.median([value - look.gain for look, value, _ in worth]))
-    worth += [(look, look.gain + lower, None) for look in near[len(computed) :]]
+    lower = float(np.median([value - proposal.gain for proposal, value, _ in worth]))
+    worth += [(proposal, proposal.gain + lower, None) for proposal in near[len(computed) :]]
     nothing, *shares = special.softmax([0.0, *(value for _, value, _ in worth)]).tolist()
-    rivals = []
-    for (look, value, found), share in zip(worth, shares, strict=True):
-        spoken_for = value > look.log_odds
-        if look is own or spoken_for:
-            rivals.append(Member(look.candidate, share, look, found))
+    members = []
+    for (proposal, value, found), share in zip(worth, shares, strict=True):
+        spoken_for = value > proposal.log_odds
+        if proposal is own or spoken_for:
+            members.append(Member(proposal.candidate, share, proposal, found))
         if not spoken_for:
             nothing += share
-    return CredibleSet(place, (rivals[0], *sorted(rivals[1:], key=lambda one: -one.share)), nothing)
+    return CredibleSet(place, (members[0], *sorted(members[1:], key=lambda one: -one.probability)), nothing)
 
 
-def _has(scatter: NoiseModel, has: str) -> bool:
+def _has(noise: NoiseModel, has: str) -> bool:
     return {
-        "growth": scatter.growth is not None,
-        "burst": scatter.burst is not None,
-        "correlation": scatter.correlated,
-        "certificate": scatter.certificate > 1.0,
-        "outlying": scatter.tails == "outlying",
-        "heavy": scatter.tails == "heavy",
+        "growth": noise.growth is not None,
+        "burst": noise.burst is not None,
+        "correlation": noise.correlated,
+        "certificate": noise.certificate > 1.0,
+        "outlying": noise.tails == "outlying",
+        "heavy": noise.tails == "heavy",
     }[has]

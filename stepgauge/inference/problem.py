@@ -97,9 +97,9 @@ class Law(Candidate):
 
     ``pattern (atoms, depth, n)`` times each of ``shares (k, n)``; candidates that differ only in the shares have the
     same pattern. ``log_weight (atoms,)``: prior of the shapes; ``positive``: whether amplitudes are; ``least``: the
-    smallest magnitude of a single amplitude; ``refine``: see :data:`Refine`. ``beside``: from the number of an atom to
-    columns ``(p, n)`` that it may move beside the signature, with amplitudes of the same size, of which nothing is
-    told.
+    smallest magnitude of a single amplitude; ``refine``: see :data:`Refine`. ``discrepancy``:
+    from the number of an atom to columns ``(p, n)`` in which reality may depart from the signature, with amplitudes of
+    the same size (model discrepancy; Kennedy and O'Hagan, J. R. Stat. Soc. B 63, 2001: 425). They are never reported.
     """
 
     pattern: Array | NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 1, 0)))
@@ -108,7 +108,7 @@ class Law(Candidate):
     positive: bool = False
     least: float = 0.0
     refine: Refine | None = None
-    beside: Callable[[int], Array] | None = None
+    discrepancy: Callable[[int], Array] | None = None
 
     @property
     def atoms(self) -> int:
@@ -126,7 +126,7 @@ class Law(Candidate):
 
     def columns(self, atom: int) -> Array:
         columns = np.concatenate([self.pattern[atom].astype(float) * share for share in self.shares])
-        return columns if self.beside is None else np.concatenate([columns, self.beside(atom)])
+        return columns if self.discrepancy is None else np.concatenate([columns, self.discrepancy(atom)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,8 +148,8 @@ class Term:
     """A candidate with its shape and size chosen; ``log_prior``: log odds, and the volume of its shapes.
 
     ``columns (d, n)``: um for a unit of each amplitude; ``sd``: prior standard deviation of the amplitudes;
-    ``beside_sd``: that of what it moves beside its signature, None for the same; ``correlated``: whether the volume is
-    that beside correlated scatter, which leaves other shapes possible.
+    ``discrepancy_sd``: that of its discrepancy, None for the same; ``correlated``: whether the volume is that beside
+    correlated noise, which leaves other shapes possible.
     """
 
     candidate: Candidate
@@ -159,23 +159,23 @@ class Term:
     log_prior: float
     shape: Any = None
     correlated: bool = False
-    beside_sd: float | None = None
+    discrepancy_sd: float | None = None
 
     @property
-    def told(self) -> int:
-        """Number of amplitudes of which something is told: those of a law without what it may move beside."""
+    def n_amplitudes(self) -> int:
+        """Number of amplitudes without those of a discrepancy."""
         return self.candidate.dimension if isinstance(self.candidate, Law) else len(self.columns)
 
     @property
-    def beside(self) -> Array:
-        """Columns ``(p, n)`` of the other amplitudes."""
-        return self.columns[self.told :]
+    def discrepancy(self) -> Array:
+        """Columns ``(p, n)`` of the discrepancy."""
+        return self.columns[self.n_amplitudes :]
 
     @property
     def sds(self) -> Array:
         """Prior standard deviations of all amplitudes ``(d,)``."""
         every = np.full(len(self.columns), self.sd)
-        every[self.told :] = self.sd if self.beside_sd is None else self.beside_sd
+        every[self.n_amplitudes :] = self.sd if self.discrepancy_sd is None else self.discrepancy_sd
         return every
 
     @property
@@ -199,7 +199,7 @@ class Problem:
 
     Parameters
     ----------
-    um : residuals ``(n,)``
+    residual_um : residuals ``(n,)``
     scale_um : stated standard deviation of one reading
     certified, certified_u : nuisance columns ``(f, n)`` and the standard uncertainty stated of each, um
     free : nuisance columns ``(p, n)`` without prior knowledge
@@ -214,7 +214,7 @@ class Problem:
     stated : variance of every row ``(n,)`` over ``scale_um`` squared, as far as it is known beforehand to differ
     """
 
-    um: Array
+    residual_um: Array
     scale_um: float
     certified: Array
     certified_u: Array
@@ -230,7 +230,7 @@ class Problem:
     stated: Array | float = 1.0
 
     def __len__(self) -> int:
-        return len(self.um)
+        return len(self.residual_um)
 
     @cached_property
     def grouped(self) -> Array:
@@ -285,7 +285,7 @@ class Problem:
         step over the root of twelve (GUM F.2.2.1): with tails for those that differ the scatter would vanish.
         """
         order = np.argsort(self.group, kind="stable")
-        apart = np.abs(np.diff(self.um[order]))[np.diff(self.group[order]) == 0]
+        apart = np.abs(np.diff(self.residual_um[order]))[np.diff(self.group[order]) == 0]
         same = apart < SAME * self.scale_um
         few = same.all() or float(same.mean()) < REPEATING
         return 0.0 if few else float(np.median(apart[~same]))
@@ -306,8 +306,8 @@ class Problem:
 
         Of rows that are known to scatter more, as they would scatter if they did not.
         """
-        found = self.repeating_um(self.um)
-        return max(float((self.um / np.sqrt(self.stated)).std()) if found is None else found, self.least_um)
+        found = self.repeating_um(self.residual_um)
+        return max(float((self.residual_um / np.sqrt(self.stated)).std()) if found is None else found, self.least_um)
 
     def repeating_um(self, um: Array, variance: Array | None = None) -> float | None:
         """Standard deviation of values ``(n,)`` within the sets of repeats, as :attr:`within_um`; None if too few.

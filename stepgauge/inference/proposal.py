@@ -22,7 +22,7 @@ FULL = 0.9999
 class Proposal:
     """A candidate rated for addition to a hypothesis.
 
-    ``gain``: increase of the log posterior, prior included, of which ``together`` is for one of its kind that is there;
+    ``gain``: increase of the log posterior, prior included, of which ``company`` is for one of its kind that is there;
     ``volume``: log evidence of all shapes together minus that of the best one, their prior included (negative as a
     rule); ``atom``, ``sd``: that shape and its size;
     ``by_atom``: log evidence of each shape, of laws.
@@ -34,17 +34,17 @@ class Proposal:
     atom: int
     sd: float
     by_atom: Array | None = None
-    together: float = 0.0
+    company: float = 0.0
 
     @property
     def log_odds(self) -> float:
         """Log prior odds of the candidate beside the hypothesis."""
-        return self.candidate.log_odds + self.together
+        return self.candidate.log_odds + self.company
 
     def beside(self, kinds: Collection[str]) -> Proposal:
         """The look beside terms of some kinds."""
         more = self.candidate.again if self.candidate.kind in kinds else 0.0
-        return replace(self, gain=self.gain + more, together=more) if more else self
+        return replace(self, gain=self.gain + more, company=more) if more else self
 
     def term(self) -> Term:
         """The candidate with its best shape and size."""
@@ -74,14 +74,14 @@ def is_plain(candidate: Candidate, signed: bool = False) -> bool:
     return candidate.atoms == 1 and not (signed and candidate.positive)
 
 
-def limit_per_kind(looks: Iterable[Proposal], most: int = 2) -> Iterator[Proposal]:
+def limit_per_kind(proposals: Iterable[Proposal], most: int = 2) -> Iterator[Proposal]:
     """The first ones of every kind; one of all axes at once is none of those of an axis."""
     count: dict[tuple[str, float], int] = {}
-    for look in looks:
-        kind = (look.candidate.kind, look.candidate.again)
+    for proposal in proposals:
+        kind = (proposal.candidate.kind, proposal.candidate.again)
         count[kind] = count.get(kind, 0) + 1
         if count[kind] <= most:
-            yield look
+            yield proposal
 
 
 class TermSpan:
@@ -118,7 +118,7 @@ class HypothesisResidual:
     taken: Array | None = None
 
     @property
-    def scatter(self) -> float:
+    def noise(self) -> float:
         return self.total / self.dof
 
     def student(self, gain: Array) -> Array:

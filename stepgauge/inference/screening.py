@@ -41,7 +41,7 @@ class MetricScreening:
 
     def __init__(self, problem: Problem, metric: Metric, kernels: Kernels) -> None:
         self.metric, self.patterns = metric, list[Patterns]()
-        self.white = metric(problem.um)
+        self.white = metric(problem.residual_um)
         self.least = metric.dof * (metric.rows.least_um / metric.sigma_um) ** 2
         self.tables: list[SignatureTable] = []
         self.smooth = Features(kernels, metric)
@@ -55,14 +55,16 @@ class MetricScreening:
         self.patterns += more
         self.__dict__.pop("plain", None)
 
-    def looks(self, state: Hypothesis, known: int = 0) -> list[Proposal]:
+    def proposals(self, hypothesis: Hypothesis, known: int = 0) -> list[Proposal]:
         """All candidates for addition to a hypothesis, but for the first ``known`` tables."""
-        beside, tables = self._beside(state), self.tables[known:]
+        beside, tables = self._beside(hypothesis), self.tables[known:]
         dots = self._dots(beside, dict.fromkeys(place for table in tables for place, _ in table.sets))
-        found = [look for own in each(lambda table: list(table.looks(dots, beside)), tables) for look in own]
-        kinds = _in_company(state)
-        found = [look.beside(kinds) for look in found]
-        return found if known else [*found, *self.smooth.looks(beside)]
+        found = [
+            proposal for own in each(lambda table: list(table.proposals(dots, beside)), tables) for proposal in own
+        ]
+        kinds = _kinds(hypothesis)
+        found = [proposal.beside(kinds) for proposal in found]
+        return found if known else [*found, *self.smooth.proposals(beside)]
 
     def _dots(self, beside: HypothesisResidual, places: Collection[int]) -> dict[int, Array]:
         """Products of patterns with residual and loss, ``(r, atoms, depth, 1 + q)``, by their place."""
@@ -97,7 +99,7 @@ class MetricScreening:
             del self.spans[next(iter(self.spans))]
         return span
 
-    def pairs(self, state: Hypothesis, most: int, without: frozenset[str]) -> list[tuple[Proposal, Proposal]]:
+    def pairs(self, hypothesis: Hypothesis, most: int, without: frozenset[str]) -> list[tuple[Proposal, Proposal]]:
         """The most probable pairs of laws of one shape and one amplitude each.
 
         Two laws may explain together what neither does alone; all pairs are rated, at each step of the sizes. A law
@@ -106,12 +108,12 @@ class MetricScreening:
         keep = [i for i, law in enumerate(self.plain[0]) if law.label not in without]
         if len(keep) < 2:
             return []
-        beside, laws, white = self._beside(state), [self.plain[0][i] for i in keep], self.plain[1][keep]
+        beside, laws, white = self._beside(hypothesis), [self.plain[0][i] for i in keep], self.plain[1][keep]
         dot, lost = white @ beside.left, white @ beside.lost
         gram = white @ white.T - lost @ lost.T
         first, second = np.triu_indices(len(laws), 1)
         kind, again = np.array([law.kind for law in laws]), np.array([law.again for law in laws])
-        there = np.isin(kind, list(_in_company(state)))
+        there = np.isin(kind, list(_kinds(hypothesis)))
         odds = np.array([law.log_odds for law in laws]) + np.where(there, again, 0.0)
         alike = (kind[first] == kind[second]) & (again[first] != 0.0) & (again[second] != 0.0) & ~there[first]
         alike = np.where(alike, again[first], 0.0)
@@ -120,7 +122,7 @@ class MetricScreening:
         for k in range(max(len(one.sd) for one in sizes)):
             sd = np.array([one.sd[min(k, len(one.sd) - 1)] for one in sizes])
             weight = odds + np.array([one.log_weight[min(k, len(one.sd) - 1)] for one in sizes])
-            ridge = beside.scatter / sd**2
+            ridge = beside.noise / sd**2
             a, b, c = gram[first, first] + ridge[first], gram[first, second], gram[second, second] + ridge[second]
             det = np.maximum(a * c - b**2, ridge[first] * ridge[second])
             square = (c * dot[first] ** 2 - 2.0 * b * dot[first] * dot[second] + a * dot[second] ** 2) / det
@@ -140,13 +142,13 @@ class MetricScreening:
         columns = np.array([law.columns(0)[0] for law in laws]).reshape(len(laws), len(self.white))
         return laws, self.metric(columns)
 
-    def _beside(self, state: Hypothesis) -> HypothesisResidual:
-        if not state.terms:
+    def _beside(self, hypothesis: Hypothesis) -> HypothesisResidual:
+        if not hypothesis.terms:
             total = max(float(self.white @ self.white), self.least)
             return HypothesisResidual(self.white, np.zeros((len(self.white), 0)), total, self.metric.dof)
-        spans = tuple(self._span(term) for term in state.terms)
+        spans = tuple(self._span(term) for term in hypothesis.terms)
         rows, mix = np.vstack([one.rows for one in spans]), block_diag(*(one.mix for one in spans))
-        sd = np.concatenate([term.sds for term in state.terms])
+        sd = np.concatenate([term.sds for term in hypothesis.terms])
         factor = cholesky(mix @ (rows @ rows.T) @ mix.T + np.diag(sd**-2.0), lower=True)
         turn = solve_triangular(factor, mix, lower=True).T
         lost = rows.T @ turn
@@ -161,9 +163,9 @@ class MetricScreening:
         return HypothesisResidual(left, lost, total, self.metric.dof, spans, turn if known else None, taken)
 
 
-def _in_company(state: Hypothesis) -> set[str]:
+def _kinds(hypothesis: Hypothesis) -> set[str]:
     """Kinds of which another law is likelier where one is; a law of all axes at once is none of these."""
-    return {term.candidate.kind for term in state.terms if term.candidate.again}
+    return {term.candidate.kind for term in hypothesis.terms if term.candidate.again}
 
 
 def _alone(law: Law, size: int, gain: float) -> Proposal:
@@ -178,35 +180,37 @@ class Screening:
         self.problem = problem
         self.patterns = list(grouped([one for one in problem.candidates if isinstance(one, Law)]))
         self.kernels = Kernels([one for one in problem.candidates if isinstance(one, GaussianProcess)])
-        self._lookers: dict[tuple[object, ...], MetricScreening] = {}
+        self._by_metric: dict[tuple[object, ...], MetricScreening] = {}
         self._looks: dict[tuple[object, ...], tuple[int, list[Proposal]]] = {}
 
     def admit(self, laws: Sequence[Law]) -> None:
         """Further laws; what was computed of the others stays."""
         self.patterns += grouped(laws)
 
-    def __call__(self, state: Hypothesis, scatters: NoiseModels) -> list[Proposal]:
+    def __call__(self, hypothesis: Hypothesis, noise_models: NoiseModels) -> list[Proposal]:
         """All candidates for addition to a hypothesis, the best first; computed once."""
-        key = (frozenset(term.key for term in state.terms), state.scatter.key)
-        known, looks = self._looks.get(key, (0, []))
-        looker = self._looker(state, scatters)
-        if not looks or known < len(looker.tables):
-            looks = sorted([*looks, *looker.looks(state, known)], key=lambda look: -look.gain)
-            self._looks[key] = len(looker.tables), looks
-        return looks
+        key = (frozenset(term.key for term in hypothesis.terms), hypothesis.noise.key)
+        known, proposals = self._looks.get(key, (0, []))
+        looker = self._in_metric(hypothesis, noise_models)
+        if not proposals or known < len(looker.tables):
+            proposals = sorted([*proposals, *looker.proposals(hypothesis, known)], key=lambda proposal: -proposal.gain)
+            self._looks[key] = len(looker.tables), proposals
+        return proposals
 
     def pairs(
-        self, state: Hypothesis, scatters: NoiseModels, most: int, without: frozenset[str]
+        self, hypothesis: Hypothesis, noise_models: NoiseModels, most: int, without: frozenset[str]
     ) -> list[tuple[Proposal, Proposal]]:
         """The most probable pairs of laws of one shape and one amplitude, without those of the given labels."""
-        return self._looker(state, scatters).pairs(state, most, without)
+        return self._in_metric(hypothesis, noise_models).pairs(hypothesis, most, without)
 
-    def _looker(self, state: Hypothesis, scatters: NoiseModels) -> MetricScreening:
-        sigma_um = state.sigma_um if state.scatter.correlated else min(state.sigma_um, self.problem.within_um)
-        key = (*state.scatter.alike, round(float(np.log(sigma_um)) / LIKE_SIGMA))
-        if key not in self._lookers:
-            metric = Metric(self.problem, state.scatter, scatters, sigma_um)
-            self._lookers[key] = MetricScreening(self.problem, metric, self.kernels)
-        if len(self._lookers[key].patterns) < len(self.patterns):
-            self._lookers[key].admit(self.patterns)
-        return self._lookers[key]
+    def _in_metric(self, hypothesis: Hypothesis, noise_models: NoiseModels) -> MetricScreening:
+        sigma_um = (
+            hypothesis.sigma_um if hypothesis.noise.correlated else min(hypothesis.sigma_um, self.problem.within_um)
+        )
+        key = (*hypothesis.noise.approximate_key, round(float(np.log(sigma_um)) / LIKE_SIGMA))
+        if key not in self._by_metric:
+            metric = Metric(self.problem, hypothesis.noise, noise_models, sigma_um)
+            self._by_metric[key] = MetricScreening(self.problem, metric, self.kernels)
+        if len(self._by_metric[key].patterns) < len(self.patterns):
+            self._by_metric[key].admit(self.patterns)
+        return self._by_metric[key]

@@ -57,9 +57,12 @@ class Search:
 
     def __init__(self, problem: Problem, priors: NoisePriors, progress: Progress | None = None) -> None:
         self.problem, self.priors, self.progress = problem, priors, progress
-        self.evidence, self.looks = Evidence(problem, priors), Screening(problem)
-        self.scatters, self._facets = self.evidence.scatters, NoiseProposals(self.evidence, problem, priors)
-        self.start = self.evidence((), self.scatters.plain())
+        self.evidence, self.screening = Evidence(problem, priors), Screening(problem)
+        self.noise_models, self._noise_proposals = (
+            self.evidence.noise_models,
+            NoiseProposals(self.evidence, problem, priors),
+        )
+        self.start = self.evidence((), self.noise_models.plain())
         self.trail: list[Step] = []
         self._added: dict[tuple[object, ...], Hypothesis] = {}
         self._parts: dict[str, Law] = {}
@@ -81,12 +84,12 @@ class Search:
             heads = [one for one in heads if len(one.terms) < MOST_TERMS]
             laws = max((one for one in heads if one.named), key=log_posterior, default=laws)
         found = self._of_a_kind(self._one_by_one(self._in_parts(self._exchanged(best))))
-        return self._independent(found) if found.scatter.correlated else found
+        return self._independent(found) if found.noise.correlated else found
 
     def _one_by_one(self, best: Hypothesis) -> Hypothesis:
         """The best also from single laws in place of a combination of many."""
         for term in [one for one in best.terms if one.candidate.combined]:
-            other = self._of_plain(self.without(best, best.place(term.candidate)))
+            other = self._of_plain(self.without(best, best.index(term.candidate)))
             if other.log_posterior > best.log_posterior - NEEDED:
                 best = self._from_another(best, self.polished(other))
         return best
@@ -99,36 +102,40 @@ class Search:
         plain = [i for i, term in enumerate(best.terms) if is_plain(term.candidate)]
         for places in (*((i,) for i in plain), *combinations(plain, 2)):
             base, kinds = self.without(best, *places), dict[str, list[Proposal]]()
-            for look in self.beside(base):
-                if is_plain(look.candidate) and look.candidate.again:
-                    kinds.setdefault(look.candidate.kind, []).append(look)
-            for looks in (some for some in kinds.values() if len(some) > 1):
-                terms = (*base.terms, *(look.term() for look in looks))
-                every = self.evidence(terms[:MOST_TERMS], best.scatter, best.sigma_um)
+            for proposal in self.screen(base):
+                if is_plain(proposal.candidate) and proposal.candidate.again:
+                    kinds.setdefault(proposal.candidate.kind, []).append(proposal)
+            for proposals in (some for some in kinds.values() if len(some) > 1):
+                terms = (*base.terms, *(proposal.term() for proposal in proposals))
+                every = self.evidence(terms[:MOST_TERMS], best.noise, best.sigma_um)
                 if every.log_posterior > best.log_posterior - NEEDED:
                     best = self._better(best, self._needed(every))
         return best
 
     def _of_plain(self, base: Hypothesis) -> Hypothesis:
         """A hypothesis with those that are needed of all likely laws of one shape, and of any sign, besides."""
-        plain = (look for look in self.beside(base) if look.gain > HOPELESS and is_plain(look.candidate, signed=True))
-        looks = islice(limit_per_kind(plain, THREE_AXES), MOST_PLAIN)
-        every = self.evidence((*base.terms, *(look.term() for look in looks)), base.scatter, base.sigma_um)
-        return self._needed(self.evidence(needed_terms(every, MOST_TERMS), base.scatter, base.sigma_um))
+        plain = (
+            proposal
+            for proposal in self.screen(base)
+            if proposal.gain > HOPELESS and is_plain(proposal.candidate, signed=True)
+        )
+        proposals = islice(limit_per_kind(plain, THREE_AXES), MOST_PLAIN)
+        every = self.evidence((*base.terms, *(proposal.term() for proposal in proposals)), base.noise, base.sigma_um)
+        return self._needed(self.evidence(needed_terms(every, MOST_TERMS), base.noise, base.sigma_um))
 
-    def _needed(self, state: Hypothesis) -> Hypothesis:
+    def _needed(self, hypothesis: Hypothesis) -> Hypothesis:
         """Without the terms that matter least, one after the other, until all are needed."""
-        while len(state.terms) > 1:
-            least = sorted(range(len(state.terms)), key=state.significance)[:LEAST]
-            fewer = max((self.without(state, place) for place in least), key=log_posterior)
-            if fewer.log_posterior <= state.log_posterior and len(state.terms) <= MOST_TERMS:
-                return state
-            state = fewer
-        return state
+        while len(hypothesis.terms) > 1:
+            least = sorted(range(len(hypothesis.terms)), key=hypothesis.significance)[:LEAST]
+            fewer = max((self.without(hypothesis, place) for place in least), key=log_posterior)
+            if fewer.log_posterior <= hypothesis.log_posterior and len(hypothesis.terms) <= MOST_TERMS:
+                return hypothesis
+            hypothesis = fewer
+        return hypothesis
 
     def _independent(self, best: Hypothesis) -> Hypothesis:
         """The best also from the best terms with independent scatter, for which correlated scatter may stand."""
-        every = (one for one in self.evidence.visited.values() if one.terms and not one.scatter.correlated)
+        every = (one for one in self.evidence.visited.values() if one.terms and not one.noise.correlated)
         first = max(every, key=log_posterior, default=None)
         return best if first is None else self._from_another(best, self._current(first))
 
@@ -152,133 +159,150 @@ class Search:
             self.progress([term.candidate.label for term in other.terms])
         return other
 
-    def beside(self, state: Hypothesis) -> list[Proposal]:
+    def screen(self, hypothesis: Hypothesis) -> list[Proposal]:
         """Looks of all candidates that a hypothesis may have in addition, the best first."""
-        kinds = {term.candidate.kind for term in state.terms}
-        looks = (look for look in self.looks(state, self.scatters) if look.candidate.label not in state.labels)
-        return [look for look in looks if not (look.candidate.once and look.candidate.kind in kinds)]
+        kinds = {term.candidate.kind for term in hypothesis.terms}
+        proposals = (
+            proposal
+            for proposal in self.screening(hypothesis, self.noise_models)
+            if proposal.candidate.label not in hypothesis.labels
+        )
+        return [
+            proposal for proposal in proposals if not (proposal.candidate.once and proposal.candidate.kind in kinds)
+        ]
 
-    def added(self, state: Hypothesis, look: Proposal) -> Hypothesis:
+    def added(self, hypothesis: Hypothesis, proposal: Proposal) -> Hypothesis:
         """The hypothesis with one term more; with a shape on the grid or near it, whichever is more probable."""
-        key = (id(state), look.candidate.label, look.atom, look.sd)
+        key = (id(hypothesis), proposal.candidate.label, proposal.atom, proposal.sd)
         if key not in self._added:
-            self._added[key] = self._shaped(state, look)
+            self._added[key] = self._shaped(hypothesis, proposal)
         return self._added[key]
 
-    def _shaped(self, state: Hypothesis, look: Proposal) -> Hypothesis:
-        grid = self._with(state, look.term())
-        best = max(grid, self._between(state, look, look.atom, grid), key=log_posterior)
+    def _shaped(self, hypothesis: Hypothesis, proposal: Proposal) -> Hypothesis:
+        grid = self._with(hypothesis, proposal.term())
+        best = max(grid, self._between(hypothesis, proposal, proposal.atom, grid), key=log_posterior)
         if best.log_posterior > grid.log_posterior + COARSE:
-            others = (self._between(state, look, atom, grid) for atom in look.peaks(PEAKS))
+            others = (self._between(hypothesis, proposal, atom, grid) for atom in proposal.peaks(PEAKS))
             best = max((best, *others), key=log_posterior)
         return best
 
-    def _between(self, state: Hypothesis, look: Proposal, atom: int, grid: Hypothesis) -> Hypothesis:
+    def _between(self, hypothesis: Hypothesis, proposal: Proposal, atom: int, grid: Hypothesis) -> Hypothesis:
         """The hypothesis with a shape fitted near a point of the grid; that of the grid if the fit fails."""
-        law = look.candidate
+        law = proposal.candidate
         if not isinstance(law, Law) or law.refine is None:
             return grid
-        refined = law.refine(atom, self._unexplained(state))
+        refined = law.refine(atom, self._unexplained(hypothesis))
         if refined is None:
             return grid
-        log_prior = law.log_odds + look.volume_of(atom) + refined.gain
-        return self._narrowed(state, Term(law, atom, refined.columns, look.sd, log_prior, refined.shape), grid)
+        log_prior = law.log_odds + proposal.volume_of(atom) + refined.gain
+        return self._narrowed(hypothesis, Term(law, atom, refined.columns, proposal.sd, log_prior, refined.shape), grid)
 
-    def _unexplained(self, state: Hypothesis) -> Array:
+    def _unexplained(self, hypothesis: Hypothesis) -> Array:
         """Residuals without the terms of a hypothesis; what nuisance parameters took of them is left in."""
-        if not state.terms:
-            return self.problem.um
-        return self.problem.um - state.mean[state.count :] @ np.vstack([term.columns for term in state.terms])
+        if not hypothesis.terms:
+            return self.problem.residual_um
+        return self.problem.residual_um - hypothesis.mean[hypothesis.count :] @ np.vstack(
+            [term.columns for term in hypothesis.terms]
+        )
 
-    def _narrowed(self, state: Hypothesis, term: Term, grid: Hypothesis) -> Hypothesis:
+    def _narrowed(self, hypothesis: Hypothesis, term: Term, grid: Hypothesis) -> Hypothesis:
         """The hypothesis with a fitted shape, whose peak may be narrower than the step of the grid.
 
         For a peak that is higher by d at a distance x from the nearest point, the standard deviation is x / sqrt(2 d);
         on average x is a quarter of a step.
         """
-        found = self._with(state, term)
+        found = self._with(hypothesis, term)
         higher = found.log_posterior - grid.log_posterior
         narrow = 0.5 * float(np.log(2.0 * max(higher, 1e-9))) - float(np.log(0.25 * np.sqrt(2.0 * np.pi)))
         return self.evidence.narrowed(found, term.candidate, narrow) if narrow > 0.0 else found
 
-    def _with(self, state: Hypothesis, term: Term) -> Hypothesis:
-        term = replace(term, correlated=state.scatter.correlated and term.candidate.atoms > 1)
-        return self.evidence((*state.terms, term), state.scatter, state.sigma_um)
+    def _with(self, hypothesis: Hypothesis, term: Term) -> Hypothesis:
+        term = replace(term, correlated=hypothesis.noise.correlated and term.candidate.atoms > 1)
+        return self.evidence((*hypothesis.terms, term), hypothesis.noise, hypothesis.sigma_um)
 
     def _forward(self, heads: list[Hypothesis]) -> list[Hypothesis]:
         """The most probable hypotheses with one term more: of laws alone, and of all."""
-        weeded = [self._weeded(state, head.labels) for head in heads for state in self._with_one_more(head)]
-        ranked = sorted({id(state): state for state in weeded}.values(), key=log_posterior, reverse=True)
-        laws = [state for state in ranked if state.named][:BEAM]
-        chosen = laws + [state for state in ranked[:1] if state not in laws]
-        shaped = {id(state): state for state in map(self.reshaped, chosen)}
+        weeded = [self._weeded(hypothesis, head.labels) for head in heads for hypothesis in self._with_one_more(head)]
+        ranked = sorted({id(hypothesis): hypothesis for hypothesis in weeded}.values(), key=log_posterior, reverse=True)
+        laws = [hypothesis for hypothesis in ranked if hypothesis.named][:BEAM]
+        chosen = laws + [hypothesis for hypothesis in ranked[:1] if hypothesis not in laws]
+        shaped = {id(hypothesis): hypothesis for hypothesis in map(self.reshaped, chosen)}
         return sorted(shaped.values(), key=log_posterior, reverse=True)
 
     def _with_one_more(self, head: Hypothesis) -> Iterator[Hypothesis]:
-        yield from (self.added(head, look) for look in self._proposed(head))
+        yield from (self.added(head, proposal) for proposal in self._proposed(head))
         yield from self._paired(head)
 
     def _proposed(
-        self, state: Hypothesis, most: int = PROPOSED, without: frozenset[str] = frozenset()
+        self, hypothesis: Hypothesis, most: int = PROPOSED, without: frozenset[str] = frozenset()
     ) -> Iterator[Proposal]:
         """Looks worth trying: the best laws, at most two of a kind, and the best forms."""
-        looks = [one for one in self.beside(state) if one.gain > HOPELESS and one.candidate.label not in without]
-        yield from islice(limit_per_kind(look for look in looks if look.candidate.named), most)
-        yield from islice(limit_per_kind(look for look in looks if not look.candidate.named), PROPOSED_FORMS)
+        proposals = [
+            one for one in self.screen(hypothesis) if one.gain > HOPELESS and one.candidate.label not in without
+        ]
+        yield from islice(limit_per_kind(proposal for proposal in proposals if proposal.candidate.named), most)
+        yield from islice(
+            limit_per_kind(proposal for proposal in proposals if not proposal.candidate.named), PROPOSED_FORMS
+        )
 
-    def _paired(self, state: Hypothesis, without: frozenset[str] = frozenset()) -> Iterator[Hypothesis]:
+    def _paired(self, hypothesis: Hypothesis, without: frozenset[str] = frozenset()) -> Iterator[Hypothesis]:
         """The hypothesis with two more laws that explain together what neither does alone."""
-        for one, other in self.looks.pairs(state, self.scatters, PROPOSED_PAIRS, without | state.labels):
-            yield self._with(self._with(state, one.term()), other.term())
+        for one, other in self.screening.pairs(
+            hypothesis, self.noise_models, PROPOSED_PAIRS, without | hypothesis.labels
+        ):
+            yield self._with(self._with(hypothesis, one.term()), other.term())
 
-    def _weeded(self, state: Hypothesis, old: frozenset[str]) -> Hypothesis:
+    def _weeded(self, hypothesis: Hypothesis, old: frozenset[str]) -> Hypothesis:
         """The hypothesis without ``old`` terms whose removal makes it more probable; what is new stays."""
-        for place in (i for i, term in enumerate(state.terms) if term.candidate.label in old):
-            if self.evidence.most_without(state, place) < state.log_posterior - NEEDED:
+        for place in (i for i, term in enumerate(hypothesis.terms) if term.candidate.label in old):
+            if self.evidence.bound_without(hypothesis, place) < hypothesis.log_posterior - NEEDED:
                 continue
-            fewer = self.without(state, place)
-            if fewer.log_posterior > state.log_posterior:
+            fewer = self.without(hypothesis, place)
+            if fewer.log_posterior > hypothesis.log_posterior:
                 return self._weeded(fewer, old)
-        return state
+        return hypothesis
 
-    def without(self, state: Hypothesis, *places: int) -> Hypothesis:
+    def without(self, hypothesis: Hypothesis, *places: int) -> Hypothesis:
         """The hypothesis without some of its terms, by index."""
-        terms = tuple(term for i, term in enumerate(state.terms) if i not in places)
-        return self.evidence(terms, state.scatter, state.sigma_um)
+        terms = tuple(term for i, term in enumerate(hypothesis.terms) if i not in places)
+        return self.evidence(terms, hypothesis.noise, hypothesis.sigma_um)
 
-    def reshaped(self, state: Hypothesis) -> Hypothesis:
+    def reshaped(self, hypothesis: Hypothesis) -> Hypothesis:
         """The most probable model of the scatter for the same terms, changing one property after the other."""
         for _ in range(ROUNDS):
-            best = self._current(max(self._facets(state), key=log_posterior, default=state))
-            if best.log_posterior <= state.log_posterior + SETTLED:
-                return max(state, best, key=log_posterior)
-            state = best
-        return state
+            best = self._current(max(self._noise_proposals(hypothesis), key=log_posterior, default=hypothesis))
+            if best.log_posterior <= hypothesis.log_posterior + SETTLED:
+                return max(hypothesis, best, key=log_posterior)
+            hypothesis = best
+        return hypothesis
 
-    def _current(self, state: Hypothesis) -> Hypothesis:
+    def _current(self, hypothesis: Hypothesis) -> Hypothesis:
         """The hypothesis with volumes of shapes that hold for its scatter."""
-        if state.current:
-            return state
-        for candidate in [term.candidate for term in state.terms if term.correlated]:
-            state = self._anew(state, candidate)
-        return state
+        if hypothesis.current:
+            return hypothesis
+        for candidate in [term.candidate for term in hypothesis.terms if term.correlated]:
+            hypothesis = self._anew(hypothesis, candidate)
+        return hypothesis
 
-    def _anew(self, state: Hypothesis, candidate: Candidate) -> Hypothesis:
+    def _anew(self, hypothesis: Hypothesis, candidate: Candidate) -> Hypothesis:
         """The hypothesis with the shape and size of one term as they are found beside the others."""
-        place = state.place(candidate)
-        base = self.without(state, place)
-        own = next((look for look in self.beside(base) if look.candidate is candidate), None)
-        return self._with(base, state.terms[place]) if own is None else self.added(base, own)
+        place = hypothesis.index(candidate)
+        base = self.without(hypothesis, place)
+        own = next((proposal for proposal in self.screen(base) if proposal.candidate is candidate), None)
+        return self._with(base, hypothesis.terms[place]) if own is None else self.added(base, own)
 
     def _exchanged(self, best: Hypothesis) -> Hypothesis:
         """Exchanges of one term for one, one for two, two for one, until nothing improves; two at once if one fails."""
         for _ in range(ROUNDS):
             old = best
-            for state in self._plainer(old):
-                best = max((best, *(self._instead(state, place) for place in range(len(old.terms)))), key=log_posterior)
+            for hypothesis in self._plainer(old):
+                best = max(
+                    (best, *(self._instead(hypothesis, place) for place in range(len(old.terms)))), key=log_posterior
+                )
                 if len(old.terms) < MOST_TERMS:
                     best = max(
-                        (best, *(self.added(state, look) for look in self._proposed(state, 2))), key=log_posterior
+                        (best, *(self.added(hypothesis, proposal) for proposal in self._proposed(hypothesis, 2))),
+                        key=log_posterior,
                     )
             if best.log_posterior <= old.log_posterior + SETTLED:
                 pairs = combinations(range(len(old.terms)), 2)
@@ -289,24 +313,24 @@ class Search:
                 break
         return best
 
-    def _shared(self, state: Hypothesis) -> Iterator[Hypothesis]:
+    def _shared(self, hypothesis: Hypothesis) -> Iterator[Hypothesis]:
         """The hypothesis with a law of one shape that stands for a part of what a law of many shapes explains.
 
         At the shape that explains most alone the other law adds nothing: the shape is found anew beside it. Forms are
         left out, since they may stand for what the shape of the law alone does not explain.
         """
-        forms = [i for i, term in enumerate(state.terms) if not term.candidate.named]
-        for place, term in enumerate(state.terms):
+        forms = [i for i, term in enumerate(hypothesis.terms) if not term.candidate.named]
+        for place, term in enumerate(hypothesis.terms):
             if not isinstance(term.candidate, Law) or place in forms or term.candidate.atoms == 1:
                 continue
             base, own = (
-                self.without(state, place, *forms),
+                self.without(hypothesis, place, *forms),
                 Screening(replace(self.problem, candidates=[term.candidate])),
             )
-            plain = (one for one in self.beside(base) if one.gain > 0.0 and is_plain(one.candidate))
-            for look in islice(limit_per_kind(plain), MOST_SHARED if len(base.terms) < MOST_TERMS - 1 else 0):
-                one = self._with(base, look.term())
-                found = (self.added(one, shape) for shape in own(one, self.scatters))
+            plain = (one for one in self.screen(base) if one.gain > 0.0 and is_plain(one.candidate))
+            for proposal in islice(limit_per_kind(plain), MOST_SHARED if len(base.terms) < MOST_TERMS - 1 else 0):
+                one = self._with(base, proposal.term())
+                found = (self.added(one, shape) for shape in own(one, self.noise_models))
                 yield from (self._weeded(both, base.labels) for both in found)
 
     def _in_parts(self, best: Hypothesis) -> Hypothesis:
@@ -332,8 +356,10 @@ class Search:
             near += [(one.candidate, one.atom) for one in self._proposed(base) if one.candidate is not term.candidate]
             asked = [law for one, atom in near if isinstance(one, Law) for law in self._asked(one, atom)]
             if asked:
-                looks = Screening(replace(self.problem, candidates=asked))(base, self.scatters)
-                yield from (self._with(base, look.term()) for look in looks[:PROPOSED] if look.gain > HOPELESS)
+                proposals = Screening(replace(self.problem, candidates=asked))(base, self.noise_models)
+                yield from (
+                    self._with(base, proposal.term()) for proposal in proposals[:PROPOSED] if proposal.gain > HOPELESS
+                )
 
     def _asked(self, law: Law, atom: int) -> Sequence[Law]:
         """The law in parts of the record, those apart that are candidates already."""
@@ -348,50 +374,52 @@ class Search:
         known = {one.label for one in self.problem.candidates}
         new = {one.label: one for one in candidates if one.label not in known}
         self.problem = replace(self.problem, candidates=(*self.problem.candidates, *new.values()))
-        self.looks.admit([one for one in new.values() if isinstance(one, Law)])
+        self.screening.admit([one for one in new.values() if isinstance(one, Law)])
 
-    def _plainer(self, state: Hypothesis) -> Iterator[Hypothesis]:
+    def _plainer(self, hypothesis: Hypothesis) -> Iterator[Hypothesis]:
         """The hypothesis, and the same without what its scatter may have in place of a term that is missing.
 
         Rows are weighted by the residuals of its own terms, and faces that are off by more than the certificate states
         may be one face alone.
         """
-        yield state
-        if state.scatter.tails != NORMAL:
-            yield self.evidence(state.terms, self.scatters.without_tails(state.scatter), state.sigma_um)
-        if state.scatter.certificate != 1.0:
-            stated = self.scatters.changed(state.scatter, certificate=1.0)
-            yield self.evidence(state.terms, stated, state.sigma_um)
+        yield hypothesis
+        if hypothesis.noise.tails != NORMAL:
+            yield self.evidence(
+                hypothesis.terms, self.noise_models.without_tails(hypothesis.noise), hypothesis.sigma_um
+            )
+        if hypothesis.noise.certificate != 1.0:
+            stated = self.noise_models.changed(hypothesis.noise, certificate=1.0)
+            yield self.evidence(hypothesis.terms, stated, hypothesis.sigma_um)
 
-    def _ones(self, state: Hypothesis, *places: int) -> list[Hypothesis]:
+    def _ones(self, hypothesis: Hypothesis, *places: int) -> list[Hypothesis]:
         """The hypothesis with one other term, or a pair of laws, in place of some; first without these.
 
         What is left alone has its shape fitted anew: it was that beside the others.
         """
-        base = self.without(state, *places)
+        base = self.without(hypothesis, *places)
         base = self.polished(base) if len(base.terms) == 1 else base
-        looks = self._proposed(base, 3)
-        return [base, *(self.added(base, look) for look in looks), *self._paired(base, state.labels)]
+        proposals = self._proposed(base, 3)
+        return [base, *(self.added(base, proposal) for proposal in proposals), *self._paired(base, hypothesis.labels)]
 
-    def _instead(self, state: Hypothesis, place: int) -> Hypothesis:
+    def _instead(self, hypothesis: Hypothesis, place: int) -> Hypothesis:
         """The best with one or two other terms in place of one; terms that become superfluous are dropped."""
-        base, *ones = self._ones(state, place)
-        others = sorted((one for one in ones if one.labels != state.labels), key=log_posterior, reverse=True)
+        base, *ones = self._ones(hypothesis, place)
+        others = sorted((one for one in ones if one.labels != hypothesis.labels), key=log_posterior, reverse=True)
         # what is nearly as likely stands there by itself; beside what is not, something else may be missing
-        near = (one for one in others if one.log_posterior > state.log_posterior - FARTHER)
-        rivals = [one for one in near if len(one.terms) == len(state.terms)]
-        alone = state.labels.union(*(one.labels for one in rivals)) - base.labels
+        near = (one for one in others if one.log_posterior > hypothesis.log_posterior - FARTHER)
+        members = [one for one in near if len(one.terms) == len(hypothesis.terms)]
+        alone = hypothesis.labels.union(*(one.labels for one in members)) - base.labels
         lesser = [one for one in others if not one.labels & alone]
         # a form may stand for several laws, of which the first alone is less probable than another form
-        laws = [one for one in others if one.named] if not state.terms[place].candidate.named else []
+        laws = [one for one in others if one.named] if not hypothesis.terms[place].candidate.named else []
         firsts = {id(one): one for one in (*others[:1], *lesser[:1], *laws[:1])}.values()
-        twos = [(self.added(one, look), one.labels) for one in firsts for look in self._proposed(one, 1, alone)]
+        twos = [(self.added(one, proposal), one.labels) for one in firsts for proposal in self._proposed(one, 1, alone)]
         more = [*((other, base.labels) for other in others), *twos]
-        weeded = (self._weeded(*one) for one in more if one[0].log_posterior > state.log_posterior - NEEDED)
+        weeded = (self._weeded(*one) for one in more if one[0].log_posterior > hypothesis.log_posterior - NEEDED)
         return max((base, *ones, *weeded), key=log_posterior)
 
-    def polished(self, state: Hypothesis) -> Hypothesis:
+    def polished(self, hypothesis: Hypothesis) -> Hypothesis:
         """Shape and size of each term fitted again with the others."""
-        for candidate in [term.candidate for term in state.terms]:
-            state = max(state, self._anew(state, candidate), key=log_posterior)
-        return state
+        for candidate in [term.candidate for term in hypothesis.terms]:
+            hypothesis = max(hypothesis, self._anew(hypothesis, candidate), key=log_posterior)
+        return hypothesis

@@ -42,7 +42,7 @@ class SignatureTable:
     first: NDArray[np.intp]
     owner: NDArray[np.intp]
 
-    def looks(self, dots: Mapping[int, Array], beside: HypothesisResidual) -> Iterator[Proposal]:
+    def proposals(self, dots: Mapping[int, Array], beside: HypothesisResidual) -> Iterator[Proposal]:
         """Evidence of every shape and size; a shape rejected with the largest size is not tried with smaller ones."""
         d = self.gram.shape[1]
         products = [_mixed_dots(dots[place], mix, d) for place, mix in self.sets]
@@ -142,13 +142,13 @@ def _sized(
 
     ``gram`` with the limits of rounding ``unseen`` on its diagonal.
     """
-    ridge = beside.scatter / sd**2
+    ridge = beside.noise / sd**2
     explained, log_det = _explained(gram, unseen, ridge, dot)
     most = beside.student(explained)
     positive, least = bounds
     if (cut := positive | (least > 0.0)).any():
         a = gram[cut, 0, 0] + ridge[:, cut]
-        most[:, cut] += log_inside(dot[cut, 0] / a, np.sqrt(beside.scatter / a), sd[:, cut], least[cut], positive[cut])
+        most[:, cut] += log_inside(dot[cut, 0] / a, np.sqrt(beside.noise / a), sd[:, cut], least[cut], positive[cut])
     return most - 0.5 * np.maximum(log_det, 0.0), most
 
 

@@ -92,12 +92,12 @@ def _computed(found: Searched) -> Worth:
 def _rated(found: Searched) -> Worth:
     """Rivals of terms of the best hypothesis that were rated and not computed."""
     best, worth = found.answer.best, Worth()
-    for place in found.answer.places:
+    for place in found.answer.sets:
         others = tuple(Part(t.candidate, t.atom, t.sd, t.shape) for i, t in enumerate(best.terms) if i != place.term)
-        for rival in place.rivals:
-            if rival.state is None and rival.share > 0.0:
-                parts = (*others, Part(rival.candidate, rival.look.atom, rival.look.sd))
-                value = best.log_posterior + float(np.log(rival.share / place.rivals[0].share))
+        for rival in place.members:
+            if rival.hypothesis is None and rival.probability > 0.0:
+                parts = (*others, Part(rival.candidate, rival.proposal.atom, rival.proposal.sd))
+                value = best.log_posterior + float(np.log(rival.probability / place.members[0].probability))
                 worth[frozenset(one.candidate.label for one in parts)] = (parts, value)
     return worth
 
@@ -111,7 +111,7 @@ class Predicting:
     @cached_property
     def _metric(self) -> Metric:
         state = self.found.model.state
-        return Metric(self.found.search.problem, state.scatter, self.found.search.scatters, state.sigma_um)
+        return Metric(self.found.search.problem, state.noise, self.found.search.noise_models, state.sigma_um)
 
     @cached_property
     def _fits(self) -> list[tuple[Effect, ...]]:
@@ -162,7 +162,7 @@ class Predicting:
     def _nuisances(self, more: Lengthened) -> Callable[[Array], Array]:
         """What origins and faces add to a mean, as the recording so far tells them."""
         count = len(self.found.data)
-        columns, sd = nuisances(bare_problem(more.data), self.found.search.scatters.plain())
+        columns, sd = nuisances(bare_problem(more.data), self.found.search.noise_models.plain())
         rows, sigma_um = plain_metric(self.found.data, more.metric.sigma_um).rows, more.metric.sigma_um
         design = rows(columns[:, :count]) * (sd / sigma_um)[:, None]
         factor = cho_factor(design @ design.T + np.eye(len(sd)))

@@ -46,18 +46,18 @@ def test_a_look_knows_what_is_there_of_its_kind() -> None:
     one, other, alone = plays()
     known = problem(noise() + 0.4 * coordinate() + 0.2 * np.sin(9.0 * turns()), (one, other, alone))
     evidence = Evidence(known, shipped_priors().scatter)
-    start = evidence((), evidence.scatters.plain())
-    first = next(look for look in Screening(known)(start, evidence.scatters) if look.candidate is one)
-    state = evidence((first.term(),), start.scatter)
-    for look in Screening(known)(state, evidence.scatters):
+    start = evidence((), evidence.noise_models.plain())
+    first = next(look for look in Screening(known)(start, evidence.noise_models) if look.candidate is one)
+    state = evidence((first.term(),), start.noise)
+    for look in Screening(known)(state, evidence.noise_models):
         if look.candidate is one:
             continue
         assert look.log_odds == look.candidate.log_odds + (2.0 if look.candidate is other else 0.0)
-        added = evidence((first.term(), look.term()), start.scatter)
+        added = evidence((first.term(), look.term()), start.noise)
         assert look.gain == pytest.approx(added.log_posterior - state.log_posterior, abs=0.3)
     apart = replace(known, candidates=tuple(replace(one, again=0.0) for one in known.candidates))
     ((first, second), *_), ((without, _), *_) = (
-        Screening(one).pairs(start, evidence.scatters, 1, frozenset()) for one in (known, apart)
+        Screening(one).pairs(start, evidence.noise_models, 1, frozenset()) for one in (known, apart)
     )
     assert {first.candidate, second.candidate} == {one, other}
     assert first.gain == pytest.approx(without.gain + 2.0)

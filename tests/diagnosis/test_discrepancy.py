@@ -128,11 +128,11 @@ def test_what_a_law_leaves_out_is_in_proportion_to_what_it_is() -> None:
     data = make_residuals(recording, gauge(), machine())
     search = Search(make_problem(data, shipped_priors()), shipped_priors().scatter)
     search.run()
-    states = [one for one in search.evidence.current if any(len(term.beside) for term in one.terms)]
+    states = [one for one in search.evidence.current if any(len(term.discrepancy) for term in one.terms)]
     assert len(states) > 20
     for state in states:
         for place, term in enumerate(state.terms):
-            if len(term.beside):
+            if len(term.discrepancy):
                 amplitude = float(np.linalg.norm(state.amplitudes(place)[0]))
-                assert term.beside_sd is not None
-                assert 0.5 * amplitude <= term.beside_sd <= 2.0 * amplitude
+                assert term.discrepancy_sd is not None
+                assert 0.5 * amplitude <= term.discrepancy_sd <= 2.0 * amplitude

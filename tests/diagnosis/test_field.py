@@ -61,7 +61,7 @@ def baseline() -> Problem:
     pair = pair.ravel()
     order = np.arange(len(metres))
     return Problem(
-        um=(metres - along @ apart) * TENTH_MM,
+        residual_um=(metres - along @ apart) * TENTH_MM,
         scale_um=1.0,
         certified=np.zeros((1, len(metres))),
         certified_u=np.ones(1),
@@ -116,4 +116,4 @@ def test_a_baseline_without_the_heights_of_its_pillars_is_no_scale_and_no_period
         for place, term in enumerate(found.best.terms)
     }
     assert all(um < 0.5 * moved["distance"] for name, um in moved.items() if name in ("scale", "period"))
-    assert found.best.scatter.outlying is None or (found.best.scatter.outlying > 0.5).mean() < 0.001
+    assert found.best.noise.outlying is None or (found.best.noise.outlying > 0.5).mean() < 0.001

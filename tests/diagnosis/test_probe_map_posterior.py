@@ -25,7 +25,7 @@ def search_of(table, data, quantities=FORCE):  # noqa: F811
 
 
 def added(search, label):
-    look = next(look for look in search.beside(search.start) if look.candidate.label == label)
+    look = next(look for look in search.screen(search.start) if look.candidate.label == label)
     return search.added(search.start, look)
 
 

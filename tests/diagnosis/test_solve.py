@@ -85,7 +85,7 @@ def test_a_fit_does_not_step_to_a_tripod_that_never_triggers() -> None:
     """A face that is approached upward pulls the stylus of a short lever out of its seat; a fit passed it."""
     law, data, never = tripod_of_short_lever()
     problem = make_problem(data, shipped_priors())
-    scatters = Evidence(problem, shipped_priors().scatter).scatters
+    scatters = Evidence(problem, shipped_priors().scatter).noise_models
     metric = Metric(problem, scatters.plain(), scatters, 1.0)
     white = metric(data.um)
     with pytest.raises(InputError, match="never triggers"):

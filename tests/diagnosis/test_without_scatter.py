@@ -180,8 +180,8 @@ def test_what_the_previous_reading_does_not_tell_is_no_less_than_the_least() -> 
     scatters = NoiseModels(problem, shipped_priors().scatter)
     rows = RowMetric(problem, scatters.changed(scatters.plain(), correlation=0.9), scatters)
     n = len(problem)
-    assert rows.untold == pytest.approx(np.sqrt(1.0 - 0.81) ** ((n - 1) / n))
+    assert rows.innovation == pytest.approx(np.sqrt(1.0 - 0.81) ** ((n - 1) / n))
     flicker = RowMetric(problem, scatters.changed(scatters.plain(), flicker=1.0), scatters)
     told_by_inverse = np.linalg.inv(problem.flicker(1.0)).diagonal()
-    assert flicker.untold == pytest.approx(np.exp(np.log(told_by_inverse).mean()))
+    assert flicker.innovation == pytest.approx(np.exp(np.log(told_by_inverse).mean()))
     assert problem.least_um == LEAST_SCATTER * STATED_UM

@@ -38,7 +38,7 @@ def problem(um: Array, candidates: Sequence[Candidate] = (), seed: int = 1, **ch
     gap = random.uniform(0.5, 2.0, ROWS - 1)
     gap[ROWS // 2] = np.inf
     values: dict[str, Any] = {
-        "um": um,
+        "residual_um": um,
         "scale_um": NOISE_UM,
         "certified": (face == np.arange(FACES)[:, None]) * side,
         "certified_u": np.full(FACES, 0.1),

@@ -62,7 +62,7 @@ def made(facets: dict[str, object]) -> tuple[Problem, Evidence, NoiseModel]:
     latched_um = np.where(coordinate() > 0.0, 0.4, 0.2)
     one = problem(um, stated=1.0 + 4.0 * turns() ** 2 + (latched_um / NOISE_UM) ** 2, latched_um=latched_um)
     evidence = Evidence(one, NoisePriors())
-    return one, evidence, evidence.scatters.changed(evidence.scatters.plain(), **facets)
+    return one, evidence, evidence.noise_models.changed(evidence.noise_models.plain(), **facets)
 
 
 def brute_force(one: Problem, scatter: NoiseModel, terms: Sequence[Term]) -> float:
@@ -73,7 +73,7 @@ def brute_force(one: Problem, scatter: NoiseModel, terms: Sequence[Term]) -> flo
     for at in log_sigma:
         covariance = dense_covariance(one, scatter, terms, float(np.exp(at)))
         factor = np.linalg.cholesky(covariance)
-        white = np.linalg.solve(factor, one.um)
+        white = np.linalg.solve(factor, one.residual_um)
         log.append(-np.log(np.diag(factor)).sum() - 0.5 * white @ white - 0.5 * len(one) * np.log(2.0 * np.pi))
     log = np.array(log) + stats.norm.logpdf(log_sigma, np.log(one.scale_um), spread)
     whole = np.log(trapezoid(np.exp(log - log.max()), log_sigma)) + log.max()
@@ -101,7 +101,7 @@ def test_amplitudes_are_those_of_the_conditional_normal_distribution(facets: dic
     for place, own in enumerate(terms):
         with_rows = own.sd**2 * own.columns
         mean, covariance = state.amplitudes(place)
-        np.testing.assert_allclose(mean, with_rows @ np.linalg.solve(whole, one.um), rtol=1e-5, atol=1e-6)
+        np.testing.assert_allclose(mean, with_rows @ np.linalg.solve(whole, one.residual_um), rtol=1e-5, atol=1e-6)
         wanted = own.sd**2 * np.eye(len(mean)) - with_rows @ np.linalg.solve(whole, with_rows.T)
         np.testing.assert_allclose(covariance, wanted, rtol=1e-5, atol=1e-6)
 
@@ -114,7 +114,7 @@ def test_what_is_left_is_what_the_scatter_alone_says(facets: dict[str, object]) 
     whole = dense_covariance(one, scatter, TERMS["a slope"], state.sigma_um)
     bare = replace(one, certified_u=np.zeros(len(one.certified)), free=one.free[:0])
     own = dense_covariance(bare, scatter, (), state.sigma_um, alike=False)
-    np.testing.assert_allclose(state.left_um, own @ np.linalg.solve(whole, one.um), rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(state.residual_um, own @ np.linalg.solve(whole, one.residual_um), rtol=1e-5, atol=1e-5)
 
 
 def test_expected_squares_are_those_of_a_row_for_given_others() -> None:
@@ -125,7 +125,7 @@ def test_expected_squares_are_those_of_a_row_for_given_others() -> None:
     variance = state.sigma_um**2 * one.stated
     said = whole - np.diag(variance)
     spread = np.diag(said - said @ np.linalg.solve(whole, said))
-    wanted = (state.left_um**2 + spread) / variance
+    wanted = (state.residual_um**2 + spread) / variance
     np.testing.assert_allclose(evidence.squares(state), wanted, rtol=1e-4)
 
 
@@ -143,7 +143,7 @@ def test_waves_that_are_equal_in_all_their_sums_are_two_hypotheses() -> None:
     wave = law("wave", one[None])
     problem_of_one = problem(3.0 * one[0] + noise())
     evidence = Evidence(problem_of_one, NoisePriors())
-    scatter = evidence.scatters.plain()
+    scatter = evidence.noise_models.plain()
     states = [evidence((Term(wave, 0, columns, 0.5, -3.0),), scatter) for columns in (one, other)]
     assert states[0].log_posterior > states[1].log_posterior + 10.0
 
@@ -193,7 +193,7 @@ def test_products_of_mapped_columns_are_those_with_the_inverse_covariance(
     facets: dict[str, object], beside: tuple[Term, ...]
 ) -> None:
     one, evidence, scatter = made(facets)
-    metric = Metric(one, scatter, evidence.scatters, 0.4, [term.nuisance for term in beside])
+    metric = Metric(one, scatter, evidence.noise_models, 0.4, [term.nuisance for term in beside])
     columns = np.random.default_rng(3).normal(size=(4, ROWS))
     inverse = np.linalg.inv(dense_covariance(one, scatter, beside, 0.4))
     wanted = columns @ inverse @ columns.T
@@ -203,7 +203,7 @@ def test_products_of_mapped_columns_are_those_with_the_inverse_covariance(
 def test_a_good_certificate_counts_beside_a_free_origin() -> None:
     """Faces known to 30 nm probed by a probe that repeats to 100 nm: the mean of a face is no better than its place."""
     one = problem(noise(), certified_u=np.full(12, 0.03))
-    scatters = Evidence(one, NoisePriors()).scatters
+    scatters = Evidence(one, NoisePriors()).noise_models
     metric = Metric(one, scatters.plain(), scatters, 0.1)
     contrast = one.certified[2] - one.certified[3]
     inverse = np.linalg.inv(dense_covariance(one, scatters.plain(), (), 0.1))
@@ -213,7 +213,7 @@ def test_a_good_certificate_counts_beside_a_free_origin() -> None:
 @pytest.mark.parametrize("facets", FACETS.values(), ids=FACETS)
 def test_the_adjoint_is_the_transposed_map(facets: dict[str, object]) -> None:
     one, evidence, scatter = made(facets)
-    metric = Metric(one, scatter, evidence.scatters, 0.4, [term.nuisance for term in TERMS["a slope"]])
+    metric = Metric(one, scatter, evidence.noise_models, 0.4, [term.nuisance for term in TERMS["a slope"]])
     random = np.random.default_rng(4)
     x, y = random.normal(size=(3, ROWS)), random.normal(size=(ROWS, 2))
     np.testing.assert_allclose(metric(x) @ y, x @ metric.adjoint(y), rtol=1e-9)
@@ -225,12 +225,12 @@ def test_what_is_not_computed_without_a_term_could_not_exceed_its_bound(facets: 
     """The bound is above the exact number for every term, and near it for one that is needed much."""
     values = noise() + um * (coordinate() + np.sin(2.0 * np.pi * 3.5 * turns()))
     evidence = Evidence(problem(values), NoisePriors())
-    scatter = evidence.scatters.changed(evidence.scatters.plain(), **facets)
+    scatter = evidence.noise_models.changed(evidence.noise_models.plain(), **facets)
     terms = (*TERMS["a slope"], *TERMS["a wave and a function"])
     state = evidence(terms, scatter)
     for place in range(len(terms)):
         exact = evidence(tuple(one for one in terms if one is not terms[place]), scatter).log_posterior
-        bound = evidence.most_without(state, place)
+        bound = evidence.bound_without(state, place)
         assert bound > exact - 1.0
         # a function may stand for the slope, and levels of faces for much; nothing else for the wave
         if um == 3.0 and place == 1 and not scatter.rounded:
@@ -267,7 +267,7 @@ def test_terms_that_are_needed_are_those_that_are_more_probable_there_than_not(
     priors = shipped_priors()
     known = priors.model_copy(update={"scatter": priors.scatter.model_copy(update={"sigma_factor": 1.001})})
     evidence = Evidence(problem(values), known.scatter)
-    scatter = evidence.scatters.changed(evidence.scatters.plain(), **facets)
+    scatter = evidence.noise_models.changed(evidence.noise_models.plain(), **facets)
     terms = (*TERMS["a slope"], *TERMS["a wave and a function"])
     kept, state = needed_terms(evidence(terms, scatter), 8), evidence(terms, scatter)
     while len(state.terms) > len(kept):
@@ -291,7 +291,7 @@ def test_two_laws_alike_are_as_probable_in_whatever_order_they_come() -> None:
         replace(own, sd=float(sd), candidate=replace(own.candidate, sizes=SEVERAL))
         for own, sd in zip((*TERMS["a slope"], TERMS["a wave and a function"][0]), (2.0, 0.05), strict=True)
     ]
-    scatter = evidence.scatters.plain()
+    scatter = evidence.noise_models.plain()
     both = evidence(tuple(several), scatter)
     other = [replace(one, sd=float(sd)) for one, sd in zip(several, (0.05, 2.0), strict=True)]
     assert evidence(tuple(other[::-1]), scatter) is both
@@ -305,9 +305,9 @@ def test_sizes_that_are_not_reached_do_not_count_for_each_law(count: int, monkey
     laws = [replace(law(f"line {i}", coordinate()[None, None]), sizes=SEVERAL) for i in range(count)]
     terms = tuple(replace(term(one), candidate=one, sd=0.05) for one in laws)
     evidence = Evidence(problem(noise() + coordinate()), NoisePriors())
-    whole = evidence(terms, evidence.scatters.plain())
+    whole = evidence(terms, evidence.noise_models.plain())
     monkeypatch.setattr("stepgauge.inference.evidence.RESIZED", 0)
-    early = Evidence(evidence.problem, NoisePriors())(terms, evidence.scatters.plain())
+    early = Evidence(evidence.problem, NoisePriors())(terms, evidence.noise_models.plain())
     assert early.log_posterior < whole.log_posterior + 3.0
 
 
@@ -332,7 +332,7 @@ def test_sizes_that_go_round_end_at_the_most_probable_ones(monkeypatch: pytest.M
 
 
 def _plain(um: Array) -> NoiseModel:
-    return Evidence(problem(um), NoisePriors()).scatters.plain()
+    return Evidence(problem(um), NoisePriors()).noise_models.plain()
 
 
 @pytest.mark.parametrize("positive", [False, True])
@@ -345,5 +345,5 @@ def test_a_hypothesis_of_which_no_number_is_left_is_never_chosen(
     """Amplitudes beyond all rounding: the search goes on without it."""
     endless = replace(law("endless", pattern), sizes=AmplitudePrior(np.array([size]), np.zeros(1)), positive=positive)
     evidence = Evidence(problem(noise() + turns(), (endless,)), NoisePriors())
-    state = evidence((replace(term(endless), sd=size),), evidence.scatters.plain())
+    state = evidence((replace(term(endless), sd=size),), evidence.noise_models.plain())
     assert state.log_posterior == -np.inf

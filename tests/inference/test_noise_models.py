@@ -27,7 +27,7 @@ def few(um: Array) -> Problem:
     """Rows without anything that they share: a nuisance of a millionth of their scatter."""
     n = len(um)
     return Problem(
-        um=um,
+        residual_um=um,
         scale_um=NOISE_UM,
         certified=np.ones((1, n)),
         certified_u=np.array([1e-6]),
@@ -44,11 +44,11 @@ def few(um: Array) -> Problem:
 def bounded(um: Array, weigh: Callable[[NoiseModels, NoiseModel, Array], NoiseModel]) -> Hypothesis:
     """The hypothesis of rows that are weighed by what they leave, until they settle."""
     evidence = Evidence(few(um), NoisePriors())
-    plain = evidence.scatters.plain()
+    plain = evidence.noise_models.plain()
     state = evidence((), plain)
     square = um**2 / NOISE_UM**2
     for _ in range(ROUNDS):
-        state = evidence((), weigh(evidence.scatters, plain, square))
+        state = evidence((), weigh(evidence.noise_models, plain, square))
         square = evidence.squares(state)
     return state
 
@@ -90,8 +90,8 @@ def test_the_bound_of_outlying_rows_is_below_the_exact_number_and_near_it(bad: t
     found = bounded(um, lambda all_, plain, square: all_.outlying(plain, square))
     wanted = mixture(um)
     assert wanted - 1.2 < found.log_posterior < wanted + 0.1
-    assert found.scatter.outlying is not None
-    np.testing.assert_array_equal(found.scatter.outlying > 0.5, np.arange(FEW) < len(bad))
+    assert found.noise.outlying is not None
+    np.testing.assert_array_equal(found.noise.outlying > 0.5, np.arange(FEW) < len(bad))
 
 
 @pytest.mark.parametrize("freedom", [3.0, 7.0])
@@ -107,7 +107,7 @@ def test_even_scatter_is_likelier_than_outliers_and_heavy_tails_and_one_bad_row_
     for bad, wanted in ((0.0, False), (14.0 * NOISE_UM, True)):
         values = np.where(np.arange(FEW) == 11, um + bad, um)
         even = Evidence(few(values), NoisePriors())
-        normal = even((), even.scatters.plain()).log_posterior
+        normal = even((), even.noise_models.plain()).log_posterior
         odd = bounded(values, lambda all_, plain, square: all_.outlying(plain, square)).log_posterior
         assert (odd > normal) is wanted
 

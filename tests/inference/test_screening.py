@@ -38,8 +38,8 @@ def looked(
     others = tuple(one for one in CANDIDATES.values() if one is not candidate)
     one = problem(values, (candidate, *others))
     evidence = Evidence(one, NoisePriors())
-    state = evidence(terms, evidence.scatters.changed(evidence.scatters.plain(), **facets))
-    (look,) = (look for look in Screening(one)(state, evidence.scatters) if look.candidate is candidate)
+    state = evidence(terms, evidence.noise_models.changed(evidence.noise_models.plain(), **facets))
+    (look,) = (look for look in Screening(one)(state, evidence.noise_models) if look.candidate is candidate)
     return look, evidence, state
 
 
@@ -50,7 +50,7 @@ def exact(candidate: Candidate, evidence: Evidence, state: Hypothesis) -> float:
     for atom in range(candidate.atoms):
         for sd, share in zip(candidate.sizes.sd, candidate.sizes.log_weight, strict=True):
             own = Term(candidate, atom, candidate.columns(atom), float(sd), candidate.log_odds + weight[atom] + share)
-            total.append(evidence((*state.terms, own), state.scatter, state.sigma_um).log_posterior)
+            total.append(evidence((*state.terms, own), state.noise, state.sigma_um).log_posterior)
     return float(special.logsumexp(total)) - state.log_posterior
 
 
@@ -77,7 +77,7 @@ def test_the_term_of_a_look_has_the_volume_of_all_shapes_and_sizes_in_its_prior(
     """The hypothesis with that term is as likely as all shapes and sizes together."""
     candidate = CANDIDATES["two"]
     look, evidence, state = looked(candidate, 1.0, ())
-    added = evidence((look.term(),), state.scatter, state.sigma_um)
+    added = evidence((look.term(),), state.noise, state.sigma_um)
     wanted = exact(candidate, evidence, state)
     assert added.log_posterior - state.log_posterior == pytest.approx(wanted, abs=1.5, rel=0.0)
 
@@ -91,12 +91,12 @@ def test_a_law_within_bounds_is_looked_at_with_a_part_of_a_normal_prior(bound: d
     for sign in (1.0, -1.0):
         one = problem(noise() + sign * 0.1 * coordinate(), (slope, both))
         evidence = Evidence(one, NoisePriors())
-        state = evidence((), evidence.scatters.plain())
-        gains = {look.candidate.label: look.gain for look in Screening(one)(state, evidence.scatters)}
+        state = evidence((), evidence.noise_models.plain())
+        gains = {look.candidate.label: look.gain for look in Screening(one)(state, evidence.noise_models)}
         total = []
         for sd, weight in zip(both.sizes.sd, both.sizes.log_weight, strict=True):
             own = Term(both, 0, both.columns(0), float(sd), both.log_odds + weight)
-            added = evidence((own,), state.scatter)
+            added = evidence((own,), state.noise)
             mean, covariance = added.amplitudes(0)
             share = [
                 one.sf(least) + (0.0 if positive else one.cdf(-least))
@@ -117,15 +117,15 @@ def test_products_that_are_mixed_give_the_looks_of_products_computed_anew(
     large = size * np.sin(2.0 * np.pi * 1.01 * turns())
     one = problem(noise() + np.sin(9.0 * turns()) + coordinate() + large, tuple(CANDIDATES.values()))
     evidence = Evidence(one, NoisePriors())
-    scatter = evidence.scatters.changed(evidence.scatters.plain(), **facets)
+    scatter = evidence.noise_models.changed(evidence.noise_models.plain(), **facets)
     first, more = (term(wave), term(function, sd=0.2)), (term(like, sd=size),)
     states = [evidence(terms, scatter) for terms in (first[:1], first, (*first, *more), (*first[1:], *more))]
     mixed = Screening(one)
-    found = [mixed(state, evidence.scatters) for state in states]
+    found = [mixed(state, evidence.noise_models) for state in states]
     monkeypatch.setattr(looking, "MOST_TURNED", 0.0)
     anew = Screening(one)
     for state, some in zip(states, found, strict=True):
-        wanted = {look.candidate.label: look.gain for look in anew(state, evidence.scatters)}
+        wanted = {look.candidate.label: look.gain for look in anew(state, evidence.noise_models)}
         for look in some:
             assert look.gain == pytest.approx(wanted[look.candidate.label], abs=2e-4)
 
@@ -156,8 +156,8 @@ def test_rounding_makes_no_evidence_where_shares_cancel_each_other(apart: float,
     both = replace(law("both", steps, np.stack([one - other, one + 1e-6 * coordinate()])), sizes=wide)
     known = problem(noise() + turns(), (law("one", steps, one[None]), law("other", steps, other[None]), both))
     evidence = Evidence(known, NoisePriors())
-    state = evidence((), evidence.scatters.plain())
-    (look,) = (look for look in Screening(known)(state, evidence.scatters) if look.candidate is both)
+    state = evidence((), evidence.noise_models.plain())
+    (look,) = (look for look in Screening(known)(state, evidence.noise_models) if look.candidate is both)
     assert look.gain <= exact(both, evidence, state) + 0.3
 
 
@@ -184,7 +184,7 @@ def test_pairs_have_all_their_sizes_beside_a_law_that_cannot_be_large() -> None:
     pair = [replace(law(label, um[None, None]), sizes=wide) for label, um in (("one", slope), ("other", near))]
     one = problem(noise() + 80.0 * (near - slope), (small, *pair))
     evidence = Evidence(one, NoisePriors())
-    state = evidence((), evidence.scatters.plain())
-    (first, second), *_ = Screening(one).pairs(state, evidence.scatters, 3, frozenset())
+    state = evidence((), evidence.noise_models.plain())
+    (first, second), *_ = Screening(one).pairs(state, evidence.noise_models, 3, frozenset())
     assert {first.candidate.label, second.candidate.label} == {"one", "other"}
     assert first.sd == second.sd == 100.0

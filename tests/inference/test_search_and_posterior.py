@@ -126,7 +126,7 @@ def test_the_best_is_not_improved_by_what_a_user_would_try_by_hand() -> None:
     found = answered(SLOPE + WAVE)
     search = found.search
     for base in (search.start, search.without(found.best, 0), search.without(found.best, 1)):
-        for look in search.beside(base):
+        for look in search.screen(base):
             assert search.added(base, look).log_posterior <= found.best.log_posterior + 1e-9
 
 
@@ -135,9 +135,9 @@ def test_probabilities_sum_to_one(um: Array) -> None:
     found = answered(um)
     assert found.weights.sum() == pytest.approx(1.0)
     assert 0.0 <= found.adequate <= 1.0
-    for place in found.places:
-        assert place.nothing + place.named + place.nameless == pytest.approx(1.0)
-        assert place.rivals[0].candidate is found.best.terms[place.term].candidate
+    for place in found.sets:
+        assert place.nothing + place.law_probability + place.form_probability == pytest.approx(1.0)
+        assert place.members[0].candidate is found.best.terms[place.term].candidate
     some = found.probability([one.label for one in candidates()])
     nothing = sum(w for w, one in zip(found.weights, found.hypotheses, strict=True) if not one.candidates)
     assert some + nothing == pytest.approx(1.0)
@@ -190,21 +190,21 @@ def test_several_laws_may_be_likelier_than_nothing_though_none_of_them_is() -> N
     found = twins(faint, count)
     assert found.adequate < 0.5
     assert len(found.best.terms) == 1
-    (place,) = found.places
-    assert place.named > 0.5
-    assert place.named == pytest.approx(1.0 - place.nothing)
+    (place,) = found.sets
+    assert place.law_probability > 0.5
+    assert place.law_probability == pytest.approx(1.0 - place.nothing)
     assert found.best.log_posterior < found.search.start.log_posterior  # which has none of them
 
 
 def test_one_more_law_is_judged_by_its_own_place_in_whatever_order_the_two_were_computed() -> None:
     """Beside a slope that is sure, a wave that is not: the hypothesis of both stands there with the wave first."""
     search = Search(problem(noise() + SLOPE, candidates()), NoisePriors())
-    best = search.added(search.start, search.beside(search.start)[0])
+    best = search.added(search.start, search.screen(search.start)[0])
     assert best.labels == {"slope"}
-    look = search.beside(best)[0]
-    both = search.evidence((look.term(), *best.terms), best.scatter, best.sigma_um)
+    look = search.screen(best)[0]
+    both = search.evidence((look.term(), *best.terms), best.noise, best.sigma_um)
     assert search.added(best, look) is both
-    assert both.place(look.candidate) == 0
+    assert both.index(look.candidate) == 0
     assert both.log_posterior < best.log_posterior
     assert _completed(search, best, shipped_priors().decision) is best
 
@@ -219,8 +219,8 @@ def test_a_shape_is_fitted_to_residuals_of_which_no_nuisance_took_a_part() -> No
     wave = law("wave", waves(turns(), np.arange(1.0, 8.0, 0.25)), refine=refine)
     um = noise() + 30.0 * WAVE
     search = Search(problem(um, (law("slope", coordinate()[None, None]), wave)), NoisePriors())
-    looks = {look.candidate.label: look for look in search.beside(search.start)}
-    assert np.abs(search.start.left_um - um).max() > 0.01
+    looks = {look.candidate.label: look for look in search.screen(search.start)}
+    assert np.abs(search.start.residual_um - um).max() > 0.01
     search.added(search.start, looks["wave"])
     np.testing.assert_array_equal(given[-1], um)
     sloped = search.added(search.start, looks["slope"])
@@ -233,15 +233,15 @@ def test_volumes_of_correlated_scatter_are_not_those_of_independent_scatter() ->
     search = Search(problem(noise() + 0.3 * WAVE, candidates()), NoisePriors())
 
     def with_wave(state: Hypothesis) -> Hypothesis:
-        return search.added(state, next(one for one in search.beside(state) if one.candidate.label == "wave"))
+        return search.added(state, next(one for one in search.screen(state) if one.candidate.label == "wave"))
 
-    vague = with_wave(search.evidence((), search.scatters.changed(search.start.scatter, correlation=0.8)))
+    vague = with_wave(search.evidence((), search.noise_models.changed(search.start.noise, correlation=0.8)))
     assert vague.current
-    moved = search.evidence(vague.terms, search.start.scatter)
+    moved = search.evidence(vague.terms, search.start.noise)
     assert not moved.current
     assert moved not in search.evidence.current
     found, sharp = search.reshaped(vague), with_wave(search.start)
-    assert not found.scatter.correlated
+    assert not found.noise.correlated
     assert found.current
     assert found.log_posterior == pytest.approx(sharp.log_posterior, abs=1e-6)
     assert found.terms[0].log_prior != pytest.approx(moved.terms[0].log_prior, abs=0.01)
@@ -283,10 +283,10 @@ def test_two_laws_that_two_others_may_replace_are_as_probable_as_they_are_togeth
     answer = answer_of(Search(problem(noise() + one + two, laws), NoisePriors()), shipped_priors().decision)
     assert answer.best.labels in ({"a", "b"}, {"c", "d"})
     several = answer.alternatives(1e-4)
-    for place in answer.places:
-        lead = place.rivals[0]
+    for place in answer.sets:
+        lead = place.members[0]
         label = lead.candidate.label
-        assert lead.share > 0.99
+        assert lead.probability > 0.99
         alone = set_probability(answer, [lead], [])
         assert alone == pytest.approx(answer.probability([label]))
         assert 0.1 < alone < 0.9
@@ -313,7 +313,7 @@ def test_a_law_that_fits_as_well_at_its_best_is_not_excluded_for_the_range_of_it
     other = law("other", (shape * np.sign(coordinate() - 0.1))[None, None])
     search = Search(problem(noise() + 2.0 * shape, (narrow, free, other)), NoisePriors())
     place = credible_set(search, search.run(), 0)
-    found = Said(place, place.rivals[0], search.run().terms[0])
+    found = Said(place, place.members[0], search.run().terms[0])
     assert found.lead.candidate.label == "one"
     strict = shipped_priors().decision.model_copy(update={"excluded": 1.5})
     labels = [one.candidate.label for one in rival_laws(found, strict)]
@@ -325,13 +325,15 @@ def test_what_the_readings_do_not_speak_for_is_nothing() -> None:
     random = np.random.default_rng(5)
     others = [law(f"other {i}", random.normal(size=(1, 1, ROWS))) for i in range(30)]
     search = Search(problem(noise() + 0.12 * SLOPE, (law("slope", SLOPE[None, None]), *others)), NoisePriors())
-    best = search.added(search.start, next(one for one in search.beside(search.start) if one.candidate.kind == "slope"))
+    best = search.added(search.start, next(one for one in search.screen(search.start) if one.candidate.kind == "slope"))
     place = credible_set(search, best, 0)
-    assert place.rivals[0].candidate.label == "slope"
-    assert len(place.rivals) < 25
-    assert place.nothing + sum(one.share for one in place.rivals) == pytest.approx(1.0)
-    for one in place.rivals[1:]:
-        gain = one.look.gain if one.state is None else one.state.log_posterior - search.start.log_posterior
+    assert place.members[0].candidate.label == "slope"
+    assert len(place.members) < 25
+    assert place.nothing + sum(one.probability for one in place.members) == pytest.approx(1.0)
+    for one in place.members[1:]:
+        gain = (
+            one.proposal.gain if one.hypothesis is None else one.hypothesis.log_posterior - search.start.log_posterior
+        )
         assert gain > one.candidate.log_odds
 
 
@@ -343,11 +345,11 @@ def test_a_signature_next_to_the_origin_does_not_lend_rivals_a_probability() -> 
     random = np.random.default_rng(5)
     others = [law(f"other {i}", random.normal(size=(1, 1, ROWS))) for i in range(30)]
     search = Search(problem(noise() + SLOPE, (hidden, law("slope", SLOPE[None, None]), *others)), NoisePriors())
-    own = next(one for one in search.beside(search.start) if one.candidate is hidden)
+    own = next(one for one in search.screen(search.start) if one.candidate is hidden)
     best = search.added(search.start, own)
     assert best.log_posterior > search.start.log_posterior + own.gain + 10.0
     place = credible_set(search, best, 0)
-    share = {one.candidate.label: one.share for one in place.rivals}
+    share = {one.candidate.label: one.probability for one in place.members}
     assert share["hidden"] > 0.05
     assert share["slope"] > 0.05
     assert sum(share.values()) - share["hidden"] - share["slope"] < 0.01
@@ -363,7 +365,7 @@ def test_one_face_beside_something_larger_is_no_certificate_whose_uncertainty_is
     best = Search(problem(um, (*faces, *alike)), NoisePriors()).run()
     assert "face 4" in best.labels
     assert len(best.labels) == 2
-    assert best.scatter.certificate == 1.0
+    assert best.noise.certificate == 1.0
 
 
 def test_a_fitted_shape_has_the_volume_of_its_peak_and_nothing_larger_is_averaged() -> None:
@@ -383,7 +385,7 @@ def test_a_fitted_shape_has_the_volume_of_its_peak_and_nothing_larger_is_average
     assert found.terms[0].shape == pytest.approx(3.23, abs=0.04)
     every = [
         search.evidence(
-            (Term(own, i, columns, own.sizes.sd[-1], own.log_odds - np.log(len(finer))),), found.scatter
+            (Term(own, i, columns, own.sizes.sd[-1], own.log_odds - np.log(len(finer))),), found.noise
         ).log_posterior
         for i, columns in enumerate(waves(turns(), finer), 1000)
     ]

@@ -92,7 +92,7 @@ def _candidate(one: OnSides, side: str, share: Array, odds: float, sizes: Amplit
             shares=share[None],
             log_weight=flat,
             refine=one.refine and partial(one.refine, share),
-            beside=one.unread and partial(_beside, one, share),
+            discrepancy=one.unread and partial(_beside, one, share),
         )
         return
     features = tuple(_shown(columns * share) for columns in one.features)

@@ -60,7 +60,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
                 once=family.kind in OF_THE_PROBE,
                 again=0.0 if again is None else float(np.log(again)) - log_odds,
                 refine=partial(_refined, family, data, metric, beside) if _has_shape(family) else None,
-                beside=beside if beside.any else None,
+                discrepancy=beside if beside.any else None,
             )
         )
     return found

@@ -150,7 +150,7 @@ def _under(condition: Condition, law: Law, atom: int, everywhere: Array, odds: f
         shares=whole(len(data)),
         log_weight=np.full(len(atoms), -np.log(len(atoms))),
         refine=None,
-        beside=None,
+        discrepancy=None,
     )
 
 

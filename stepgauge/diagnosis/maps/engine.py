@@ -131,7 +131,7 @@ def _chi2_dof(found: Searched, stage: Stage, kept: NDArray[np.bool_], by_row: Se
 
 def _kept(found: Searched) -> NDArray[np.bool_]:
     """Rows ``(n,)`` that are not outliers."""
-    outlying, stated = found.state.scatter.outlying, found.priors.decision.stated
+    outlying, stated = found.state.noise.outlying, found.priors.decision.stated
     if outlying is None or found.answer.probability_of_scatter(OUTLYING) < stated:
         return np.ones(len(found.rows.data), bool)
     off = np.array(np.split(outlying, len(found.rows.sigma))) > SURE_OUTLIER
@@ -140,13 +140,13 @@ def _kept(found: Searched) -> NDArray[np.bool_]:
 
 def _grown(found: Searched, scatter: MapScatter) -> MapScatter:
     grows = found.answer.probability_of_scatter("growth") >= found.priors.decision.stated
-    return replace(scatter, grows=grows and found.state.scatter.growth is not None)
+    return replace(scatter, grows=grows and found.state.noise.growth is not None)
 
 
 def _by_row(found: Searched, scatter: MapScatter) -> list[Array]:
     """Standard deviation of every ordinary row of each quantity: the mean over repeats, else that of the model."""
     state = found.state
-    relative = np.sqrt(found.search.scatters.variance(state.scatter) * state.scatter.weight)
+    relative = np.sqrt(found.search.noise_models.variance(state.noise) * state.noise.weight)
     found_by = [part * s for part, s in zip(np.split(relative, len(found.rows.sigma)), found.rows.sigma, strict=True)]
     if not scatter.repeats:
         return [one * state.sigma_um for one in found_by]
@@ -197,7 +197,7 @@ def _finding(
         separate_by=words,
         choice=candidate.choice,
         share=share,
-        rivals=tuple(_rival(found, one.share, fit, place) for one, fit in fitted),
+        rivals=tuple(_rival(found, one.probability, fit, place) for one, fit in fitted),
         commands=commands,
     )
 
@@ -231,7 +231,7 @@ def _located(form: Form, shape: int, found: Searched, probability: float, share:
 
 def _unexplained(found: Searched) -> Iterator[Located]:
     for said in found.forms:
-        same = [one.candidate.label for one in said.place.rivals if one.candidate.kind == said.lead.candidate.kind]
+        same = [one.candidate.label for one in said.place.members if one.candidate.kind == said.lead.candidate.kind]
         yield _located(*form_of(said), found, found.answer.probability(same))
 
 
@@ -283,7 +283,7 @@ def _law(found: Searched, said: Said, amplitudes: Array, u: Array) -> tuple[Term
         knob.name: Estimate(value, float(s), measured.unit)
         for knob, value, s in zip(candidate.knobs, term.values, u * weight, strict=True)
     }
-    located = _located(form, shape, found, said.lead.share)
+    located = _located(form, shape, found, said.lead.probability)
     return term, Law(located, measured.name, measured.unit, table["formula"], coefficients, share)
 
 
@@ -297,5 +297,5 @@ def _remarks(found: Searched) -> Iterator[str]:
             f"What explains less than {found.priors.maps.slight:g} of the squared residuals is not named, since no"
             f" statics are exact ({words}); the uncertainties of the parameters allow for it."
         )
-    if found.state.scatter.tails == "heavy":
+    if found.state.noise.tails == "heavy":
         yield "Single readings scatter with heavier tails than a normal distribution: they were weighted accordingly."

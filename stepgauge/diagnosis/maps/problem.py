@@ -130,7 +130,7 @@ def make_problem(
     index = np.concatenate([data.direction + q * (int(data.direction.max()) + 1) for q in range(len(rows.sigma))])
     laws = _laws(rows, candidates, priors, fitted, ones)
     return Problem(
-        um=rows.um - remainder,
+        residual_um=rows.um - remainder,
         scale_um=1.0,
         certified=of_gauge,
         certified_u=np.full(len(of_gauge), priors.maps.gauge_share),

@@ -73,11 +73,11 @@ class Searched:
 
     def term_of(self, rival: Member) -> Term:
         """A rival of a law as a change, with its values from the search."""
-        if rival.state is None:
-            point = _point(rival.look.term())
+        if rival.hypothesis is None:
+            point = _point(rival.proposal.term())
             return Term(point.candidate, point.values(np.full(len(point.step), point.size)))
-        place = rival.state.place(rival.candidate)
-        return _term(rival.state, rival.state.terms[place])
+        place = rival.hypothesis.index(rival.candidate)
+        return _term(rival.hypothesis, rival.hypothesis.terms[place])
 
     def instead(self, place: int, rival: Member) -> Fitted:
         """All changes, fitted with a rival in the place of one."""
@@ -96,7 +96,7 @@ class SizedSearch(Search):
         """The more probable of two hypotheses: from a search from nothing, and from one that began with ``seed``."""
         best, seeded = super().run(), self.start
         for label in self.seed:
-            for look in self.beside(seeded):
+            for look in self.screen(seeded):
                 if look.candidate.label == label:
                     seeded = self.added(seeded, _exact(look))
         seeded = self.polished(self.reshaped(seeded))
@@ -124,7 +124,7 @@ class SizedSearch(Search):
 
     def _of_its_size(self, found: Hypothesis, law: Law) -> Chosen:
         """The term of a law with the signature at the size of its amplitude."""
-        place = found.place(law)
+        place = found.index(law)
         term = found.terms[place]
         if not law.named or (point := _point(term)).candidate.shape not in ("line", "plane"):
             return term
@@ -142,7 +142,7 @@ class SizedSearch(Search):
         line = law.named and _point(term).candidate.shape == "line"
         sized = replace(term, log_prior=law.log_odds + (0.0 if line else look.volume))
         others = tuple(one for one in found.terms if one.candidate is not law)
-        return self.evidence((*others, sized), found.scatter, found.sigma_um)
+        return self.evidence((*others, sized), found.noise, found.sigma_um)
 
 
 def _exact(look: Proposal) -> Proposal:
@@ -179,7 +179,7 @@ def _search(rows: MapRows, search: Search, priors: Priors) -> Searched:
     answer = answer_of(search, priors.decision)
     state, said = told(search, answer, priors.decision.stated)
     forms, slight = [one for one in said if not one.named], list[Said]()
-    scatter = (search.problem, state.scatter, search.scatters, state.sigma_um)
+    scatter = (search.problem, state.noise, search.noise_models, state.sigma_um)
     metric = Metric(*scatter)
     checks = predictive_checks(search.problem, state, metric)
     wider = widening(checks, search.problem, state, metric)
@@ -322,8 +322,8 @@ def _sigma(rows: MapRows, found: Searched, scatter: MapScatter) -> tuple[float, 
     """Scatter of each quantity: that of its repeats, or that of the residuals of the hypothesis."""
     if scatter.repeats or len(rows.sigma) == 1:
         return rows.sigma
-    weight = found.state.scatter.weight
-    left = np.split(weight * found.state.left_um**2, len(rows.sigma))
+    weight = found.state.noise.weight
+    left = np.split(weight * found.state.residual_um**2, len(rows.sigma))
     least = [m.rounding for m in rows.data.measured]
     return tuple(max(s * float(np.sqrt(one.mean())), m) for s, one, m in zip(rows.sigma, left, least, strict=True))
 
