@@ -20,11 +20,11 @@ class Hypothesis:
     """A hypothesis: its terms and scatter, and the quantities that follow from them.
 
     ``log_posterior``: up to a constant of the problem; ``sigma_um``: standard deviation of an ordinary row;
-    ``residual_um (n,)``: residuals after terms and nuisance parameters; ``mean (k,)``: posterior mean of the amplitudes of ``count``
-    nuisance parameters and of the terms, ``prior_sd`` their prior standard deviations, ``factor`` that of their
-    precision in units of these; ``square``: sum of squares at the most probable sigma, over its variance, with that of
-    the amplitudes over theirs; ``size_log_evidence``: of each term, log evidence of its sizes over that of its present
-    one.
+    ``residual_um (n,)``: residuals after terms and nuisance parameters; ``mean (k,)``: posterior mean of the amplitudes
+    of ``count`` nuisance parameters and of the terms, ``prior_sd`` their prior standard deviations, ``factor`` that of
+    their precision in units of these; ``square``: sum of squares at the most probable sigma, over its variance, with
+    that of the amplitudes over theirs; ``size_log_evidence``: of each term, log evidence of its sizes over that of its
+    present one.
     """
 
     terms: tuple[Term, ...]
