@@ -35,7 +35,7 @@ def test_sizes_are_summed_as_the_exact_number_has_them(table):  # noqa: F811
     (term,) = state.terms
     sizes = term.candidate.sizes
     each = [
-        search.evidence((replace(term, sd=float(sd), log_prior=float(w)),), state.scatter).log_posterior
+        search.evidence((replace(term, sd=float(sd), log_prior=float(w)),), state.noise).log_posterior
         for sd, w in zip(sizes.sd, sizes.log_weight, strict=True)
     ]
     expected = np.logaddexp.reduce(each) + term.candidate.log_odds
