@@ -101,14 +101,17 @@ def find_unit(text: str) -> Unit | None:
 
 def unit_hint(found_mm: float, expected_mm: float, tolerance: float = 0.05) -> str:
     """Words for lengths that are the expected ones in another unit; empty where they are not."""
+    unit = likely_unit(found_mm, expected_mm, tolerance)
+    found, expected = rounded(found_mm, 4), rounded(expected_mm, 4)
+    return "" if unit is None else f" (looks like {unit}: a span of {found} where {expected} mm is expected)"
+
+
+def likely_unit(found_mm: float, expected_mm: float, tolerance: float = 0.05) -> str | None:
+    """The other unit that a length seems to be stated in; None where there is none."""
     if found_mm <= 0.0 or expected_mm <= 0.0:
-        return ""
+        return None
     ratio = found_mm / expected_mm
-    for factor, unit in _LOOKS:
-        if abs(ratio / factor - 1.0) < tolerance:
-            found, expected = rounded(found_mm, 4), rounded(expected_mm, 4)
-            return f" (looks like {unit}: a span of {found} where {expected} mm is expected)"
-    return ""
+    return next((unit for factor, unit in _LOOKS if abs(ratio / factor - 1.0) < tolerance), None)
 
 
 def temperature_hint(value: float) -> str:

@@ -21,6 +21,8 @@ from stepgauge.errors import InputError
 from stepgauge.files.numerals import number
 from stepgauge.importing.log import ProbeLog, check_other_axes, counted, numbered, unit_vectors
 from stepgauge.importing.tables.clock import read_clock, stamp_in
+from stepgauge.ippdme.codes import DmeError
+from stepgauge.ippdme.values import once
 from stepgauge.recording import comment_lines
 from stepgauge.recording.simulated import SIMULATED_COMMENT
 
@@ -100,6 +102,8 @@ class _Session:
         waiting = self.open.pop(tag, None)
         if waiting is not None and waiting.name == "PtMeas":
             self._unanswered(waiting)
+        if match[1] == "PtMeas":
+            self._once(_FIELD.findall(match[2]))
         self.open[tag] = _Command(self.line, match[1], match[2])
         self.ended |= match[1] == "EndSession"
         if match[1] == "SetProp":
@@ -119,16 +123,23 @@ class _Session:
             self._complete(self.open.pop(tag))
 
     def _data(self, command: _Command, rest: str) -> None:
-        found = dict(_FIELD.findall(rest))
         if command.name != "PtMeas":
-            self._note_temperatures(found)
+            self._note_temperatures(dict(_FIELD.findall(rest)))
             return
+        found = _FIELD.findall(rest)
         if not found or rest.count("(") != rest.count(")"):
             self.fail("the answer is cut, or not understood", found=repr(rest[:60]), expected="# X(..), Y(..), Z(..)")
-        command.fields |= found
+        command.fields = self._once([*command.fields.items(), *found])
         command.answer_line = self.line
         command.stamp = self.stamp
-        self._note_temperatures(found)
+        self._note_temperatures(dict(found))
+
+    def _once(self, pairs: list[tuple[str, str]]) -> dict[str, str]:
+        """Values by name; nothing says which of two is true, in one line of an answer or in two."""
+        try:
+            return once(pairs)
+        except DmeError as error:
+            self.fail(error.detail, expected="every name once")
 
     def _note_temperatures(self, fields: dict[str, str]) -> None:
         self.simulated |= fields.get(OWN_SIMULATED, "").strip() == "1"

@@ -19,9 +19,9 @@ from stepgauge.importing.departures import (
     refuse,
     refuse_all,
 )
-from stepgauge.importing.expected import Expected, coordinates
+from stepgauge.importing.expected import Expected
 from stepgauge.importing.log import ProbeLog
-from stepgauge.importing.search_line import SEARCH_END_MM, from_target
+from stepgauge.importing.search_line import SEARCH_END_MM, from_target, off_search_line
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -181,25 +181,18 @@ def _refuse_doubtful(comparison: Comparison, row: int, start: int, count: int, r
 def _check_places(comparison: Comparison, point: Rows, row: Rows) -> None:
     """Every point on the line of its search, between the search distance before its target and that after it."""
     log, expected = comparison.log, comparison.expected
-    search = expected.search_mm
-    along, beside = from_target(log.position_mm[row], expected, point)
-    missed = (np.abs(along - search) <= SEARCH_END_MM) & (beside < expected.lateral_mm)
-    wrong = np.flatnonzero(missed | (np.abs(along) > search) | (beside > expected.lateral_mm))
-    if not wrong.size:
-        return
-    at = int(wrong[0])
-    here = int(point[at])
-    if missed[at]:
-        raise InputError(
-            log.at(row[at]),
-            f"point {here + 1} (program line {expected.line[here]}) was missed: the search went to its end",
-            found=f"{along[at]:.6f} mm beyond the nominal contact",
-            expected=f"a trigger before {search:g} mm",
-        )
-    raise InputError(
-        log.at(row[at]),
-        f"this is not {expected.title(here)}: a log of another program, or rows out of order{extent(comparison)}",
-        found=f"{coordinates(log.position_mm[row[at]])}, {along[at]:+.3f} mm along the approach and"
-        f" {beside[at]:.3f} mm beside it",
-        expected=f"{expected.place(here)}, within {search:g} mm along and {expected.lateral_mm:g} mm beside",
+    off = off_search_line(
+        log.position_mm[row],
+        expected.target_mm[point],
+        expected.approach[point],
+        expected.search_mm,
+        expected.lateral_mm,
     )
+    if off is None:
+        return
+    here, at = int(point[off.row]), log.at(row[off.row])
+    if off.missed:
+        what = f"point {here + 1} (program line {expected.line[here]}) was missed: the search went to its end"
+        raise InputError(at, what, found=off.found, expected=off.expected)
+    what = f"this is not {expected.title(here)}: a log of another program, or rows out of order{extent(comparison)}"
+    raise InputError(at, what, found=off.found, expected=f"{expected.place(here)}, {off.expected}")

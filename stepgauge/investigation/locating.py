@@ -20,6 +20,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, make_placement
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.controller import Link
+from stepgauge.live.judging import check_on_line, check_touched
 from stepgauge.live.measuring import MEANING, RETREATS
 from stepgauge.live.ways import Ways
 from stepgauge.machine.file import Machine
@@ -128,7 +129,10 @@ def _probe(link: Link, target: Target, believed: Placement, gauge: Gauge, machin
     for place in way:
         link.go(place)
     takes_s = (settings.standoff_mm + settings.search_mm) / settings.measuring_speed_mm_s
-    return list(link.probe(surface, approach, takes_s).position_mm)
+    found = list(link.probe(surface, approach, takes_s).position_mm)
+    check_on_line(np.array(found), surface - settings.tip_radius_mm * approach, approach, settings.search_mm)
+    check_touched(np.array(found), link.touched_mm(approach))
+    return found
 
 
 def _leave(link: Link, believed: Placement, gauge: Gauge, machine: Machine) -> None:

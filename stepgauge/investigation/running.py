@@ -19,7 +19,7 @@ from stepgauge.investigation.locating import LAID_MM, NotAsAskedError, check_end
 from stepgauge.investigation.reach import placement_json, placement_of_json
 from stepgauge.investigation.stations import Station
 from stepgauge.ippdme.codes import DmeError
-from stepgauge.live.connection import ConnectionLostError, StopAskedError
+from stepgauge.live.connection import ConnectionLostError, FalseAnswerError, StopAskedError
 from stepgauge.live.controller import Controller, Link, Wishes
 from stepgauge.live.job import Job, make_job
 from stepgauge.live.journal import Journal, resume, start
@@ -227,6 +227,11 @@ class Runner:
                 expected = naming("resume", words="the cause removed, then {}")
                 raise InputError(
                     link.name, f"the machine stopped while {what}", found=found, expected=expected
+                ) from None
+            except FalseAnswerError as error:
+                found = f"{error.what}; {error.found}"
+                raise InputError(
+                    link.name, f"a false answer while {what}", found=found, expected=error.expected
                 ) from None
             except ConnectionLostError as error:
                 what, expected = "the connection was lost", naming("resume")

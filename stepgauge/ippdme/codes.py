@@ -76,11 +76,14 @@ class DmeError(Exception):
     number : of the standard's table, or one of the server's own (8000 to 8999)
     method : the command that failed
     severity, text : as the server gives them; those of the table by default
+    detail : what was found, in words; not part of the answer, whose texts are fixed
     """
 
-    def __init__(self, number: int, method: str = "", severity: int | None = None, text: str | None = None) -> None:
+    def __init__(
+        self, number: int, method: str = "", severity: int | None = None, text: str | None = None, detail: str = ""
+    ) -> None:
         known = CODES.get(number, Code(3, "Unknown error"))
-        self.number, self.method = number, method
+        self.number, self.method, self.detail = number, method, detail
         self.severity = known.severity if severity is None else severity
         self.text = known.text if text is None else text
         super().__init__(f"{number:04d} {self.text}")

@@ -15,7 +15,7 @@ from typing import TextIO
 
 from stepgauge.errors import InputError, naming
 from stepgauge.ippdme.codes import ABORTING, DmeError
-from stepgauge.ippdme.protocol import END, NO_TAG, PORT, Answer, Lines, parse_answer, parse_error
+from stepgauge.ippdme.lines import END, NO_TAG, PORT, Answer, Lines, parse_answer, parse_error
 
 CONNECT_S = 10.0
 SILENCE_S = 30.0
@@ -31,7 +31,15 @@ BY_HAND_NUMBER = 9001
 
 
 class ConnectionLostError(Exception):
-    """The server is gone, silent, or speaks another language; the message says which."""
+    """The server is gone or silent; the message says which."""
+
+
+class FalseAnswerError(Exception):
+    """An answer that cannot be: no line, value or number of I++ DME, or no reading of what was asked for."""
+
+    def __init__(self, what: str, found: str, expected: str) -> None:
+        self.what, self.found, self.expected = what, found, expected
+        super().__init__(f"{what}; found {found}, expected {expected}")
 
 
 class UnaskedError(DmeError):
@@ -104,6 +112,7 @@ class Connection:
         self.by_hand: list[str] | None = None
         self._spy, self._stop = spy, stop or (lambda: False)
         self._lines, self._tag = Lines(), 0
+        self._open, self._known, self._aborted = set[str](), False, False
         self._received: list[Answer] = []
         self._unasked: UnaskedError | None = None
         try:
@@ -134,7 +143,9 @@ class Connection:
         UnaskedError
             the machine said by itself, now or since the command before, that it cannot go on, or that a person moved it
         ConnectionLostError
-            no answer, or none that I++ DME has
+            no answer
+        FalseAnswerError
+            a line that is no answer of I++ DME, or that answers no command that was sent
         StopAskedError
             the person wants to stop: the command was aborted
         """
@@ -153,7 +164,7 @@ class Connection:
             self._look()
             self._heed(command)
             yield
-        except (DmeError, ConnectionLostError):
+        except (DmeError, ConnectionLostError, FalseAnswerError):
             self._heed(command)
             raise
         self._heed(command)
@@ -163,13 +174,18 @@ class Connection:
             raise self._unasked from None
 
     def _complete(self, tag: str, takes_s: float) -> list[str]:
-        """The data of a command, once it is complete."""
-        data, failed = list[str](), None
-        while (answer := self._next(tag, takes_s)).kind != "%":
-            if answer.kind == "#":
+        """The data of a command, once it is complete: ``&``, then data and errors, then ``%``."""
+        data, failed, accepted = list[str](), None, False
+        while (answer := self._next(tag, takes_s)).kind != "%" or not accepted:
+            if answer.kind == "#" and accepted:
                 data.append(answer.text)
             elif answer.kind == "!":
-                failed = failed or self._error(answer.text)
+                failed, accepted = failed or self._error(answer.text), True
+            elif answer.kind == "&" and not accepted:
+                accepted = True
+            else:
+                found = f"{tag} {answer.kind} {answer.text}"[:60]
+                raise FalseAnswerError("an answer out of its order", repr(found), "&, then # or !, then %")
         if failed is None:
             return data
         raise failed
@@ -187,7 +203,7 @@ class Connection:
         until = time.monotonic() + takes_s + self.silence_s
         while True:
             while self._received:
-                answer = self._received.pop(0)
+                answer = self._taken()
                 if answer.tag == tag:
                     return answer
                 self._other(answer)
@@ -205,10 +221,24 @@ class Connection:
         if select.select([self._socket], [], [], 0.0)[0]:
             self._receive()
         while self._received:
-            self._other(self._received.pop(0))
+            self._other(self._taken())
+
+    def _taken(self) -> Answer:
+        """The next line that has come; the last one of a command closes it."""
+        answer = self._received.pop(0)
+        self._known = answer.tag in self._open or self._aborted
+        if answer.kind == "%":
+            self._open.discard(answer.tag)
+        return answer
 
     def _other(self, answer: Answer) -> None:
-        """Events and reports: of errors and movements by hand the first is kept; keys that are pressed are none."""
+        """Events and reports: of errors and movements by hand the first is kept; keys that are pressed are none.
+
+        Every other line must answer a command that is open, which it is where another one was aborted meanwhile.
+        """
+        if answer.tag != NO_TAG and not self._known:
+            found, expected = repr(" ".join(answer)[:60]), f"an answer to command {self._tag:05d}"
+            raise FalseAnswerError("the server answers a command that was not sent", found, expected)
         if answer.tag != NO_TAG or self._unasked is not None:
             return
         method = answer.text.partition("(")[0]
@@ -241,16 +271,20 @@ class Connection:
         for line, cut in self._lines.feed(data):
             self._note(line.decode("latin-1"))
             answer = None if cut else parse_answer(line)
-            if answer is None:
-                raise ConnectionLostError(f"this is no answer of I++ DME: {line[:60].decode('latin-1')!r}")
-            self._received.append(answer)
+            if answer is not None:
+                self._received.append(answer)
+            elif not self._aborted:
+                found = repr(line[:60].decode("latin-1"))
+                raise FalseAnswerError("this is no answer of I++ DME", found, "a tag, a blank, and one of & # ! %")
 
     def abort(self) -> None:
         """Motion stops at once; complete when the command that runs is. From now on ``stop`` is not asked any more.
 
+        What answers nothing that was asked is not heeded any more, either: it may be what led here.
+
         :class:`UnaskedError` where the machine says by itself that it may not be moved after that.
         """
-        self.heeds_stop = False
+        self.heeds_stop, self._aborted = False, True
         self._send(ABORT_TAG, "AbortE()")
         with contextlib.suppress(DmeError):
             self._complete(ABORT_TAG, 0.0)
@@ -279,6 +313,7 @@ class Connection:
     def _send(self, tag: str, command: str) -> None:
         line = f"{tag} {command}"
         self._note(line)
+        self._open.add(tag)
         try:
             self._socket.settimeout(CONNECT_S)
             self._socket.sendall(line.encode("ascii") + END)

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError, naming
 from stepgauge.importing.ippdme import OWN_SIMULATED, OWN_TIME
 from stepgauge.ippdme.codes import DmeError
-from stepgauge.ippdme.protocol import Call, fields, fixed
-from stepgauge.live.connection import Connection, ConnectionLostError
+from stepgauge.ippdme.values import Call, fixed, named
+from stepgauge.live.connection import Connection, FalseAnswerError
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.programs import DIALECTS
 
 Array = NDArray[np.float64]
-REPORTS = (f"X(), Y(), Z(), ER(), {OWN_TIME}()", "X(), Y(), Z(), ER()", "X(), Y(), Z()")
+REPORTS = (("X", "Y", "Z", "ER", OWN_TIME), ("X", "Y", "Z", "ER"), ("X", "Y", "Z"))
 """What is asked of a measurement: with the server's own time, which only stepgauge's has; without; the least."""
 TEMPERATURES = {
     "Part.Temperature": "gauge_temperature_C",
@@ -47,8 +47,8 @@ class Measured(NamedTuple):
     """The answer of a measurement: indicated tip centre, mm; effective tip radius and time where the server tells."""
 
     position_mm: list[float]
-    radius_mm: float | None
-    time_s: float | None
+    radius_mm: float | None = None
+    time_s: float | None = None
 
 
 class Link(Protocol):
@@ -80,6 +80,9 @@ class Link(Protocol):
     def probe(self, surface_mm: Array, approach: Array, takes_s: float) -> Measured:
         """Measure a point: nominal surface point and unit approach, both ``(3,)``; ``takes_s`` at full speed."""
 
+    def touched_mm(self, approach: Array) -> Array:
+        """Where the tip touched last, by where the machine stood and not by its answer; approach, both ``(3,)``."""
+
     def abort(self) -> None:
         """Motion stops at once."""
 
@@ -107,6 +110,7 @@ class Controller:
         self._longest_s = SLOWER * travel_mm / settings.travel_speed_mm_s
         self._temperatures: tuple[str, ...] = ()
         self.simulated = False
+        self._report: tuple[str, ...] = REPORTS[-1]
 
     def prepare(self, wishes: Wishes) -> None:
         """Start a session, and set what the program states; nothing moves but to home, where that is wished.
@@ -148,7 +152,7 @@ class Controller:
     def _is_simulated(self) -> bool:
         """The virtual CMM says what it is."""
         told = self.connection.ask_if_known(f"GetProp({OWN_SIMULATED}())")
-        return told is not None and _number(_data(told), OWN_SIMULATED) == 1.0
+        return told is not None and _number(_data(told, [OWN_SIMULATED]), OWN_SIMULATED) == 1.0
 
     def _check_class(self) -> None:
         said = ", ".join(self.connection.ask("GetMachineClass()"))
@@ -167,31 +171,35 @@ class Controller:
         """Set a parameter of the tool and read it back: a server may limit it."""
         path = f"Tool.{name}"
         self.connection.ask(f"SetProp({path}({fixed(value, 6)}))")
-        found = _number(_data(self.connection.ask(f"GetProp({path}())")), path)
+        found = _number(_data(self.connection.ask(f"GetProp({path}())"), [path]), path)
         if not abs(found - value) <= SPEED_TOLERANCE * value:
             raise refused(self, f"the server does not take {path} of the program", f"{found:g}", f"{value:g}")
 
     def _ask_for_reports(self) -> None:
         """The most that the server tells of a measurement (:class:`DmeError` where it does not take the least)."""
-        *more, least = (f"OnPtMeasReport({report})" for report in REPORTS)
-        if all(self.connection.ask_if_known(command) is None for command in more):
-            self.connection.ask(least)
+        *more, self._report = REPORTS
+        for report in more:
+            if self.connection.ask_if_known(_report_command(report)) is not None:
+                self._report = report
+                return
+        self.connection.ask(_report_command(self._report))
 
     def position_mm(self) -> Array:
         """Where the machine stands, shape ``(3,)``."""
-        return np.array(_xyz(_data(self.connection.ask("Get(X(), Y(), Z())"))))
+        return np.array(_xyz(_data(self.connection.ask("Get(X(), Y(), Z())"), "XYZ")))
 
     def temperatures_C(self) -> dict[str, float]:
         """What the server tells of temperatures now, deg C, by the column of a recording."""
         if not self._temperatures:
             return {}
-        found = _data(self.connection.ask(f"GetProp({', '.join(f'{name}()' for name in self._temperatures)})"))
+        asked = f"GetProp({', '.join(f'{name}()' for name in self._temperatures)})"
+        found = _data(self.connection.ask(asked), self._temperatures)
         return {TEMPERATURES[name]: _number(found, name) for name in self._temperatures}
 
     def time_s(self) -> float | None:
         """The machine's own clock, s; None where it has none that it tells."""
         told = self.connection.ask_if_known(f"GetProp({OWN_TIME}())")
-        return None if told is None else _number(_data(told), OWN_TIME)
+        return None if told is None else _number(_data(told, [OWN_TIME]), OWN_TIME)
 
     def go(self, place_mm: Array) -> None:
         """Move to a place, shape ``(3,)``."""
@@ -201,9 +209,13 @@ class Controller:
         """Measure a point: nominal surface point and unit approach, both ``(3,)``; ``takes_s`` at full speed."""
         ijk = ", ".join(fixed(-value, 9) for value in approach)
         command = f"PtMeas({_written(surface_mm)}, IJK({ijk}))"
-        found = _data(self.connection.ask(command, SLOWER * (takes_s + 1.0)))
+        found = _data(self.connection.ask(command, SLOWER * (takes_s + 1.0)), self._report)
         told = [_number(found, name) if name in found else None for name in ("ER", OWN_TIME)]
         return Measured(_xyz(found), *told)
+
+    def touched_mm(self, approach: Array) -> Array:
+        """Where the tip touched last, by where the machine stands after it was drawn back, shape ``(3,)``."""
+        return self.position_mm() + self.settings.retract_mm * approach
 
     def points_by_hand(self, count: int, tell: Callable[[str], None]) -> Array:
         """Tip centres of points that a person measures, as the server sends them, mm, shape ``(count, 3)``."""
@@ -215,7 +227,7 @@ class Controller:
         self.connection.ask("DisableUser()")
         self.connection.by_hand = None
         data = (text.partition("(")[2].removesuffix(")") for text in texts[:count])
-        return np.array([_xyz(_data([one])) for one in data])
+        return np.array([_xyz(_data([one], ("X", "Y", "Z", "IJK"))) for one in data])
 
     def abort(self) -> None:
         """Motion stops at once."""
@@ -231,23 +243,37 @@ class Controller:
         self.connection.ask("EndSession()")
 
 
+def _report_command(names: Sequence[str]) -> str:
+    return f"OnPtMeasReport({', '.join(f'{name}()' for name in names)})"
+
+
 def _written(place_mm: Array) -> str:
     return ", ".join(f"{axis}({fixed(value, 6)})" for axis, value in zip("XYZ", place_mm, strict=True))
 
 
-def _data(lines: Sequence[str]) -> dict[str, Call]:
-    """Named values of all lines of data (:class:`ConnectionLostError` where they are none)."""
+def _data(lines: Sequence[str], asked: Sequence[str]) -> dict[str, Call]:
+    """Values by name, from all lines of an answer.
+
+    :class:`FalseAnswerError` for what is no data of I++ DME, for a name that is there twice or was not asked for.
+    """
+    wanted, told = f"{', '.join(asked)} once each", repr("; ".join(lines)[:60])
     try:
-        return {name: Call(name, values) for line in lines for name, values in fields(line).items()}
-    except DmeError:
-        raise ConnectionLostError(f"these are no data of I++ DME: {'; '.join(lines)[:60]!r}") from None
+        found = named(lines)
+    except DmeError as error:
+        raise FalseAnswerError(error.detail or "no data of I++ DME", told, wanted) from None
+    if other := next((name for name in found if name not in asked), None):
+        raise FalseAnswerError(f"the server tells {other}(..), which was not asked for", told, wanted)
+    return found
 
 
 def _number(found: dict[str, Call], name: str) -> float:
+    if name not in found:
+        told = ", ".join(f"{one}(..)" for one in found) or "no data"
+        raise FalseAnswerError(f"the server did not answer {name}(..)", told, f"{name}(..)")
     try:
         return found[name].number()
-    except (KeyError, DmeError):
-        raise ConnectionLostError(f"the server did not answer {name}(..) with a number") from None
+    except DmeError as error:
+        raise FalseAnswerError(error.detail, f"{name}{found[name].arguments}", f"{name}(number)") from None
 
 
 def _xyz(found: dict[str, Call]) -> list[float]:

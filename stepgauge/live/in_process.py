@@ -69,6 +69,10 @@ class InProcess:
         self.cmm.completed += 1
         return Measured(indicated.tolist(), self.cmm.tip_radius_mm, touch.time_s)
 
+    def touched_mm(self, approach: Array) -> Array:
+        """Where the tip touched last, by where the machine stands, shape ``(3,)``."""
+        return self.cmm.position_mm + self.settings.retract_mm * approach
+
     def _travel(self, leg: Leg) -> None:
         if self._heeds_stop and self._stop():
             raise StopAskedError

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.importing.expected import expected_by_program
+from stepgauge.importing.expected import Expected, expected_by_program
 from stepgauge.live.journal import Journal, Row, fingerprint
 from stepgauge.machine.file import TIP_TOLERANCE_MM, Machine
 from stepgauge.machine.styli import stylus_comment
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Job:
-    """A program with the face and the cycle of every point; ``placement_number``: which placing of the gauge it is.
+    """A program with what every point of it ought to read; ``placement_number``: which placing of the gauge it is.
 
     ``gauge_temperature_C``: as somebody measured it; None: what the server says.
     """
@@ -38,13 +38,12 @@ class Job:
     machine: Machine
     gauge: Gauge
     placement: Placement
-    faces: NDArray[np.int64]
-    cycles: NDArray[np.int64]
+    expected: Expected
     placement_number: int = 1
     gauge_temperature_C: float | None = None
 
     def __len__(self) -> int:
-        return len(self.faces)
+        return len(self.expected)
 
     def moves(self, point: int) -> tuple[list[Move], Move]:
         """The moves to a point (numbered from 1), and its measuring move."""
@@ -53,7 +52,7 @@ class Job:
 
     def name(self, point: int) -> str:
         """A point in words."""
-        return f"cycle {self.cycles[point - 1]}, face {self.faces[point - 1]}"
+        return f"cycle {self.expected.cycle[point - 1]}, face {self.expected.face[point - 1]}"
 
     def head(self) -> Row:
         """What the journal says of the measurement."""
@@ -83,7 +82,7 @@ class Job:
             measure = self.moves(point)[1]
             assert measure.approach is not None
             own: dict[str, Any] = {"placement": self.placement_number}
-            own |= {"cycle": int(self.cycles[point - 1]), "face": int(self.faces[point - 1])}
+            own |= {"cycle": int(self.expected.cycle[point - 1]), "face": int(self.expected.face[point - 1])}
             own |= {name: journal.rows[point][name] for name in POSITION}
             own |= dict(zip(APPROACH, measure.approach.tolist(), strict=True))
             rows.append({**own, **journal.rows[point]})
@@ -139,7 +138,7 @@ def make_job(
     expected = expected_by_program(program, gauge, placement)
     check_program(program, expected.face.tolist(), placement, gauge, make_tool(machine.probe), margin_mm)
     check_travel(program, machine)
-    return Job(program, machine, gauge, placement, expected.face, expected.cycle, placement_number, gauge_temperature_C)
+    return Job(program, machine, gauge, placement, expected, placement_number, gauge_temperature_C)
 
 
 def _check_speeds(program: Program, machine: Machine) -> None:

@@ -66,6 +66,7 @@ class LinuxCnc:
 
     def __init__(self, settings: ProbingSettings, stop: Callable[[], bool] | None = None) -> None:
         self.settings, self._stop, self._heeds_stop = settings, stop or (lambda: False), True
+        self._stopped_mm = np.full(3, np.nan)
         self._cnc: Any = _module()
         try:
             self._status, self._command = self._cnc.stat(), self._cnc.command()
@@ -132,8 +133,13 @@ class LinuxCnc:
         if not self._status.probe_tripped:
             raise DmeError(1006, "G38.2")
         found = [float(value) for value in self._status.probed_position[:3]]
-        self.go(np.array(found) - self.settings.retract_mm * approach)
-        return Measured(found, None, None)
+        self._stopped_mm = self.position_mm()
+        self.go(self._stopped_mm - self.settings.retract_mm * approach)
+        return Measured(found)
+
+    def touched_mm(self, approach: Array) -> Array:
+        """Where the search stopped, which is told apart from the latched position, shape ``(3,)``."""
+        return self._stopped_mm
 
     def abort(self) -> None:
         """Motion stops at once."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stepgauge.importing.ippdme import OWN_TIME
 from stepgauge.ippdme.codes import DmeError
-from stepgauge.ippdme.protocol import fixed
+from stepgauge.ippdme.values import fixed
 from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.coordinates import Coordinates
 from stepgauge.live.parameters import ToolParameters, tool_parameters

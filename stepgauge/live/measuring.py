@@ -9,18 +9,26 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, PartlyDoneError, naming
+from stepgauge.importing.expected import LATERAL_MM
 from stepgauge.ippdme.codes import DmeError
-from stepgauge.live.connection import BY_HAND_NUMBER, ConnectionLostError, StopAskedError, UnaskedError
-from stepgauge.live.controller import Link, Measured, Wishes, refused
+from stepgauge.live.connection import (
+    BY_HAND_NUMBER,
+    ConnectionLostError,
+    FalseAnswerError,
+    StopAskedError,
+    UnaskedError,
+)
+from stepgauge.live.controller import Link, Measured, Wishes
 from stepgauge.live.job import Job
 from stepgauge.live.journal import Journal, Row
+from stepgauge.live.judging import Judge, check_touched
 from stepgauge.live.ways import HAND_MM, Ways
-from stepgauge.machine.file import TIP_TOLERANCE_MM
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.simulated import SIMULATED
 
@@ -67,10 +75,12 @@ class _Run:
     progress: Progress
     offset_s: float = 0.0
     moved: bool = False
+    drawn_back: bool = False
     touched: set[int] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.durations_s = self.job.durations_s()
+        self.judge = Judge(self.job, self.journal.rows)
 
     @property
     def next_point(self) -> int:
@@ -89,7 +99,7 @@ class _Run:
 
     def _set_clock(self) -> None:
         """The clock of a server that was started anew counts on from the last point."""
-        now_s = self.link.time_s()
+        self.judge.clock_s = now_s = self.link.time_s()
         last_s = max((row.get("time_s", 0.0) for row in self.journal.rows.values()), default=0.0)
         self.offset_s = max(0.0, last_s - now_s) if now_s is not None else 0.0
 
@@ -123,28 +133,43 @@ class _Run:
         if point - 1 in self.touched:
             for move in way:
                 self.link.go(move.position)
-        row: Row = dict(self.link.temperatures_C())
+        row = self._temperatures(point)
         surface = measure.position + self.job.machine.probe.tip_radius_mm * measure.approach
+        begin_s = time.monotonic()
         found = self.link.probe(surface, measure.approach, float(self.durations_s[point - 1]))
-        self._check_tip(found)
-        self.journal.add(point, self._row(row, found))
+        self.judge.check(point, found, time.monotonic() - begin_s)
+        self._accept(point, self._row(row, found), measure.approach)
         self.touched.add(point)
         self.progress(len(self.journal.rows), len(self.job), float(self.durations_s[point:].sum()))
 
-    def _row(self, row: Row, found: Measured) -> Row:
-        """A point as the journal keeps it; the temperature that the person states wins."""
+    def _temperatures(self, point: int) -> Row:
+        """Temperatures of a point as the journal keeps them; that of the gauge that the person states wins."""
+        row: Row = dict(self.link.temperatures_C())
         if self.job.gauge_temperature_C is not None:
             row["gauge_temperature_C"] = self.job.gauge_temperature_C
+        self.judge.check_temperatures(point, row)
+        return row
+
+    def _accept(self, point: int, row: Row, approach: Array) -> None:
+        """A point into the journal, once the machine stands where its answer says.
+
+        What stops the machine meanwhile undoes no point that was complete.
+        """
+        try:
+            check_touched(np.array([row[axis] for axis in POSITION]), self.link.touched_mm(approach))
+        except FalseAnswerError:
+            raise
+        except BaseException:
+            self.journal.add(point, row)
+            raise
+        self.journal.add(point, row)
+
+    def _row(self, row: Row, found: Measured) -> Row:
+        """A point as the journal keeps it."""
         own = time.time() - self.journal.began_s if found.time_s is None else found.time_s + self.offset_s
         row |= dict(zip(POSITION, found.position_mm, strict=True))
         row |= {SIMULATED: 1} if self.link.simulated else {}
         return row | {"time_s": round(own, 6), "speed_mm_s": self.job.program.settings.measuring_speed_mm_s}
-
-    def _check_tip(self, found: Measured) -> None:
-        radius, machine = self.job.machine.probe.tip_radius_mm, self.job.machine
-        if found.radius_mm is not None and abs(found.radius_mm - radius) > TIP_TOLERANCE_MM:
-            expected = f"{radius:g} mm, as in {machine.path or 'the machine file'}"
-            raise refused(self.link, "the server's tool has another tip", f"ER {found.radius_mm:g} mm", expected)
 
     def _leave(self) -> None:
         for move in self.job.program.moves(len(self.job) + 1):
@@ -171,10 +196,45 @@ class _Run:
         self.link.abort()
         self.retreat()
 
+    def draw_back(self) -> None:
+        """After a false answer: the machine stops, and is brought out where it says that it stands on its path.
+
+        A machine that tells something else may not be moved by what it tells.
+        """
+        self.link.abort()
+        self.link.clear()
+        if self.moved and self._on_path(self.link.position_mm()):
+            self.retreat()
+            self.drawn_back = True
+        else:
+            self.link.end()
+
+    def _on_path(self, here: Array) -> bool:
+        """Whether a place is on a search of this point or of the one before, or on the way between them."""
+        point, stops = self.next_point, list[Array]()
+        if point - 1 in self.touched:
+            stops = [*self._search_of(point - 1), *(move.position for move in self.job.moves(point)[0])]
+        stops += reversed(self._search_of(point))
+        return any(_beside_mm(here, a, b) <= LATERAL_MM for a, b in pairwise(stops))
+
+    def _search_of(self, point: int) -> list[Array]:
+        """The line on which the tip is in a measurement, from the end of the search to where it is drawn back to."""
+        move, settings = self.job.moves(point)[1], self.job.program.settings
+        assert move.approach is not None
+        back = max(settings.standoff_mm, settings.retract_mm)
+        return [move.position + settings.search_mm * move.approach, move.position - back * move.approach]
+
     def end(self) -> None:
         """End of the session without a move."""
         self.link.clear()
         self.link.end()
+
+
+def _beside_mm(place: Array, start: Array, end: Array) -> float:
+    """How far a place is from a straight move, mm."""
+    way = end - start
+    share = np.clip((place - start) @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
+    return float(np.linalg.norm(place - start - share * way))
 
 
 def measure(
@@ -202,7 +262,8 @@ def measure(
     Raises
     ------
     MeasurementStoppedError
-        an error of the server, or the loss of the connection; the machine stands or has drawn back, as documented
+        an error of the server, an answer that cannot be (:mod:`stepgauge.live.judging`), or the loss of the connection;
+        the machine stands or has drawn back, as documented
     StoppedByPersonError
         the person asked to stop; the machine has drawn back, the session is ended
     InputError
@@ -219,6 +280,9 @@ def measure(
         may_move = error.number in RETREATS and not isinstance(error, UnaskedError)
         _after(run.retreat if may_move else run.end)
         raise _stopped(run, MEANING.get(error.number, "the server reports an error"), f"error {error} ") from None
+    except FalseAnswerError as error:
+        _after(run.draw_back)
+        raise _refused(run, error) from None
     except ConnectionLostError as error:
         raise _stopped(run, "the connection was lost", f"{error} ") from None
     except InputError:
@@ -232,7 +296,7 @@ def _after(what: Callable[[], None]) -> None:
     """Come to an end as far as the server lets; what stopped the measurement is what is told."""
     try:
         what()
-    except (DmeError, ConnectionLostError, InputError):
+    except (DmeError, ConnectionLostError, FalseAnswerError, InputError):
         return
 
 
@@ -241,11 +305,20 @@ def _so_far(run: _Run) -> str:
 
 
 def _stopped(run: _Run, what: str, found: str) -> MeasurementStoppedError:
-    point = run.next_point
-    place = f"at {run.job.name(point)}, " if point <= len(run.job) else ""
+    expected = naming("resume", words="the cause removed, then the same command with {}")
     return MeasurementStoppedError(
-        run.link.name,
-        what,
-        found=f"{found}{place}{_so_far(run)}",
-        expected=naming("resume", words="the cause removed, then the same command with {}"),
+        run.link.name, what, found=f"{found}at {_place(run)}, {_so_far(run)}", expected=expected
     )
+
+
+def _refused(run: _Run, error: FalseAnswerError) -> MeasurementStoppedError:
+    """Of an answer that is no reading: its point is measured again."""
+    stands = "drawn back" if run.drawn_back else "not drawn back"
+    expected = naming("resume", words=f"{error.expected}; {stands}, {{}} goes on")
+    what, found = f"{_place(run)}: {error.what}", f"{error.found}; {_so_far(run)}"
+    return MeasurementStoppedError(run.link.name, what, found=found, expected=expected)
+
+
+def _place(run: _Run) -> str:
+    point = run.next_point
+    return run.job.name(point) if point <= len(run.job) else "the end"

@@ -6,7 +6,7 @@ A handler takes the session and the call and returns the lines of data; one that
 from __future__ import annotations
 
 from stepgauge.ippdme.codes import CODES, DmeError
-from stepgauge.ippdme.protocol import Call, Text, Word, fixed
+from stepgauge.ippdme.values import Call, Text, Word, fixed
 from stepgauge.live.coordinates import DEFINABLE, SELECTABLE, Transformation
 from stepgauge.live.daemons import SHORTEST_S, Daemon
 from stepgauge.live.machine_state import REPORTED

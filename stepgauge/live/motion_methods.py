@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stepgauge.importing.ippdme import OWN_TIME
 from stepgauge.ippdme.codes import DmeError
-from stepgauge.ippdme.protocol import Call, fixed
+from stepgauge.ippdme.values import Call, fixed
 from stepgauge.live.machine_state import KNOWN_AXES, NO_TOOL, POSITIONS
 from stepgauge.live.session import Data, Handler, Session
 

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
-from stepgauge.ippdme.protocol import END, PORT, Lines
+from stepgauge.ippdme.lines import END, PORT, Lines
 from stepgauge.live.machine_state import MachineState
 from stepgauge.live.methods import HANDLERS
 from stepgauge.live.session import LinkLostError, Session

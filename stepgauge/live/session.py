@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.ippdme.codes import DmeError
-from stepgauge.ippdme.protocol import NO_TAG, Call, Command, parse_command
+from stepgauge.ippdme.lines import NO_TAG, Command, parse_command
+from stepgauge.ippdme.values import Call
 from stepgauge.live.cmm import Leg
 from stepgauge.live.daemons import Daemon
 from stepgauge.live.faults import NUMBERS, EventTable

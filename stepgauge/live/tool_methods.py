@@ -6,7 +6,7 @@ import numpy as np
 
 from stepgauge.importing.ippdme import OWN_SIMULATED, OWN_TIME
 from stepgauge.ippdme.codes import DmeError
-from stepgauge.ippdme.protocol import Call, Text, fixed
+from stepgauge.ippdme.values import Call, Text, fixed
 from stepgauge.live.machine_state import UNDEFINED
 from stepgauge.live.session import Data, Handler, Session
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stepgauge.ippdme.codes import CODES
-from stepgauge.ippdme.protocol import fields
+from stepgauge.ippdme.values import named
 from stepgauge.live.faults import NUMBERS
 from stepgauge.live.methods import HANDLERS, NOT_HERE
 from stepgauge.live.session import LONGEST_QUEUE
@@ -339,7 +339,7 @@ def test_a_face_is_measured_in_the_coordinates_of_a_part(client: Memory) -> None
         place, out = of_part.to_part(surface), of_part.direction_to_part(normal)
         x, y, z = (f"{axis}({value:.7f})" for axis, value in zip("XYZ", place, strict=True))
         (line,) = client.ask(f"PtMeas({x}, {y}, {z}, IJK({out[0]:.9f}, {out[1]:.9f}, {out[2]:.9f}))")
-        found = fields(line[2:])
+        found = {name: call.arguments for name, call in named([line[2:]]).items()}
         answers.append(of_part.to_machine(np.array([found[axis][0] for axis in "XYZ"], float)))
         assert np.array(found["IJK"], float) == pytest.approx(out, abs=1e-8)
         assert found["ER"] == (2.0,)
@@ -356,10 +356,10 @@ def test_without_a_normal_the_way_back_is_the_direction(client: Memory) -> None:
     client.ask(f"GoTo(Z({start[2]:.6f}))")
     client.ask("SetProp(Tool.PtMeasPar.Retract(-1))")
     (line,) = client.ask(f"PtMeas(X({surface[0]:.7f}), Y({surface[1]:.7f}), Z({surface[2]:.7f}))")
-    found = np.array([fields(line[2:])[axis][0] for axis in "XYZ"], float)
+    found = np.array([named([line[2:]])[axis].number() for axis in "XYZ"], float)
     assert found == pytest.approx(surface - (2.0 - 0.003) * lies.axis, abs=1e-6)
     (here,) = client.ask("Get(X(), Y(), Z())")
-    back = np.array([fields(here[2:])[axis][0] for axis in "XYZ"], float)
+    back = np.array([named([here[2:]])[axis].number() for axis in "XYZ"], float)
     assert back == pytest.approx(surface - 5.0 * lies.axis, abs=1e-6), "a negative retract leads back to the approach"
 
 

@@ -1,0 +1,142 @@
+"""Whether an answer of a machine is a reading, as it comes: the rules by which ``import`` judges a finished log.
+
+An answer on the line of its search (:mod:`stepgauge.importing.search_line`), where the machine stands, on a face of
+this gauge (:mod:`stepgauge.recording.identity`), with temperatures that a thermometer shows
+(:mod:`stepgauge.recording.temperatures`), with the tip of the machine file, after the time that a search takes, and not
+the one before once more. Whatever it came from: I++ DME, LinuxCNC, the virtual CMM of this process.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.files.units import likely_unit
+from stepgauge.importing.expected import LATERAL_MM, coordinates
+from stepgauge.importing.search_line import from_line, off_search_line
+from stepgauge.live.connection import FalseAnswerError
+from stepgauge.live.controller import Measured
+from stepgauge.live.job import Job
+from stepgauge.live.journal import Row
+from stepgauge.machine.file import TIP_TOLERANCE_MM
+from stepgauge.recording import POSITION
+from stepgauge.recording.identity import WRONG_GAUGE_MM
+from stepgauge.recording.temperatures import no_temperature
+
+Array = NDArray[np.float64]
+SOONEST = 0.5
+"""Share of the time of a search at the commanded speed, which was read back, that it takes at least."""
+STOPS_MM = 0.5
+"""A machine comes to rest this near to where it touched, or to the retract distance from there."""
+REMEMBERED = 20
+"""Points that a new one is held against."""
+
+
+def check_on_line(position_mm: Array, target_mm: Array, approach: Array, search_mm: float) -> None:
+    """:class:`FalseAnswerError` for a reading that no search for this target can have made; all ``(3,)``."""
+    off = off_search_line(position_mm[None], target_mm[None], approach[None], search_mm, LATERAL_MM)
+    if off is None:
+        return
+    unit = likely_unit(float(np.linalg.norm(position_mm)), float(np.linalg.norm(target_mm)))
+    what = "the search went to its end" if off.missed else "the answer is not on the line of its search"
+    what = what if unit is None else f"the answer looks like {unit}"
+    raise FalseAnswerError(what, off.found, f"{coordinates(target_mm)}, {off.expected}")
+
+
+def check_touched(position_mm: Array, touched_mm: Array) -> None:
+    """:class:`FalseAnswerError` where an answer and where the machine stands are not of one touch, both ``(3,)``."""
+    if not np.linalg.norm(position_mm - touched_mm) <= STOPS_MM:
+        found = f"{coordinates(position_mm)}, and a touch at {coordinates(touched_mm)} by where it stands"
+        raise FalseAnswerError("the machine does not stand where its answer says", found, f"within {STOPS_MM:g} mm")
+
+
+@dataclass
+class Judge:
+    """Of the answers of a session. ``rows``: the journal's; ``clock_s``: the machine's at the last one, where told."""
+
+    job: Job
+    rows: Mapping[int, Row]
+    clock_s: float | None = None
+
+    def check_temperatures(self, point: int, row: Row) -> None:
+        """:class:`FalseAnswerError` for what no thermometer shows beside the temperatures of the points before."""
+        for name in (name for name in row if name.endswith("_C")):
+            before = [
+                self.rows[n][name] for n in range(max(1, point - REMEMBERED), point) if name in self.rows.get(n, {})
+            ]
+            value = np.array([*before, row[name]], float)
+            wrong = no_temperature(value, np.full(len(value), self.job.placement_number))
+            if wrong is not None and wrong.row == len(before):
+                raise FalseAnswerError(f"{name} {wrong.why}", wrong.found, wrong.expected)
+
+    def check(self, point: int, found: Measured, took_s: float) -> None:
+        """:class:`FalseAnswerError` for an answer that is no reading of this point.
+
+        Parameters
+        ----------
+        point : from 1
+        found : the answer
+        took_s : from the command to its completion, by the clock of this computer
+        """
+        settings, expected = self.job.program.settings, self.job.expected
+        position = np.array(found.position_mm, float)
+        target, approach = expected.target_mm[point - 1], expected.approach[point - 1]
+        self._check_repeated(point, found, took_s)
+        check_on_line(position, target, approach, settings.search_mm)
+        self._check_face(point, position)
+        self._check_tip(found)
+        along, _ = from_line(position[None], target[None], approach[None])
+        self._check_clock(found, (settings.standoff_mm + float(along[0])) / settings.measuring_speed_mm_s)
+
+    def _check_repeated(self, point: int, found: Measured, took_s: float) -> None:
+        """The answer before again: of another face at once; of the same face sooner than a search takes.
+
+        A machine without scatter reads a face again to the last digit; what it tells by its own clock is asked next.
+        """
+        before, expected = self.rows.get(point - 1), self.job.expected
+        if before is None or [before[axis] for axis in POSITION] != list(found.position_mm):
+            return
+        settings = self.job.program.settings
+        least_s = SOONEST * settings.standoff_mm / settings.measuring_speed_mm_s
+        same = bool((expected.target_mm[point - 1] == expected.target_mm[point - 2]).all())
+        if same and (found.time_s is not None or took_s >= least_s):
+            return
+        place = coordinates(np.array(found.position_mm))
+        wanted = f"a reading near {coordinates(expected.target_mm[point - 1])}"
+        raise FalseAnswerError(f"this is the answer of {self.job.name(point - 1)} again", place, wanted)
+
+    def _check_face(self, point: int, position: Array) -> None:
+        """A face as far from the others as its certificate says, as :mod:`stepgauge.recording.identity` has it."""
+        job, axis = self.job, self.job.placement.axis
+        targets = job.expected.target_mm
+        others = [n for n in sorted(self.rows)[-REMEMBERED:] if n != point]
+        if not others:
+            return
+        read = np.array([[self.rows[n][name] for name in POSITION] for n in others])
+        off_mm = (read - targets[np.array(others) - 1]) @ axis
+        own_mm = float((position - targets[point - 1]) @ axis)
+        reach_mm = np.abs((targets[np.array(others) - 1] - targets[point - 1]) @ axis).max()
+        beside_mm, limit_mm = own_mm - float(np.median(off_mm)), WRONG_GAUGE_MM + 1e-3 * reach_mm
+        if not abs(beside_mm) <= limit_mm:
+            what = "the face is not where the certificate and the points before have it"
+            found = f"{coordinates(position)}, {beside_mm:+.3f} mm off along the gauge"
+            raise FalseAnswerError(what, found, f"within {limit_mm:.2f} mm")
+
+    def _check_tip(self, found: Measured) -> None:
+        radius, machine = self.job.machine.probe.tip_radius_mm, self.job.machine
+        if found.radius_mm is not None and not abs(found.radius_mm - radius) <= TIP_TOLERANCE_MM:
+            expected = f"{radius:g} mm, as in {machine.path or 'the machine file'}"
+            raise FalseAnswerError("the server's tool has another tip", f"ER {found.radius_mm:g} mm", expected)
+
+    def _check_clock(self, found: Measured, search_s: float) -> None:
+        """A machine that tells its clock cannot touch before it has searched."""
+        if found.time_s is None:
+            return
+        last_s, self.clock_s = self.clock_s, found.time_s
+        if last_s is not None and not found.time_s - last_s >= SOONEST * search_s:
+            what = "the answer was made before the search could have been"
+            told = f"{found.time_s:g} s by the machine's clock, after {last_s:g} s before it"
+            raise FalseAnswerError(what, told, f"{search_s:.2f} s for the search")
