@@ -50,6 +50,17 @@ def test_size_is_the_printed_size():
     assert (25.4 * width, 25.4 * height) == pytest.approx((80.0, 60.0))
 
 
+def test_what_pyplot_sets_while_the_first_figure_is_drawn_stays():
+    """IPython's integration sets ``interactive`` when pyplot loads the backend, inside our style."""
+    before = matplotlib.rcParams["interactive"]
+    try:
+        with style.figure_style():
+            matplotlib.rcParams["interactive"] = not before
+        assert matplotlib.rcParams["interactive"] is not before
+    finally:
+        matplotlib.rcParams["interactive"] = before
+
+
 def test_style_ends_with_the_block():
     before = dict(matplotlib.rcParams)
     with style.figure_style():

@@ -55,6 +55,14 @@ class LazyGroup(click.Group):
             with formatter.section(heading):
                 formatter.write_dl([(verb.ljust(width), text) for verb, (_, text) in verbs.items()])
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """The group alone, ``help`` and ``help VERB`` print help, as ``--help`` does."""
+        if not args and not ctx.resilient_parsing:
+            args = ["--help"]
+        elif args[:1] == ["help"]:
+            args = [*args[1:], "--help"]
+        return super().parse_args(ctx, args)
+
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """The verb that is meant; one that is mistyped is an error that names the nearest."""
         try:

@@ -69,13 +69,21 @@ _UNDATED: dict[str, dict[str, Any]] = {"pdf": {"CreationDate": None}, "svg": {"D
 
 @contextmanager
 def figure_style() -> Iterator[None]:
-    """The package's style while a figure is drawn or saved; the user's own settings stand again after it."""
-    import matplotlib
+    """The package's style while a figure is drawn or saved; the user's own settings stand again after it.
+
+    Only these settings are put back. ``rc_context`` would put back all of them, also what pyplot sets when it chooses
+    its backend at the first figure: a notebook then shows no figure any more.
+    """
     from cycler import cycler
+    from matplotlib import rcParams
 
     settings: Any = {**STYLE, "axes.prop_cycle": cycler(color=CYCLE)}
-    with matplotlib.rc_context(settings):
+    before = {name: rcParams[name] for name in settings}
+    rcParams.update(settings)
+    try:
         yield
+    finally:
+        rcParams.update(before)
 
 
 def new_figure(width_mm: float, height_mm: float) -> Figure:

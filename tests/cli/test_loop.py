@@ -37,6 +37,18 @@ def test_help_lists_every_verb_and_each_verb_explains_itself(run: Run) -> None:
         assert len(text.out.splitlines()) > 8, f"the help of {verb} teaches nothing"
 
 
+@pytest.mark.parametrize("words", [(), ("help",), ("probe",), ("probe", "help"), ("dcc",), ("fleet",)])
+def test_a_group_alone_prints_its_help(run: Run, words: tuple[str, ...]) -> None:
+    group = [word for word in words if word != "help"]
+    assert run(*words) == run(*group, "--help")
+    assert run(*words).code == 0
+
+
+def test_help_of_a_verb_is_its_help(run: Run) -> None:
+    assert run("help", "evaluate") == run("evaluate", "--help")
+    assert "Did you mean 'evaluate'?" in refused(run("help", "evaluat"))
+
+
 def test_a_mistyped_verb_is_corrected(run: Run) -> None:
     complaint = refused(run("evaluat"))
     assert "No such command 'evaluat'" in complaint
