@@ -155,12 +155,12 @@ def test_effective_radius_from_all_blocks_is_their_mean_with_a_smaller_uncertain
 
 
 def test_the_uncertainty_of_the_effective_radius_by_hand() -> None:
-    """u(R) = sqrt(s_f^2/n + s_b^2/n + u_f^2 + u_b^2) / 2 for one block (Eq 1 by GUM 5.1.2)."""
+    """u(R) = sqrt(2 s^2/n + u_f^2 + u_b^2) / 2 for one block (Eq 1 by GUM 5.1.2), s pooled over all faces (4.2.4)."""
     gauge = make_gauge(2, u_um=0.3)
     error = {(c, k): full(2, 4)[c, k] for c in range(1, 5) for k in range(1, 5)}
     result = evaluate(record(gauge, make_pose(0, 0), error), gauge).results[0]
-    variance = [statistics.variance([error[c, k] for c in range(1, 5)]) / 4 for k in (1, 2)]
-    expected_um = math.sqrt(sum(variance) + 2 * 0.3**2) / 2
+    pooled = statistics.mean(statistics.variance([error[c, k] for c in range(1, 5)]) for k in range(1, 5))
+    expected_um = math.sqrt(2 * pooled / 4 + 2 * 0.3**2) / 2
     assert result.radius.u_mm * 1e3 == pytest.approx(expected_um, rel=1e-6)
 
 

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepgauge.conditions.outliers import resolution_mm, slips
+from stepgauge.conditions.outliers import find_outliers, resolution_mm
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import write_evaluation
@@ -122,7 +122,8 @@ def test_the_steps_of_a_coarse_display_are_no_slips(step_mm: float, expected: fl
     position = np.round(whole.position_mm / step_mm) * step_mm
     assert resolution_mm(position) == pytest.approx(expected)
     off = np.repeat([0.0, 0.0, 0.0, 0.0, 3 * step_mm], 1)
-    assert slips(ByFace.of(np.tile(off, 4), np.repeat([1, 2, 3, 4], 5)), step_mm)[0].size == 0
+    readings = ByFace.of(np.tile(off, 4), np.repeat([1, 2, 3, 4], 5))
+    assert find_outliers(readings, np.tile(np.arange(5), 4), step_mm).rows.size == 0
 
 
 def test_what_was_left_out_stands_in_the_file(tmp_path: Path) -> None:

@@ -97,8 +97,12 @@ def _outliers(readings: Readings) -> Iterator[Condition]:
     if readings.left_out and readings.kept is not None:
         size = max(abs(one.off_um) for one in readings.left_out)
         yield Condition("outliers", "corrected", left_out_words(readings.left_out), size_um=size)
-    if readings.remark:
-        yield Condition("scatter", "contribution", readings.remark)
+    if readings.judged.many:
+        yield Condition("scatter", "contribution", readings.judged.many)
+    if readings.judged.unclear:
+        faces = f"face {', '.join(map(str, readings.judged.unclear))}"
+        words = f"the readings of {faces} contradict each other, and nothing tells which of them is right: probe again"
+        yield Condition("outliers", "prevents", words, faces, "readings that agree, or three and more of them")
 
 
 def _alignment(readings: Readings, seen: FaceStatistics, gauge: Gauge) -> Iterator[Condition]:

@@ -1,8 +1,9 @@
-"""Readings that their repeats contradict: found by the scatter of the recording itself, and left out by name.
+"""Readings that their repeats contradict: found by the scatter of the whole recording, and left out by name.
 
-The repeats of a face (its readings in the other cycles) say how well the machine repeats. A reading that lies many
-times that scatter from the median of its face, while the others agree, is a slip: a hair, a knock, a typing error. What
-happens to more than a few readings is how the machine measures, and is kept.
+The differences of readings of one face in successive cycles, less what moves a whole cycle, say how well the machine
+repeats: their median, over all faces of both sides, so that no single reading sets its own limit. A reading beyond many
+times that scatter from the others of its face is a slip: a hair, a knock, a typing error. What happens to more than a
+few readings is how the machine measures, and is kept.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.files.notation import rounded
@@ -19,25 +21,31 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 TIMES = 8.0
 """A reading is left out beyond so many standard deviations of one probing: by chance once in 1e15 readings."""
+FEW_FREEDOMS = 6.0
+"""The limit is wider by this over the degrees of freedom of the scatter: few readings may agree by chance."""
 ODD_TIMES = 6.0
 """A face or a block is said to stand out beyond so many: it is used all the same, so a false alarm costs a glance."""
 LEAST_UM = 2.0
 """Nothing nearer than this to its repeats is left out, however well they agree."""
 STEPS = 4.0
 """Nor anything nearer than so many steps of the resolution."""
-FEW = 0.02
+FEW = 0.03
 """Share of readings up to which they are slips."""
 CALM, CALM_SIGMA = 0.3, 0.385
 """Share of the faces that one odd face leaves alone even among six, and that quantile of a normal |value|."""
 NEIGHBOURS = 2
 """Faces of its side before and after a face whose scatter counts as its own: noise may grow along the gauge, and
 fronts need not repeat as backs do."""
-SUSPECT = 0.58
-"""Share of the limit, from the mean, at which a face is looked at: two slips in five pull the mean along by 0.4."""
-SAMPLE = 50_000
-"""Readings that the common scatter is taken from."""
+OFTEN = 5
+"""Readings of a face from which it tells its own scatter: two slips of five leave their median alone."""
+OF_CYCLE = 6
+"""Readings of a cycle from which their median is what moves the whole cycle."""
+CLEARER = 3.0
+"""Of two repeats one is named where the other lies so many times nearer to the line between the neighbours."""
 SHOWN = 10
-_TO_SIGMA, _CALM_TO_SIGMA = 1.4826, 1.6
+_TO_SIGMA = 1.4826
+_OF_DIFFERENCE = _TO_SIGMA / np.sqrt(2.0)
+"""Standard deviation of a reading over the median of the size of the difference of two."""
 
 
 @dataclass(frozen=True)
@@ -69,79 +77,134 @@ class LeftOut:
         return f"face {self.face} in cycle {self.cycle} ({off} um, limit {limit} um)"
 
 
-def slips(readings: ByFace, resolution_mm: float = 0.0) -> tuple[Rows, Array, Array]:
-    """Rows that their repeats contradict, how far from the median of their face they lie, and the limit, um.
+@dataclass(frozen=True)
+class Found:
+    """Rows that their repeats contradict, how far from them, and the limit, um, each ``(m,)``.
+
+    ``unclear``: faces whose repeats contradict each other, and nothing tells which of them is right.
+    """
+
+    rows: Rows
+    off_um: Array
+    limit_um: Array
+    unclear: tuple[int, ...] = ()
+
+
+NONE_FOUND = Found(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
+
+
+def find_outliers(readings: ByFace, cycle: Rows, resolution_mm: float = 0.0) -> Found:
+    """Readings that their repeats contradict.
 
     Parameters
     ----------
     readings : positions along the gauge minus certified positions, one series
+    cycle : of every reading, (n,)
     resolution_mm : smallest step of the coordinates
     """
-    off_mm, face, count = readings.off_mm, readings.face, readings.count
-    often = count[count > 2]
-    if not often.size:
-        return _none()
-    repeated = slice(None) if often.sum() == len(face) else count[face] > 2
-    from_mean = np.abs(readings.from_mean_mm)
-    typical = float(np.median(often))
-    sample = from_mean[repeated][:: max(1, int(often.sum()) // SAMPLE)]
-    sigma_mm = _TO_SIGMA * float(np.median(sample)) * np.sqrt(typical / (typical - 1.0))
+    face, count = readings.face, readings.count
+    if not (count > 1).any():
+        return NONE_FOUND
+    from_middle = _from_middle(readings.off_mm, face, cycle)
+    order = np.lexsort((np.arange(len(face)), face))
+    apart = np.abs(np.diff(from_middle[order]))
+    same = np.diff(face[order]) == 0
+    sigma_mm = _OF_DIFFERENCE * float(np.median(apart[same]))
+    wider = 1.0 + FEW_FREEDOMS / float(same.sum())
     least_mm = max(LEAST_UM * 1e-3, STEPS * resolution_mm)
-    far = from_mean > SUSPECT * max(TIMES * sigma_mm, least_mm)
-    if not far.any():
-        return _none()
-    far &= count[face] > 2
-    rows, off_um, limit_um = list[int](), list[float](), list[float]()
-    for one in np.unique(face[far]):
-        here = np.flatnonzero(face == one)
-        from_middle = off_mm[here] - np.median(off_mm[here])
-        limit_mm = max(TIMES * sigma_mm, least_mm)
-        if np.abs(from_middle).max() <= limit_mm:
-            continue
-        limit_mm = max(limit_mm, TIMES * _scatter_mm(off_mm, face, int(one)))
-        out = np.abs(from_middle) > limit_mm
-        if 0 < out.sum() < len(here) / 2.0:
+    suspect = np.unique(face[order][1:][same & (apart > max(TIMES * wider * sigma_mm, least_mm))])
+    if not suspect.size:
+        return NONE_FOUND
+    local = {one: _near_mm(apart, same, face[order], from_middle[order], one) for one in suspect.tolist()}
+    limit_mm = {one: max(TIMES * wider * max(sigma_mm, near), least_mm) for one, near in local.items()}
+    return _named(from_middle, readings, limit_mm)
+
+
+def _from_middle(off_mm: Array, face: Rows, cycle: Rows) -> Array:
+    """Every reading minus the median of its face and minus what moves its whole cycle, ``(n,)``."""
+    value = pd.Series(off_mm)
+    rest = value - value.groupby(face).transform("median")
+    by_cycle = rest.groupby(cycle)
+    moved = by_cycle.transform("median").where(by_cycle.transform("size") >= OF_CYCLE, 0.0)
+    value = value - moved
+    return np.asarray(value - value.groupby(face).transform("median"))
+
+
+def _near_mm(apart: Array, same: NDArray[np.bool_], face: Rows, from_middle: Array, one: int) -> float:
+    """Standard deviation of one probing at the neighbours of a face of its side, and at the face where it was read
+    often enough to say so; ``apart``, ``same``: of successive readings, all in the order of ``face``."""
+    near = np.arange(one - 2 * NEIGHBOURS, one + 2 * NEIGHBOURS + 1, 2)
+    beside = same & np.isin(face[1:], near[near != one])
+    found = [_OF_DIFFERENCE * float(np.median(apart[beside]))] if beside.any() else []
+    own = np.abs(from_middle[face == one])
+    if len(own) >= OFTEN:
+        found.append(_TO_SIGMA * float(np.median(own)))
+    return max(found, default=0.0)
+
+
+def _named(from_middle: Array, readings: ByFace, limit_mm: dict[int, float]) -> Found:
+    """The readings beyond the limit of their face, by rows that rise; faces where two or three contradict each other
+    are unclear unless their neighbours tell."""
+    rows, unclear, off, limit = list[int](), list[int](), list[float](), list[float]()
+    for one, most in limit_mm.items():
+        here = np.flatnonzero(readings.face == one)
+        value = from_middle[here]
+        out = np.abs(value) > most if len(here) > 2 else _farther_of_two(readings, here, most)
+        if 0 < out.sum() < len(here) / 2.0 or (len(here) == 2 and out.sum() == 1):
             rows += here[out].tolist()
-            off_um += (from_middle[out] * 1e3).tolist()
-            limit_um += [limit_mm * 1e3] * int(out.sum())
-    return np.array(rows, np.int64), np.array(off_um), np.array(limit_um)
+            off += (value[out] - np.median(value[~out])).tolist()
+            limit += [most] * int(out.sum())
+        elif len(here) < 5 and np.ptp(value) > most:
+            unclear.append(one)
+    order = np.argsort(rows, kind="stable")
+    um = (np.array(numbers, float)[order] * 1e3 for numbers in (off, limit))
+    return Found(np.array(rows, np.int64)[order], *um, tuple(unclear))
 
 
-def _none() -> tuple[Rows, Array, Array]:
-    return np.zeros(0, np.int64), np.zeros(0), np.zeros(0)
+def _farther_of_two(readings: ByFace, here: Rows, most_mm: float) -> NDArray[np.bool_]:
+    """Of two readings of a face the one that lies beyond the limit from the line between the neighbours of its side,
+    where the other lies far nearer; none where that is not clear."""
+    one = int(readings.face[here[0]])
+    seen = np.flatnonzero(readings.count)
+    beside = seen[(seen % 2 == one % 2) & (seen != one)]
+    if len(beside) < 2 or np.ptp(readings.off_mm[here]) <= most_mm:
+        return np.zeros(2, np.bool_)
+    near = beside[np.argsort(np.abs(beside - one), kind="stable")[: 2 * NEIGHBOURS]]
+    middle = np.array([np.median(readings.off_mm[readings.face == other]) for other in near])
+    off = np.abs(readings.off_mm[here] - np.polyval(np.polyfit(near, middle, 1), one))
+    return np.asarray((off > most_mm) & (off > CLEARER * off[::-1]))
 
 
-def _scatter_mm(off_mm: Array, face: Rows, one: int) -> float:
-    """Standard deviation of one probing at a face and its neighbours of the same side.
+@dataclass(frozen=True)
+class Judged:
+    """Readings to be left out; ``unclear``: faces whose repeats contradict each other; ``many``: in words, what was
+    found where it is too much to be slips."""
 
-    The worst quarter of each face is left aside, which the factor :data:`_CALM_TO_SIGMA` makes good.
-    """
-    total, freedom = 0.0, 0.0
-    for near in range(one - 2 * NEIGHBOURS, one + 2 * NEIGHBOURS + 1, 2):
-        values = off_mm[face == near]
-        if len(values) > 2:
-            from_middle = np.sort(np.abs(values - np.median(values)))
-            kept = from_middle[: max(int(np.ceil(0.75 * len(values))), 2)]
-            total += float((kept**2).sum())
-            freedom += len(kept) - 1
-    return _CALM_TO_SIGMA * float(np.sqrt(total / freedom)) if freedom else 0.0
+    left_out: tuple[LeftOut, ...] = ()
+    unclear: tuple[int, ...] = ()
+    many: str = ""
+
+    @property
+    def nothing(self) -> bool:
+        """Whether all readings agree."""
+        return self == NOTHING_JUDGED
 
 
-def find_left_out(
-    readings: ByFace, cycle: Rows, placement: int, resolution_mm: float
-) -> tuple[tuple[LeftOut, ...], str | None]:
-    """The readings of a placement to be left out, and a remark on those that are kept although they stand out."""
-    face = readings.face
-    rows, off_um, limit_um = slips(readings, resolution_mm)
-    if not rows.size:
-        return (), None
-    if rows.size > max(2.0, FEW * len(face)):
-        share = f"{rows.size} of {len(face)} readings"
-        return (), f"{share} are far from their repeats: too many to be slips, so all are used"
-    return tuple(
-        LeftOut(placement, int(cycle[row]), int(face[row]), int(row), float(off), float(limit))
-        for row, off, limit in zip(rows, off_um, limit_um, strict=True)
-    ), None
+NOTHING_JUDGED = Judged()
+
+
+def judge(readings: ByFace, cycle: Rows, placement: int, resolution_mm: float) -> Judged:
+    """The readings of a placement that their repeats contradict, as :func:`find_outliers` finds them."""
+    found = find_outliers(readings, cycle, resolution_mm)
+    many = found.rows.size + len(found.unclear)
+    if many > max(3.0, FEW * len(readings.face)):
+        share = f"{many} of {len(readings.face)} readings"
+        return Judged(many=f"{share} are far from their repeats: too many to be slips, so all are used")
+    left_out = tuple(
+        LeftOut(placement, int(cycle[row]), int(readings.face[row]), int(row), float(off), float(limit))
+        for row, off, limit in zip(found.rows, found.off_um, found.limit_um, strict=True)
+    )
+    return Judged(left_out, found.unclear)
 
 
 def resolution_mm(position_mm: Array) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.conditions.outliers import LeftOut, find_left_out, resolution_mm
+from stepgauge.conditions.outliers import NOTHING_JUDGED, Judged, LeftOut, judge, resolution_mm
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import APPROACH, POSITION, Recording
 from stepgauge.recording.by_face import ByFace
@@ -28,18 +28,22 @@ class Readings:
     """The rows of one placement, ready for :mod:`stepgauge.evaluation.face_errors`.
 
     ``axis``: the gauge axis that positions are projected on; ``by_face``: positions along it minus certified positions
-    at the recorded gauge temperature; ``faces``: of the used section. ``left_out``: readings that their repeats
-    contradict; ``kept``: rows of the recording that are used, None for all; ``remark``: on conspicuous readings that
-    are used; ``tilt_rad``: angle of the line of the readings to the axis.
+    at the recorded gauge temperature; ``faces``: of the used section. ``judged``: readings that their repeats
+    contradict; ``kept``: rows of the recording that are used, None for all; ``tilt_rad``: angle of the line of the
+    readings to the axis.
     """
 
     axis: Array
     by_face: ByFace
     faces: NDArray[np.int64]
-    left_out: tuple[LeftOut, ...] = ()
+    judged: Judged = NOTHING_JUDGED
     kept: NDArray[np.intp] | None = None
-    remark: str | None = None
     tilt_rad: float = 0.0
+
+    @property
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """Readings that their repeats contradict."""
+        return self.judged.left_out
 
     @property
     def face(self) -> NDArray[np.int64]:
@@ -72,17 +76,17 @@ def project_readings(
     check_tip(by_face, recording)
     check_rows(recording)
     readings = Readings(axis, by_face, faces, tilt_rad=tilt_rad(position, axis, face, gauge))
-    return _find_slips(readings, recording, leave_out)
+    return _judged(readings, recording, leave_out)
 
 
-def _find_slips(readings: Readings, recording: Recording, leave_out: bool) -> Readings:
+def _judged(readings: Readings, recording: Recording, leave_out: bool) -> Readings:
     """The readings with those named, and left out if asked, that their repeats contradict."""
     cycle, placement = recording.columns["cycle"], int(recording.columns["placement"][0])
-    found, remark = find_left_out(readings.by_face, cycle, placement, 0.0)
-    if found or remark:  # only then the resolution matters, which takes time to find
-        found, remark = find_left_out(readings.by_face, cycle, placement, resolution_mm(recording.position_mm))
-    if not found or not leave_out:
-        return replace(readings, left_out=found, remark=remark)
-    kept = np.setdiff1d(np.arange(len(readings.face)), [one.row for one in found])
+    found = judge(readings.by_face, cycle, placement, 0.0)
+    if not found.nothing:  # only then the resolution matters, which takes time to find
+        found = judge(readings.by_face, cycle, placement, resolution_mm(recording.position_mm))
+    if not found.left_out or not leave_out:
+        return replace(readings, judged=found)
+    kept = np.setdiff1d(np.arange(len(readings.face)), [one.row for one in found.left_out])
     by_face = ByFace.of(readings.off_mm[kept], readings.face[kept], len(readings.by_face.count))
-    return replace(readings, by_face=by_face, left_out=found, kept=kept)
+    return replace(readings, by_face=by_face, judged=found, kept=kept)

@@ -234,7 +234,7 @@ def _evaluate_placement(
     seen = readings.by_face.statistics(faces)
     _check_reference(seen, recording.path)
     blocks = _check_blocks(seen, origin, recording.path)
-    errors = face_errors(seen, gauge.u_um[faces - 1], origin)
+    errors = face_errors(seen, gauge.u_um[faces - 1], origin, gauge.correlation_of(faces))
     temperature = recording.columns.get("gauge_temperature_C")
     defined = definitions(seen, origin, blocks, gauge.position_mm[faces - 1], errors.xm_um)
     conditions = gauge_conditions(recording, gauge, readings, seen) + defined

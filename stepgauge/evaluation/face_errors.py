@@ -55,14 +55,15 @@ def radius_blocks(seen: FaceStatistics, origin: REffOrigin) -> NDArray[np.intp]:
     return complete[:1] if origin == "first" else complete
 
 
-def face_errors(seen: FaceStatistics, u_um: Array, origin: REffOrigin) -> FaceErrors:
-    """Errors against the certificate (Eqs 1 to 11); ``u_um (k,)`` is its standard uncertainty at the faces.
+def face_errors(seen: FaceStatistics, u_um: Array, origin: REffOrigin, correlation: Array | None = None) -> FaceErrors:
+    """Errors against the certificate (Eqs 1 to 11); ``u_um (k,)`` is its standard uncertainty at the faces, with their
+    ``correlation (k, k)`` (None: independent).
 
     The section must have a measured front (:func:`reference_face`) and a complete block (:func:`radius_blocks`).
     """
     reference = reference_face(seen)
     assert reference is not None
-    radius_mm, u_mm = _effective_radius(seen, u_um, radius_blocks(seen, origin))
+    radius_mm, u_mm = _effective_radius(seen, u_um, radius_blocks(seen, origin), correlation)
     tip_mm = np.where(seen.front, 0.0, 2.0 * radius_mm[..., None])
     error_um = (seen.mean_mm - seen.mean_mm[..., reference : reference + 1] - tip_mm) * 1e3
     xf, xb = _forward_backward(error_um, seen.front)
@@ -89,18 +90,22 @@ def reversal_of_scale_um(
     return float(slope / of_1_slope * of_one.xr_um[known].mean())
 
 
-def _effective_radius(seen: FaceStatistics, u_um: Array, blocks: NDArray[np.intp]) -> tuple[Array, Array]:
+def _effective_radius(
+    seen: FaceStatistics, u_um: Array, blocks: NDArray[np.intp], correlation: Array | None
+) -> tuple[Array, Array]:
     """Half of measured minus certified block size (Eq 1), with its standard uncertainty; NaN without any repeats.
 
-    A face that was read once has the standard deviation of the others: it repeats no better than they do.
+    The repeatability is pooled over all faces, as in the budget: a face repeats no better than the others because its
+    few readings happen to agree.
     """
     front, back = 2 * blocks, 2 * blocks + 1
     radius = (seen.mean_mm[..., back] - seen.mean_mm[..., front]) / 2.0
-    deviation_mm = np.where(seen.count > 1, seen.deviation_mm, seen.pooled_mm[..., None])
-    variance = (deviation_mm * 1e3) ** 2 / np.maximum(seen.count, 1) + u_um**2
-    u_um_block = np.sqrt(variance[..., front] + variance[..., back]) / 2.0
-    u_mm = np.sqrt((u_um_block**2).sum(axis=-1)) / len(blocks) * 1e-3
-    return radius.mean(axis=-1), u_mm
+    weight = np.zeros(len(seen.faces))
+    weight[back], weight[front] = 0.5 / len(blocks), -0.5 / len(blocks)
+    certified = weight * u_um
+    known = certified @ (certified if correlation is None else correlation @ certified)
+    repeated = (seen.pooled_mm * 1e3) ** 2 * float((weight**2 / np.maximum(seen.count, 1)).sum())
+    return radius.mean(axis=-1), np.asarray(np.sqrt(known + repeated) * 1e-3)
 
 
 def _forward_backward(value: Array, front: NDArray[np.bool_]) -> tuple[Array, Array]:

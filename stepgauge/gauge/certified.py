@@ -104,6 +104,10 @@ class Gauge(Shown):
         np.fill_diagonal(matrix, 1.0)
         return matrix
 
+    def correlation_of(self, faces: NDArray[np.int64]) -> NDArray[np.float64] | None:
+        """That of some faces by number, ``(k, k)``; None where they are independent."""
+        return None if self.correlation is None else self.correlation[np.ix_(faces - 1, faces - 1)]
+
     def summary(self) -> str:
         """Name, certificate, size and uncertainty in a line."""
         certificate, largest = self.certificate, float(self.u_um.max())

@@ -232,7 +232,8 @@ def _evaluated(model: Model, part: Part, drawn: _Drawn) -> Array:
     um = model.sign * _displacement_um(model, part, drawn)
     off_mm = np.broadcast_to(readings.off_mm + um * 1e-3, (drawn.runs, len(part)))
     seen = face_statistics(off_mm, readings.face, readings.faces)
-    errors = face_errors(seen, model.gauge.u_um[readings.faces - 1], model.origin)
+    gauge, faces = model.gauge, readings.faces
+    errors = face_errors(seen, gauge.u_um[faces - 1], model.origin, gauge.correlation_of(faces))
     true_mm = np.broadcast_to(drawn.true_position_mm(), (drawn.runs, model.gauge.n_faces))
     span_mm = true_mm[:, readings.faces[-1] - 1] - true_mm[:, readings.faces[0] - 1]
     return np.column_stack(_columns(seen, errors, span_mm))
