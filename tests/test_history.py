@@ -48,14 +48,14 @@ def entry(day: float, value: float, u: float = 0.1, **changed: object) -> Histor
 
 def test_an_entry_by_hand(tmp_path: Path) -> None:
     """Slope and mean of the printed XM and XR, and R_eff, from the JSON by plain numpy."""
-    path = write(tmp_path / "a", when="2024-05-06T07:08", noise_um=0.4, cycles=3, reversal_um=2.0)
+    path = write(tmp_path / "a", when="2026-05-06T07:08", noise_um=0.4, cycles=3, reversal_um=2.0)
     (one,) = read_entries(path, tmp_path, "sha")
     data = json.loads(path.read_text())
     rows = [row for row in data["placements"][0]["faces"] if row["xm_um"] is not None]
     slope = np.polyfit([r["position_mm"] for r in rows], [r["xm_um"] for r in rows], 1)[0] * 1e3
     assert one.scale_ppm == pytest.approx(slope, abs=1e-9)
     assert one.reversal_um == pytest.approx(np.mean([r["xr_um"] for r in rows]), abs=1e-9)
-    assert one.measured_at == datetime.datetime(2024, 5, 6, 7, 8)
+    assert one.measured_at == datetime.datetime(2026, 5, 6, 7, 8)
     assert (one.date_source, one.path, one.direction, one.machine) == ("evaluation", "a/evaluation.json", "x", "CMM")
 
 
@@ -63,7 +63,7 @@ def test_the_uncertainties_of_an_entry_are_its_scatter(tmp_path: Path) -> None:
     """Monte Carlo: 200 evaluations with noise, four cycles each."""
     entries = []
     for seed in range(200):
-        path = write(tmp_path, when="2024-05-06", noise_um=0.5, cycles=4, seed=seed)
+        path = write(tmp_path, when="2026-05-06", noise_um=0.5, cycles=4, seed=seed)
         entries += read_entries(path, tmp_path, str(seed))
     for name in ("scale_ppm", "reversal_um"):
         scatter = np.std([getattr(e, name) for e in entries])
@@ -103,7 +103,7 @@ def test_a_scale_that_grows_is_no_drift_of_the_reversal(tmp_path: Path) -> None:
     entries = []
     for month in range(1, 7):
         made = {"error_um": lambda x_mm, ppm=40.0 * month: ppm * 1e-3 * x_mm, "noise_um": 0.02, "cycles": 4}
-        path = write(tmp_path / str(month), when=f"2024-{month:02d}-01", seed=10 + month, **made)
+        path = write(tmp_path / str(month), when=f"2026-{month:02d}-01", seed=10 + month, **made)
         entries += read_entries(path, tmp_path, str(month))
     (one,) = (one for one in make_series(entries) if one.quantity == "reversal_um")
     assert one.trend is not None

@@ -12,6 +12,7 @@ from stepgauge.cli.options import (
     PLACEMENTS,
     R_EFF,
     SUFFIX,
+    TEMPERATURE_CONVENTION,
     mpe_from,
     mpe_options,
     output,
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 @mpe_options(False, "Draw the lines of a maximum permissible error")
 @click.option("--measured-at", metavar="DATE", help="When it was measured, 2026-03-02 or with time; for the history.")
 @click.option("--machine-name", metavar="NAME", help="Machine that measured it, where the recording does not say.")
+@TEMPERATURE_CONVENTION
 @SUFFIX
 def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any) -> None:
     """Errors of the machine from a recording of the step gauge (Pahk & Kim, equations 1 to 13).
@@ -60,6 +62,7 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any
         r_eff=options["origin"],
         measured_at=options["measured_at"],
         machine_name=options["machine_name"],
+        temperature_convention=options["temperature_convention"],
     )
     written = result.write(output, options["suffix"], limit)
     say_lines(result.summary())

@@ -9,6 +9,7 @@ import click
 from stepgauge.cli.options import (
     PLACEMENT_NUMBER,
     TEMPERATURE_C,
+    TEMPERATURE_CONVENTION,
     FiniteRange,
     is_typed,
     leaves,
@@ -189,6 +190,7 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
     help="Of a table whose rows are of several kinds (axes, features): read those with this text in a column, e.g. X.",
 )
 @leaves(_left)
+@TEMPERATURE_CONVENTION
 def command(log: str, source: str | None, output: str, **options: Any) -> None:
     """Convert the log of a controller, or a table, to a recording.
 
@@ -219,6 +221,7 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
     from stepgauge.importing import ImportOptions, import_log, recognise_log
     from stepgauge.machine.file import check_recorded, read_machine
     from stepgauge.recording import write_recording
+    from stepgauge.recording.conventions import state_convention, with_convention
 
     check_output(output, log, options["program"], options["gauge"], options["placement"], options["machine"])
     _check_options(options)
@@ -238,8 +241,11 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
     )
     imported = import_log(log, source or recognise_log(log), steps, lies, program, choice, layout)
     recording = imported.recording.with_comments(sensor=options["sensor"])
+    recording = state_convention(recording, options["temperature_convention"])
     if options["machine"]:
-        check_recorded(recording.comments, read_machine(options["machine"]))
+        cmm = read_machine(options["machine"])
+        check_recorded(recording.comments, cmm)
+        recording = with_convention(recording, cmm.table)
     write_recording(output, recording)
     for line in imported.report:
         say(line)

@@ -13,6 +13,7 @@ from stepgauge.cli.options import (
     PLACEMENTS,
     POSITIVE,
     SUFFIX,
+    TEMPERATURE_CONVENTION,
     U_TEMPERATURE_K,
     coverage_option,
     machine_option,
@@ -100,6 +101,7 @@ if TYPE_CHECKING:
     help="Standard uncertainty by the gauge's fixture, um. Default: not evaluated, and listed.",
 )
 @coverage_option("in the decision")
+@TEMPERATURE_CONVENTION
 @SUFFIX
 @stated_options()
 def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str | None, **options: Any) -> None:
@@ -122,13 +124,15 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str |
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.machine.file import read_machine
     from stepgauge.recording import read_recordings
+    from stepgauge.recording.conventions import state_convention
     from stepgauge.reports.iso10360 import report_length_test
     from stepgauge.standards.iso10360_statements import overall, statements
 
     _check_options(options)
     steps = read_gauge(gauge)
     cmm = read_machine(machine) if machine else None
-    test = _test(read_recordings(recordings), steps, cmm, options)
+    recording = state_convention(read_recordings(recordings), options["temperature_convention"])
+    test = _test(recording, steps, cmm, options)
     further = _further(steps, cmm, options)
     written, notes = report_length_test(
         output, test, stated_from(options), cmm, options["template"], options["suffix"], further

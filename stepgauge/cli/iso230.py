@@ -11,6 +11,7 @@ from stepgauge.cli.options import (
     PLACEMENTS,
     POSITIVE,
     SUFFIX,
+    TEMPERATURE_CONVENTION,
     is_typed,
     machine_option,
     output,
@@ -65,6 +66,7 @@ if TYPE_CHECKING:
     help="Expanded uncertainty U (k = 2) of the parameters, um (arcsec), as estimated by ISO/TR 230-9. Default: not"
     " stated, and conformity is then not proven.",
 )
+@TEMPERATURE_CONVENTION
 @SUFFIX
 @stated_options()
 def command(recordings: tuple[str, ...], gauge: str | None, output: str, machine: str | None, **options: Any) -> None:
@@ -110,6 +112,7 @@ def _gauge_test(
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.gauge.placement import read_placements
     from stepgauge.recording import read_recordings
+    from stepgauge.recording.conventions import state_convention
     from stepgauge.standards.iso230_decision import Requirement
     from stepgauge.standards.positioning import positioning_test
 
@@ -120,7 +123,7 @@ def _gauge_test(
     requirement = Requirement.parse(options["tolerance"], options["expanded_uncertainty"])
     steps = read_gauge(gauge)
     placements = read_placements(options["placement_files"], steps)
-    recording = read_recordings(recordings)
+    recording = state_convention(read_recordings(recordings), options["temperature_convention"])
     return positioning_test(recording, steps, options["tip_diameter"], options["pairing"], cmm, placements, requirement)
 
 

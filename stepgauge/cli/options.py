@@ -110,6 +110,13 @@ U_GAUGE_TEMPERATURE = click.option(
     help="Standard uncertainty of the gauge's temperature, K. Default: gauge_temperature_K in [uncertainty] of the "
     "machine file if the temperature was recorded; else not counted.",
 )
+TEMPERATURE_CONVENTION = click.option(
+    "--temperature-convention",
+    type=click.Choice(["as_read", "corrected_to_20", "nominal_expansion"]),
+    help="What the readings have been corrected for. as_read: nothing. corrected_to_20: the machine has corrected them"
+    " to 20 deg C. nominal_expansion: to be corrected here, with the expansion of scales and gauge. Default: as the"
+    " recording says.",
+)
 SEARCH = click.option(
     "--search",
     type=POSITIVE,

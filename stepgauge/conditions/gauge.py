@@ -7,23 +7,29 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.conditions.certificate import certificate_conditions
 from stepgauge.conditions.condition import Condition, Conditions
+from stepgauge.conditions.drift import drift_conditions
 from stepgauge.conditions.duplicates import copied_cycles, copies_words
-from stepgauge.conditions.outliers import left_out_words, odd_blocks, odd_faces
+from stepgauge.conditions.faces import face_conditions
+from stepgauge.conditions.outliers import left_out_words
 from stepgauge.conditions.readings import Readings
-from stepgauge.files.notation import rounded
+from stepgauge.conditions.resolution import resolution_conditions
+from stepgauge.conditions.temperature import temperature_conditions
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.by_face import FaceStatistics
 
 Array = NDArray[np.float64]
-REFERENCE_C = 20.0
-"""Reference temperature of dimensions, ISO 1."""
 NOTABLE_UM = 0.1
 """Cosine error over the measured section from which it is remarked."""
+LEAST_U_UM = 0.5
+"""No calibration of a machine with a step gauge states a smaller expanded uncertainty of its largest error."""
 
 
-def gauge_conditions(recording: Recording, gauge: Gauge, readings: Readings, seen: FaceStatistics) -> Conditions:
+def gauge_conditions(
+    recording: Recording, gauge: Gauge, readings: Readings, seen: FaceStatistics, expanded_um: float | None = None
+) -> Conditions:
     """What was measured, and under which conditions.
 
     Parameters
@@ -32,17 +38,32 @@ def gauge_conditions(recording: Recording, gauge: Gauge, readings: Readings, see
     gauge : its certificate
     readings : the same rows along the gauge axis
     seen : their statistics by face of the used section
+    expanded_um : expanded uncertainty that is stated of the results; default: at least that of certificate and scatter
     """
-    found = [
-        *_completeness(seen),
-        *_duplicates(recording),
-        *_temperature(recording, gauge, seen),
-        *_outliers(readings),
-        *_alignment(readings, seen, gauge),
-        *_blocks_and_faces(seen, gauge),
-        *_certificate(gauge),
-    ]
-    return Conditions(tuple(found))
+    matters_um = max(least_expanded_um(seen, gauge), expanded_um or 0.0)
+    span_mm = float(np.ptp(gauge.position_mm[seen.faces[seen.count > 0] - 1]))
+    return Conditions(
+        (
+            *_completeness(seen),
+            *_duplicates(recording),
+            *_outliers(readings),
+            *_alignment(readings, span_mm, matters_um),
+            *temperature_conditions(recording, gauge, span_mm, matters_um),
+            *resolution_conditions(recording, readings.axis),
+            *drift_conditions(recording, readings, seen),
+            *face_conditions(seen, gauge),
+            *certificate_conditions(recording, gauge),
+        )
+    )
+
+
+def least_expanded_um(seen: FaceStatistics, gauge: Gauge) -> float:
+    """Expanded uncertainty (k = 2) of an error at the far end by certificate and scatter alone: what does not move a
+    result by more than that does not matter."""
+    faces = seen.faces[seen.count > 0]
+    certified = np.hypot(gauge.u_um[faces[0] - 1], gauge.u_um[faces[-1] - 1])
+    repeated = np.nan_to_num(seen.pooled_mm) * 1e3 * np.sqrt(2.0 / seen.count.max())
+    return max(LEAST_U_UM, float(2.0 * np.hypot(certified, repeated)))
 
 
 def _completeness(seen: FaceStatistics) -> Iterator[Condition]:
@@ -76,66 +97,31 @@ def _duplicates(recording: Recording) -> Iterator[Condition]:
         yield Condition("duplicates", "prevents", words, numbers, "every cycle measured")
 
 
-def _temperature(recording: Recording, gauge: Gauge, seen: FaceStatistics) -> Iterator[Condition]:
-    """What it means that nobody recorded how warm the gauge was."""
-    if "gauge_temperature_C" in recording.columns:
-        return
-    span_mm, table = _span_mm(seen, gauge), gauge.table
-    per_K = table.expansion_per_K * span_mm * 1e3
-    words = (
-        f"the temperature of the gauge is not recorded: it is taken as {table.reference_temperature_C:g} deg C, and"
-        f" each K that it was warmer or colder is an error of {rounded(per_K, 2)} um over {span_mm:.0f} mm"
-    )
-    yield Condition("temperature", "contribution", words, "not recorded", "gauge_temperature_C")
-
-
-def _span_mm(seen: FaceStatistics, gauge: Gauge) -> float:
-    return float(np.ptp(gauge.position_mm[seen.faces[seen.count > 0] - 1]))
-
-
 def _outliers(readings: Readings) -> Iterator[Condition]:
-    if readings.left_out and readings.kept is not None:
-        size = max(abs(one.off_um) for one in readings.left_out)
-        yield Condition("outliers", "corrected", left_out_words(readings.left_out), size_um=size)
-    if readings.judged.many:
-        yield Condition("scatter", "contribution", readings.judged.many)
-    if readings.judged.unclear:
-        faces = f"face {', '.join(map(str, readings.judged.unclear))}"
+    judged = readings.judged
+    if judged.left_out and readings.kept is not None:
+        size = max(abs(one.off_um) for one in judged.left_out)
+        yield Condition("outliers", "corrected", left_out_words(judged.left_out), size_um=size)
+    if judged.many:
+        yield Condition("scatter", "contribution", judged.many)
+    if judged.unclear:
+        faces = f"face {', '.join(map(str, judged.unclear))}"
         words = f"the readings of {faces} contradict each other, and nothing tells which of them is right: probe again"
         yield Condition("outliers", "prevents", words, faces, "readings that agree, or three and more of them")
 
 
-def _alignment(readings: Readings, seen: FaceStatistics, gauge: Gauge) -> Iterator[Condition]:
+def _alignment(readings: Readings, span_mm: float, matters_um: float) -> Iterator[Condition]:
     """The line of the readings against the axis that is used: lengths are short by the cosine."""
-    short_um = readings.tilt_rad**2 / 2.0 * _span_mm(seen, gauge) * 1e3
-    if short_um > NOTABLE_UM:
-        found = f"{readings.tilt_rad * 1e3:.2f} mrad"
-        words = (
-            f"the readings follow a line that is {found} off the axis that is used: a cosine error of up to"
-            f" {short_um:.2f} um"
-        )
+    short_um = readings.tilt_rad**2 / 2.0 * span_mm * 1e3
+    found = f"{readings.tilt_rad * 1e3:.2f} mrad"
+    words = (
+        f"the readings follow a line that is {found} off the axis that is used: a cosine error of up to"
+        f" {short_um:.2f} um"
+    )
+    if short_um > matters_um:
+        expected = "readings along the axis of the gauge, or its placement (--placement)"
+        yield Condition("alignment", "prevents", words, found, expected, short_um)
+    elif short_um > NOTABLE_UM:
         yield Condition("alignment", "contribution", words, found, "the axis of the gauge", short_um)
-
-
-def _blocks_and_faces(seen: FaceStatistics, gauge: Gauge) -> Iterator[Condition]:
-    """Faces and blocks that stand out in every cycle."""
-    repeat_um = np.nan_to_num(seen.deviation_mm) * 1e3 / np.sqrt(np.maximum(seen.count, 1))
-    u_um = np.hypot(gauge.u_um[seen.faces - 1], repeat_um)
-    blocks = odd_blocks(seen.faces, seen.mean_mm * 1e3, u_um)
-    if blocks:
-        shown = ", ".join(f"block {block} by {rounded(um, 3, plus=True)} um" for block, um in blocks[:10])
-        words = f"read longer (+) or shorter (-) than the other blocks: {shown}: its faces, or its certificate"
-        yield Condition("faces", "contribution", words, size_um=max(abs(um) for _, um in blocks))
-    faces = odd_faces(seen.faces, gauge.position_mm[seen.faces - 1], seen.mean_mm * 1e3, u_um)
-    if faces:
-        shown = ", ".join(f"face {face} ({rounded(um, 3, plus=True)} um)" for face, um in faces[:10])
-        why = "the face, its certificate, or the scale there; repeats cannot tell"
-        words = f"off the line between their neighbours: {shown}: {why}"
-        yield Condition("faces", "contribution", words, size_um=max(abs(um) for _, um in faces))
-
-
-def _certificate(gauge: Gauge) -> Iterator[Condition]:
-    reference = gauge.table.reference_temperature_C
-    if reference != REFERENCE_C:
-        words = f"the certificate holds at {reference:g} deg C, not at {REFERENCE_C:g} (ISO 1)"
-        yield Condition("certificate", "contribution", words, f"{reference:g} deg C", f"{REFERENCE_C:g} deg C")
+    else:
+        yield Condition("alignment", "met", f"the readings lie {found} off the axis that is used", found, "", short_um)

@@ -36,14 +36,12 @@ CALM, CALM_SIGMA = 0.3, 0.385
 NEIGHBOURS = 2
 """Faces of its side before and after a face whose scatter counts as its own: noise may grow along the gauge, and
 fronts need not repeat as backs do."""
-OFTEN = 5
-"""Readings of a face from which it tells its own scatter: two slips of five leave their median alone."""
 OF_CYCLE = 6
 """Readings of a cycle from which their median is what moves the whole cycle."""
 CLEARER = 3.0
 """Of two repeats one is named where the other lies so many times nearer to the line between the neighbours."""
 SHOWN = 10
-_TO_SIGMA = 1.4826
+_TO_SIGMA, _CALM_TO_SIGMA = 1.4826, 1.6
 _OF_DIFFERENCE = _TO_SIGMA / np.sqrt(2.0)
 """Standard deviation of a reading over the median of the size of the difference of two."""
 
@@ -115,7 +113,7 @@ def find_outliers(readings: ByFace, cycle: Rows, resolution_mm: float = 0.0) -> 
     suspect = np.unique(face[order][1:][same & (apart > max(TIMES * wider * sigma_mm, least_mm))])
     if not suspect.size:
         return NONE_FOUND
-    local = {one: _near_mm(apart, same, face[order], from_middle[order], one) for one in suspect.tolist()}
+    local = {one: _near_mm(from_middle, face, one) for one in suspect.tolist()}
     limit_mm = {one: max(TIMES * wider * max(sigma_mm, near), least_mm) for one, near in local.items()}
     return _named(from_middle, readings, limit_mm)
 
@@ -130,16 +128,19 @@ def _from_middle(off_mm: Array, face: Rows, cycle: Rows) -> Array:
     return np.asarray(value - value.groupby(face).transform("median"))
 
 
-def _near_mm(apart: Array, same: NDArray[np.bool_], face: Rows, from_middle: Array, one: int) -> float:
-    """Standard deviation of one probing at the neighbours of a face of its side, and at the face where it was read
-    often enough to say so; ``apart``, ``same``: of successive readings, all in the order of ``face``."""
-    near = np.arange(one - 2 * NEIGHBOURS, one + 2 * NEIGHBOURS + 1, 2)
-    beside = same & np.isin(face[1:], near[near != one])
-    found = [_OF_DIFFERENCE * float(np.median(apart[beside]))] if beside.any() else []
-    own = np.abs(from_middle[face == one])
-    if len(own) >= OFTEN:
-        found.append(_TO_SIGMA * float(np.median(own)))
-    return max(found, default=0.0)
+def _near_mm(from_middle: Array, face: Rows, one: int) -> float:
+    """Standard deviation of one probing at a face and its neighbours of the same side.
+
+    Of every face the worst quarter, one reading at least, is left aside, which :data:`_CALM_TO_SIGMA` makes good; of
+    two readings neither can be, so that the face itself does not count.
+    """
+    total, freedom = 0.0, 0
+    for near in range(one - 2 * NEIGHBOURS, one + 2 * NEIGHBOURS + 1, 2):
+        off = np.sort(np.abs(from_middle[face == near]))
+        if len(off) > 2 or (len(off) == 2 and near != one):
+            kept = off[: len(off) - max(1, len(off) // 4)] if len(off) > 2 else off
+            total, freedom = total + float((kept**2).sum()), freedom + max(len(kept) - 1, 1)
+    return _CALM_TO_SIGMA * float(np.sqrt(total / freedom)) if freedom else 0.0
 
 
 def _named(from_middle: Array, readings: ByFace, limit_mm: dict[int, float]) -> Found:
@@ -157,8 +158,8 @@ def _named(from_middle: Array, readings: ByFace, limit_mm: dict[int, float]) -> 
         elif len(here) < 5 and np.ptp(value) > most:
             unclear.append(one)
     order = np.argsort(rows, kind="stable")
-    um = (np.array(numbers, float)[order] * 1e3 for numbers in (off, limit))
-    return Found(np.array(rows, np.int64)[order], *um, tuple(unclear))
+    off_um, limit_um = (np.array(numbers, float)[order] * 1e3 for numbers in (off, limit))
+    return Found(np.array(rows, np.int64)[order], off_um, limit_um, tuple(unclear))
 
 
 def _farther_of_two(readings: ByFace, here: Rows, most_mm: float) -> NDArray[np.bool_]:

@@ -30,7 +30,7 @@ class Readings:
     ``axis``: the gauge axis that positions are projected on; ``by_face``: positions along it minus certified positions
     at the recorded gauge temperature; ``faces``: of the used section. ``judged``: readings that their repeats
     contradict; ``kept``: rows of the recording that are used, None for all; ``tilt_rad``: angle of the line of the
-    readings to the axis.
+    readings to the axis; ``drift_corrected``: the drift that was taken off, in words.
     """
 
     axis: Array
@@ -39,6 +39,7 @@ class Readings:
     judged: Judged = NOTHING_JUDGED
     kept: NDArray[np.intp] | None = None
     tilt_rad: float = 0.0
+    drift_corrected: str = ""
 
     @property
     def left_out(self) -> tuple[LeftOut, ...]:

@@ -17,6 +17,7 @@ from stepgauge.files.dates import first_moment
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import read_result, write_json, write_text
 from stepgauge.gauge.certified import Gauge
+from stepgauge.recording.conventions import convention_words
 
 CSV_COLUMNS = (
     "face",
@@ -33,9 +34,6 @@ CSV_COLUMNS = (
     "interpolated",
 )
 UM = ("xf_um", "sf_um", "xb_um", "sb_um", "xm_um", "xr_um")
-TEMPERATURE_CONVENTION = (
-    "certified positions S are brought to the recorded gauge temperature; readings are not corrected"
-)
 R_EFF_ORIGIN = {
     "first": "from the size of the first used block; XB of that block is zero by construction",
     "all": "mean over all used blocks",
@@ -80,7 +78,7 @@ def evaluation_to_dict(evaluation: Evaluation) -> dict[str, Any]:
         "span_mm": max(result.span_mm for result in results),
         "band_um": _number(_largest([result.band_um for result in results])),
         "worst_two_sigma_um": _number(_largest([result.worst_two_sigma_um for result in results])),
-        "temperature_convention": TEMPERATURE_CONVENTION,
+        "temperature_convention": convention_words(evaluation.comments),
         "placements": [_placement_to_dict(result, gauge) for result in results],
     }
 

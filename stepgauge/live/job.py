@@ -22,6 +22,8 @@ from stepgauge.motion.moves import Move, Program, trace
 from stepgauge.planning.check import check_program, check_travel
 from stepgauge.planning.program import fastest_mm_s
 from stepgauge.recording import APPROACH, POSITION, Recording
+from stepgauge.recording.conventions import KEY as CONVENTION
+from stepgauge.recording.conventions import with_convention
 from stepgauge.recording.simulated import SIMULATED, SIMULATED_COMMENT
 
 Array = NDArray[np.float64]
@@ -89,7 +91,10 @@ class Job:
         frame = pd.DataFrame(rows)
         made = SIMULATED_COMMENT if SIMULATED in frame else {}
         frame = frame.drop(columns=SIMULATED, errors="ignore").dropna(axis=1)
-        return Recording(frame, {**self._comments(), **_begun(journal), **made, **comments}, str(journal.path))
+        said = {**self._comments(), **_begun(journal), **made, **comments}
+        if made:
+            said.setdefault(CONVENTION, self.machine.table.virtual_convention)
+        return with_convention(Recording(frame, said, str(journal.path)), self.machine.table)
 
     def _comments(self) -> dict[str, str]:
         return {

@@ -21,6 +21,7 @@ from stepgauge.machine.uncertain import Uncertain, split_uncertain
 from stepgauge.physics.chain import Chain
 from stepgauge.probes import Probe, make_probe, probe_table
 from stepgauge.probes.schema import ProbeTable
+from stepgauge.recording.conventions import Convention
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -98,7 +99,15 @@ class MachineTable(Table):
     temperature_C: float = Field(20.0, ge=0, le=50, description="temperature of the scales, deg C")
     scale_expansion_per_K: float = Field(11.5e-6, ge=0, le=40e-6, description="expansion of the scales in 1/K")
     scales_compensated: bool = Field(True, description="whether the controller corrects for the scales' temperature")
+    temperature_convention: Convention | None = Field(
+        None, description="what its readings have been corrected for: as_read, corrected_to_20 or nominal_expansion"
+    )
     chain: ChainTable | None = Field(None, description="table [machine.chain]: which axes carry table and probe")
+
+    @property
+    def virtual_convention(self) -> Convention:
+        """Of readings of the virtual CMM, which knows nothing of the temperature of a part."""
+        return "nominal_expansion" if self.temperature_convention == "nominal_expansion" else "as_read"
 
 
 class StandardUncertainty(Table):

@@ -27,6 +27,7 @@ from stepgauge.machine.styli import stylus_comment
 from stepgauge.motion.collision import Obstacles, ball_contacts, make_obstacles, make_tool
 from stepgauge.motion.moves import Path, ProbingSettings, Program, trace
 from stepgauge.recording import APPROACH, POSITION, Recording, write_recording
+from stepgauge.recording.conventions import KEY as CONVENTION
 from stepgauge.recording.simulated import SIMULATED_COMMENT
 
 Array = NDArray[np.float64]
@@ -142,6 +143,7 @@ def run_program(
         "gauge_serial": gauge.table.serial,
         "tip_radius_mm": f"{machine.probe.tip_radius_mm:g}",
         "seed": str(seed),
+        CONVENTION: machine.table.virtual_convention,
         **SIMULATED_COMMENT,
         **stylus_comment(machine),
     }

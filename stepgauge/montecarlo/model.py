@@ -48,6 +48,7 @@ from stepgauge.montecarlo.inputs import (
 from stepgauge.motion.moves import Program
 from stepgauge.recording import Recording
 from stepgauge.recording.by_face import ByFace, FaceStatistics, face_statistics
+from stepgauge.recording.conventions import warmer_K
 
 Array = NDArray[np.float64]
 BY_FACE = ("xf_um", "sf_um", "xb_um", "sb_um", "xm_um", "xr_um")
@@ -405,6 +406,5 @@ def _part(
         means = ByFace.of(one.mean_mm[one.face], one.face, len(one.count))
         readings = replace(readings, by_face=means)  # the noise of the recording is drawn anew
     columns: dict[str, Any] = {name: recording.frame[name].to_numpy() for name in recording.frame.columns}
-    reference = gauge.table.reference_temperature_C
-    temperature = columns.get("gauge_temperature_C", np.full(len(readings.face), reference))
-    return Part(number, columns, readings, temperature - reference, scales_C, first_row)
+    warmer = np.broadcast_to(warmer_K(recording, gauge), (len(readings.face),))
+    return Part(number, columns, readings, warmer, scales_C, first_row)

@@ -16,6 +16,7 @@ from stepgauge.montecarlo.model import Model, program_model, recording_model
 from stepgauge.planning.plan import parse_section
 from stepgauge.programs import read_program
 from stepgauge.recording import Recording, is_recording_file, join_recordings, read_recording
+from stepgauge.recording.conventions import with_convention
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,7 @@ def read_model(
         tables = [one if isinstance(one, Recording) else read_recording(one) for one in sources]
         recording = tables[0] if len(tables) == 1 else join_recordings(tables)
         check_recorded(recording.comments, machine)
+        recording = with_convention(recording, machine.table)
         if options.gauge_temperature_C is not None:
             raise InputError(naming("gauge_temperature_C"), "belongs to a program; a recording has its own")
         section = parse_section(options.blocks, gauge)

@@ -14,6 +14,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.public.inputs import Blocks, File, as_blocks, as_gauge, as_placements, as_recordings, one_of
 from stepgauge.recording import Recording, join_recordings
+from stepgauge.recording.conventions import state_convention
 
 if TYPE_CHECKING:
     from stepgauge.machine.virtual import Run
@@ -30,6 +31,7 @@ def evaluate(
     r_eff: str = "first",
     measured_at: str | None = None,
     machine_name: str | None = None,
+    temperature_convention: str | None = None,
 ) -> Evaluation:
     """Errors of the machine from recordings of the step gauge (Pahk & Kim, equations 1 to 13).
 
@@ -42,6 +44,9 @@ def evaluate(
     r_eff : effective tip radius from the ``"first"`` used block (its XB is then zero by construction) or from ``"all"``
     measured_at : when it was measured, ``2026-03-02`` or with time; for the history
     machine_name : machine that measured it, where the recording does not say
+    temperature_convention : what the readings have been corrected for: ``"as_read"``, ``"corrected_to_20"`` (by the
+        machine) or ``"nominal_expansion"`` (to be corrected with the coefficients of scales and gauge); default: as the
+        recording says
 
     Returns
     -------
@@ -60,5 +65,6 @@ def evaluate(
     lies = as_placements(placements, steps)
     tables = as_recordings(recordings)
     whole = tables[0] if len(tables) == 1 else join_recordings(tables)
+    whole = state_convention(whole, temperature_convention)
     whole = whole.with_comments(measured_at=measured_at, machine=machine_name)
     return evaluate_recording(whole, steps, section, origin, lies)

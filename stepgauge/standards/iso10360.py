@@ -21,6 +21,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
+from stepgauge.recording.conventions import with_convention
 from stepgauge.recording.identity import check_recording
 from stepgauge.standards.decision import Outcome, decide, together
 from stepgauge.standards.iso10360_positions import Position, TestLength
@@ -172,6 +173,7 @@ def length_test(
         not this tip's, no length at all. Too few positions, lengths or repeats are no error: the rules say what is
         incomplete.
     """
+    recording = with_convention(recording, machine.table if machine else None)
     check_recording(recording, gauge)
     numbers = recording.placements
     if placements and len(placements) != len(numbers):

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.evaluation.files import TEMPERATURE_CONVENTION
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_json, write_text
+from stepgauge.recording.conventions import convention_words
 from stepgauge.standards.decision import DECISION_SOURCE
 from stepgauge.standards.gauge_table import gauge_to_dict
 from stepgauge.standards.iso10360 import KINDS, LengthTest
@@ -68,7 +68,7 @@ def length_test_to_dict(test: LengthTest, further: Sequence[LengthTest] = ()) ->
         "coverage_factor": test.stated.coverage_factor,
         "uncertainty_source": UNCERTAINTY_SOURCE,
         "uncertainty_not_stated": test.missing,
-        "temperature_convention": TEMPERATURE_CONVENTION,
+        "temperature_convention": convention_words(test.comments),
         "conditions": test.conditions.as_dicts(),
         "complete": test.complete,
         "rules": [rule.as_dict() for rule in test.rules],

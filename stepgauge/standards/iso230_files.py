@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.evaluation.files import TEMPERATURE_CONVENTION
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_json, write_text
+from stepgauge.recording.conventions import convention_words
 from stepgauge.standards.gauge_table import gauge_to_dict
 from stepgauge.standards.iso230 import AxisParameters
 from stepgauge.standards.iso230_decision import parameters_um
@@ -84,7 +84,7 @@ def _reference(test: PositioningTest) -> dict[str, Any]:
         "tip_diameter": {"diameter_mm": test.tip.diameter_mm, "u_um": test.tip.u_um, "origin": test.tip.origin},
         "pairing": PAIRINGS[test.pairing],
         "sign_convention": SIGN_CONVENTION,
-        "temperature_convention": TEMPERATURE_CONVENTION,
+        "temperature_convention": convention_words(test.comments),
     }
 
 

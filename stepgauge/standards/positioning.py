@@ -25,6 +25,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
+from stepgauge.recording.conventions import with_convention
 from stepgauge.recording.identity import check_recording
 from stepgauge.standards.iso230 import AxisParameters, Parameters, axis_parameters
 from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
@@ -161,6 +162,7 @@ def positioning_test(
         a recording of another gauge, a single run, no two complete blocks. Fewer runs or targets than the standard asks
         are no error: the rules say what is incomplete.
     """
+    recording = with_convention(recording, machine.table if machine else None)
     check_recording(recording, gauge)
     numbers = recording.placements
     if placements and len(placements) != len(numbers):

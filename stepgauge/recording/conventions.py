@@ -1,0 +1,134 @@
+"""Temperature conventions: what a recording's lengths have been corrected for before anybody compares them.
+
+Lengths hold at 20 deg C (ISO 1). A gauge at the temperature T_g is longer by alpha_g (T_g - 20), scales at T_s indicate
+lengths that are too small by alpha_s (T_s - 20). ISO 230-2 has the readings corrected for that nominal differential
+expansion (NDE); most CMMs correct part and scales themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal, Protocol, cast, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError, naming
+from stepgauge.files.numerals import number
+from stepgauge.gauge.certified import Gauge
+from stepgauge.recording.columns import APPROACH
+from stepgauge.recording.table import Recording
+
+Array = NDArray[np.float64]
+Convention = Literal["as_read", "corrected_to_20", "nominal_expansion"]
+CONVENTIONS: Mapping[Convention, str] = {
+    "as_read": "certified positions are brought to the recorded gauge temperature; readings are not corrected",
+    "corrected_to_20": "the machine has corrected the readings to 20 deg C; certified positions are those at 20 deg C",
+    "nominal_expansion": "readings are corrected for the nominal expansion of scales and gauge to 20 deg C",
+}
+"""``temperature_convention`` of a recording or of the table [machine], with what it means for the numbers."""
+UNSTATED = f"not stated: {CONVENTIONS['as_read']}"
+KEY, EXPANSION, SCALES_C = "temperature_convention", "scale_expansion_per_K", "scale_temperature_C"
+"""Comments of a recording: the convention; for NDE the expansion of the scales, and their temperature where no column
+has it."""
+REFERENCE_C = 20.0
+"""Reference temperature of dimensions, ISO 1."""
+
+
+class Scales(Protocol):
+    """What a machine file states of its scales and of what its readings have been corrected for."""
+
+    @property
+    def temperature_convention(self) -> Convention | None:
+        """None where it states none."""
+
+    @property
+    def scale_expansion_per_K(self) -> float:
+        """Of the scales, 1/K."""
+
+    @property
+    def temperature_C(self) -> float:
+        """Of the scales, deg C."""
+
+
+def convention_of(comments: Mapping[str, str], where: str = "") -> Convention | None:
+    """The convention that a recording states, None where it states none; :class:`InputError` for another word, and
+    for joined recordings that differ."""
+    stated = comments.get(KEY)
+    if stated is None:
+        return None
+    if stated not in get_args(Convention):
+        what = f"{KEY} is not known, or differs between recordings"
+        raise InputError(where, what, found=stated, expected=", ".join(get_args(Convention)))
+    return cast(Convention, stated)
+
+
+def convention_words(comments: Mapping[str, str]) -> str:
+    """What was corrected to which temperature, for results and reports."""
+    stated = convention_of(comments)
+    return UNSTATED if stated is None else CONVENTIONS[stated]
+
+
+def state_convention(recording: Recording, stated: str | None) -> Recording:
+    """The recording with a convention that somebody states; :class:`InputError` where it states another itself."""
+    if stated is None:
+        return recording
+    own = convention_of(recording.comments, recording.path)
+    if own not in (None, stated):
+        what = f"the recording has another {KEY}"
+        raise InputError(naming(KEY), what, found=stated, expected=f"{own}, as {recording.path} says")
+    convention_of({KEY: stated}, KEY)
+    return recording.with_comments(**{KEY: stated})
+
+
+def with_convention(recording: Recording, machine: Scales | None) -> Recording:
+    """The recording with the convention of its machine file, and what NDE needs from it, where it states none."""
+    if machine is None:
+        return recording
+    stated = convention_of(recording.comments, recording.path) or machine.temperature_convention
+    more: dict[str, str] = {KEY: stated} if stated else {}
+    if stated == "nominal_expansion":
+        own = {EXPANSION: f"{machine.scale_expansion_per_K:g}", SCALES_C: f"{machine.temperature_C:g}"}
+        more |= {key: value for key, value in own.items() if key not in recording.comments}
+    return recording.with_comments(**more) if more else recording
+
+
+def warmer_K(recording: Recording, gauge: Gauge) -> Array | float:
+    """How much warmer than its certificate the gauge is in the readings, K, of every row or of all."""
+    reference = gauge.table.reference_temperature_C
+    if convention_of(recording.comments, recording.path) == "corrected_to_20":
+        return REFERENCE_C - reference
+    if "gauge_temperature_C" not in recording.columns:
+        return 0.0
+    return np.asarray(recording.columns["gauge_temperature_C"] - reference, float)
+
+
+def scales_longer(recording: Recording) -> Array | float:
+    """Share by which the scales are longer than at 20 deg C, of every row, where that is to be corrected, else 0.
+
+    :class:`InputError` where the expansion of the scales or their temperature is not known.
+    """
+    if convention_of(recording.comments, recording.path) != "nominal_expansion":
+        return 0.0
+    expansion = number(recording.comments.get(EXPANSION, ""))
+    if not np.isfinite(expansion):
+        found, expected = recording.comments.get(EXPANSION, "nothing"), "1/K, e.g. '# scale_expansion_per_K: 8e-6'"
+        what = f"a correction for nominal expansion needs {EXPANSION}"
+        raise InputError(recording.path, what, found=found, expected=expected)
+    return expansion * (_along_scales_C(recording) - REFERENCE_C)
+
+
+def _along_scales_C(recording: Recording) -> Array | float:
+    """Temperature of the scales that read the length, each by its share of it, deg C."""
+    columns = {i: recording.columns.get(f"scale_temperature_{name}_C") for i, name in enumerate("xyz")}
+    share = {i: float(np.mean(recording.columns[APPROACH[i]] ** 2)) for i, one in columns.items() if one is not None}
+    if sum(share.values()) > 0.5:
+        total = sum(share[i] * np.asarray(columns[i], float) for i in share)
+        return np.asarray(total / sum(share.values()))
+    stated = number(recording.comments.get(SCALES_C, ""))
+    if not np.isfinite(stated):
+        expected = "a column scale_temperature_x_C (y, z), or the machine file"
+        raise InputError(
+            recording.path, "a correction for nominal expansion needs the temperature of the scales", expected=expected
+        )
+    return stated
