@@ -32,8 +32,11 @@ from stepgauge.dcc.units import CELSIUS_ZERO_K, LENGTH, NUMBER, TEMPERATURE
 from stepgauge.errors import InputError, naming
 from stepgauge.files.text import one_set, write_sealed, write_text
 from stepgauge.gauge.certified import MAX_DEVIATION_MM, Gauge, read_gauge
+from stepgauge.importing.tables.signs import signs_of
 
 Array = NDArray[np.float64]
+SUBTRACTIONS = {1: "measured-nominal", -1: "nominal-measured"}
+"""How deviations are subtracted, by the sign with which they are added to nominal positions."""
 PER_TEMPERATURE = (0, -1, 0, 0)
 _NOMINAL = re.compile(r"nominal|nenn", re.IGNORECASE)
 _DEVIATION = re.compile(r"deviation|error|abweichung", re.IGNORECASE)
@@ -58,6 +61,7 @@ class Wanted:
     block_height_mm: float | None = None
     positions: str | None = None
     nominal: str | None = None
+    deviations: str | None = None
 
 
 @dataclass
@@ -81,9 +85,9 @@ def import_gauge(path: str | Path, wanted: Wanted | None = None) -> GaugeImport:
         item = f"{document.item}, serial number {document.serial}"
         raise InputError(path, "this is the certificate of a machine", found=item, expected="that of a step gauge")
     found = GaugeImport()
-    _table(document, wanted, found)
+    _faces(document, wanted, found)  # what has no positions is no gauge, whatever else it lacks
     _certificate(document, found)
-    _faces(document, wanted, found)
+    _table(document, wanted, found)
     _ours(document, found)
     return found
 
@@ -182,13 +186,17 @@ def _faces(document: Document, wanted: Wanted, found: GaugeImport) -> None:
     lists = [one for one in document.quantities if one.part == "results" and len(one.values) > 2]
     measured = _measured(document, lists, wanted.positions)
     nominal = _nominal(lists, measured, wanted.nominal)
-    deviation = measured.is_kind(ERROR) or (not measured.is_kind(MEASURED) and bool(_DEVIATION.search(measured.name)))
+    sign = _sign(measured, wanted.deviations)
     position_mm = measured.scaled(LENGTH, 1e-3)
     nominal_mm = None if nominal is None else nominal.scaled(LENGTH, 1e-3)
-    if deviation:
+    if sign:
         if nominal_mm is None:
-            raise InputError(measured.where, f"{measured.name} are deviations without nominal positions beside them")
-        position_mm = nominal_mm + position_mm
+            what = f"{measured.name} are deviations without nominal positions beside them"
+            raise InputError(
+                measured.where, what, expected=naming("nominal", words="a list of them, or {} with its name")
+            )
+        position_mm = nominal_mm + sign * position_mm
+        found.report.append(f"{measured.name!r} are deviations, {SUBTRACTIONS[sign].replace('-', ' minus ')}")
     expanded_um, k = measured.expanded_scaled(LENGTH, 1e-6), measured.k
     assert k is not None
     found.report.append(f"positions, uncertainties and k: {measured.name!r}, {_short(measured)}")
@@ -204,6 +212,25 @@ def _faces(document: Document, wanted: Wanted, found: GaugeImport) -> None:
     found.certificate["coverage_factor"] = factor
     columns = _from_face_1(nominal_mm, position_mm, expanded_um / k * factor, found)
     found.rows = [(face, *(float(v) for v in row)) for face, row in enumerate(zip(*columns, strict=True), 1)]  # type: ignore[misc]
+
+
+def _sign(measured: Quantity, asked: str | None) -> int:
+    """+1 for deviations that are measured minus nominal, -1 for the other order, 0 for positions.
+
+    By the name, by the rules of :mod:`stepgauge.importing.tables.signs`; a kind of measurement error is measured minus
+    nominal (VIM 2.16). :class:`InputError` where kind and name contradict each other.
+    """
+    if measured.is_kind(MEASURED) and asked is None:
+        return 0
+    error = measured.is_kind(ERROR)
+    signs = signs_of(measured.name, bool(_DEVIATION.search(measured.name))) | ({1} if error else set())
+    if asked is not None:
+        signs = {sign for sign, name in SUBTRACTIONS.items() if name == asked}
+    if len(signs) > 1:
+        expected = naming("deviations", words=f"{{}} {' or '.join(SUBTRACTIONS.values())}")
+        what = "kind and name of the deviations contradict each other" if error else "the name contradicts itself"
+        raise InputError(measured.where, what, found=repr(measured.name), expected=expected)
+    return next(iter(signs), 0)
 
 
 def _ours(document: Document, found: GaugeImport) -> None:

@@ -23,7 +23,8 @@ def command(certificate: str, schema: str | None) -> None:
     \b
     stepgauge dcc check certificate.xml
     """
-    from stepgauge.dcc.read import EXAMPLE, parse_document
+    from stepgauge.dcc.read import EXAMPLE, NOMINAL, parse_document
+    from stepgauge.dcc.write import FACE
     from stepgauge.dcc.xml import read_xml, validate
 
     root = read_xml(certificate)
@@ -39,7 +40,12 @@ def command(certificate: str, schema: str | None) -> None:
     own = bool(document.of_kind("stepgauge_effectiveRadius"))
     for line in _errors(document) if own else _quantities(document):
         click.echo(line)
-    click.echo("units and uncertainties are complete" + (f", valid by {schema}" if schema else ""))
+    exact = (FACE, NOMINAL)
+    results = [one for one in document.quantities if one.part == "results" and one.expanded is None]
+    unsure = [one.name for one in results if not any(one.is_kind(kind) for kind in exact)]
+    values = f"units are complete; values without an uncertainty: {', '.join(unsure)}"
+    complete = "units and uncertainties are complete" if own or not unsure else values
+    click.echo(complete + (f", valid by {schema}" if schema else ""))
 
 
 def _errors(document: Document) -> Iterator[str]:

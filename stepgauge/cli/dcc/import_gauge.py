@@ -40,6 +40,11 @@ SIZE = FiniteRange(0.0, 200.0, min_open=True)
     "--positions", metavar="NAME", help="Name or refType of the list of positions, where there are several candidates."
 )
 @click.option("--nominal", metavar="NAME", help="Name or refType of the list of nominal positions.")
+@click.option(
+    "--deviations",
+    type=click.Choice(["measured-nominal", "nominal-measured"]),
+    help="The list has deviations, subtracted so. Default: by its name, e.g. 'Soll-Ist'; else measured-nominal.",
+)
 def command(certificate: str, output: str, **options: Any) -> None:
     """A gauge certificate that arrived as a DCC -> a gauge file that all verbs read.
 
