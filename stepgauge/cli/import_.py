@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stepgauge.motion.moves import Program
 
 FORMATS = ["linuxcnc", "dmis", "ippdme", "control", "grbl", "inspection", "csv", "xlsx"]
-KINDS = ["missing", "doubled", "order", "foreign", "runs", "alarm", "shift"]
+KINDS = ["missing", "doubled", "order", "foreign", "runs", "alarm", "shift", "repeats"]
 DECIMALS = {"point": ".", "comma": ","}
 SENSORS = [
     *("touch", "dial", "laser", "encoder", "autocollimator"),
@@ -113,7 +113,7 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
     multiple=True,
     help="Deviations of LOG to accept, repeatable: points missing (also a log that ends early), doubled rows (the last"
     " touch is kept), rows out of order, foreign rows that are no points of PROGRAM, several runs of it, readings after"
-    " an alarm, a shift of all coordinates. Default: none.",
+    " an alarm, a shift of all coordinates, touches in a row as repeats. Default: none.",
 )
 @click.option(
     "--column",

@@ -25,7 +25,7 @@ from stepgauge.motion.moves import Program
 
 Array = NDArray[np.float64]
 Settled = tuple[ProbeLog, Placement, Program | None, tuple[str, ...]]
-ALARM, SHIFT = "alarm", "shift"
+ALARM, SHIFT, REPEATS = "alarm", "shift", "repeats"
 UNITS = ("inch", "m", "um")
 """Units of length, beside mm, that an option may state."""
 ORIGIN = "coordinates of the workpiece in one, of the machine in the other?"
@@ -35,6 +35,8 @@ PITCH_MM = 5.0
 """The faces of a gauge are farther apart."""
 MOST = 0.9
 """Share of the points for which a convention holds; the others are departures, named one by one."""
+CHANCE = 0.75
+"""Share of differences of one sign up to which they are chance; between this and :data:`MOST` nobody can tell."""
 FEWEST = 4
 """Points of a side from which differences that all have one sign are no chance (1 in 8, of both sides 1 in 64)."""
 
@@ -59,7 +61,7 @@ def settle(
         program = replace(program, position_mm=program.position_mm + shift)
         shifted = (f"shifted by {words} from the program; the recording has the coordinates of the log",)
     check_beside(log, gauge, placement)
-    log, touches = _settle_touches(log, gauge, placement, program)
+    log, touches = _settle_touches(log, gauge, placement, program, accept)
     return log, placement, program, (*alarms, *inches, *shifted, *touches)
 
 
@@ -142,30 +144,57 @@ def _refuse_shift(log: ProbeLog, words: str, program: Program | None) -> NoRetur
 
 
 def _settle_touches(
-    log: ProbeLog, gauge: Gauge, placement: Placement, program: Program | None
+    log: ProbeLog, gauge: Gauge, placement: Placement, program: Program | None, accept: Sequence[str]
 ) -> tuple[ProbeLog, tuple[str, ...]]:
-    """Every point touched several times in a row, the first at every face of a side to the same side of the last: first
-    fast, then slowly, and the last is the reading. Touches without such a difference are repeats, which stay.
+    """Every point touched several times in a row: first fast, then slowly, or the same again and again.
+
+    The first is coarse where it lies, at every face of a side, to the same side of the last; the last is then the
+    reading. Touches that differ by chance are repeats, which stay. A point with fewer touches than the others is left
+    out: which of them it has, nobody knows.
     """
-    if log.number is not None or log.label is not None or "face" in log.columns:
-        return log, ()
     face, before_mm = nearest_faces(log.position_mm, gauge, placement)
+    named = log.number is not None or log.label is not None or "face" in log.columns
     apart = np.linalg.norm(np.diff(log.position_mm, axis=0), axis=1) > TOGETHER_MM
     first = np.flatnonzero(np.r_[True, apart | (np.diff(face) != 0)])
-    last = np.r_[first[1:], len(log)] - 1
-    touches = int(np.median(last - first)) + 1
+    size = np.diff(np.r_[first, len(log)])
+    if named or (size > 1).mean() < 0.5 or len(np.unique(face)) < 3:
+        return log, ()
+    touches = int(np.median(size[size > 1]))
+    first = first[size == touches]
+    last = first + touches - 1
     further_um = 1e3 * (before_mm[last] - before_mm[first])
     sides = [further_um[face[first] % 2 == side] for side in (1, 0)]
-    if touches == 1 or (last - first + 1 == touches).mean() < MOST or not all(map(_is_systematic, sides)):
-        return log, ()
-    medians = " and ".join(f"{np.median(side):+.1f}" for side in sides)
-    words = (
-        f"every point was touched {touches} times in a row, the first {medians} um (fronts, backs) further than the"
-        f" last: first fast, then slowly. The last is used; dropped: {len(log) - len(last)} rows"
+    coarse, chance = all(map(_is_systematic, sides)), all(map(_is_chance, sides))
+    words = f"every point was touched {touches} times in a row"
+    if not coarse and "doubled" not in accept:
+        if program is None and not chance and REPEATS not in accept:
+            _refuse_touches(log, words, further_um)
+        return log, () if program is not None else (f"{words}: repeats, each in a cycle of its own",)
+    medians = " and ".join(f"{np.median(side):+.1f}" for side in sides if side.size)
+    odd = int((size != touches).sum())
+    left = f"; {odd} points that were touched another number of times are left out" if odd else ""
+    told = (
+        f"{words}, the first {medians} um (fronts, backs) further than the last{': first fast, then slowly' * coarse}."
+        f" The last is used; dropped: {len(log) - len(last)} rows{left}"
     )
-    return log.taken(np.isin(np.arange(len(log)), last)), (words,)
+    return log.taken(np.isin(np.arange(len(log)), last)), (told,)
+
+
+def _refuse_touches(log: ProbeLog, words: str, further_um: Array) -> NoReturn:
+    expected = naming("accept", words=f"{{}} doubled (the last touch is the reading) or {REPEATS} (all are, in cycles)")
+    found = f"the first {further_um.min():+.1f} to {further_um.max():+.1f} um further than the last"
+    raise InputError(log.at(0), f"{words}: fast and then slowly, or repeats?", found=found, expected=expected)
 
 
 def _is_systematic(difference: Array) -> bool:
     """Whether differences have the same sign, nearly all, and are too many for that to be chance."""
-    return len(difference) >= FEWEST and max((difference > 0.0).mean(), (difference < 0.0).mean()) >= MOST
+    return len(difference) >= FEWEST and _alike(difference) >= MOST
+
+
+def _is_chance(difference: Array) -> bool:
+    """Whether differences have both signs, about as often."""
+    return len(difference) >= FEWEST and _alike(difference) <= CHANCE
+
+
+def _alike(difference: Array) -> float:
+    return float(max((difference > 0.0).mean(), (difference < 0.0).mean()))

@@ -101,6 +101,29 @@ def test_an_alarm_that_ended_the_run_is_told(tmp_path: Path) -> None:
     assert words(imported(tmp_path, console() + "ALARM:1\n"), "ALARM:1 in line")
 
 
+@pytest.mark.parametrize("program", [True, False])
+def test_a_point_that_has_lost_one_of_its_touches_is_missing(tmp_path: Path, program: bool) -> None:
+    touches = console(21.0, 0.0).splitlines()
+    for lost in (0, 8, 18, 22):  # a coarse or a fine touch: which, nobody can tell
+        text = "\n".join(touches[:lost] + touches[lost + 2 :])
+        with pytest.raises(InputError, match="accept missing"):
+            imported(tmp_path, text, program=program)
+        point = lost // 4
+        there = imported(tmp_path, text, "missing", program=program).recording
+        np.testing.assert_allclose(there.position_mm, np.delete(PRINTED, point, axis=0), atol=1e-9)
+
+
+def test_touches_that_may_be_either_are_asked_for(tmp_path: Path) -> None:
+    over_um = np.where(np.arange(len(PRINTED)) % 6 < 5, 3.0, -3.0)
+    pairs = zip(PRINTED, over_um, SIGN, strict=True)
+    text = "".join(prb(point + 1e-3 * over * sign * AXIS) + prb(point) for point, over, sign in pairs)
+    with pytest.raises(InputError, match=r"fast and then slowly, or repeats.*accept doubled .* or repeats"):
+        imported(tmp_path, text, program=False)
+    last = imported(tmp_path, text, "doubled", program=False).recording
+    np.testing.assert_allclose(last.position_mm, PRINTED, atol=1e-9)
+    assert len(imported(tmp_path, text, "repeats", program=False).recording) == 2 * len(PRINTED)
+
+
 SHIFT = (-1200.0, 35.0, -410.5)
 
 
