@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from pathlib import Path
 from typing import Any
 
 import click
@@ -11,7 +10,7 @@ from click.core import ParameterSource
 
 from stepgauge.cli.options import say
 from stepgauge.errors import InputError
-from stepgauge.project.file import Project, check_options
+from stepgauge.project.file import Project, check_file, check_options
 from stepgauge.project.find import NAME
 
 PATHS = {"FILE", "[FILE]", "FOLDER", "PATH", "GAUGE", "MACHINE", "PROBE", "P", "B", "BUDGET", "PDF", "XSD", "RECORDING"}
@@ -29,25 +28,17 @@ def with_defaults(command: click.Command, ctx: click.Context, project: Project, 
         option = options.get(key)
         if option is None or not option.name or (key not in own and option.multiple):
             continue  # what takes one file per placement of the gauge is no matter for all verbs
-        if not _is_missing(option, value, project):
-            values[option.name] = _value(option, key, value, project)
-            _check(option, key, values[option.name], ctx, project)
+        values[option.name] = _value(option, key, value, project)
+        _check(option, key, values[option.name], ctx, project)
     ctx.default_map = {**(ctx.default_map or {}), verb[-1]: values}
     told = copy.copy(command)
-    told.callback = _telling(command.callback)
+    told.callback = _telling(command.callback, project, verb)
     return told
 
 
 def _long(option: click.Option) -> str:
     """The long name of an option without its dashes: the key that stands for it."""
     return max(option.opts, key=len).lstrip("-")
-
-
-def _is_missing(option: click.Option, value: Any, project: Project) -> bool:
-    """Whether the verb can do without this and it is not there yet: a placement before ``locate`` wrote it."""
-    if option.required or option.metavar not in PATHS or not isinstance(value, str):
-        return False
-    return bool(Path(value).suffix) and not Path(project.place(value)).exists()
 
 
 def _check(option: click.Option, key: str, value: Any, ctx: click.Context, project: Project) -> None:
@@ -70,23 +61,30 @@ def _value(option: click.Option, key: str, value: Any, project: Project) -> Any:
     return many if isinstance(value, list) else many[0]
 
 
-def _telling(callback: Any) -> Any:
-    """The verb, after one line on what it takes from the project file: a value that nobody typed must be seen."""
+def _telling(callback: Any, project: Project, verb: tuple[str, ...]) -> Any:
+    """The verb, after one line on what it takes from the project file: a value that nobody typed must be seen.
+
+    :class:`InputError` where that is a file that is not there.
+    """
 
     def run(*args: Any, **kwargs: Any) -> Any:
         """The line, then the verb."""
         ctx = click.get_current_context()
         left = getattr(callback, "leaves", lambda _: ())(ctx.params)
         taken = [
-            f"--{_long(option)} {_shown(ctx.params[option.name])}"
+            option
             for option in ctx.command.params
             if isinstance(option, click.Option)
             and option.name
             and option.name not in left
             and ctx.get_parameter_source(option.name) == ParameterSource.DEFAULT_MAP
         ]
+        for option in taken:
+            if option.metavar in PATHS:
+                check_file(project, verb, _long(option))
         if taken:
-            say(f"from {NAME}: {', '.join(taken)}")
+            shown = (f"--{_long(option)} {_shown(ctx.params[str(option.name)])}" for option in taken)
+            say(f"from {NAME}: {', '.join(shown)}")
         return callback(*args, **kwargs)
 
     return run

@@ -15,6 +15,7 @@ from typing import Any
 
 from stepgauge.errors import InputError, reading
 from stepgauge.files.config import parse_toml
+from stepgauge.files.resources import shipped_names
 from stepgauge.files.text import as_text
 
 LARGEST_BYTES = 1_000_000
@@ -37,6 +38,33 @@ COMMON: Mapping[str, str] = {
     "length-unit": "unit of lengths in foreign tables: mm, um, m or inch",
 }
 """Keys at the top of the file and their meaning: options that several verbs share."""
+
+
+WRITTEN = (
+    "output",
+    "log",
+    "spy",
+    "store",
+    "plot",
+    "plot-html",
+    "plot-shares",
+    "body-plot",
+    "force-plot",
+    "polar-plot",
+    "copy-to",
+)
+"""Keys of files that are written."""
+SHIPPED = {"gauge": ".", "normal-gauge": ".", "machine": "machines", "offset-machine": "machines", "probe": "probes"}
+"""Rooms of the shipped files that some keys may name."""
+READ = (
+    *SHIPPED, "attach", "budget", "certificate", "faults", "further-stylus", "heights", "normal", "offset-recording",
+    "placement", "priors", "qualification", "recording", "roster", "scheduler", "schema", "template", "true-placement",
+)  # fmt: skip
+"""Keys of files that are read, and must be there."""
+_EXPECTED = {
+    "placement": "what 'locate' writes, or no such key where none is needed",
+    **dict.fromkeys(SHIPPED, "its path, or the name of a shipped one"),
+}
 
 
 @dataclass(frozen=True)
@@ -100,6 +128,57 @@ def check_options(project: Project, verb: tuple[str, ...], options: Iterable[str
     for key, value in project.table(verb).items():
         if not isinstance(value, dict):
             _check_name(project.path, f"key {key} in [{'.'.join(verb)}]", key, known)
+
+
+def check_file(project: Project, verb: tuple[str, ...], key: str) -> None:
+    """:class:`InputError` where a verb is to read a file that the project file states and that is not there.
+
+    What is stated is never left away, for a result without it would look the same.
+    """
+    own = project.table(verb) if verb else {}
+    value = own[key] if key in own else project.values.get(key)
+    for one in value if isinstance(value, list) else [value]:
+        if isinstance(one, str) and not is_there(project, key, one):
+            table = f" in [{'.'.join(verb)}]" if key in own else ""
+            what = f"key {key}{table} names a file that is not there"
+            raise InputError(project.path, what, found=one, expected=_EXPECTED.get(key, "its path, or no such key"))
+
+
+def stated_file(project: Project, key: str) -> str:
+    """Gauge or machine as the file states it at the top, seen from the working folder; errors as :func:`check_file`."""
+    value = project.values.get(key)
+    if not isinstance(value, str):
+        what, found = (f"key {key} is missing", None) if value is None else (f"key {key} is no text", repr(value))
+        raise InputError(project.path, what, found=found, expected="a path, or the name of a shipped file, in quotes")
+    check_file(project, (), key)
+    return project.place(value)
+
+
+def lacking(project: Project) -> list[InputError]:
+    """What is wrong with the files that the tables of verbs state, and the top besides gauge, machine and placement."""
+    found = []
+    verbs = [(), *_tables(project.values)]
+    for verb in verbs:
+        stated = project.table(verb) if verb else {key: project.common.get(key) for key in ("certificate",)}
+        for key in stated:
+            try:
+                check_file(project, verb, key)
+            except InputError as error:
+                found.append(error)
+    return found
+
+
+def _tables(values: Mapping[str, Any], above: tuple[str, ...] = ()) -> list[tuple[str, ...]]:
+    inside = [(key, one) for key, one in values.items() if isinstance(one, dict)]
+    return [name for key, one in inside for name in ((*above, key), *_tables(one, (*above, key)))]
+
+
+def is_there(project: Project, key: str, value: str) -> bool:
+    """Whether a value of ``key`` is a file that exists, the name of a shipped one, or no file that is read."""
+    if key not in READ or "://" in value:
+        return True
+    room = SHIPPED.get(key)
+    return Path(project.place(value)).exists() or (room is not None and value in shipped_names(room))
 
 
 def _check_name(path: Path, what: str, key: str, known: list[str]) -> None:

@@ -20,7 +20,7 @@ from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, read_placement
 from stepgauge.machine.file import read_machine
 from stepgauge.project.create import OUTPUTS, RECORDINGS, RESULTS, program_suffix
-from stepgauge.project.file import Project
+from stepgauge.project.file import Project, lacking, stated_file
 from stepgauge.recording import read_recording
 from stepgauge.recording.columns import REQUIRED
 from stepgauge.recording.simulated import is_simulated
@@ -64,8 +64,9 @@ class Status:
 def project_status(project: Project) -> Status:
     """Read what the project names and what lies in its folders; nothing is raised for what is wrong with a file."""
     items = [_named(project, "gauge", _gauge_words), _named(project, "machine", _machine_words)]
-    gauge = None if items[0].wrong else read_gauge(_path(project, "gauge"))
+    gauge = None if items[0].wrong else read_gauge(stated_file(project, "gauge"))
     items.append(_placement(project, gauge))
+    items += [Item("project", str(project.path), error.as_typed(), wrong=True) for error in _lacking(project, items[2])]
     recordings = list(_recordings(project))
     results = list(_results(project))
     reports = list(_reports(project))
@@ -73,17 +74,16 @@ def project_status(project: Project) -> Status:
     return Status(found, *_next(project, items, recordings, results))
 
 
-def _path(project: Project, key: str) -> str:
-    value = project.values.get(key)
-    if not isinstance(value, str):
-        what, found = (f"key {key} is missing", None) if value is None else (f"key {key} is no text", repr(value))
-        raise InputError(project.path, what, found=found, expected="a path, or the name of a shipped file, in quotes")
-    return project.place(value)
+def _lacking(project: Project, placement: Item) -> list[InputError]:
+    """Files that the project states and has not; that ``locate`` has not written its own yet is said already."""
+    return [
+        one for one in lacking(project) if not (placement.wrong and project.place(str(one.found)) == placement.path)
+    ]
 
 
 def _named(project: Project, key: str, words: Callable[[str], str]) -> Item:
     try:
-        path = _path(project, key)
+        path = stated_file(project, key)
         return Item(key, path, words(path))
     except InputError as error:
         return Item(key, str(project.values.get(key, "")), error.as_typed(), wrong=True)

@@ -63,13 +63,9 @@ class Site:
 
     def stated(self, key: str) -> str:
         """Gauge or machine as the project file states it (:class:`InputError` where it does not)."""
-        from stepgauge.errors import InputError
+        from stepgauge.project.file import stated_file
 
-        project = self.project()
-        value = project.values.get(key)
-        if not isinstance(value, str):
-            raise InputError(project.path, f"key {key} is missing", expected="a path, or the name of a shipped file")
-        return project.place(value)
+        return stated_file(self.project(), key)
 
     @property
     def placement(self) -> str:

@@ -13,7 +13,7 @@ import pytest
 
 from stepgauge.cli import TASKS, cli
 from stepgauge.cli.defaults import PATHS
-from stepgauge.project.file import COMMON
+from stepgauge.project.file import COMMON, READ, WRITTEN
 from tests.cli.conftest import Run
 from tests.conftest import ROOT
 
@@ -184,6 +184,56 @@ def test_what_is_wrong_in_the_file_is_named(run: Run, project: Path, line: str, 
     assert not (project / "placement.toml").exists()
 
 
+FAR = "placement.toml", "-d", "dmis", "-o", "far.dmi"
+
+
+@pytest.mark.parametrize(
+    ("stated", "words", "key"),
+    [
+        ('machine = "machine/bridge-cm.toml"', ("plan", *FAR), "machine"),
+        ('machine = "bridge-cmm.toml"', ("plan", *FAR), "machine"),
+        ('machine = "bridge-cm"', ("plan", *FAR), "machine"),
+        ('gauge = "gauges/step-gauge-420.toml"', ("plan", *FAR), "gauge"),
+        ('[plan]\ntemplate = "shop.j2"', ("plan", *FAR), r"template in \[plan\]"),
+        ('[evaluate]\nplacement = ["mine.toml"]', ("evaluate", "r.csv", "-o", "e"), r"placement in \[evaluate\]"),
+        ('machine = "bridge"', ("diagnose", "r.csv", "-o", "d"), "machine"),
+        ('certificate = "lab.toml"', ("report", "e", "-o", "r.pdf"), "certificate"),
+        ('machine = "../cmm.toml"', ("report", "e", "-o", "r.pdf"), "machine"),
+        ('machine = "../cmm.toml"', ("iso230", "r.csv", "-o", "i"), "machine"),
+        ('[iso230]\nplacement = "p.toml"', ("iso230", "r.csv", "-o", "i"), r"placement in \[iso230\]"),
+        ('[budget]\nplacement = "p.toml"', ("budget", "r.csv", "-o", "b"), r"placement in \[budget\]"),
+        ('[diagnose]\npriors = "mine.toml"', ("diagnose", "r.csv", "-o", "d"), r"priors in \[diagnose\]"),
+        ('placement = "lies.toml"', ("measure", "--server", "127.0.0.1", "-o", "m.csv"), "placement"),
+    ],
+)
+def test_a_file_that_is_stated_and_not_there_is_never_a_default(
+    run: Run, project: Path, stated: str, words: tuple[str, ...], key: str
+) -> None:
+    table, _, line = stated.rpartition("\n")
+    top = 'gauge = "step-gauge-420"\nmachine = "bridge-cmm"\n'
+    top = "".join(one + "\n" for one in top.splitlines() if table or one.split()[0] != line.split()[0])
+    file = project / "stepgauge.toml"
+    file.write_text(f"{top}{stated}\n" if table else f"{stated}\n{top}")
+    (project / "e").mkdir()
+    (project / "e/evaluation.json").write_text("{}")
+    said = run(*words)
+    assert said.code == 2
+    value = re.escape(line.split('"')[1])
+    assert re.search(rf"stepgauge.toml: key {key} names a file that is not there; found {value}; expected ", said.err)
+    assert len(said.err.strip().splitlines()) == 1
+    assert not list(project.glob("far.dmi"))
+    shown = run("status")
+    assert shown.code == 0
+    assert value in shown.out or re.search("placement.toml|lies.toml", shown.out)
+
+
+def test_a_file_that_is_not_there_matters_only_to_the_verb_that_reads_it(run: Run, project: Path) -> None:
+    (project / "stepgauge.toml").write_text('gauge = "no.toml"\nmachine = "no.toml"\n')
+    assert run("shipped").code == 0
+    assert run("locate", "points.csv", "-g", "step-gauge-420", "-m", "bridge-cmm", "-o", "placement.toml").code == 0
+    assert run("init", "other", "-g", "step-gauge-420", "-m", "bridge-cmm").code == 0
+
+
 def test_what_an_editor_puts_before_the_text_is_no_fault(run: Run, project: Path) -> None:
     """Editors of Windows begin UTF-8 with a byte order mark; UTF-16 is told by its name."""
     path = project / "stepgauge.toml"
@@ -224,4 +274,6 @@ def test_the_keys_at_the_top_are_options_of_several_verbs() -> None:
     names = [max(one.opts, key=len).lstrip("-") for one in options]
     assert {name for name in COMMON if names.count(name) < 2} == set()
     words = {"GAUGE", "MACHINE", "FILE", "FOLDER", "PATH"}
+    assert {name for one, name in zip(options, names, strict=True) if one.metavar in PATHS} <= {*READ, *WRITTEN}
+    assert not set(READ) & set(WRITTEN)
     assert {one.metavar for one in options if one.metavar and words & set(re.findall("[A-Z]+", one.metavar))} <= PATHS
