@@ -99,7 +99,7 @@ def test_the_length_of_the_probe_in_the_register_is_taken_off(bit: int, setting:
     program = plan()
     text = program_text(program, "fanuc", options={"length_in_z": setting, "digits": "46"}).text
     reader = Reader("x", program.settings)
-    control = fanuc.Control(reader, length_mm=123.456, bit_6014_4=bit)
+    control = fanuc.Fanuc(reader, length_mm=123.456, bit_6014_4=bit)
     before = dict(control.modal)
     control.run(text)
     measure = program.is_measure
@@ -112,7 +112,7 @@ def test_a_wrong_statement_on_the_length_stops_at_the_first_move() -> None:
     program = plan()
     text = program_text(program, "fanuc", options={"length_in_z": "no"}).text
     with pytest.raises(Exception, match="PATH OBSTRUCTED"):
-        fanuc.Control(Reader("x", program.settings), length_mm=123.456, bit_6014_4=0).run(text)
+        fanuc.Fanuc(Reader("x", program.settings), length_mm=123.456, bit_6014_4=0).run(text)
 
 
 def test_heidenhain_takes_the_length_off_and_has_its_mask_beside_it(tmp_path: Path) -> None:
@@ -121,7 +121,7 @@ def test_heidenhain_takes_the_length_off_and_has_its_mask_beside_it(tmp_path: Pa
     rendered.write(tmp_path / "gauge.h")
     assert (tmp_path / "M.A").read_text() == '"%s",QS1;\n'
     reader = Reader("x", program.settings)
-    heidenhain.Control(reader, length_mm=88.8).run(rendered.text)
+    heidenhain.Heidenhain(reader, length_mm=88.8).run(rendered.text)
     logged = [[float(v) for v in re.findall(r"[XYZ](-?[\d.]+)", line)] for line in reader.log[1:-1]]
     np.testing.assert_allclose(logged, program.position_mm[program.is_measure], atol=1.1e-4)
 
@@ -134,8 +134,8 @@ def test_options_are_those_of_the_dialect() -> None:
     assert "G65 P9832\n" in text
     for name, options, words in (
         ("grbl", {"offset": "G55"}, "not an option of grbl; found 'offset'; expected none"),
-        ("fanuc", {"probe_on": "G0 Z-500"}, "another one than planned|cannot be read back"),
-        ("fanuc", {"orient": "M19\nG0 Z0"}, "does not fit in a block"),
+        ("fanuc", {"probe_on": "G0 Z-500"}, "probe_on is not of its type; found 'G0 Z-500'; expected none, G65 P9832"),
+        ("fanuc", {"orient": "M19\nG0 Z0"}, "orient is not of its type"),
     ):
         with pytest.raises(InputError, match=words):
             program_text(program, name, options=options)
@@ -305,7 +305,7 @@ def test_dmis_has_its_sensor_calibrated_by_hand_on_request() -> None:
         ("MODE/MAN\n", "", "drives itself"),
         ("ENDMES\nTEXT", "GOTO/1,2,3\nENDMES\nTEXT", "by hand"),
         ("F(REFSPH),9", "F(OTHER),9", "CALIB not understood"),
-        ("25.0012\n", "big\n", "not a number"),
+        ("25.0012\n", "big\n", "expected a decimal number"),
         ("ENDMES\nTEXT", "TEXT", "MEAS or CALIB block|not calibrated"),
     ):
         with pytest.raises(InputError, match=words):

@@ -6,7 +6,6 @@ import io
 import time
 import zipfile
 from contextlib import suppress
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -161,9 +160,8 @@ def test_a_program_is_read_in_linear_time(dialect: str, filling: str) -> None:
         text = head + (filling * size)[: size // 2] + "\n" + filling * (size // 2 // len(filling)) + "x\n"
         begun = time.process_time()
         with suppress(InputError):
-            module = import_module(f"stepgauge.programs.{dialect}")
-            module.recognises(text)
-            module.run(text, Reader("p", ProbingSettings()))
+            DIALECTS[dialect].recognises(text)
+            DIALECTS[dialect].execute(text, Reader("p", ProbingSettings()))
         return time.process_time() - begun
 
     assert work(400_000) < 100.0 * max(work(20_000), 0.01)

@@ -91,7 +91,7 @@ def _words(ctx: click.Context) -> tuple[str, ...]:
     return () if ctx.parent is None else (*_words(ctx.parent), str(ctx.info_name))
 
 
-NOT_IN_PROJECTS = ("init", "web", "demo", "shipped", "effects")
+NOT_IN_PROJECTS = ("init", "web", "demo", "shipped", "dialects", "effects")
 """Verbs that need nothing of what a project file states, and must run where it is wrong."""
 TASKS: Tasks = {
     "Start here": {
@@ -104,6 +104,7 @@ TASKS: Tasks = {
     "Measure": {
         "locate": ("stepgauge.cli.locate", "16 probed points -> placement of the gauge"),
         "plan": ("stepgauge.cli.plan", "placement + gauge -> a checked measuring program"),
+        "dialects": ("stepgauge.cli.dialects", "languages of controllers: options, what is understood"),
         "simulate": ("stepgauge.cli.simulate", "program -> recording, on the virtual CMM"),
         "measure": ("stepgauge.cli.measure", "program -> recording, on a CMM over I++ DME"),
         "serve": ("stepgauge.cli.serve", "the virtual CMM as an I++ DME server"),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.motion.moves import NO_WAY_MM, InForce, ProbingSettings, Program
-from stepgauge.programs import Dialect
+from stepgauge.programs.dialect import Dialect
 
 UNSTATED = float("nan")
 STYLUS_TOLERANCE = 1e-6
@@ -27,7 +27,7 @@ def read_again(text: str, dialect: Dialect, settings: ProbingSettings) -> Progra
 
     :class:`stepgauge.errors.InputError` names the line of what is not understood.
     """
-    return dialect.read(text, "program", replace(settings, **dict.fromkeys(dialect.carries, UNSTATED)))
+    return dialect.read(text, "program", replace(settings, **dict.fromkeys(dialect.carries, UNSTATED)), own=True)
 
 
 def difference(planned: Program, back: Program, dialect: Dialect) -> str | None:

@@ -1,4 +1,4 @@
-"""Reader of DMIS: GOTO and PTMEAS between MEAS and ENDMES, in millimetres, without probe compensation.
+"""DMIS as a virtual controller: GOTO and PTMEAS between MEAS and ENDMES, in millimetres, without probe compensation.
 
 PTMEAS names the nominal surface point and the outward normal; the controller goes to the stand-off and back by itself.
 A sensor is calibrated by the operator (MODE/MAN, CALIB to ENDMES): nothing moves that is in the text.
@@ -8,17 +8,74 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from typing import ClassVar
 
 from stepgauge.files.templating import fixed
+from stepgauge.programs.blocks import Block, joined_lines
+from stepgauge.programs.dialect import AUTOMATIC, Dialect
+from stepgauge.programs.execution import Control
+from stepgauge.programs.gcode import end_of_line
+from stepgauge.programs.options import Name, Number, Option
 from stepgauge.programs.reading import Reader
+from stepgauge.programs.table import END, ENDS, FIRST, LAST, NOT_CONFIRMED, QUIET, START, Form, Slot, Table
 
-_STATEMENT = re.compile(r"(?:([A-Z]+)\(([\w-]+)\)\s*=\s*)?([A-Z]+)(?:\s*/\s*(.*))?", re.ASCII)
 ENCODED = "*"
 """Behind the key of a text ``key: value``: both are percent-encoded, for DMIS holds ASCII only."""
-_NO_MOVE = {"DMISMN", "TEXT", "DISPLY"}
-_OUTPUT_HEAD = ("UNITS", "PRCOMP")
-"""Statements that say in the output what its points are."""
-_SPEED_UNITS = {"MPM": 1000.0 / 60.0, "MMPS": 1.0}
+NIST = "NIST, IMTS_M_clean.dmi"
+SPEED_UNITS = {"MPM": 1000.0 / 60.0, "MMPS": 1.0}
+SAME_MM = 1e-5
+"""A feature and its measurement are printed from the same numbers."""
+DEVICE_NAME, FILE_NAME = r"[A-Za-z][A-Za-z0-9_-]{0,15}", r"[A-Za-z0-9_-]{1,40}(?:\.[A-Za-z0-9]{1,4})?"
+_XYZ, _IJK = "{number},{number},{number}", "{number},{number},{number}"
+
+TABLE = Table(
+    "dmis",
+    forms=(
+        Form("header", "DMISMN/'{text}',{version}", "begin of the program", NIST, when=FIRST),
+        Form("nothing", "FILNAM/'{text}',{version}", "name of the output", NIST, when=START),
+        Form("nothing", "TEXT/OPER,'{text}'", "message to the operator", "PTC's help on operator instructions", QUIET),
+        Form("nothing", "TEXT/OUTFIL,'{text}'", "text into the output", NIST, QUIET),
+        Form("units", "UNITS/MM,ANGDEC", "mm and degrees", NIST, when=START),
+        Form("device", "DID({device})=DEVICE/STOR,'{file}'", "file of the results", NIST, when=START),
+        Form("open", "OPEN/DID({device}),FDATA,DMIS,OUTPUT", "opens it", NIST, when=START),
+        Form("close", "CLOSE/DID({device})", "closes it", NIST, when=END),
+        Form("machine", "D({name})=DATSET/MCS", "coordinates of the machine", NIST, when=START),
+        Form("sensor", f"S({{name}})=SNSDEF/PROBE,FIXED,CART,{_XYZ},{_IJK},{{positive}}", "offset, stylus, tip", NIST),
+        Form("select", "SNSLCT/S({name})", "selects a sensor", NIST, when=START),
+        Form("select_calibrated", "SNSLCT/SA({name})", "selects it as calibrated", NOT_CONFIRMED, when=START),
+        Form("distance", "SNSET/{distance},{positive}", "stand-off, search, retract, mm", NIST),
+        Form("speed", "FEDRAT/{speed},{unit},{positive}", "speed between points, of the search", NIST),
+        Form("uncompensated", "PRCOMP/OFF", "no compensation of the tip", NIST, when=START),
+        Form("mode", "MODE/{mode}", "who moves the machine", NIST, when=START),
+        Form("feature", f"F({{name}})=FEAT/POINT,CART,{_XYZ},{_IJK}", "nominal point and normal", NIST, QUIET),
+        Form("sphere", f"F({{name}})=FEAT/SPHERE,OUTER,CART,{_XYZ},{{positive}}", "sphere", NOT_CONFIRMED, QUIET),
+        Form("calibrate", "CALIB/SENS,S({name}),F({name}),{count}", "by hand, to ENDMES", NOT_CONFIRMED, when=START),
+        Form("meas", "MEAS/POINT,F({name}),1", "measurement of a point, to ENDMES", NIST),
+        Form("go", f"GOTO/{_XYZ}", "move", NIST),
+        Form("go", f"GOTO/CART,{_XYZ}", "move", NIST),
+        Form("probe", f"PTMEAS/CART,{_XYZ},{_IJK}", "measures a point", NIST),
+        Form("probe", f"PTMEAS/{_XYZ},{_IJK}", "measures a point", NIST),
+        Form("end_measurement", "ENDMES", "end of MEAS or CALIB", NIST),
+        Form("output", "OUTPUT/FA({name})", "writes what was measured", NIST),
+        Form("end_file", "ENDFIL", "end of the program", NIST, ENDS, LAST),
+    ),
+    comments=(end_of_line("$$", NIST, "()?!<>"),),
+    slots={
+        "text": Slot(r"[ A-Za-z0-9.,;:?!_/*%+=()-]*", "letters, digits and . , ; : ? ! _ / * % + = ( ) -"),
+        "version": Slot(r"\d{1,2}\.\d", "05.2"),
+        "name": Slot(r"[A-Za-z0-9_-]{1,32}", "letters, digits, _ and -"),
+        "device": Slot(DEVICE_NAME, "a letter, then letters, digits, _ and -"),
+        "file": Slot(FILE_NAME, "the file of the results, one in a program, without a folder"),
+        "distance": Slot("APPRCH|SEARCH|RETRCT", "APPRCH, SEARCH or RETRCT"),
+        "speed": Slot("MESVEL|POSVEL", "MESVEL or POSVEL"),
+        "unit": Slot("MPM|MMPS", "MPM (m/min) or MMPS (mm/s)"),
+        "mode": Slot("PROG,MAN|MAN", "PROG,MAN or MAN (by hand, for CALIB)"),
+    },
+    blanks_ignored=True,
+    quote="'",
+    last="end_file",
+    continued="$",
+)
 
 
 def recognises(text: str) -> bool:
@@ -27,222 +84,222 @@ def recognises(text: str) -> bool:
 
 
 def statements(text: str, reader: Reader) -> Iterator[str]:
-    """Statements with their continuation lines joined; the reader stands at the first line of each."""
-    joined, first = "", 0
-    for number, raw in enumerate(text.splitlines(), 1):
-        line = raw.split("$$")[0].rstrip()
-        first = first if joined else number
-        if line.endswith("$"):
-            joined += line[:-1]
-            continue
-        statement, joined = (joined + line).strip(), ""
+    """Statements of any DMIS text without comments; the reader stands at the first line of each."""
+    for line, raw in joined_lines(text, "$", "$$", reader):
+        reader.line = line
+        statement = raw.split("$$")[0].strip()
         if statement:
-            reader.line = first
             yield statement
-    if joined:
-        reader.line = first
-        reader.fail("the text is cut short inside a continued line", found=repr(joined))
 
 
-class _Interpreter:
+class Dmis(Control):
+    """The software between statements."""
+
+    table: ClassVar[Table] = TABLE
+
     def __init__(self, reader: Reader) -> None:
-        self.reader = reader
-        self.sensors: dict[str, tuple[float, tuple[float, float, float] | None]] = {}
+        super().__init__(reader)
+        self.sensors: dict[str, tuple[float, tuple[float, float, float], str]] = {}
         self.spheres: set[str] = set()
         self.calibrated: set[str] = set()
-        self.calibrating: str | None = None
-        self.label = ""
+        self.calibrating = self.measuring = self.tool = ""
+        self.features: dict[str, list[float]] = {}
         self.measured: dict[str, list[str]] = {}
         self.devices: dict[str, bool] = {}
-        self.feature: str | None = None
-        self.ended = False
 
-    def statement(self, statement: str) -> None:
-        """Take one statement."""
-        match = _STATEMENT.fullmatch(statement)
-        if match is None:
-            self.reader.fail("statement not understood", found=repr(statement))
-        if self.ended:
-            self.reader.fail("statement after ENDFIL", found=repr(statement))
-        self.label, major = match[2] or "", match[3]
-        arguments = [part.strip() for part in (match[4] or "").split(",")]
-        self.ended = major == "ENDFIL"
-        if major in _OUTPUT_HEAD:
-            self.reader.log.append(statement)
-        action = getattr(self, f"_{major.lower()}", None)
-        if action is not None:
-            action(arguments)
-        elif major not in _NO_MOVE:
-            self.reader.fail("statement not understood", found=repr(statement))
+    def header(self, block: Block) -> None:
+        """The output begins with the same two statements."""
+        title = block.fields[0].upper()
+        self.reader.log += [f"DMISMN/'{title}',05.2", f"FILNAM/'{title}',05.2"]
 
-    def _filnam(self, arguments: list[str]) -> None:
-        self.reader.log += [f"DMISMN/{arguments[0]},05.2", f"FILNAM/{arguments[0]},05.2"]
-
-    def _units(self, arguments: list[str]) -> None:
-        if arguments[0] != "MM":
-            self.reader.fail(
-                "only millimetres are read", found=f"UNITS/{','.join(arguments)}", expected="UNITS/MM,ANGDEC"
-            )
+    def units(self, block: Block) -> None:
+        """Millimetres."""
+        self.reader.log.append(block.text.upper())
         self.reader.states["units"] = "MM"
 
-    def _prcomp(self, arguments: list[str]) -> None:
-        if arguments != ["OFF"]:
-            self.reader.fail(
-                "tip centres are wanted", found=f"PRCOMP/{','.join(arguments)}", expected="PRCOMP/OFF (no compensation)"
-            )
+    def uncompensated(self, block: Block) -> None:
+        """Points are tip centres."""
+        self.reader.log.append(block.text.upper())
         self.reader.states["tip compensation"] = "OFF"
 
-    def _datset(self, arguments: list[str]) -> None:
-        if arguments != ["MCS"]:
-            self.reader.fail(
-                "only coordinates of the machine are read",
-                found=f"DATSET/{','.join(arguments)}",
-                expected="DATSET/MCS",
-            )
+    def machine(self, block: Block) -> None:
+        """Coordinates are those of the machine."""
         self.reader.states["coordinates"] = "MCS"
 
-    def _mode(self, arguments: list[str]) -> None:
-        if arguments[0] != "PROG" and arguments != ["MAN"]:
-            self.reader.fail(
-                "the path is not that of the program", found=f"MODE/{','.join(arguments)}", expected="MODE/PROG,MAN"
-            )
-        self.reader.states["mode"] = arguments[0]
+    def mode(self, block: Block) -> None:
+        """Who moves."""
+        self.reader.states["mode"] = block.fields[0].upper().split(",")[0]
 
-    def _snsdef(self, arguments: list[str]) -> None:
-        if self.label in self.sensors:
-            self.reader.fail("the sensor is defined twice", found=f"S({self.label})")
-        radius = self.reader.number(arguments[-1], "SNSDEF tip diameter") / 2.0
-        self.sensors[self.label] = radius, self._stylus(arguments)
+    def sensor(self, block: Block) -> None:
+        """Offset to the tip, direction of the stylus, diameter of the tip."""
+        name, values = block.fields[0].upper(), [float(value) for value in block.fields[1:]]
+        if name in self.sensors:
+            self.reader.fail("the sensor is defined twice", found=f"S({name})")
+        i, j, k = self.reader.direction(values[3:6], "the stylus of SNSDEF")
+        self.sensors[name] = values[6] / 2.0, (i, j, k), ",".join(f"{value:g}" for value in values[:3])
 
-    def _stylus(self, arguments: list[str]) -> tuple[float, float, float] | None:
-        """The direction of PROBE,FIXED,CART,dx,dy,dz,i,j,k,diameter; None of other sensors."""
-        if arguments[:3] != ["PROBE", "FIXED", "CART"] or len(arguments) != 10:
-            return None
-        i, j, k = self.reader.direction(self.reader.numbers(arguments[6:9], 3, "SNSDEF"), "the stylus of SNSDEF")
-        return i, j, k
+    def select(self, block: Block) -> None:
+        """The sensor that measures from here on."""
+        self._select(block, set(self.sensors), "S")
 
-    def _snslct(self, arguments: list[str]) -> None:
-        known = {f"S({name})": name for name in self.sensors} | {f"SA({name})": name for name in self.calibrated}
-        if len(arguments) != 1 or arguments[0] not in known:
-            self.reader.fail(
-                "the sensor that is selected is not defined here, or SA(..) not calibrated",
-                found=f"SNSLCT/{','.join(arguments)}",
-                expected="one of " + ", ".join(known) if known else "SNSDEF",
-            )
-        name = known[arguments[0]]
-        radius, self.reader.stylus = self.sensors[name]
+    def select_calibrated(self, block: Block) -> None:
+        """The sensor, after its calibration here."""
+        self._select(block, self.calibrated, "SA")
+
+    def _select(self, block: Block, known: set[str], kind: str) -> None:
+        name = block.fields[0].upper()
+        if name not in known:
+            expected = "one of " + ", ".join(f"{kind}({one})" for one in sorted(known)) if known else "SNSDEF, or CALIB"
+            what = "the sensor that is selected is not defined here, or SA(..) not calibrated"
+            self.reader.fail(what, found=block.text, expected=expected)
+        radius, self.reader.stylus, self.reader.states["sensor offset"] = self.sensors[name]
         self.reader.set(tip_radius_mm=radius)
-        self.reader.states["tool"] = name
+        self.tool = self.reader.states["tool"] = name
 
-    def _feat(self, arguments: list[str]) -> None:
-        if arguments[0] != "SPHERE":
-            return
-        if arguments[1:3] != ["OUTER", "CART"] or self.reader.numbers(arguments[3:], 4, "FEAT/SPHERE")[3] <= 0.0:
-            self.reader.fail("not a reference sphere", found=",".join(arguments), expected="SPHERE,OUTER,CART,x,y,z,d")
-        self.spheres.add(f"F({self.label})")
+    def sphere(self, block: Block) -> None:
+        """A reference sphere."""
+        self.spheres.add(block.fields[0].upper())
 
-    def _calib(self, arguments: list[str]) -> None:
+    def calibrate(self, block: Block) -> None:
         """By hand on a sphere: where the software moved by itself, it would go a way that the plan does not know."""
-        kind, sensor, sphere, hits = arguments if len(arguments) == 4 else [""] * 4
-        name = self.reader.states.get("tool", "")
-        if kind != "SENS" or sensor != f"S({name})" or sphere not in self.spheres or not hits.isdigit():
-            expected = "SENS, the selected sensor, a sphere F(..), number of points"
-            self.reader.fail("CALIB not understood", found=",".join(arguments), expected=expected)
-        if self.reader.states.get("mode") != "MAN" or self.feature is not None:
-            self.reader.fail(
-                "a calibration that the software drives itself", expected="MODE/MAN first, outside of MEAS"
-            )
-        self.calibrating = name
+        sensor, sphere, _ = (one.upper() for one in block.fields)
+        if sensor != self.tool or sphere not in self.spheres:
+            expected = "the selected sensor and a sphere of the program"
+            self.reader.fail("CALIB not understood", found=block.text, expected=expected)
+        if self.reader.states.get("mode") != "MAN" or self.measuring:
+            expected = "MODE/MAN first, outside of MEAS"
+            self.reader.fail("a calibration that the software drives itself", expected=expected)
+        self.calibrating = sensor
 
-    def _snset(self, arguments: list[str]) -> None:
+    def distance(self, block: Block) -> None:
+        """Stand-off, search or retract."""
         names = {"APPRCH": "standoff_mm", "SEARCH": "search_mm", "RETRCT": "retract_mm"}
-        if len(arguments) != 2 or arguments[0] not in names:
-            self.reader.fail("SNSET not understood", found=",".join(arguments), expected="APPRCH, SEARCH or RETRCT, mm")
-        value = self.reader.number(arguments[1], f"SNSET/{arguments[0]}")
-        self.reader.set(**{names[arguments[0]]: value})
+        self.reader.set(**{names[block.fields[0].upper()]: float(block.fields[1])})
 
-    def _fedrat(self, arguments: list[str]) -> None:
+    def speed(self, block: Block) -> None:
+        """Of the search, or between points."""
         names = {"MESVEL": "measuring_speed_mm_s", "POSVEL": "travel_speed_mm_s"}
-        if len(arguments) != 3 or arguments[0] not in names or arguments[1] not in _SPEED_UNITS:
-            self.reader.fail(
-                "FEDRAT not understood", found=",".join(arguments), expected="MESVEL or POSVEL, MPM or MMPS, speed"
-            )
-        speed = self.reader.number(arguments[2], f"FEDRAT/{arguments[0]}") * _SPEED_UNITS[arguments[1]]
-        self.reader.set(**{names[arguments[0]]: speed})
+        name, unit, value = block.fields
+        self.reader.set(**{names[name.upper()]: float(value) * SPEED_UNITS[unit.upper()]})
 
-    def _meas(self, arguments: list[str]) -> None:
-        if arguments[0] != "POINT" or len(arguments) != 3:
-            self.reader.fail(
-                "only points are measured", found=f"MEAS/{','.join(arguments)}", expected="MEAS/POINT,F(..),1"
-            )
-        if self.feature is not None or self.calibrating is not None:
+    def feature(self, block: Block) -> None:
+        """A nominal point."""
+        self.features[block.fields[0].upper()] = [float(value) for value in block.fields[1:]]
+
+    def meas(self, block: Block) -> None:
+        """The measurement of a feature begins."""
+        if self.measuring or self.calibrating:
             self.reader.fail("MEAS inside a MEAS or CALIB block", expected="ENDMES first")
-        self.feature = arguments[1].removeprefix("F(").removesuffix(")")
+        self.measuring = block.fields[0].upper()
+        if self.measuring not in self.features:
+            found, expected = block.text, f"F({self.measuring})=FEAT/POINT,CART,.. before"
+            self.reader.fail("the feature is not defined", found=found, expected=expected)
 
-    def _endmes(self, _: list[str]) -> None:
-        if self.feature is None and self.calibrating is None:
+    def end_measurement(self, block: Block) -> None:
+        """It ends."""
+        if not self.measuring and not self.calibrating:
             self.reader.fail("ENDMES without MEAS")
-        if self.calibrating is not None:
-            self.calibrated.add(self.calibrating)
-        self.feature = self.calibrating = None
+        self.calibrated |= {self.calibrating} - {""}
+        self.measuring = self.calibrating = ""
 
-    def _goto(self, arguments: list[str]) -> None:
+    def go(self, block: Block) -> None:
+        """A move of the tip centre."""
         self._check_move()
-        self.reader.goto(self.reader.numbers([a for a in arguments if a != "CART"], 3, "GOTO"))
+        self.reader.goto([float(value) for value in block.fields])
 
-    def _ptmeas(self, arguments: list[str]) -> None:
+    def probe(self, block: Block) -> None:
+        """A surface point: the radius outwards is the tip centre."""
         self._check_move()
-        if self.feature is None:
+        if not self.measuring:
             self.reader.fail("PTMEAS outside of MEAS and ENDMES")
-        values = self.reader.numbers([a for a in arguments if a != "CART"], 6, "PTMEAS")
+        values = [float(value) for value in block.fields]
+        nominal = self.features[self.measuring]
+        if any(abs(a - b) > SAME_MM for a, b in zip(values, nominal, strict=True)):
+            expected = ",".join(f"{value:g}" for value in nominal)
+            self.reader.fail(f"F({self.measuring}) is defined elsewhere", found=block.text, expected=expected)
         normal = self.reader.direction(values[3:], "the normal")
         radius = self.reader.settings.tip_radius_mm
         tip = [surface + radius * n for surface, n in zip(values[:3], normal, strict=True)]
-        contact = self.reader.touch(tip, [-n for n in normal], name=self.feature)
+        contact = self.reader.touch(tip, [-n for n in normal], name=self.measuring)
         if not contact.hit:
-            self.reader.alarm(f"no contact in the search of {self.feature}")
+            self.reader.alarm(f"no contact in the search of {self.measuring}")
         centre = ",".join(fixed(value, 7) for value in contact.position)
         ijk = ",".join(fixed(value, 10) for value in normal)
-        self.measured[self.feature] = [f"FA({self.feature})=FEAT/POINT,CART,{centre},$", ijk]
+        self.measured[self.measuring] = [f"FA({self.measuring})=FEAT/POINT,CART,{centre},$", ijk]
 
-    def _device(self, arguments: list[str]) -> None:
-        self.devices[f"DID({self.label})"] = False
+    def device(self, block: Block) -> None:
+        """A file of results."""
+        self.reader.log_to(block.fields[1])
+        self.devices[block.fields[0].upper()] = False
 
-    def _open(self, arguments: list[str]) -> None:
-        self._use(arguments[0], False)
+    def open(self, block: Block) -> None:
+        """It takes results from here on."""
+        self._use(block.fields[0].upper(), False)
 
-    def _close(self, arguments: list[str]) -> None:
-        self._use(arguments[0], True)
+    def close(self, block: Block) -> None:
+        """It takes no more."""
+        self._use(block.fields[0].upper(), True)
 
     def _use(self, device: str, opened: bool) -> None:
         if self.devices.get(device) is not opened:
             state = {None: "not defined", True: "open already", False: "not open"}[self.devices.get(device)]
-            self.reader.fail("the device of the results cannot be used", found=f"{device} is {state}")
+            self.reader.fail("the device of the results cannot be used", found=f"DID({device}) is {state}")
         self.devices[device] = not opened
 
-    def _output(self, arguments: list[str]) -> None:
-        name = arguments[0].removeprefix("FA(").removesuffix(")")
+    def output(self, block: Block) -> None:
+        """A measured feature into the output."""
+        name = block.fields[0].upper()
         if name not in self.measured:
-            self.reader.fail("a feature that was not measured", found=f"OUTPUT/{arguments[0]}")
+            self.reader.fail("a feature that was not measured", found=block.text)
         if self.devices and not any(self.devices.values()):
             self.reader.fail("output before a device is open", expected="OPEN/DID(..),FDATA,DMIS,OUTPUT first")
         self.reader.log += self.measured[name]
 
-    def _endfil(self, _: list[str]) -> None:
+    def end_file(self, block: Block) -> None:
+        """Outside of any measurement."""
+        if self.measuring or self.calibrating:
+            self.reader.cut_short("ENDMES and ENDFIL")
         self.reader.log.append("ENDFIL")
 
     def _check_move(self) -> None:
         if "units" not in self.reader.states:
             self.reader.fail("a move before the units are set", expected="UNITS/MM,ANGDEC first")
-        if self.reader.states.get("mode") == "MAN" or self.calibrating is not None:
+        if self.reader.states.get("mode") == "MAN" or self.calibrating:
             self.reader.fail("a move that the operator makes by hand", expected="ENDMES and MODE/PROG,MAN first")
 
 
-def run(text: str, reader: Reader) -> None:
-    """Execute a program text; :class:`stepgauge.errors.InputError` names the line."""
-    interpreter = _Interpreter(reader)
-    for statement in statements(text, reader):
-        interpreter.statement(statement.upper())
-    inside = interpreter.feature is not None or interpreter.calibrating is not None
-    if not interpreter.ended or inside:
-        reader.cut_short("ENDMES and ENDFIL" if inside else "ENDFIL")
+DIALECTS = (
+    Dialect(
+        "dmis",
+        "DMIS 5.2",
+        ".dmi",
+        Dmis,
+        recognises,
+        6,
+        (*AUTOMATIC, "tip_radius_mm"),
+        states={
+            "units": "MM",
+            "coordinates": "MCS",
+            "mode": "PROG",
+            "tip compensation": "OFF",
+            "sensor offset": "0,0,0",
+        },
+        tool="PROBE",
+        comment="$$ {}",
+        self_positioning=True,
+        options={
+            "device": Option("RESULTS", Name(DEVICE_NAME, TABLE.slot("device").what), "label of the file of results"),
+            "file": Option(
+                "STEPGAUGE.DMO",
+                Name(FILE_NAME, "a file name without a folder, or nothing", may_be_left_out=True),
+                "file of the results; empty: no DID, OPEN, CLOSE",
+            ),
+            "sphere": Option(
+                "",
+                Number(1, 100, "mm", may_be_left_out=True),
+                "diameter of a reference sphere: the sensor is calibrated first, by hand",
+            ),
+        },
+        log="{file}",
+    ),
+)

@@ -148,6 +148,14 @@ class _Parser:
         return value
 
 
+def check_words(text: str, grammar: Grammar) -> None:
+    """:class:`ExpressionError` for a word that the grammar does not have, or brackets that do not close."""
+    words = [word for kind, word in _Parser(text, grammar, lambda name: name).tokens if kind != "text"]
+    opening, closing = (words.count(one) for one in grammar.brackets)
+    if opening != closing:
+        raise ExpressionError("brackets that do not close")
+
+
 def evaluate(text: str, grammar: Grammar, lookup: Callable[[str], Value]) -> Value:
     """The value of an expression; ``lookup`` gives the values of variables.
 

@@ -7,47 +7,104 @@ the way. ``#5061..`` are workpiece coordinates; with parameter 6014 bit 4 at 0 t
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import ClassVar
 
+from stepgauge.programs.blocks import Block
+from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.expression import Grammar, Value
-from stepgauge.programs.gcode import DWELL, GCode, moves_with_result
+from stepgauge.programs.gcode import MOTION, ORDINARY, GCode, modal, moves_with_result
+from stepgauge.programs.options import YES_NO, Choice, Number, Option
 from stepgauge.programs.reading import Reader
-from stepgauge.programs.steps import Steps
+from stepgauge.programs.table import (
+    CLOSING,
+    END,
+    ENDS,
+    FIRST,
+    FRAME,
+    IF,
+    JUMP,
+    NOT_CONFIRMED,
+    QUIET,
+    START,
+    Code,
+    Form,
+    Slot,
+    Table,
+    Variable,
+)
 
-SKIP, CALL, LOOK_AHEAD = 31.0, 65.0, 103.0
-_ALARM, _MESSAGE = "#3000", "#3006"
-_GROUPS = {
-    "#4001": (0, 1),
-    "#4003": (90, 91),
-    "#4005": (94, 95),
-    "#4006": (20, 21),
-    "#4008": (43, 49),
-    "#4014": (54, 55, 56, 57, 58, 59),
+POST = "Autodesk's inspection post for Fanuc"
+MANUAL = "Fanuc 15i operator's manual"
+HAAS = "Haas NGC manual, G31"
+GROUPS = {
+    "4001": {"G0", "G1"},
+    "4003": {"G90", "G91"},
+    "4005": {"G94", "G95"},
+    "4006": {"G20", "G21"},
+    "4014": {"G54", "G55", "G56", "G57", "G58", "G59"},
 }
 """Modal information by group, and the codes of the group that are known here."""
-_STATES: Mapping[float, str] = {
-    21: "units",
-    40: "tool radius",
-    43: "tool length",
-    49: "tool length",
-    90: "distances",
-    94: "feed",
-}
-_BACK: Mapping[float, str] = {
-    **_STATES,
-    20: "units",
-    91: "distances",
-    95: "feed",
-    **dict.fromkeys(_GROUPS["#4014"], "coordinates"),
-}
-"""States that a block of variables may give back; a move after it would be none of the plan."""
-_SPINDLE_OR_TOOL = {3.0, 4.0, 6.0, 98.0, 99.0, 198.0}
-_ASSIGNMENT = re.compile(r"(#\d+|#\[.+?\])=(.+)")
-_BRANCH = re.compile(r"(?:N\d+ *)?(?:IF\[(.+)\])?GOTO(\d+)")
-_PRINT = re.compile(r"DPRNT\[(.*)\]")
-_FIELD = re.compile(r"(#\d+)\[(\d)(\d)\]", re.ASCII)
+_FIELD = re.compile(r"#(\d+)\[(\d)(\d)\]")
+
+TABLE = Table(
+    "fanuc",
+    forms=(
+        Form("tape", "%", "begin and end of the tape", MANUAL, QUIET, FRAME),
+        Form("nothing", "O{program}", "number of the program", MANUAL, QUIET, FIRST),
+        Form("ask", "#3006=1", "stop with the comment as message", POST, QUIET),
+        Form("alarm", "#3000={alarm}", "alarm 3000 + n with the comment as text", POST, ENDS),
+        Form("save", "#{saved}=#{modal}", "keeps a modal code", NOT_CONFIRMED, when=START),
+        Form("give_back", "{given}", "gives the kept modal codes back", NOT_CONFIRMED, when=END),
+        Form("say_search", "#100={point}", "way of a search beyond the nominal contact, mm", "stepgauge"),
+        Form("assign", "#{local}={expression}", "own variable", MANUAL, QUIET),
+        Form("branch", "IF[{condition}]GOTO{label}", "goes on at block N..", POST, IF),
+        Form("jump", "GOTO{label}", "goes on at block N..", POST, JUMP),
+        Form("printed", "DPRNT[{print}]", "prints a line of the log", POST),
+        Form("nothing", "POPEN", "opens the output", POST, when=START),
+        Form("nothing", "PCLOS", "closes the output", POST, CLOSING, END),
+        Form("nothing", "{dwell}", "dwell", HAAS, QUIET),
+        Form("nothing", "G53", "alone, without coordinates: ends the look-ahead", POST, QUIET),
+        Form("nothing", "G65P9832", "turns the probe on (Renishaw)", POST, when=START),
+        Form("nothing", "G65P9833", "turns the probe off (Renishaw)", POST, CLOSING, END),
+    ),
+    comments=(replace(ORDINARY, source=MANUAL),),
+    codes=(
+        Code("G0", "rapid move", MANUAL, MOTION),
+        Code("G1", "straight move", MANUAL, MOTION),
+        Code("G31", "search: straight until the skip signal", MANUAL, MOTION),
+        *modal(MANUAL, units="G21", distances="G90", feed="G94", plane="G17", tool_radius="G40", cycle="G80"),
+        *modal(MANUAL, coordinates="G54 G55 G56 G57 G58 G59"),
+        Code("M0", "stop until the operator goes on", MANUAL, "M", way=QUIET),
+        Code("M5", "spindle off", MANUAL, "M", way=CLOSING),
+        Code("M19", "spindle to its angle", POST, "M", when=START),
+        Code("M30", "end of the program", MANUAL, "M", way=ENDS),
+    ),
+    words={"X": "point", "Y": "point", "Z": "point", "F": "point"},
+    slots={
+        "dwell": Slot(r"G0?4P\d{1,5}", "`G04 P..`, ms"),
+        "program": Slot(r"[1-7]?\d{1,3}", "a number up to 7999 (from 8000 on they are the maker's)"),
+        "alarm": Slot(r"\d{1,3}", "a number up to 999"),
+        "saved": Slot(r"12[1-5]", "121 to 125"),
+        "modal": Slot("40(?:01|03|05|06|14)", "4001, 4003, 4005, 4006, 4014 (groups of G01, G90, G94, G21, G54)"),
+        "given": Slot(r"(?:G#12[1-5]){1,5}", "`G#121` to `G#125`, each kept before"),
+        "local": Slot(r"1(?:0[1-9]|1\d)", "101 to 119"),
+        "print": Slot(r"(?:[A-Z0-9*.+-]|#1(?:0[1-9]|1\d)\[\d\d\])+", "capitals, digits, * for a blank, `#n[wd]`"),
+    },
+    variables=(
+        Variable(r"#1(?:0[1-9]|1\d)(?!\d)", "#101 to #119", "own variables", MANUAL),
+        Variable(r"#506[123](?!\d)", "#5061 #5062 #5063", "where the last skip was, or the end of the move", MANUAL),
+        Variable(r"#4008(?!\d)", "#4008", "G43 or G49 in force", POST),
+        Variable(r"#\[2[02]00\+#4111\]", "#[2000+#4111] #[2200+#4111]", "length of the tool and its wear", POST),
+        Variable(r"PRM\[6014,4\]", "PRM[6014,4]", "whether #5063 is without the length of the tool", POST),
+    ),
+    label=r"N(\d{1,5})(?!\d)",
+    blanks_ignored=True,
+    any_case=False,
+    last="tape",
+)
 
 
 def recognises(text: str) -> bool:
@@ -55,20 +112,18 @@ def recognises(text: str) -> bool:
     return re.search(r"(?im)^[^(;\n]*G31(?!\d)", text) is not None and re.search(r"#\d+ *=", text) is not None
 
 
-class Control(GCode):
+class Fanuc(GCode):
     """The control between blocks.
 
     It starts as an operator may have left it: in inches, incremental, feed per revolution, and with the tool length
     of the probe active (``length_mm`` in the offset table, and in the register where bit 4 of 6014 is 0).
     """
 
-    states: ClassVar[Mapping[float, str]] = {**_STATES, **dict.fromkeys(_GROUPS["#4014"], "coordinates")}
-    no_effect: ClassVar[frozenset[float]] = frozenset({DWELL, LOOK_AHEAD, CALL, 17.0, 53.0, 80.0})
-    searches: ClassVar[frozenset[float]] = frozenset({SKIP})
-    one_shot: ClassVar[frozenset[float]] = frozenset({SKIP})
-    word: ClassVar[re.Pattern[str]] = re.compile(r"([A-Z])([-+]?(?:#\d+|\d+\.?\d*|\.\d+|\[[^\]]*\]))", re.ASCII)
+    table: ClassVar[Table] = TABLE
+    searches: ClassVar[frozenset[str]] = frozenset({"G31"})
+    one_shot: ClassVar[frozenset[str]] = frozenset({"G31"})
     grammar: ClassVar[Grammar] = Grammar(
-        r"#\d+|PRM\[\d+,\d\]",
+        "|".join(one.pattern for one in TABLE.variables),
         {"EQ": "==", "NE": "!=", "GT": ">", "GE": ">=", "LT": "<", "LE": "<=", "AND": "and", "OR": "or"},
         "[]",
     )
@@ -76,123 +131,158 @@ class Control(GCode):
     def __init__(self, reader: Reader, length_mm: float = 0.0, bit_6014_4: int = 0) -> None:
         super().__init__(reader)
         self.length_mm, self.bit_6014_4 = length_mm, bit_6014_4
-        self.modal = {"#4001": 0.0, "#4003": 91.0, "#4005": 95.0, "#4006": 20.0, "#4008": 43.0, "#4014": 57.0}
-        self.steps = Steps(reader, [], {})
-        self.measuring: list[bool] = []
+        self.modal = {"4001": "G0", "4003": "G91", "4005": "G95", "4006": "G20", "4014": "G57"}
+        self.saved: dict[str, tuple[str, str]] = {}
+        self.tool_length = 43.0
+        self.measuring: set[int] = set()
 
-    def run(self, text: str) -> None:
-        """Execute a program text."""
-        statements = [_squeezed(line) for line in text.splitlines()]
-        prints = [bool(_PRINT.match(one) and _FIELD.search(one)) for one in statements]
-        moves = [re.search(r"G(0*[01]|31)(?!\d)", one) is not None for one in statements]
-        self.measuring = moves_with_result(prints, moves)
-        named = [(re.match(r"N(\d+)", one), line) for line, one in enumerate(statements)]
-        self.steps = Steps(self.reader, statements, {match[1]: line for match, line in named if match})
-        jumps = [(_BRANCH.fullmatch(one), line) for line, one in enumerate(statements, 1)]
-        self.steps.check({match[2]: line for match, line in jumps if match})
-        self.steps.run(self.statement, lambda: self.ended)
-        rest = [(line, one) for line, one in enumerate(statements, 1) if line > self.steps.at and one]
-        for self.reader.line, one in rest:
-            if one != "%" and not re.match(rf"N\d+ *{_ALARM} *=", one):  # behind the end stand the alarms
-                self.check_end(one)
-        if not self.ended or (statements[0] == "%" and (not rest or rest[-1][1] != "%")):
-            self.reader.cut_short("M30, and % where it began with one")
+    def prepare(self) -> None:
+        """Which skips are measurements."""
+        self.measuring = moves_with_result(
+            self.blocks, lambda one: one.form.name == "printed" and bool(_FIELD.search(one.fields[0]))
+        )
 
-    def statement(self, text: str) -> None:
-        """One block."""
-        text = re.sub(r"^N\d+ *", "", text)
-        if not text or text.startswith("%") or re.fullmatch(r"O\d+(\(.*\))?", text):
-            return
-        branch = _BRANCH.fullmatch(text)
-        if branch:
-            if branch[1] is None or self.number(f"[{branch[1]}]"):
-                self.steps.go_to(branch[2])
-        elif assignment := _ASSIGNMENT.fullmatch(text):
-            self._assign(assignment[1], assignment[2])
-        elif printed := _PRINT.fullmatch(text):
-            self.reader.log.append(_FIELD.sub(self._printed, printed[1].replace("*", " ")))
-        elif text not in ("POPEN", "PCLOS"):
-            self.block(text)
+    def words(self, block: Block) -> None:
+        """A block of words; each group keeps its code."""
+        for code in block.codes:
+            self.modal.update({group: code.code for group, codes in GROUPS.items() if code.code in codes})
+        super().words(block)
 
-    def _assign(self, name: str, text: str) -> None:
-        if name in (_ALARM, _MESSAGE):
-            words = re.sub(r"^[-\d.]+", "", text).strip("()")
-            if name == _ALARM:
-                self.reader.alarm(f"{3000 + self.number(_without_comments(text)):.0f} {words}")
-            return
-        value = self.number(_without_comments(text))
-        if name == "#100":
-            self.reader.set(search_mm=value)
-        self.variables[name] = value
+    def tape(self, block: Block) -> None:
+        """Begin and end."""
 
-    def look_up(self, name: str) -> Value:
-        """Registers of the last skip, modal codes, offsets and parameters."""
-        if name in ("#5061", "#5062", "#5063"):
-            length = self.length_mm if name == "#5063" and not self.bit_6014_4 else 0.0
-            return self.contact.position[int(name[-1]) - 1] + length
-        if name in self.modal:
-            if name == "#4008":
-                self.reader.states["tool length"] = (
-                    f"G{self.modal[name]:g}"  # a program that looks at it may rely on it
-                )
-            return self.modal[name]
-        if name.upper() == "PRM[6014,4]":
-            return float(self.bit_6014_4)
-        offsets = {"#4111": 1.0, "#2001": self.length_mm, "#2201": 0.0}
-        return offsets[name] if name in offsets else super().look_up(name)
+    def ask(self, block: Block) -> None:
+        """A stop for the operator."""
 
-    def take_code(self, code: float) -> None:
-        """A G code; its group keeps it. A block of codes from variables gives back what was before."""
-        for group, codes in _GROUPS.items():
-            if code in codes:
-                self.modal[group] = code
-        if re.fullmatch(r"(G#\d+)+", self.steps.statements[self.steps.at - 1]):
-            if code in _BACK:
-                self.reader.states[_BACK[code]] = f"G{code:g}"
-        else:
-            super().take_code(code)
+    def alarm(self, block: Block) -> None:
+        """The program stops itself."""
+        self.reader.alarm(f"{3000 + int(block.fields[0])} {block.comment}")
 
-    def take_m_codes(self, words: dict[str, list[float]]) -> dict[str, list[float]]:
-        """M codes are the builder's; the ones that turn the spindle, change the tool or call are refused."""
-        codes = set(words.pop("M", []))
-        if codes & _SPINDLE_OR_TOOL:
-            self.reader.fail(
-                "M code not understood", found=", ".join(f"M{code:g}" for code in codes & _SPINDLE_OR_TOOL)
-            )
-        self.ended = bool(self.ends & codes)
-        return {letter: values for letter, values in words.items() if letter != "P" or not codes}
+    def save(self, block: Block) -> None:
+        """A modal code into a variable that nothing else writes."""
+        name, group = block.fields
+        if group in {kept for kept, _ in self.saved.values()} or name in self.saved:
+            self.reader.fail("a modal code is kept twice", found=repr(block.text))
+        self.saved[name] = group, self.modal[group]
 
-    def take_arguments(self, words: dict[str, list[float]], codes: Sequence[float]) -> None:
-        """G103 limits the look-ahead of a Haas; the only calls are those that turn a probe on and off."""
-        if LOOK_AHEAD in codes:
-            words.pop("P", None)
-        if CALL in codes and words.pop("P", []) not in ([9832.0], [9833.0]):
-            self.reader.fail("G65 calls what is not known here", expected="P9832 (probe on) or P9833 (off)")
-        super().take_arguments(words, codes)
+    def give_back(self, block: Block) -> None:
+        """The kept codes, each group once."""
+        for name in re.findall(r"#(\d+)", block.fields[0]):
+            if name not in self.saved:
+                self.reader.fail("gives back what was not kept", found=f"G#{name}", expected=f"#{name}=#40.. before")
+            group, code = self.saved.pop(name)
+            self.modal[group] = code
 
-    def measures(self, code: float) -> bool:
-        """A skip whose registers are printed before the next move."""
-        return self.measuring[self.steps.at - 1]
+    def say_search(self, block: Block) -> None:
+        """How far a search goes beyond the nominal contact."""
+        self.reader.set(search_mm=float(block.fields[0]))
 
-    def _printed(self, match: re.Match[str]) -> str:
+    def assign(self, block: Block) -> None:
+        """An own variable."""
+        self.variables[f"#{block.fields[0]}"] = self.number(block.fields[1])
+
+    def printed(self, block: Block) -> None:
+        """A line of the log, ``*`` for a blank."""
+        self.reader.log.append(_FIELD.sub(self._digits, block.fields[0].replace("*", " ")))
+
+    def _digits(self, match: re.Match[str]) -> str:
         """A number as DPRNT prints it with parameter 6001 bit 1 at 0: blanks for the zeros in front."""
-        value, whole, decimals = self.number(match[1]), int(match[2]), int(match[3])
+        value, whole, decimals = self.number(f"#{match[1]}"), int(match[2]), int(match[3])
         size = f"{abs(value):.{decimals}f}"
         width = whole + (decimals + 1 if decimals else 0)
         return ("-" if value < 0 else " ") + size.rjust(width)
 
+    def look_up(self, name: str) -> Value:
+        """Registers of the last skip, modal codes, offsets and parameters."""
+        if name.startswith("#506"):
+            length = self.length_mm if name == "#5063" and not self.bit_6014_4 else 0.0
+            return self.contact.position[int(name[-1]) - 1] + length
+        if name == "#4008":
+            return self.tool_length
+        known = {"PRM[6014,4]": float(self.bit_6014_4), "#[2000+#4111]": self.length_mm, "#[2200+#4111]": 0.0}
+        return known[name] if name in known else super().look_up(name)
 
-def _squeezed(line: str) -> str:
-    """A block in capitals without blanks and remarks; the text of a message or an alarm stays."""
-    keep = re.match(r"\s*(?:N\d+\s*)?#300[06]\s*=", line) is not None
-    kept = line if keep else _without_comments(line)
-    return kept.upper() if keep else re.sub(r"\s+", "", kept.upper())
+    def holds(self, block: Block) -> bool:
+        """A condition; one that stops the program without G43 states the tool length."""
+        found = super().holds(block)
+        self.tool_length = 49.0
+        if super().holds(block) != found and self.stops_if(block, not found):
+            self.reader.states["tool length"] = "G43"
+        self.tool_length = 43.0
+        return found
+
+    def measures(self, code: str) -> bool:
+        """A skip whose registers are printed before the next move."""
+        return self.at - 1 in self.measuring
 
 
-def _without_comments(text: str) -> str:
-    return re.sub(r"\([^()]*\)", "", text).split(";")[0]
+class Haas(Fanuc):
+    """What a Haas has besides."""
+
+    table: ClassVar[Table] = replace(
+        TABLE,
+        name="haas",
+        forms=(
+            *TABLE.forms,
+            Form("nothing", "G103P1", "look-ahead of one block", NOT_CONFIRMED, QUIET),
+            Form("nothing", "G103", "look-ahead without a limit", NOT_CONFIRMED, QUIET),
+            Form("nothing", "M59P1134", "turns the probe on", NOT_CONFIRMED, when=START),
+            Form("nothing", "M69P1134", "turns the probe off", NOT_CONFIRMED, CLOSING, END),
+        ),
+    )
 
 
-def run(text: str, reader: Reader) -> None:
-    """Execute a program text; :class:`stepgauge.errors.InputError` names the line."""
-    Control(reader).run(text)
+def _variant(control: type[Fanuc], name: str, title: str, most_feed_mm_s: float = math.inf, **defaults: str) -> Dialect:
+    """A control that reads the macro language of Fanuc, with what differs."""
+    options = {key: replace(one, default=defaults.get(key, one.default)) for key, one in OPTIONS.items()}
+    if control is Haas:
+        options["probe_on"] = replace(options["probe_on"], kind=Choice(("M59 P1134", "G65 P9832", "")))
+        options["probe_off"] = replace(options["probe_off"], kind=Choice(("M69 P1134", "G65 P9833", "")))
+        options["digits"] = replace(options["digits"], kind=Choice(("44", "34", "35")))
+    return replace(
+        FANUC, name=name, title=title, control=control, family="fanuc", options=options, most_feed_mm_s=most_feed_mm_s
+    )
+
+
+OPTIONS = {
+    "number": Option("7000", Number(1, 7999, whole=True), "number of the program (from 8000 on they are the maker's)"),
+    "offset": Option("G54", Choice(("G54", "G55", "G56", "G57", "G58", "G59")), "work offset"),
+    "probe_on": Option("", Choice(("", "G65 P9832")), "turns the probe on; `G65 P9832`: Renishaw"),
+    "probe_off": Option("", Choice(("", "G65 P9833")), "turns the probe off; `G65 P9833`: Renishaw"),
+    "orient": Option("M19", Choice(("M19", "")), "turns the spindle to its angle"),
+    "length_in_z": Option(
+        "parameter",
+        Choice(("parameter", *YES_NO.values)),
+        "whether `#5063` has the tool length in it; `parameter`: as bit 4 of parameter 6014 states",
+    ),
+    "look_ahead": Option(
+        "G53", Choice(("G53", "G04 P1", "")), "block that ends the look-ahead before a register is read"
+    ),
+    "digits": Option(
+        "44",
+        Choice(("34", "44", "54", "35", "45", "55", "36", "46", "56", "57")),
+        "digits of DPRNT before and after the point; not coarser than the coordinates of the program",
+    ),
+    "open": Option("POPEN", Choice(("POPEN", "")), "opens the output of DPRNT"),
+}
+FANUC = Dialect(
+    "fanuc",
+    "Fanuc custom macro B (G31, DPRNT)",
+    ".nc",
+    Fanuc,
+    recognises,
+    4,
+    SEARCH,
+    states={**MODAL, "coordinates": "{offset}", "tool length": "G43"},
+    comment="({})",
+    options=OPTIONS,
+    log_decimals=4,
+)
+DIALECTS = (
+    FANUC,
+    _variant(
+        Haas, "haas", "Haas NGC", 2500.0 / 60.0, probe_on="M59 P1134", probe_off="M69 P1134", length_in_z="yes", open=""
+    ),
+    _variant(Fanuc, "mazak", "Mazak Matrix and Smooth, EIA", length_in_z="yes"),
+    _variant(Fanuc, "mitsubishi", "Mitsubishi M70 and M80", length_in_z="yes"),
+)

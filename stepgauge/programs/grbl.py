@@ -9,17 +9,48 @@ machine coordinates.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from stepgauge.files.templating import fixed
-from stepgauge.programs.gcode import DWELL, GCode
-from stepgauge.programs.reading import Reader
+from stepgauge.programs.blocks import Block
+from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
+from stepgauge.programs.gcode import MOTION, GCode, end_of_line, in_brackets, modal
+from stepgauge.programs.reading import Contact, Reader
+from stepgauge.programs.table import END, ENDS, QUIET, START, Code, Form, Table
 
-SET, SHIFT_OFF, PROBE, GUARD = 10.0, 92.1, 38.2, 38.3
+NIST = "NIST RS274/NGC"
+DOCS = "grbl 1.1, doc/markdown/commands.md"
+INTERFACE = "grbl 1.1, doc/markdown/interface.md"
+PROBE, GUARD = "G38.2", "G38.3"
+
+TABLE = Table(
+    "grbl",
+    forms=(
+        Form("set_offset", "G10L2P6X0Y0Z0", "makes G59 machine coordinates", f"{NIST}, 3.5.5", when=START),
+        Form("nothing", "G4P{positive}", "dwell, s", f"{NIST}, 3.5.4", QUIET),
+        Form("say_search", "(SEARCH {positive} MM BEYOND THE NOMINAL CONTACT)", "states that way, mm", "stepgauge"),
+    ),
+    comments=(in_brackets(INTERFACE), end_of_line(";", INTERFACE)),
+    codes=(
+        Code("G0", "rapid move", f"{NIST}, 3.5.1", MOTION),
+        Code("G1", "straight move", f"{NIST}, 3.5.2", MOTION),
+        Code(PROBE, "search; without a contact ALARM:5", DOCS, MOTION),
+        Code(GUARD, "move that a contact ends; deflected before it: ALARM:4", DOCS, MOTION),
+        *modal(f"{NIST}, 3.5.6 to 3.5.11", plane="G17", units="G21", tool_radius="G40", tool_length="G49"),
+        *modal(f"{NIST}, 3.5.14 to 3.5.19", path="G61", cycle="G80", distances="G90", feed="G94"),
+        Code("G54", "work offset that is in force before", f"{NIST}, 3.5.13", "coordinates", when=END),
+        *modal(f"{NIST}, 3.5.13", coordinates="G59"),
+        Code("G92.1", "no shift of the origin", f"{NIST}, 3.5.18", "shift", when=START),
+        Code("M0", "stop until the operator goes on", f"{NIST}, 3.6.1", "M", way=QUIET),
+        Code("M2", "end of the program", f"{NIST}, 3.6.1", "M", way=ENDS),
+        Code("M30", "end of the program", f"{NIST}, 3.6.1", "M", way=ENDS),
+    ),
+    words={"X": "number", "Y": "number", "Z": "number", "F": "positive"},
+    label=r"N(\d{1,5})(?!\d)",
+    blanks_ignored=True,
+)
 LONGEST_BLOCK = 80
 """Characters of a line that grbl 1.1 has room for, without blanks and comments."""
-_SEARCH = re.compile(r"\(SEARCH ([\d.]+) MM BEYOND THE NOMINAL CONTACT\)", re.IGNORECASE)
 
 
 def recognises(text: str) -> bool:
@@ -27,42 +58,41 @@ def recognises(text: str) -> bool:
     return re.search(r"(?im)^ *G10 *L2 *P6\b", text) is not None and "38.2" in text
 
 
-class _Interpreter(GCode):
+class Grbl(GCode):
     """The controller between lines."""
 
-    states: ClassVar[Mapping[float, str]] = {
-        21: "units",
-        40: "tool radius",
-        49: "tool length",
-        61: "path",
-        90: "distances",
-        94: "feed",
-        SHIFT_OFF: "shift",
-    }
-    no_effect: ClassVar[frozenset[float]] = frozenset({17.0, 80.0, DWELL, SET, 54.0})
-    searches: ClassVar[frozenset[float]] = frozenset({PROBE, GUARD})
+    table: ClassVar[Table] = TABLE
+    searches: ClassVar[frozenset[str]] = frozenset({PROBE, GUARD})
+    one_shot: ClassVar[frozenset[str]] = frozenset({PROBE, GUARD})
 
     def __init__(self, reader: Reader) -> None:
         super().__init__(reader)
         self.deflected = False
 
-    def take_arguments(self, words: dict[str, list[float]], codes: Sequence[float]) -> None:
-        """G10 L2 P6 X0 Y0 Z0 is the only offset that may be set."""
-        if SET in codes:
-            said = {letter: words.pop(letter, [None])[0] for letter in "LPXYZ"}
-            if said != {"L": 2.0, "P": 6.0, "X": 0.0, "Y": 0.0, "Z": 0.0}:
-                self.reader.fail("an offset is changed", found=str(said), expected="G10 L2 P6 X0 Y0 Z0")
-            self.reader.states["offset"] = "G10 L2 P6 X0 Y0 Z0"
-        super().take_arguments(words, codes)
+    def step(self) -> None:
+        """A line, which the console answers."""
+        block = self.blocks[self.at]
+        if len(block.text) > LONGEST_BLOCK and not block.text.startswith("("):
+            self.reader.line = block.line
+            found = f"{len(block.text)} characters"
+            self.reader.fail("the line is too long for grbl", found=found, expected=f"{LONGEST_BLOCK}")
+        super().step()
+        if not block.text.startswith("("):
+            self.reader.log.append("ok")
 
-    def take_code(self, code: float) -> None:
-        """Work offsets are coordinates."""
-        if code in (54.0, 55.0, 56.0, 57.0, 58.0, 59.0):
-            self.reader.states["coordinates"] = f"G{code:g}"
-        else:
-            super().take_code(code)
+    def after_one_shot(self, code: str) -> str:
+        """After a search no motion holds."""
+        return ""
 
-    def go(self, target: Mapping[str, float], motion: float | None) -> None:
+    def set_offset(self, block: Block) -> None:
+        """The only offset that may be set."""
+        self.reader.states["offset"] = "G10 L2 P6 X0 Y0 Z0"
+
+    def say_search(self, block: Block) -> None:
+        """How far a search goes beyond the nominal contact."""
+        self.reader.set(search_mm=float(block.fields[0]))
+
+    def go(self, target: dict[str, float], motion: str) -> None:
         """No search starts with the probe deflected."""
         if motion in self.searches and self.deflected:
             self.reader.log.append("ALARM:4")
@@ -70,32 +100,39 @@ class _Interpreter(GCode):
         self.deflected = False
         super().go(target, motion)
 
-    def measures(self, code: float) -> bool:
+    def measures(self, code: str) -> bool:
         """G38.2 must find its face."""
         return code == PROBE
 
-    def after_search(self, code: float, measuring: bool) -> None:
+    def settle(self, contact: Contact, measuring: bool) -> None:
         """The console shows every search; a contact keeps the probe deflected."""
-        self.deflected = self.contact.hit
-        x, y, z = (fixed(value, 3) for value in self.contact.position)
-        self.reader.log.append(f"[PRB:{x},{y},{z}:{int(self.contact.hit)}]")
-        if measuring and not self.contact.hit:
+        super().settle(contact, measuring)
+        self.deflected = contact.hit
+        x, y, z = (fixed(value, 3) for value in contact.position)
+        self.reader.log.append(f"[PRB:{x},{y},{z}:{int(contact.hit)}]")
+        if measuring and not contact.hit:
             self.reader.log.append("ALARM:5")
             self.reader.alarm("ALARM:5 probe fail: no contact")
 
 
-def run(text: str, reader: Reader) -> None:
-    """Execute a program text; :class:`stepgauge.errors.InputError` names the line."""
-    interpreter = _Interpreter(reader)
-    for reader.line, raw in enumerate(text.splitlines(), 1):
-        said = _SEARCH.search(raw)
-        if said:
-            reader.set(search_mm=reader.number(said[1], "the search distance"))
-        block = re.sub(r"\s+", "", re.sub(r"\([^()]*\)", "", raw).split(";")[0].upper())
-        if len(block) > LONGEST_BLOCK:
-            reader.fail("the line is too long for grbl", found=f"{len(block)} characters", expected=f"{LONGEST_BLOCK}")
-        if block:
-            interpreter.block(block)
-            reader.log.append("ok")
-    if not interpreter.ended:
-        reader.cut_short("M2 at the end")
+DIALECTS = (
+    Dialect(
+        "grbl",
+        "grbl 1.1, grblHAL, FluidNC (G38.2)",
+        ".gcode",
+        Grbl,
+        recognises,
+        4,
+        SEARCH,
+        states={
+            **MODAL,
+            "coordinates": "G59",
+            "offset": "G10 L2 P6 X0 Y0 Z0",
+            "shift": "G92.1",
+            "tool length": "G49",
+            "path": "G61",
+        },
+        comment="({})",
+        log_decimals=3,
+    ),
+)

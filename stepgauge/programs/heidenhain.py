@@ -8,29 +8,96 @@ Moves with ``L`` are watched by the control's own monitoring of the probe, not b
 from __future__ import annotations
 
 import re
-from typing import NoReturn
+from typing import ClassVar
 
 from stepgauge.files.templating import fixed
-from stepgauge.programs.expression import Grammar, Value, evaluate, in_words
-from stepgauge.programs.reading import Reader
-from stepgauge.programs.steps import Steps
+from stepgauge.programs.blocks import Block
+from stepgauge.programs.dialect import SEARCH, Dialect
+from stepgauge.programs.execution import Control
+from stepgauge.programs.expression import Grammar, in_words
+from stepgauge.programs.gcode import end_of_line
+from stepgauge.programs.options import YES_NO, Name, Number, Option
+from stepgauge.programs.reading import Contact, Reader
+from stepgauge.programs.table import (
+    CLOSING,
+    ENDS,
+    FIRST,
+    IF,
+    JUMP,
+    LAST,
+    QUIET,
+    START,
+    Form,
+    Slot,
+    Table,
+    Variable,
+)
 
-_N = r"([-+]?(?:\d+\.?\d*|\.\d+))"
-_LINE = re.compile(rf"L X{_N} Y{_N} Z{_N} R0 F{_N}", re.ASCII)
-_TO = re.compile(r"TCH PROBE 4\.1 Q(\d+)")
-_VECTOR = re.compile(rf"TCH PROBE 4\.2 IX{_N} IY{_N} IZ{_N}", re.ASCII)
-_SEARCH = re.compile(rf"TCH PROBE 4\.3 SET UP {_N} F{_N} MB {_N} REFERENCE SYSTEM:0", re.ASCII)
-_BRANCH = re.compile(r'FN ?(9|10|11|12): IF (\S+) (EQU|NE|GT|LT) (\S+) GOTO LBL (?:"([^"]*)"|(\d+))')
-_LABEL = re.compile(r'LBL (?:"([^"]*)"|(\d+))')
-_READ = re.compile(r"FN ?18: SYSREAD (Q\d+) ?= ?(ID350 NR5[12](?: IDX1)?)")
-_PRINT = re.compile(r"FN ?16: F-PRINT (\S+) / (\S+)")
-_TEXT = re.compile(r'DECLARE STRING (QS\d+) ?= ?"([^"]*)"')
-_TO_CHAR = re.compile(r"(QS\d+) ?= ?TOCHAR\( ?DAT\+(Q\d+) DECIMALS(\d) ?\)")
-_ASSIGNMENT = re.compile(r"(QS?\d+) ?= ?(.+)")
-_NOTHING = re.compile(r"FN ?20: WAIT FOR SYNC|TCH PROBE 4\.0 MEASURING IN 3D|CYCL DEF 13\.[01] .*|M19|M5")
-_CONDITION = {"EQU": "==", "NE": "!=", "GT": ">", "LT": "<"}
-GRAMMAR = Grammar(r"QS?\d+", {"||": "<<"}, "()")
-SEARCH_Q, TOOL_LENGTH_Q = "Q11", "Q114"
+POST = "Autodesk's post for HEIDENHAIN"
+MANUAL = "TNC 640 user's manual, klartext"
+CYCLES = "TNC 640 manual, touch probe cycles, cycle 4"
+_FOLDER = r"TNC:\\(?:[A-Za-z0-9_-]{1,24}\\){0,6}"
+_TEXT_FILE, _MASK_FILE = r"[A-Za-z0-9_-]{1,24}\.(?:TXT|txt|LOG|log)", r"[A-Za-z0-9_-]{1,24}\.[Aa]"
+TOOL_LENGTH_Q = "Q114"
+CONDITIONS = {"FN9": "==", "FN10": "!=", "FN11": ">", "FN12": "<"}
+
+TABLE = Table(
+    "heidenhain",
+    forms=(
+        Form("begin", "BEGIN PGM {program} MM", "begin of a program in mm", MANUAL, QUIET, FIRST),
+        Form("end", "END PGM {program} MM", "end of the program", MANUAL, ENDS, LAST),
+        Form("line", "L X{number} Y{number} Z{number} R0 F{positive}", "straight move, mm/min", MANUAL),
+        Form("orientation", "CYCL DEF 13.0 ORIENTATION", "orientation of the spindle", POST, when=START),
+        Form("nothing", "CYCL DEF 13.1 ANGLE {number}", "its angle", POST, when=START, after="orientation"),
+        Form("cycle", "TCH PROBE 4.0 MEASURING IN 3D", "search along a vector", CYCLES),
+        Form("result_to", "TCH PROBE 4.1 Q{q}", "first of four parameters for the result", CYCLES, after="cycle"),
+        Form("vector", "TCH PROBE 4.2 IX{number} IY{number} IZ{number}", "direction", CYCLES, after="result_to"),
+        Form(
+            "measure",
+            "TCH PROBE 4.3 SET UP {positive} F{positive} MB {positive} REFERENCE SYSTEM:0",
+            "way, mm/min, way back",
+            CYCLES,
+            after="vector",
+        ),
+        Form("nothing", "{sync}", "waits for the move", POST, QUIET),
+        Form("read_length", "{fn18}SYSREAD Q{q} = ID350 NR51", "length of the stylus", POST, QUIET),
+        Form("always", "{fn9}IF +1 EQU +1 GOTO LBL {label}", "goes on at a label further down", POST, JUMP),
+        Form("branch", "{fn9}IF {operand} EQU {operand} GOTO LBL {label}", "goes on there if equal", MANUAL, IF),
+        Form("branch", "{fn10}IF {operand} NE {operand} GOTO LBL {label}", "if not equal", POST, IF),
+        Form("branch", "{fn11}IF {operand} GT {operand} GOTO LBL {label}", "if greater", MANUAL, IF),
+        Form("branch", "{fn12}IF {operand} LT {operand} GOTO LBL {label}", "if less", POST, IF),
+        Form("printed", "{fn16}F-PRINT {mask} / {file}", "prints QS1 by the mask", POST),
+        Form("text", 'DECLARE STRING QS{q} = "{text}"', "text", POST, QUIET),
+        Form("to_text", "QS{q} = TOCHAR( DAT+Q{q} DECIMALS{decimals} )", "number as text", POST, QUIET),
+        Form("say_search", "Q11 = {number}", "way of a search beyond the nominal contact, mm", "stepgauge"),
+        Form("assign", "{local} = {expression}", "own parameter", MANUAL, QUIET),
+        Form("stopped", "M0", "stop until the operator goes on", MANUAL, QUIET),
+        Form("nothing", "M5", "spindle off", MANUAL, CLOSING),
+        Form("nothing", "M19", "spindle to the angle of cycle 13", POST, when=START),
+        Form("nothing", "M30", "end of the program", MANUAL, ENDS),
+    ),
+    comments=(end_of_line(";", MANUAL, "()?"),),
+    slots={
+        "program": Slot(r"[A-Za-z0-9_-]{1,24}", "name of the program"),
+        "q": Slot(r"(?:[1-9]|[1-9]\d)", "1 to 99"),
+        "local": Slot(r"QS?(?:[1-9]|[1-9]\d)", "Q1 to Q99, QS1 to QS99"),
+        "operand": Slot(r"[-+]?\d{1,6}(?:\.\d{1,6})?|[-+]?Q(?:[1-9]|[1-9]\d)", "a number or Q1 to Q99"),
+        "label": Slot(r'"[A-Z0-9_]{1,16}"|[1-9]\d{0,4}', "a label further down: a name in quotes or a number from 1"),
+        "text": Slot(r"[ A-Za-z0-9.,:_-]*", "letters, digits and . , : _ -"),
+        "decimals": Slot(r"[4-6]", "4 to 6"),
+        "mask": Slot(_FOLDER + _MASK_FILE, "the mask that is written beside the program (.A)"),
+        "file": Slot(_FOLDER + _TEXT_FILE, "the log, one in a program (.TXT or .LOG)"),
+        "sync": Slot("FN ?20: ?WAIT FOR SYNC", "`FN20: WAIT FOR SYNC`"),
+        **{f"fn{n}": Slot(rf"FN ?{n}: ?", f"`FN{n}:` or `FN {n}:`") for n in (9, 10, 11, 12, 16, 18)},
+    },
+    variables=(
+        Variable(r"QS?(?:[1-9]\d?)(?!\d)", "Q1 to Q99, QS1 to QS99", "own parameters", MANUAL),
+        Variable(r"Q114(?!\d)", "Q114", "active length of the stylus", POST),
+    ),
+    label=r'(?:\d{1,6} +)?LBL ("[A-Z0-9_]{1,16}"|[1-9]\d{0,4})(?=\s*$)|\d{1,6} +()',
+    any_case=False,
+    last="end",
+)
 
 
 def recognises(text: str) -> bool:
@@ -38,93 +105,39 @@ def recognises(text: str) -> bool:
     return re.search(r"(?im)^[ \t]*(\d+ +)?BEGIN PGM ", text) is not None and "TCH PROBE 4." in text
 
 
-class Control:
+class Heidenhain(Control):
     """The control between blocks; ``length_mm``: calibrated length of the stylus."""
 
+    table: ClassVar[Table] = TABLE
+    grammar: ClassVar[Grammar] = Grammar("|".join(one.pattern for one in reversed(TABLE.variables)), {"||": "<<"}, "()")
+
     def __init__(self, reader: Reader, length_mm: float = 0.0) -> None:
-        self.reader = reader
+        super().__init__(reader)
         self.length_mm = length_mm
-        self.variables: dict[str, Value] = {TOOL_LENGTH_Q: length_mm}
-        self.steps = Steps(reader, [], {})
-        self.result, self.vector = 0, [0.0, 0.0, 0.0]
-        self.ended = self.alarmed = False
+        self.variables[TOOL_LENGTH_Q] = length_mm
+        self.first_q, self.direction = 0, [0.0, 0.0, 0.0]
+        self.program = ""
+        self.message = "PROBE DID NOT TOUCH"
 
-    def fail(self, text: str) -> NoReturn:
-        """A block that is not understood."""
-        self.reader.fail("statement not understood", found=repr(text))
+    def begin(self, block: Block) -> None:
+        """The program is in mm."""
+        self.program = block.fields[0]
+        self.reader.states["units"] = "MM"
 
-    def run(self, text: str) -> None:
-        """Execute a program text."""
-        lines = [re.sub(r"^\d+ +", "", re.sub(r";.*", "", line).strip()) for line in text.splitlines()]
-        named = [(_LABEL.fullmatch(line), place) for place, line in enumerate(lines)]
-        labels = {match[1] or match[2]: place for match, place in named if match}
-        self.steps = Steps(self.reader, lines, labels)
-        jumps = [(_BRANCH.fullmatch(line), number) for number, line in enumerate(lines, 1)]
-        self.steps.check({match[5] or match[6]: number for match, number in jumps if match})
-        last = next((line for line in reversed(lines) if line), "")
-        self.reader.line = len(lines)
-        if not re.fullmatch(r"END PGM \S+ MM", last):
-            self.reader.cut_short("END PGM .. MM")
-        self.steps.run(self.statement, lambda: self.ended)
-        for number, line in enumerate(lines[self.steps.at : -1], self.steps.at + 1):
-            self.reader.line = number
-            if line and line != "M0" and not _LABEL.fullmatch(line) and not _BRANCH.fullmatch(line):
-                self.reader.fail("statement after the end of the program", found=repr(line))
+    def end(self, block: Block) -> None:
+        """The end has the name of the beginning."""
+        if block.fields[0] != self.program:
+            self.reader.fail("another program ends here", found=repr(block.text), expected=self.program)
 
-    def statement(self, text: str) -> None:
-        """One block."""
-        if not text or _NOTHING.fullmatch(text):
-            return
-        for pattern, action in (
-            (_LINE, self._go),
-            (_TO, self._to),
-            (_VECTOR, self._along),
-            (_SEARCH, self._search),
-            (_BRANCH, self._branch),
-            (_LABEL, self._label),
-            (_READ, self._read),
-            (_PRINT, self._print),
-            (_TEXT, self._text),
-            (_TO_CHAR, self._to_char),
-            (_ASSIGNMENT, self._assign),
-        ):
-            match = pattern.fullmatch(text)
-            if match:
-                action(match)
-                return
-        self._frame(text)
+    def stopped(self, block: Block) -> None:
+        """A stop, which is an alarm where a check has led to it."""
+        self.stop(block)
 
-    def _frame(self, text: str) -> None:
-        """Beginning, stops and end."""
-        if re.fullmatch(r"BEGIN PGM \S+ MM", text):
-            self.reader.states["units"] = "MM"
-        elif text == "M0" and self.alarmed:
-            self.reader.alarm("PROBE DID NOT TOUCH")
-        elif text == "M30" or text.startswith("END PGM"):
-            self.ended = True
-        elif text != "M0":
-            self.fail(text)
-
-    def number(self, text: str) -> float:
-        """An expression whose value is a number."""
-        return self.reader.as_number(self.value(text))
-
-    def value(self, text: str) -> Value:
-        """An expression."""
-        try:
-            return evaluate(text, GRAMMAR, self._look_up)
-        except ValueError as error:
-            self.reader.fail("expression not understood", found=f"{error} in {text!r}")
-
-    def _look_up(self, name: str) -> Value:
-        if name not in self.variables:
-            self.reader.fail("parameter without a value", found=name)
-        return self.variables[name]
-
-    def _go(self, match: re.Match[str]) -> None:
+    def line(self, block: Block) -> None:
+        """A straight move, which the control itself watches."""
         if "units" not in self.reader.states:
             self.reader.fail("a move before the units are set", expected="BEGIN PGM .. MM first")
-        *end, feed = (float(value) for value in match.groups())
+        *end, feed = map(float, block.fields)
         self.reader.set(travel_speed_mm_s=self._speed(feed))
         self.reader.travel(end)
 
@@ -133,55 +146,94 @@ class Control:
             self.reader.fail("the feed must be positive", found=f"F{feed:g}")
         return feed / 60.0
 
-    def _to(self, match: re.Match[str]) -> None:
-        self.result = int(match[1])
+    def cycle(self, block: Block) -> None:
+        """What follows says where and how."""
 
-    def _along(self, match: re.Match[str]) -> None:
-        self.vector = [float(value) for value in match.groups()]
+    orientation = cycle
 
-    def _search(self, match: re.Match[str]) -> None:
+    def result_to(self, block: Block) -> None:
+        """Where the result goes to."""
+        self.first_q = int(block.fields[0])
+
+    def vector(self, block: Block) -> None:
+        """The direction of the search."""
+        self.direction = list(map(float, block.fields))
+
+    def measure(self, block: Block) -> None:
+        """The search."""
         here = self.reader.builder.last_position
         if here is None:
             self.reader.fail("TCH PROBE 4 before any position is known", expected="an L block first")
-        direction = self.reader.direction(self.vector, "IX IY IZ")
-        way, feed = float(match[1]), float(match[2])
-        if float(match[3]) < way:
-            self.reader.fail(
-                "the probe does not go back all the way", found=f"MB {match[3]}", expected=f"SET UP, {way:g}"
-            )
+        direction = self.reader.direction(self.direction, "IX IY IZ")
+        way, feed, back = map(float, block.fields)
+        if back < way:
+            found, expected = f"MB {block.fields[2]}", f"SET UP, {way:g}"
+            self.reader.fail("the probe does not go back all the way", found=found, expected=expected)
         self.reader.set(measuring_speed_mm_s=self._speed(feed))
-        contact = self.reader.search([p + way * d for p, d in zip(here, direction, strict=True)], "TCH PROBE 4")
+        self.search([p + way * d for p, d in zip(here, direction, strict=True)], "TCH PROBE 4", True)
+
+    def settle(self, contact: Contact, measuring: bool) -> None:
+        """Four parameters have the result."""
+        super().settle(contact, measuring)
         x, y, z = contact.position
         for place, value in enumerate((x, y, z + self.length_mm, 1.0 if contact.hit else -1.0)):
-            self.variables[f"Q{self.result + place}"] = value
+            self.variables[f"Q{self.first_q + place}"] = value
 
-    def _branch(self, match: re.Match[str]) -> None:
-        if self.number(f"{match[2]} {_CONDITION[match[3]]} {match[4]}"):
-            self.steps.go_to(match[5] or match[6])
-            self.alarmed = (match[5] or "") == "NOTRIGGER"
+    def holds(self, block: Block) -> bool:
+        """The condition of FN9 to FN12."""
+        number, left, right, _ = block.fields
+        return bool(self.number(f"{left} {CONDITIONS[re.sub('[ :]', '', number)]} {right}"))
 
-    def _label(self, match: re.Match[str]) -> None:
-        """A place to jump to."""
+    def read_length(self, block: Block) -> None:
+        """The calibrated length of the stylus."""
+        self.variables[f"Q{block.fields[1]}"] = self.length_mm
 
-    def _read(self, match: re.Match[str]) -> None:
-        self.variables[match[1]] = self.length_mm
+    def printed(self, block: Block) -> None:
+        """The mask prints QS1 and nothing else."""
+        self.reader.log_to(" / ".join(block.fields[1:]))
+        self.reader.log.append(in_words(self.look_up("QS1")))
 
-    def _print(self, match: re.Match[str]) -> None:
-        """The mask file prints QS1 and nothing else."""
-        self.reader.log.append(in_words(self._look_up("QS1")))
+    def text(self, block: Block) -> None:
+        """A text parameter."""
+        self.variables[f"QS{block.fields[0]}"] = block.fields[1]
 
-    def _text(self, match: re.Match[str]) -> None:
-        self.variables[match[1]] = match[2]
+    def to_text(self, block: Block) -> None:
+        """A number with its decimals."""
+        to, number, decimals = block.fields
+        self.variables[f"QS{to}"] = fixed(self.number(f"Q{number}"), int(decimals))
 
-    def _to_char(self, match: re.Match[str]) -> None:
-        self.variables[match[1]] = fixed(self.number(match[2]), int(match[3]))
+    def say_search(self, block: Block) -> None:
+        """How far a search goes beyond the nominal contact."""
+        self.variables["Q11"] = float(block.fields[0])
+        self.reader.set(search_mm=float(block.fields[0]))
 
-    def _assign(self, match: re.Match[str]) -> None:
-        self.variables[match[1]] = self.value(match[2])
-        if match[1] == SEARCH_Q:
-            self.reader.set(search_mm=self.number(match[2]))
+    def assign(self, block: Block) -> None:
+        """An own parameter."""
+        self.variables[block.fields[0]] = self.value(block.fields[1])
 
 
-def run(text: str, reader: Reader) -> None:
-    """Execute a program text; :class:`stepgauge.errors.InputError` names the line."""
-    Control(reader).run(text)
+DIALECTS = (
+    Dialect(
+        "heidenhain",
+        "HEIDENHAIN klartext, TNC 640 and iTNC 530 (TCH PROBE 4, FN16)",
+        ".h",
+        Heidenhain,
+        recognises,
+        4,
+        SEARCH,
+        states={"units": "MM"},
+        comment="; {}",
+        options={
+            "folder": Option(
+                "TNC:\\STEPGAUGE\\", Name(_FOLDER, "TNC:\\ and folders, each ending with \\"), "of mask and log"
+            ),
+            "mask": Option("STEPGAUGE.A", Name(_MASK_FILE, "a name that ends in .A"), "written beside the program"),
+            "file": Option("STEPGAUGE.TXT", Name(_TEXT_FILE, "a name that ends in .TXT or .LOG"), "name of the log"),
+            "spindle_deg": Option("+0", Number(-360, 360, "deg", signed=True), "angle of the spindle"),
+            "length_in_z": Option("yes", YES_NO, "whether z of TCH PROBE 4 has the length of the stylus in it"),
+        },
+        log="{folder}{mask} / {folder}{file}",
+        beside={"{mask}": '"%s",QS1;\n'},
+        log_decimals=4,
+    ),
+)

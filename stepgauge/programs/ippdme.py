@@ -1,4 +1,4 @@
-"""Reader of I++ DME command files: GoTo and PtMeas with named fields, one tagged command each.
+"""I++ DME command files as a virtual server: GoTo and PtMeas with named fields, one tagged command each.
 
 PtMeas names the nominal surface point and the outward normal IJK; the server knows the tool's radius, goes to the
 stand-off, searches and retracts by itself.
@@ -7,23 +7,61 @@ stand-off, searches and retracts by itself.
 from __future__ import annotations
 
 import re
+from typing import ClassVar
 
 from stepgauge.files.templating import fixed
+from stepgauge.programs.blocks import Block
+from stepgauge.programs.dialect import AUTOMATIC, Dialect
+from stepgauge.programs.execution import Control
 from stepgauge.programs.reading import Reader
+from stepgauge.programs.table import ENDS, FIRST, LAST, QUIET, SLOTS, START, Form, Slot, Table
 
-_COMMAND = re.compile(r"(\d{5}) (\w+)\((.*)\)", re.ASCII)
-_FIELD = re.compile(r"([A-Z]{1,9})\(([^()]*)\)\s*(?:,|$)")
-_PROPERTY = re.compile(r"Tool\.(PtMeasPar|GoToPar)\.(Speed|Accel|Approach|Search|Retract)\(([^()]*)\)")
-_PROPERTIES = {
+SPEC = "I++ DME 1.4.3"
+FILES = "NIST's test suite of I++ DME"
+PROPERTIES = {
     "PtMeasPar.Speed": "measuring_speed_mm_s",
     "PtMeasPar.Approach": "standoff_mm",
     "PtMeasPar.Search": "search_mm",
     "PtMeasPar.Retract": "retract_mm",
     "GoToPar.Speed": "travel_speed_mm_s",
 }
-_BEFORE_MOVES = {"StartSession", "ClearAllErrors", "Home", "SetTool", "ChangeTool", "OnPtMeasReport", "SetCoordSystem"}
-"""These move the machine, or change what a position means: once the program moves, they make it another one."""
-_NO_MOVE = {"IsHomed", "GetProp"}
+_N = SLOTS["number"].pattern
+_FIELD = rf"(?:[XYZ]\({_N}\)|IJK\({_N}, *{_N}, *{_N}\))"
+_NAMED = re.compile(r"([A-Z]+)\(([^()]*)\)", re.ASCII)
+
+TABLE = Table(
+    "ippdme",
+    forms=(
+        Form("command", "{tag} StartSession()", "begin", SPEC, when=FIRST),
+        Form("command", "{tag} ClearAllErrors()", "clears errors", SPEC, when=START),
+        Form("command", "{tag} Home()", "goes to the reference points", SPEC, when=START),
+        Form("command", "{tag} IsHomed()", "asks for it", SPEC, QUIET),
+        Form("coordinates", "{tag} SetCoordSystem(MachineCsy)", "coordinates of the machine", SPEC, when=START),
+        Form("tool", '{tag} SetTool("{tool}")', "names the tool", SPEC, when=START),
+        Form("tool", '{tag} ChangeTool("{tool}")', "changes to the tool", SPEC, when=START),
+        Form("set_property", "{tag} SetProp(Tool.{property}({positive}))", "distances, mm; speeds, mm/s", SPEC),
+        Form("command", "{tag} GetProp(Tool.{property}())", "asks for one", SPEC, QUIET),
+        Form("report", "{tag} OnPtMeasReport({report})", "what a measurement answers", SPEC, when=START),
+        Form("go_to", "{tag} GoTo({fields})", "move", SPEC),
+        Form("measure", "{tag} PtMeas({fields})", "measures a point", f"{SPEC}, 6.3.2.13"),
+        Form("end_session", "{tag} EndSession()", "end", SPEC, ENDS),
+        Form("nothing", "{between}", "between two commands", FILES, QUIET),
+        Form("end_file", ":", "end of the file", FILES, QUIET, LAST),
+    ),
+    slots={
+        "tag": Slot(r"(?!00000)\d{5}", "00001 to 99999"),
+        "tool": Slot(r"[A-Za-z0-9_-]{1,32}", "letters, digits, _ and -"),
+        "property": Slot(
+            r"(?:PtMeasPar\.(?:Speed|Accel|Approach|Search|Retract)|GoToPar\.(?:Speed|Accel))",
+            "PtMeasPar.Speed, .Accel, .Approach, .Search, .Retract, GoToPar.Speed, .Accel",
+        ),
+        "report": Slot(r"[A-Z]{1,3}\(\)(?:, *[A-Z]{1,3}\(\)){2,5}", "X(), Y(), Z(), and IJK(), ER(), Q(), each once"),
+        "fields": Slot(rf"{_FIELD}(?:, *{_FIELD})*", "X(..), Y(..), Z(..), of PtMeas also IJK(.., .., ..), each once"),
+        "between": Slot(r"\\{1,80}", "backslashes"),
+    },
+    any_case=False,
+    last="end_file",
+)
 
 
 def recognises(text: str) -> bool:
@@ -31,107 +69,90 @@ def recognises(text: str) -> bool:
     return re.match(r"\s*\d{5} StartSession\(\)", text) is not None
 
 
-class _Interpreter:
+class Ippdme(Control):
+    """The server between commands."""
+
+    table: ClassVar[Table] = TABLE
+
     def __init__(self, reader: Reader) -> None:
-        self.reader = reader
-        self.session_ended = self.file_ended = False
+        super().__init__(reader)
         self.data = ""
 
-    def line(self, text: str) -> None:
-        """Take one line."""
-        if self.file_ended and text != ":":
-            self.reader.fail("text after the end of the file", found=repr(text))
-        if text == ":":
-            self.file_ended = True
-        elif set(text) != {"\\"}:
-            self._command(text)
-
-    def _command(self, text: str) -> None:
-        match = _COMMAND.fullmatch(text)
-        if match is None or match[1] == "00000":
-            self.reader.fail("not a tagged command", found=repr(text), expected="e.g. 00010 StartSession()")
-        if self.session_ended:
-            self.reader.fail("command after EndSession()", found=repr(text))
-        name, arguments = match[2], match[3]
-        self.session_ended = name == "EndSession"
+    def step(self) -> None:
+        """A command, and what the server answers."""
+        block = self.blocks[self.at]
         self.data = ""
-        if name in _BEFORE_MOVES and self.reader.moved:
-            self.reader.fail("this command belongs before the first move", found=repr(text))
-        action = {
-            "GoTo": self._go_to,
-            "PtMeas": self._pt_meas,
-            "SetProp": self._set_prop,
-            "SetTool": self._tool,
-            "ChangeTool": self._tool,
-            "SetCoordSystem": self._coordinates,
-        }.get(name)
-        if action is not None:
-            action(arguments)
-        elif name not in _BEFORE_MOVES | _NO_MOVE and not self.session_ended:
-            self.reader.fail("command not understood", found=repr(text))
-        self.reader.log += [
-            text,
-            f"{match[1]} &",
-            *([f"{match[1]} # {self.data}"] if self.data else []),
-            f"{match[1]} %",
-        ]
+        super().step()
+        if block.form.name not in ("nothing", "end_file"):
+            tag = block.fields[0]
+            data = [f"{tag} # {self.data}"] if self.data else []
+            self.reader.log += [block.text, f"{tag} &", *data, f"{tag} %"]
 
-    def _tool(self, arguments: str) -> None:
-        name = arguments.strip().strip('"')
-        if not name:
-            self.reader.fail("the tool has no name", expected='SetTool("name")')
-        self.reader.states["tool"] = name
+    def command(self, block: Block) -> None:
+        """What moves nothing that the plan knows."""
 
-    def _coordinates(self, arguments: str) -> None:
-        if arguments.strip() != "MachineCsy":
-            self.reader.fail(
-                "only coordinates of the machine are read",
-                found=f"SetCoordSystem({arguments})",
-                expected="SetCoordSystem(MachineCsy)",
-            )
+    end_session = command
+    end_file = command
+
+    def coordinates(self, block: Block) -> None:
+        """Coordinates are those of the machine."""
         self.reader.states["coordinates"] = "MachineCsy"
 
-    def _fields(self, arguments: str, expected: set[str]) -> dict[str, str]:
-        fields = {match[1]: match[2] for match in _FIELD.finditer(arguments)}
-        if set(fields) != expected or _FIELD.sub("", arguments).strip():
-            self.reader.fail(
-                "fields not understood", found=arguments, expected=" ".join(sorted(expected, reverse=True))
-            )
+    def tool(self, block: Block) -> None:
+        """The tool by its name."""
+        self.reader.states["tool"] = block.fields[1]
+
+    def set_property(self, block: Block) -> None:
+        """Distances and speeds."""
+        name = PROPERTIES.get(block.fields[1])
+        if name is not None:
+            self.reader.set(**{name: float(block.fields[2])})
+
+    def report(self, block: Block) -> None:
+        """At least the coordinates."""
+        self._fields(block, {"X", "Y", "Z"}, {"IJK", "ER", "Q"})
+
+    def _fields(self, block: Block, wanted: set[str], more: set[str] | None = None) -> dict[str, str]:
+        """Fields by name, each once."""
+        fields: dict[str, str] = {}
+        for name, value in _NAMED.findall(block.fields[1]):
+            if name in fields:
+                self.reader.fail("a field twice in a command", found=f"{name}({value})", expected=f"{name} once")
+            fields[name] = value
+        if not wanted <= set(fields) <= wanted | (more or set()):
+            expected = " ".join(sorted(wanted, reverse=True))
+            self.reader.fail("fields not understood", found=block.fields[1], expected=expected)
         return fields
 
-    def _position(self, fields: dict[str, str]) -> list[float]:
-        return [self.reader.number(fields[axis], axis) for axis in "XYZ"]
+    def go_to(self, block: Block) -> None:
+        """A move of the tip centre."""
+        fields = self._fields(block, {"X", "Y", "Z"})
+        self.reader.goto([float(fields[axis]) for axis in "XYZ"])
 
-    def _go_to(self, arguments: str) -> None:
-        self.reader.goto(self._position(self._fields(arguments, {"X", "Y", "Z"})))
-
-    def _pt_meas(self, arguments: str) -> None:
-        fields = self._fields(arguments, {"X", "Y", "Z", "IJK"})
-        normal = self.reader.direction(
-            self.reader.numbers([part.strip() for part in fields["IJK"].split(",")], 3, "IJK"), "IJK"
-        )
+    def measure(self, block: Block) -> None:
+        """A surface point: the radius outwards is the tip centre."""
+        fields = self._fields(block, {"X", "Y", "Z", "IJK"})
+        normal = self.reader.direction([float(value) for value in fields["IJK"].split(",")], "IJK")
         radius = self.reader.settings.tip_radius_mm
-        tip = [surface + radius * n for surface, n in zip(self._position(fields), normal, strict=True)]
+        tip = [float(fields[axis]) + radius * n for axis, n in zip("XYZ", normal, strict=True)]
         contact = self.reader.touch(tip, [-n for n in normal])
         if not contact.hit:
             self.reader.alarm("Error(3, 1006, PtMeas, Surface not found)")
         self.data = ", ".join(f"{axis}({fixed(v, 7)})" for axis, v in zip("XYZ", contact.position, strict=True))
 
-    def _set_prop(self, arguments: str) -> None:
-        match = _PROPERTY.fullmatch(arguments)
-        if match is None:
-            self.reader.fail("property not understood", found=arguments, expected="e.g. Tool.PtMeasPar.Speed(3)")
-        name = _PROPERTIES.get(f"{match[1]}.{match[2]}")
-        value = self.reader.number(match[3], arguments.split("(")[0])
-        if name is not None:
-            self.reader.set(**{name: value})
 
-
-def run(text: str, reader: Reader) -> None:
-    """Execute a program text; :class:`stepgauge.errors.InputError` names the line."""
-    interpreter = _Interpreter(reader)
-    for reader.line, raw in enumerate(text.splitlines(), 1):
-        if raw.strip():
-            interpreter.line(raw.strip())
-    if not (interpreter.session_ended and interpreter.file_ended):
-        reader.cut_short("EndSession() and a last line ':'")
+DIALECTS = (
+    Dialect(
+        "ippdme",
+        "I++ DME 1.4 command file",
+        ".ipp",
+        Ippdme,
+        recognises,
+        6,
+        AUTOMATIC,
+        "\r\n",
+        states={"coordinates": "MachineCsy"},
+        tool="StepGaugeProbe",
+        self_positioning=True,
+    ),
+)

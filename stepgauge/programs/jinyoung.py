@@ -1,4 +1,4 @@
-"""Reader of the Jin Young CNC code of Pahk & Kim (Fig 4): ``MV`` moves, ``MS`` measures, ``PO 1`` opens a point.
+"""The Jin Young CNC code of Pahk & Kim (Fig 4): ``MV`` moves, ``MS`` measures, ``PO 1`` opens a point.
 
 ``MS`` takes the tip centre at nominal contact; its direction is the line from the position before. The text carries no
 settings: search, speeds and tip are the controller's. What it writes down is not published: there is no log.
@@ -7,8 +7,25 @@ settings: search, speeds and tip are the controller's. What it writes down is no
 from __future__ import annotations
 
 import re
+from typing import ClassVar
 
-from stepgauge.programs.reading import Reader
+from stepgauge.programs.blocks import Block
+from stepgauge.programs.dialect import Dialect
+from stepgauge.programs.execution import Control
+from stepgauge.programs.table import ENDS, LAST, QUIET, Form, Table
+
+SOURCE = "Pahk and Kim, Fig 4"
+TABLE = Table(
+    "jinyoung",
+    forms=(
+        Form("go", "MV {number} {number} {number} ;", "move", SOURCE),
+        Form("measure", "MS {number} {number} {number} ;", "measures: the tip centre at nominal contact", SOURCE),
+        Form("nothing", "PO 1 ;", "opens a point", SOURCE, QUIET),
+        Form("end", "END ;", "end of the program", SOURCE, ENDS, LAST),
+    ),
+    any_case=False,
+    last="end",
+)
 
 
 def recognises(text: str) -> bool:
@@ -16,30 +33,25 @@ def recognises(text: str) -> bool:
     return re.match(r"\s*(MV\s+[-\d.]|PO\s+\d)", text) is not None
 
 
-def run(text: str, reader: Reader) -> None:
-    """Execute a program text; :class:`stepgauge.errors.InputError` names the line."""
-    ended = False
-    for reader.line, raw in enumerate(text.splitlines(), 1):
-        statement = raw.strip()
-        if not statement:
-            continue
-        if ended:
-            reader.fail("statement after END;", found=repr(statement))
-        ended = _statement(reader, statement)
-    if not ended:
-        reader.cut_short("END; as the last statement")
+class JinYoung(Control):
+    """The controller between statements."""
+
+    table: ClassVar[Table] = TABLE
+
+    def go(self, block: Block) -> None:
+        """A move of the tip centre."""
+        self.reader.goto([float(value) for value in block.fields])
+
+    def measure(self, block: Block) -> None:
+        """A search along the line from the position before."""
+        target = [float(value) for value in block.fields]
+        self.reader.touch(target, self.reader.from_here(target, "MS"))
+
+    end = Control.nothing
 
 
-def _statement(reader: Reader, statement: str) -> bool:
-    """Take one statement; True for the one that ends the program."""
-    words = statement.removesuffix(";").split()
-    if words in (["END"], ["PO", "1"]) and statement.endswith(";"):
-        return words == ["END"]
-    if words[:1] not in (["MV"], ["MS"]) or not statement.endswith(";"):
-        reader.fail("statement not understood", found=repr(statement), expected="MV x y z ;  MS x y z ;  PO 1 ;  END;")
-    target = reader.numbers(words[1:], 3, words[0])
-    if words[0] == "MV":
-        reader.goto(target)
-    else:
-        reader.touch(target, reader.from_here(target, "MS"))
-    return False
+DIALECTS = (
+    Dialect(
+        "jinyoung", "Jin Young CNC CMM (Pahk & Kim, Fig 4)", ".jyc", JinYoung, recognises, 3, (), log_decimals=None
+    ),
+)

@@ -1,4 +1,4 @@
-"""Reader of LinuxCNC G-code: G0/G1 moves and G38.2 straight probes, in millimetres and absolute coordinates.
+"""LinuxCNC G-code: G0/G1 moves and G38.2 straight probes, in millimetres and absolute coordinates.
 
 G38.2 names the end of the search; the named parameter ``#<_search_mm>`` says how far that is beyond the nominal tip
 centre at contact. The controller itself stops where a search ends without a contact, and where the probe trips on the
@@ -8,19 +8,58 @@ way. ``(LOG,..)`` and ``(PROBEOPEN ..)`` write the log.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from typing import ClassVar
 
 from stepgauge.files.templating import fixed
+from stepgauge.programs.blocks import Block
+from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.expression import Value
-from stepgauge.programs.gcode import GCode
-from stepgauge.programs.reading import Reader
+from stepgauge.programs.gcode import MOTION, STOP, GCode, end_of_line, in_brackets, modal
+from stepgauge.programs.reading import Contact, Reader
+from stepgauge.programs.table import ENDS, FRAME, QUIET, START, Code, Form, Slot, Table
 
-_PARAMETER = re.compile(r"#<(\w+)>=(.+)")
-_READ_INPUT, _INPUT_WORDS = 66.0, "PELQ"
-_COMMENT = re.compile(r"\(([^()]*)\)")
+NIST = "NIST RS274/NGC"
+DOCS = "LinuxCNC 2.9, G-code overview"
+LOGGING = "LinuxCNC 2.9, G-code overview: probe and general logging"
 _FORMAT = re.compile(r"%(d|\.\d+f)(#<\w+>|#\d+)", re.ASCII)
 _REGISTERS = {"#5061": 0, "#5062": 1, "#5063": 2}
+
+TABLE = Table(
+    "linuxcnc",
+    forms=(
+        Form("tape", "%", "begin and end of the program", f"{NIST}, 3.2", QUIET, FRAME),
+        Form("say_search", "#<_search_mm>={positive}", "way of a search beyond the nominal contact, mm", "stepgauge"),
+        Form("count", "#<_n>={count}", "number of the point", f"{DOCS}: parameters", QUIET),
+        Form("read_input", "M66E0L0", "reads an analog input into #5399", "LinuxCNC 2.9, M-codes: M66", QUIET),
+        Form("open_log", "(LOGOPEN,{file})", "opens the log", LOGGING, when=START),
+        Form("printed", "(LOG,{print})", "prints a line of the log", LOGGING),
+        Form("nothing", "(LOGCLOSE)", "closes the log", LOGGING, QUIET),
+        Form("open_points", "(PROBEOPEN {file})", "opens a log of all contacts", LOGGING, when=START),
+        Form("close_points", "(PROBECLOSE)", "closes it", LOGGING, QUIET),
+    ),
+    comments=(in_brackets(f"{DOCS}: comments"), end_of_line(";", f"{DOCS}: comments")),
+    codes=(
+        Code("G0", "rapid move", f"{NIST}, 3.5.1", MOTION),
+        Code("G1", "straight move", f"{NIST}, 3.5.2", MOTION),
+        Code("G38.2", "search; without a contact an alarm", "LinuxCNC 2.9, G-codes: G38.n", MOTION),
+        *modal(f"{NIST}, 3.5.6 to 3.5.19", plane="G17", units="G21", tool_radius="G40", tool_length="G49"),
+        *modal(f"{NIST}, 3.5.13 to 3.5.19", coordinates="G54", path="G61", cycle="G80", distances="G90", feed="G94"),
+        STOP,
+        Code("M2", "end of the program", f"{NIST}, 3.6.1", "M", way=ENDS),
+        Code("M30", "end of the program", f"{NIST}, 3.6.1", "M", way=ENDS),
+    ),
+    words={"X": "number", "Y": "number", "Z": "number", "F": "positive"},
+    slots={
+        "file": Slot(r"[A-Za-z0-9_-]{1,40}\.(?:txt|log|csv)", "the log, one in a program, in the program's folder"),
+        "print": Slot(
+            r"(?:[ A-Za-z0-9.,:_-]|%(?:d|\.\df)#(?:<_n>|50(?:6[123]|70)|5399))+",
+            "letters, digits and . , : _ -, `%d` or `%.7f` and `#<_n>`, `#5061` to `#5063`, `#5070`, `#5399`",
+        ),
+    },
+    label=r"N(\d{1,5})(?!\d)",
+    blanks_ignored=True,
+    longest=255,
+)
 
 
 def recognises(text: str) -> bool:
@@ -28,93 +67,79 @@ def recognises(text: str) -> bool:
     return re.search(r"(?im)^[^(;\n]*G38\.2", text) is not None
 
 
-class _Interpreter(GCode):
+class LinuxCNC(GCode):
     """The controller between lines."""
 
-    states: ClassVar[Mapping[float, str]] = {
-        21: "units",
-        40: "tool radius",
-        49: "tool length",
-        54: "coordinates",
-        61: "path",
-        90: "distances",
-        94: "feed",
-    }
-    no_effect: ClassVar[frozenset[float]] = frozenset({17.0, 80.0})
-    refused: ClassVar[Mapping[float, str]] = {**GCode.refused, 31: "G38.2"}
-    searches: ClassVar[frozenset[float]] = frozenset({38.2})
-    m_codes: ClassVar[frozenset[float]] = frozenset({2.0, 30.0, _READ_INPUT})
+    table: ClassVar[Table] = TABLE
+    searches: ClassVar[frozenset[str]] = frozenset({"G38.2"})
 
     def __init__(self, reader: Reader) -> None:
         super().__init__(reader)
         self.opened = False
 
-    def statement(self, text: str) -> None:
-        """One line without its comments."""
-        self.check_end(text)
-        parameter = _PARAMETER.fullmatch(text)
-        if parameter:
-            self._parameter(parameter[1], parameter[2])
-        elif text == "%":
-            self.ended = "units" in self.reader.states
-        else:
-            self.block(text)
+    def tape(self, block: Block) -> None:
+        """The second one ends the program."""
+        self.ended = self.at > 1
 
-    def _parameter(self, name: str, value: str) -> None:
-        number = self.reader.number(value, f"#<{name}>")
-        if name == "_search_mm":
-            self.reader.set(search_mm=number)
-        elif not name.startswith("_n"):
-            self.reader.fail("named parameter not understood", found=f"#<{name}>", expected="#<_search_mm> or #<_n>")
-        self.variables[f"#<{name}>"] = number
+    def say_search(self, block: Block) -> None:
+        """How far a search goes beyond the nominal contact."""
+        self.reader.set(search_mm=float(block.fields[0]))
 
-    def take_m_codes(self, words: dict[str, list[float]]) -> dict[str, list[float]]:
-        """M66 reads an input of the controller into #5399 and moves nothing."""
-        if _READ_INPUT in words.get("M", []):
-            words = {letter: values for letter, values in words.items() if letter not in _INPUT_WORDS}
-        return super().take_m_codes(words)
+    def count(self, block: Block) -> None:
+        """The number of the point, for the log."""
+        self.variables["#<_N>"] = float(block.fields[0])
+
+    def read_input(self, block: Block) -> None:
+        """The analog input is taken as a clock."""
+
+    def open_log(self, block: Block) -> None:
+        """The file of the log."""
+        self.reader.log_to(block.fields[0])
+
+    def open_points(self, block: Block) -> None:
+        """From here on every contact is written."""
+        self.reader.log_to(block.fields[0])
+        self.opened = True
+
+    def close_points(self, block: Block) -> None:
+        """No more."""
+        self.opened = False
+
+    def printed(self, block: Block) -> None:
+        """A line of the log."""
+        self.reader.log.append(_FORMAT.sub(self._digits, block.fields[0]))
+
+    def _digits(self, match: re.Match[str]) -> str:
+        value = self.reader.as_number(self.look_up(match[2].upper()))
+        return f"{value:.0f}" if match[1] == "d" else fixed(value, int(match[1][1:-1]))
 
     def look_up(self, name: str) -> Value:
-        """Registers of the probe; the analog input is taken as a clock."""
+        """Registers of the probe."""
         if name in _REGISTERS:
             return self.contact.position[_REGISTERS[name]]
         if name == "#5070":
             return float(self.contact.hit)
         return self.contact.time_s if name == "#5399" else super().look_up(name)
 
-    def after_search(self, code: float, measuring: bool) -> None:
+    def settle(self, contact: Contact, measuring: bool) -> None:
         """A miss halts the program; an open file gets the point."""
-        if not self.contact.hit:
+        super().settle(contact, measuring)
+        if not contact.hit:
             self.reader.alarm("G38.2 move finished without making contact.")
         if self.opened:
-            self.reader.log.append(" ".join([*(fixed(v, 6) for v in self.contact.position), *["0.000000"] * 6]))
-
-    def comment(self, text: str) -> None:
-        """Comments that write."""
-        name, _, rest = text.partition(",")
-        word = name.strip().upper()
-        if word == "LOG":
-            self.reader.log.append(_FORMAT.sub(self._printed, rest))
-        elif word.startswith("PROBEOPEN"):
-            self.opened = True
-        elif word == "PROBECLOSE":
-            self.opened = False
-
-    def _printed(self, match: re.Match[str]) -> str:
-        value = self.number(match[2])
-        return f"{value:.0f}" if match[1] == "d" else fixed(value, int(match[1][1:-1]))
+            self.reader.log.append(" ".join([*(fixed(v, 6) for v in contact.position), *["0.000000"] * 6]))
 
 
-def run(text: str, reader: Reader) -> None:
-    """Execute a program text; :class:`stepgauge.errors.InputError` names the line."""
-    interpreter = _Interpreter(reader)
-    for reader.line, raw in enumerate(text.splitlines(), 1):
-        block = _COMMENT.sub("", raw).split(";")[0]
-        block = block if "#<" in block else block.upper()
-        block = re.sub(r"\s+", "", block)
-        if block:
-            interpreter.statement(block)
-        for comment in _COMMENT.findall(raw):
-            interpreter.comment(comment)
-    if not interpreter.ended:
-        reader.cut_short("M2 or % at the end")
+DIALECTS = (
+    Dialect(
+        "linuxcnc",
+        "LinuxCNC 2.9 G-code (G38.2)",
+        ".ngc",
+        LinuxCNC,
+        recognises,
+        6,
+        SEARCH,
+        states={**MODAL, "coordinates": "G54", "tool length": "G49", "path": "G61"},
+        comment="({})",
+    ),
+)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple, NoReturn
 
 import numpy as np
@@ -17,6 +18,16 @@ import numpy as np
 from stepgauge.errors import InputError
 from stepgauge.files.numerals import number as plain_number
 from stepgauge.motion.moves import InForce, ProbingSettings, Program, ProgramBuilder
+
+LONGEST_LINE = 4000
+
+
+def check_lines(text: str, path: str | Path, longest: int = LONGEST_LINE) -> None:
+    """:class:`InputError` for a line that is longer than a controller writes or reads one."""
+    number, line = max(enumerate(text.split("\n"), 1), key=lambda one: len(one[1]))
+    if len(line) > longest:
+        found, expected = f"{len(line)} characters", f"up to {longest}"
+        raise InputError(f"{path}:{number}", "the line is too long for a controller", found=found, expected=expected)
 
 
 class Contact(NamedTuple):
@@ -39,6 +50,10 @@ class ControllerAlarmError(Exception):
     """The controller, or the program itself, stopped with an alarm text."""
 
 
+class MovedOnError(Exception):
+    """A text that was to stop goes on to its next move."""
+
+
 class Reader:
     """Collects the moves and the log of a text, and fails with the line at hand."""
 
@@ -53,6 +68,11 @@ class Reader:
         self.line = 0
         self.builder = ProgramBuilder(path, settings, self_positioning)
         self._started = False
+        self.proves = probe is None
+        """Whether the ways that the nominal probe does not take are looked at, too."""
+        self.log_file = ""
+        self.dry = False
+        self.closed = False
 
     def fail(self, what: str, found: object = None, expected: object = None) -> NoReturn:
         """Raise :class:`InputError` for the current line."""
@@ -80,6 +100,12 @@ class Reader:
     def set(self, **settings: float) -> None:
         """Settings that hold from here on."""
         self.settings = replace(self.settings, **settings)
+
+    def log_to(self, file: str) -> None:
+        """The file of the log, which is one in a program."""
+        self.log_file = self.log_file or file
+        if self.log_file.upper() != file.upper():
+            self.fail("another file is written", found=repr(file), expected=f"{self.log_file!r}, the log")
 
     @property
     def moved(self) -> bool:
@@ -121,6 +147,10 @@ class Reader:
         raise ControllerAlarmError(f"{text} (line {self.line})")
 
     def _open(self, measuring: bool, settings: ProbingSettings) -> None:
+        if self.dry:
+            raise MovedOnError
+        if self.closed:
+            self.fail("a move after what belongs behind the last one")
         if not self._started:
             self.builder.open_point()
         self._started = True

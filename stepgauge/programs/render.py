@@ -25,7 +25,7 @@ from stepgauge import __version__
 from stepgauge.files.resources import folder
 from stepgauge.files.templating import check_printable, fill_template
 from stepgauge.motion.moves import NO_WAY_MM, Move, Program
-from stepgauge.programs import Dialect
+from stepgauge.programs.dialect import Dialect
 
 DOWN = (0.0, 0.0, -1.0)
 """The way a stylus points unless a machine file says otherwise."""
@@ -55,7 +55,7 @@ def _context(program: Program, dialect: Dialect, checked: str) -> dict[str, obje
         "start": seen[0]["moves"],
         "points": points,
         "finish": seen[-1]["moves"],
-        "control": {**dialect.options, "name": dialect.name, "title": dialect.title},
+        "control": {**dialect.values, "name": dialect.name, "title": dialect.title},
         "version": __version__,
         "checked": checked,
     }

@@ -7,93 +7,179 @@ nothing: the program compares position and target.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
+from stepgauge.programs.blocks import WORDS, Block
+from stepgauge.programs.dialect import SEARCH, Dialect
 from stepgauge.programs.expression import Grammar, Value, in_words
-from stepgauge.programs.gcode import GCode
-from stepgauge.programs.reading import Reader
+from stepgauge.programs.gcode import MOTION, GCode, modal
+from stepgauge.programs.options import Choice, Name, Number, Option
+from stepgauge.programs.reading import Contact, Reader
+from stepgauge.programs.table import (
+    CLOSING,
+    ENDS,
+    IF,
+    NOT_CONFIRMED,
+    QUIET,
+    START,
+    Code,
+    Comment,
+    Form,
+    Slot,
+    Table,
+    Variable,
+)
 
-_ECHO = re.compile(r'echo\s*(>>?)\s*"([^"]*)"\s+(.+)', re.IGNORECASE)
-_VARIABLE = re.compile(r"var\s+(\w+)\s*=\s*(.+)", re.IGNORECASE)
-_IF = re.compile(r"if\s+(.+)", re.IGNORECASE)
-_ABORT = re.compile(r'abort\s+"([^"]*)"', re.IGNORECASE)
-_MESSAGE = re.compile(r"M291\b(.*)", re.IGNORECASE)
-_PROBE = re.compile(r"M558\s*K(\d+)\s*F([\d.]+)", re.IGNORECASE)
-_POSITION = re.compile(r"move\.axes\[([012])\]\.userPosition", re.IGNORECASE)
+DOCS = "docs.duet3d.com, G-code dictionary"
+META = "docs.duet3d.com, G-code meta commands"
+SOURCE = "RepRapFirmware, straightProbe2"
+PROBE, GUARD = "G38.2", "G38.3"
+LOG_FILE = r"[01]:/(?:sys|gcodes)/[A-Za-z0-9_-]{1,40}\.(?:txt|log|csv)"
+OFFSETS = "G54 G55 G56 G57 G58 G59 G59.1 G59.2 G59.3"
+_NO_LABEL = r"(?!\s*(?i:printing|stop|mesh|process|layer|begin|height|remaining|z:))"
+
+TABLE = Table(
+    "rrf",
+    forms=(
+        Form("branch", "if {{condition}}", "the lines below, further in, if it holds", META, IF),
+        Form("abort", 'abort "{text}"', "ends the program with a text", META, ENDS),
+        Form("created", 'echo >"{file}" {expression}', "first line of the log", META, when=START),
+        Form("written", 'echo >>"{file}" {expression}', "a line of the log", META),
+        Form("say_search", "var search = {positive}", "way of a search beyond the nominal contact, mm", "stepgauge"),
+        Form("assign", "var {local} = {expression}", "own variable", META, QUIET),
+        Form("speed", "M558 K{count} F{positive}", "speed of searches with a probe, mm/min", SOURCE, CLOSING),
+        Form("nothing", 'M291 R"{text}" P"{text}" S{wait}', "message, and waits", DOCS, QUIET),
+        Form("nothing", 'M291 P"{text}" S{wait}', "message, and waits", DOCS, QUIET),
+        Form("nothing", "M400", "waits for the move", DOCS, QUIET),
+        Form("nothing", "M120", "keeps the state", NOT_CONFIRMED, when=START),
+        Form("nothing", "M121", "gives the state back: the end of the program", NOT_CONFIRMED, ENDS),
+    ),
+    comments=(
+        Comment(
+            ";",
+            "",
+            rf"{_NO_LABEL}[ A-Za-z0-9.,;:_/=+*'?()-]*",
+            "letters, digits and . , ; : _ / = + * ' ? ( ) -, not the words that label objects and layers",
+            DOCS,
+        ),
+    ),
+    codes=(
+        Code("G0", "rapid move", DOCS, MOTION),
+        Code("G1", "straight move", DOCS, MOTION),
+        Code(PROBE, "search; without a contact `result` is not 0", SOURCE, MOTION, words="K"),
+        Code(GUARD, "move that a contact ends", SOURCE, MOTION, words="K"),
+        *modal(DOCS, units="G21", distances="G90", feed="G94", coordinates=OFFSETS),
+    ),
+    words={"X": "number", "Y": "number", "Z": "number", "F": "positive", "K": "count"},
+    slots={
+        "text": Slot(r"[ A-Za-z0-9.,:?_-]*", "letters, digits and . , : ? _ -"),
+        "file": Slot(LOG_FILE, "the log, one in a program: 0:/sys/ or 0:/gcodes/, .txt, .log or .csv"),
+        "local": Slot(r"(?!search\b)[A-Za-z]\w{0,30}", "a name"),
+        "wait": Slot("[23]", "2 or 3: until the operator goes on"),
+    },
+    variables=(
+        Variable(
+            r"move\.axes\[[012]\]\.userPosition",
+            "move.axes[0].userPosition",
+            "where axis 0, 1, 2 is",
+            "macros of users",
+        ),
+        Variable(r"var\.\w+", "var.name", "own variables", META),
+        Variable(r"result(?!\w)", "result", "0 if the command before was done", NOT_CONFIRMED),
+    ),
+    any_case=False,
+)
 
 
 def recognises(text: str) -> bool:
     """Whether the position of an axis is read from the object model after a straight probe."""
-    return "38.2" in text and _POSITION.search(text) is not None
+    return "38.2" in text and "].userPosition" in text
 
 
-class _Interpreter(GCode):
+class RepRapFirmware(GCode):
     """The firmware between lines."""
 
-    states: ClassVar[Mapping[float, str]] = {21: "units", 90: "distances", 94: "feed", 54: "coordinates"}
-    searches: ClassVar[frozenset[float]] = frozenset({38.2, 38.3})
-    m_codes: ClassVar[frozenset[float]] = frozenset({120.0, 121.0, 400.0})
-    ends: ClassVar[frozenset[float]] = frozenset({121.0})
+    table: ClassVar[Table] = TABLE
+    searches: ClassVar[frozenset[str]] = frozenset({PROBE, GUARD})
+    one_shot: ClassVar[frozenset[str]] = frozenset({PROBE, GUARD})
     grammar: ClassVar[Grammar] = Grammar(
-        r"var\.\w+|move\.axes\[[012]\]\.userPosition|result", {"&&": "and", "||": "or", "^": "<<"}, "()"
+        "|".join(one.pattern for one in TABLE.variables), {"&&": "and", "||": "or", "^": "<<"}, "()"
     )
 
     def __init__(self, reader: Reader) -> None:
         super().__init__(reader)
-        self.skipped_from: int | None = None
         self.speed_mm_s: dict[float, float] = {}
         self.probe = 0.0
+        self.missed = False
 
-    def line(self, raw: str) -> None:
-        """A line with its indentation; the lines under an ``if`` that does not hold are passed over."""
-        text = re.sub(r'("[^"]*")|;.*', lambda match: match[1] or "", raw)
-        indent = len(text) - len(text.lstrip())
-        if not text.strip():
-            return
-        if self.skipped_from is not None and indent > self.skipped_from:
-            return
-        self.skipped_from = None
-        self._statement(text.strip(), indent)
+    def step(self) -> None:
+        """The next line; ``result`` is that of the command before."""
+        block = self.blocks[self.at]
+        if block.form is WORDS or block.text.startswith("M"):
+            self.missed = False
+        super().step()
 
-    def _statement(self, text: str, indent: int) -> None:
-        self.check_end(text)
-        if condition := _IF.fullmatch(text):
-            if not self.number(condition[1].strip().removeprefix("{").removesuffix("}")):
-                self.skipped_from = indent
-        elif abort := _ABORT.fullmatch(text):
-            self.reader.alarm(abort[1])
-        elif echo := _ECHO.fullmatch(text):
-            self.reader.log.append(in_words(self.value(echo[3])))
-        elif variable := _VARIABLE.fullmatch(text):
-            self._set(variable[1], self.number(variable[2]))
-        elif probe := _PROBE.fullmatch(text):
-            self.speed_mm_s[float(probe[1])] = self.number(probe[2]) / 60.0
-        elif not _MESSAGE.fullmatch(text):
-            self.block(re.sub(r"\s+", "", text.upper()))
+    def find_targets(self) -> dict[int, int]:
+        """A condition that does not hold goes on behind the lines that are further in."""
+        targets, inside = {}, [0]
+        for place, block in enumerate(self.blocks):
+            self.reader.line = block.line
+            inside = [one for one in inside if one <= block.indent]
+            if block.indent != inside[-1]:
+                self.reader.fail("a line is further in than the one before", found=repr(block.text))
+            if block.way == IF:
+                behind = range(place + 1, len(self.blocks) + 1)
+                ends = (n for n in behind if n == len(self.blocks) or self.blocks[n].indent <= block.indent)
+                targets[place] = next(ends)
+                if targets[place] == place + 1:
+                    self.reader.fail("a condition without lines below it, further in", found=repr(block.text))
+                inside.append(self.blocks[place + 1].indent)
+        return targets
 
-    def _set(self, name: str, value: float) -> None:
-        self.variables[f"var.{name}"] = value
-        if name == "search":
-            self.reader.set(search_mm=value)
+    def holds(self, block: Block) -> bool:
+        """The lines below are left out unless the condition holds."""
+        return not super().holds(block)
+
+    def words(self, block: Block) -> None:
+        """A block that moves says how."""
+        if set("XYZ") & set(block.words) and not any(one.group == MOTION for one in block.codes):
+            self.reader.fail("coordinates without a motion", found=repr(block.text), expected="G1 or a search")
+        self.probe = block.words.get("K", 0.0)
+        super().words(block)
+
+    def abort(self, block: Block) -> None:
+        """The program stops itself."""
+        self.reader.alarm(block.fields[0])
+
+    def created(self, block: Block) -> None:
+        """A line of the log."""
+        self.reader.log_to(block.fields[0])
+        self.reader.log.append(in_words(self.value(block.fields[1])))
+
+    written = created
+
+    def say_search(self, block: Block) -> None:
+        """How far a search goes beyond the nominal contact."""
+        self.variables["var.search"] = float(block.fields[0])
+        self.reader.set(search_mm=float(block.fields[0]))
+
+    def assign(self, block: Block) -> None:
+        """An own variable."""
+        self.variables[f"var.{block.fields[0]}"] = self.value(block.fields[1])
+
+    def speed(self, block: Block) -> None:
+        """The speed of a probe."""
+        self.speed_mm_s[float(block.fields[0])] = float(block.fields[1]) / 60.0
 
     def look_up(self, name: str) -> Value:
         """The object model: positions have three decimals."""
-        axis = _POSITION.fullmatch(name)
-        if axis:
-            return round(self.contact.position[int(axis[1])], 3)
+        if name.startswith("move."):
+            return round(self.contact.position[int(name[len("move.axes[")])], 3)
         if name == "result":
-            return 0.0 if self.contact.hit else 2.0
+            return 2.0 if self.missed else 0.0
         return super().look_up(name)
 
-    def take_arguments(self, words: dict[str, list[float]], codes: Sequence[float]) -> None:
-        """K of G38 is the number of the probe."""
-        if self.searches & set(codes):
-            self.probe = words.pop("K", [0.0])[0]
-        super().take_arguments(words, codes)
-
-    def go(self, target: Mapping[str, float], motion: float | None) -> None:
+    def go(self, target: dict[str, float], motion: str) -> None:
         """A search has the speed of its probe (M558), whatever F says."""
         feed = self.feed_mm_s
         if motion in self.searches:
@@ -101,22 +187,33 @@ class _Interpreter(GCode):
         super().go(target, motion)
         self.feed_mm_s = feed
 
-    def take_code(self, code: float) -> None:
-        """Offsets other than the first are coordinates, too."""
-        if code in (55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3):
-            self.reader.states["coordinates"] = f"G{code:g}"
-        else:
-            super().take_code(code)
+    def settle(self, contact: Contact, measuring: bool) -> None:
+        """Only a search that must find its face fails without one."""
+        super().settle(contact, measuring)
+        self.missed = measuring and not contact.hit
 
-    def measures(self, code: float) -> bool:
+    def measures(self, code: str) -> bool:
         """G38.2 must find its face."""
-        return code == 38.2
+        return code == PROBE
 
 
-def run(text: str, reader: Reader) -> None:
-    """Execute a program text; :class:`stepgauge.errors.InputError` names the line."""
-    interpreter = _Interpreter(reader)
-    for reader.line, raw in enumerate(text.splitlines(), 1):
-        interpreter.line(raw)
-    if not interpreter.ended:
-        reader.cut_short("M121 at the end")
+DIALECTS = (
+    Dialect(
+        "rrf",
+        "RepRapFirmware 3 (Duet, MillenniumOS)",
+        ".g",
+        RepRapFirmware,
+        recognises,
+        4,
+        SEARCH,
+        states={"units": "G21", "distances": "G90", "feed": "G94", "coordinates": "{offset}"},
+        comment="; {}",
+        options={
+            "offset": Option("G54", Choice(tuple(OFFSETS.split())), "work offset"),
+            "probe": Option("0", Number(0, 31, whole=True), "number of the probe (K)"),
+            "file": Option("0:/sys/stepgauge-log.txt", Name(LOG_FILE, TABLE.slot("file").what), "the log"),
+        },
+        log="{file}",
+        log_decimals=3,
+    ),
+)

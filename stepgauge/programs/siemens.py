@@ -8,26 +8,80 @@ was. A measuring block whose registers are written before the next move is a mea
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
+from stepgauge.programs.blocks import Block
+from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.expression import Grammar, Value, in_words
-from stepgauge.programs.gcode import GCode, moves_with_result
-from stepgauge.programs.reading import Reader
-from stepgauge.programs.steps import Steps
+from stepgauge.programs.gcode import MOTION, GCode, end_of_line, modal, moves_with_result
+from stepgauge.programs.options import Choice, Name, Number, Option
+from stepgauge.programs.reading import Contact, Reader
+from stepgauge.programs.table import (
+    CLOSING,
+    ENDS,
+    IF,
+    JUMP,
+    NOT_CONFIRMED,
+    QUIET,
+    START,
+    Code,
+    Form,
+    Slot,
+    Table,
+    Variable,
+)
 
-MEASURE = 1000.0
-"""A block with MEAS=1, among the motions."""
+MEASURE = "MEAS"
 ALARM = "ALARM: "
 """What the message of a stop begins with that is none for the operator's preparations."""
-_BRANCH = re.compile(r"(?:IF (.+) )?GOTO[FB] (\w+)", re.IGNORECASE)
-_LABEL = re.compile(r"([A-Z_]{2}\w*):", re.IGNORECASE)
-_ASSIGNMENT = re.compile(r"(R\d+|OUT)\s*=\s*(.+)", re.IGNORECASE)
-_WRITE = re.compile(r'WRITE\(RET,\s*"[^"]*",\s*(OUT|"[^"]*")\)', re.IGNORECASE)
-_MESSAGE = re.compile(r'MSG\("([^"]*)"\)', re.IGNORECASE)
-_DEFINITION = re.compile(r"DEF (?:INT|REAL|STRING\[\d+\]) \w+", re.IGNORECASE)
-_SEARCH = "R90"
-"""The R parameter that says how far a search goes beyond the nominal contact."""
+POST = "Autodesk's post for 840D"
+MANUAL = "840D sl Programming Manual Fundamentals"
+ADVANCED = "840D sl Programming Manual Job Planning"
+LOG_NAME = r"(?=[A-Z_]{2})\w{1,24}(?<!_[A-Z]{3})(?:_(?:MPF|LOG|TXT))?"
+
+TABLE = Table(
+    "siemens",
+    forms=(
+        Form("nothing", "DEF INT RET", "declares a variable", POST, QUIET),
+        Form("nothing", "DEF STRING[{count}] OUT", "declares a text", POST, QUIET),
+        Form("synchronise", "STOPRE", "stops the block preparation", POST, QUIET),
+        Form("branch", "IF {condition} GOTOF {label}", "goes on at a label further down", POST, IF),
+        Form("jump", "GOTOF {label}", "goes on at a label further down", ADVANCED, JUMP),
+        Form("say", 'MSG("{text}")', "message", MANUAL, QUIET),
+        Form("written", 'WRITE(RET, "{file}", OUT)', "appends a line to the log", POST),
+        Form("written", 'WRITE(RET, "{file}", {quoted})', "appends a line to the log", POST),
+        Form("say_search", "R90 = {number}", "way of a search beyond the nominal contact, mm", "stepgauge"),
+        Form("assign", "{local} = {expression}", "own variable", MANUAL, QUIET),
+        Form("nothing", "SPOS={number}", "spindle to an angle", MANUAL, when=START),
+    ),
+    comments=(end_of_line(";", MANUAL, "()?!<>"),),
+    codes=(
+        Code("G0", "rapid move", MANUAL, MOTION),
+        Code("G1", "straight move, with `MEAS=1` a search", POST, MOTION, words="MEAS"),
+        *modal(MANUAL, units="G71 G710", distances="G90", feed="G94", plane="G17", tool_radius="G40", path="G60"),
+        *modal(MANUAL, coordinates="G54 G55 G56 G57 G500"),
+        Code("M0", "stop until the operator goes on", MANUAL, "M", way=QUIET),
+        Code("M5", "spindle off", MANUAL, "M", way=CLOSING),
+        Code("M2", "end of the program", MANUAL, "M", way=ENDS),
+        Code("M30", "end of the program", MANUAL, "M", way=ENDS),
+    ),
+    words={"X": "number", "Y": "number", "Z": "number", "F": "positive", "MEAS": "one"},
+    slots={
+        "one": Slot("1", "1: the first probe, rising edge"),
+        "label": Slot(r"[A-Za-z_]{2}\w{0,30}", "a label further down"),
+        "text": Slot(r"[ A-Za-z0-9.,:?_-]*", "letters, digits and . , : ? _ -"),
+        "quoted": Slot(r'"[ A-Za-z0-9.,:_-]*"', "a text of letters, digits and . , : _ - in quotes"),
+        "file": Slot(LOG_NAME, "the name of the log, one in a program: _MPF, _LOG, _TXT or without an ending"),
+        "local": Slot("R9[1-9]|OUT", "R91 to R99, OUT"),
+    },
+    variables=(
+        Variable(r"\$AA_MW\[[XYZ]\]", "$AA_MW[X]", "where the probe switched (X, Y, Z), workpiece", POST),
+        Variable(r"\$AC_MEA\[1\]", "$AC_MEA[1]", "1 after a contact", NOT_CONFIRMED),
+        Variable(r"\$P_TOOLNO", "$P_TOOLNO", "number of the tool, 0 for none", NOT_CONFIRMED),
+        Variable(r"R9\d(?!\d)|RET(?!\w)|OUT(?!\w)", "R90 to R99, RET, OUT", "own variables", MANUAL),
+    ),
+    label=r"N(\d{1,5})(?=\s|$)|([A-Z_]{2}\w{0,30}):",
+)
 
 
 def recognises(text: str) -> bool:
@@ -35,123 +89,114 @@ def recognises(text: str) -> bool:
     return re.search(r"(?im)^[ \t]*(N\d+[ \t]+)?MEAS *= *1\b", text) is not None
 
 
-class Control(GCode):
+class Siemens(GCode):
     """The control between blocks."""
 
-    states: ClassVar[Mapping[float, str]] = {
-        40: "tool radius",
-        60: "path",
-        90: "distances",
-        94: "feed",
-        **dict.fromkeys((54, 55, 56, 57, 500), "coordinates"),
-        **dict.fromkeys((71, 710), "units"),
-    }
-    no_effect: ClassVar[frozenset[float]] = frozenset({17.0})
-    refused: ClassVar[Mapping[float, str]] = {
-        **dict.fromkeys((70, 700), "G710 (mm)"),
-        91: "G90 (absolute)",
-        93: "G94 (mm/min)",
-        95: "G94 (mm/min)",
-    }
-    searches: ClassVar[frozenset[float]] = frozenset({MEASURE})
-    m_codes: ClassVar[frozenset[float]] = frozenset({0.0, 5.0, 2.0, 30.0})
-    word: ClassVar[re.Pattern[str]] = re.compile(r"(MEAS|SPOS|[A-Z])=?([-+]?(?:\d+\.?\d*|\.\d+))", re.ASCII)
+    table: ClassVar[Table] = TABLE
+    searches: ClassVar[frozenset[str]] = frozenset({MEASURE})
     grammar: ClassVar[Grammar] = Grammar(
-        r"\$A[AC]_\w+\[\w+\]|\$P_TOOLNO|R\d+|RET|OUT", {"<>": "!=", "AND": "and", "OR": "or"}, "()"
+        "|".join(one.pattern for one in TABLE.variables), {"<>": "!=", "AND": "and", "OR": "or"}, "()"
     )
 
     def __init__(self, reader: Reader) -> None:
         super().__init__(reader)
-        self.steps = Steps(reader, [], {})
-        self.measuring: list[bool] = []
-        self.message = ""
+        self.measuring: set[int] = set()
+        self.tool = 1.0
         self.synchronised = True
 
-    def run(self, text: str) -> None:
-        """Execute a program text."""
-        lines = [re.sub(r'("[^"]*")|;.*', lambda match: match[1] or "", line).strip() for line in text.splitlines()]
-        written = [bool(re.search(r"\$AA_MW", line)) for line in lines]
-        moves = [re.search(r"\bG[01]\b", line) is not None for line in lines]
-        self.measuring = moves_with_result(written, moves)
-        named = [(_LABEL.match(line), place) for place, line in enumerate(lines)]
-        self.steps = Steps(self.reader, lines, {match[1].upper(): place for match, place in named if match})
-        jumps = [(_BRANCH.fullmatch(line), number) for number, line in enumerate(lines, 1)]
-        self.steps.check({match[2].upper(): number for match, number in jumps if match})
-        self.steps.run(self.statement, lambda: self.ended)
-        rest = [(number, line) for number, line in enumerate(lines, 1) if line and number > self.steps.at]
-        for self.reader.line, line in rest:
-            if not re.fullmatch(rf'M0|M30|\w+: MSG\("{ALARM}[^"]*"\)', line):
-                self.check_end(line)
-        if not self.ended or (rest[-1:] and rest[-1][1] != "M30"):
-            self.reader.cut_short("M30 at the end")
+    def prepare(self) -> None:
+        """Which measuring blocks are measurements."""
+        self.measuring = moves_with_result(self.blocks, lambda one: "$AA_MW" in one.text.upper())
 
-    def statement(self, text: str) -> None:
-        """One block."""
-        text = _LABEL.sub("", text, count=1).strip() if _LABEL.match(text) else text
-        if not text or _DEFINITION.fullmatch(text):
-            return
-        if text.upper() == "STOPRE":
-            self.synchronised = True
-        elif branch := _BRANCH.fullmatch(text):
-            if branch[1] is None or self.number(branch[1]):
-                self.steps.go_to(branch[2].upper())
-        elif message := _MESSAGE.fullmatch(text):
-            self.message = message[1]
-        elif written := _WRITE.fullmatch(text):
-            self.reader.log.append(in_words(self.value(written[1])))
-            self.variables["RET"] = 0.0
-        elif assignment := _ASSIGNMENT.fullmatch(text):
-            self._assign(assignment[1].upper(), self.value(assignment[2]))
-        else:
-            self.block(re.sub(r"\s+", "", text.upper()))
+    def move(self, block: Block, motion: str) -> None:
+        """MEAS=1 makes a search of the move."""
+        measuring = MEASURE in block.words
+        if measuring and (motion != "G1" or not set("XYZ") & set(block.words)):
+            self.reader.fail("only MEAS=1 with G1 and coordinates is understood", found=repr(block.text))
+        super().move(block, MEASURE if measuring else motion)
 
-    def _assign(self, name: str, value: Value) -> None:
-        self.variables[name] = value
-        if name == _SEARCH and not isinstance(value, str):
-            self.reader.set(search_mm=value)
+    def settle(self, contact: Contact, measuring: bool) -> None:
+        """The registers hold only after the block preparation has waited for the move."""
+        super().settle(contact, measuring)
+        self.synchronised = False
+
+    def stop(self, block: Block) -> None:
+        """A stop for an alarm is one that the program does not come back from."""
+        if self.message.startswith(ALARM):
+            self.reader.alarm(self.message.removeprefix(ALARM))
+        super().stop(block)
+
+    def synchronise(self, block: Block) -> None:
+        """The registers hold."""
+        self.synchronised = True
+
+    def say(self, block: Block) -> None:
+        """A message, which a stop shows."""
+        self.message = block.fields[0]
+
+    def written(self, block: Block) -> None:
+        """A line of the log."""
+        self.reader.log_to(block.fields[0])
+        self.reader.log.append(in_words(self.value(block.fields[1] if len(block.fields) > 1 else "OUT")))
+        self.variables["RET"] = 0.0
+
+    def say_search(self, block: Block) -> None:
+        """How far a search goes beyond the nominal contact."""
+        self.variables["R90"] = float(block.fields[0])
+        self.reader.set(search_mm=float(block.fields[0]))
+
+    def assign(self, block: Block) -> None:
+        """An own variable."""
+        self.variables[block.fields[0].upper()] = self.value(block.fields[1])
 
     def look_up(self, name: str) -> Value:
-        """System variables: they hold only after the block preparation has waited for the move."""
+        """System variables and own ones."""
         name = name.upper()
         if name == "$P_TOOLNO":
-            self.reader.states["tool length"] = "checked"
-            return 1.0
+            return self.tool
         if name.startswith("$A"):
             if not self.synchronised:
                 self.reader.fail("read before the move has ended", found=name, expected="STOPRE first")
-            if name == "$AC_MEA[1]":
-                return float(self.contact.hit)
-            axes = {f"$AA_MW[{axis}]": place for place, axis in enumerate("XYZ")}
-            if name not in axes:
-                self.reader.fail("system variable not understood", found=name)
-            return self.contact.position[axes[name]]
+            return float(self.contact.hit) if "MEA" in name else self.contact.position["XYZ".index(name[-2])]
         return super().look_up(name)
 
-    def take_arguments(self, words: dict[str, list[float]], codes: Sequence[float]) -> None:
-        """SPOS turns the spindle to an angle and holds it there."""
-        words.pop("SPOS", None)
-        super().take_arguments(words, codes)
+    def holds(self, block: Block) -> bool:
+        """A condition; one that stops the program without a tool has checked its length."""
+        found = super().holds(block)
+        self.tool = 0.0
+        if super().holds(block) != found and self.stops_if(block, not found):
+            self.reader.states["tool length"] = "checked"
+        self.tool = 1.0
+        return found
 
-    def take_m_codes(self, words: dict[str, list[float]]) -> dict[str, list[float]]:
-        """A stop for an alarm is one that the program does not come back from."""
-        if 0.0 in words.get("M", []) and self.message.startswith(ALARM):
-            self.reader.alarm(self.message.removeprefix(ALARM))
-        return super().take_m_codes(words)
-
-    def take_words(self, words: dict[str, float], motion: float | None) -> None:
-        """MEAS=1 makes a search of the move."""
-        if "MEAS" in words:
-            if words.pop("MEAS") != 1.0 or motion != 1.0:
-                self.reader.fail("only MEAS=1 with G1 is understood")
-            motion = MEASURE
-            self.synchronised = False
-        super().take_words(words, motion)
-
-    def measures(self, code: float) -> bool:
+    def measures(self, code: str) -> bool:
         """A measuring block whose registers are read before the next move."""
-        return self.measuring[self.steps.at - 1]
+        return self.at - 1 in self.measuring
 
 
-def run(text: str, reader: Reader) -> None:
-    """Execute a program text; :class:`stepgauge.errors.InputError` names the line."""
-    Control(reader).run(text)
+DIALECTS = (
+    Dialect(
+        "siemens",
+        "Siemens SINUMERIK 840D sl, 828D, ONE (MEAS, WRITE)",
+        ".mpf",
+        Siemens,
+        recognises,
+        4,
+        SEARCH,
+        states={
+            **MODAL,
+            "units": "G710",
+            "coordinates": "{offset}",
+            "tool length": "checked",
+            "path": "G60",
+        },
+        comment="; {}",
+        log="{file}",
+        options={
+            "offset": Option("G54", Choice(("G54", "G55", "G56", "G57", "G500")), "work offset"),
+            "spindle_deg": Option("0", Number(-360, 360, "deg"), "angle of the spindle"),
+            "file": Option("STEPGAUGE_LOG", Name(LOG_NAME, TABLE.slot("file").what), "name of the log"),
+        },
+        log_decimals=6,
+    ),
+)
