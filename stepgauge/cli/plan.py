@@ -47,7 +47,7 @@ from stepgauge.cli.plan_choices import path_options, plan_keywords, stated_contr
     "controls",
     multiple=True,
     metavar="NAME=VALUE",
-    help="How the control is set up, where it differs from the usual; repeatable. 'stepgauge dialects NAME' lists them.",
+    help="How the control is set up where it differs from the usual; repeatable. See 'stepgauge dialects NAME'.",
 )
 @click.option(
     "--iso10360",

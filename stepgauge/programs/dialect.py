@@ -30,10 +30,10 @@ class Dialect:
     the text to mean the planned moves; ``tool``: what the probe is called unless somebody says otherwise, empty where
     the text does not say; ``comment``: the form of a comment, empty where there is none; ``self_positioning``: the
     controller goes to the stand-off and back by itself; ``family``: the dialect that it is a variant of; ``options``:
-    what differs from machine to machine; ``said``: their values where they are not the default; ``log``: the file that
-    its text writes (options put in); ``log_decimals``: digits of a coordinate in its log, mm (None: its log is not
-    known); ``most_feed_mm_s``: fastest search that the control takes, and so the fastest travel; ``beside``: further
-    files that the control needs, by name (options put in).
+    what differs from machine to machine; ``said``: their values where they are not the default; ``once``: what its
+    text says of one thing only, as its log (options put in); ``log_decimals``: digits of a coordinate in its log, mm
+    (None: its log is not known); ``most_feed_mm_s``: fastest search that the control takes, and so the fastest travel;
+    ``beside``: further files that the control needs, by name (options put in).
     """
 
     name: str
@@ -51,7 +51,7 @@ class Dialect:
     family: str = ""
     options: Mapping[str, Option] = field(default_factory=dict)
     said: Mapping[str, str] = field(default_factory=dict)
-    log: str = ""
+    once: Mapping[str, str] = field(default_factory=dict)
     log_decimals: int | None = 7
     most_feed_mm_s: float = math.inf
     beside: Mapping[str, str] = field(default_factory=dict)
@@ -103,7 +103,8 @@ class Dialect:
         ``own``: the options are those that the text was made with.
         """
         reader = Reader(str(path), settings, self.self_positioning)
-        reader.log_file = self.log.format(**self.values) if own else ""
+        if own:
+            reader.fixed = {what: value.format(**self.values) for what, value in self.once.items()}
         try:
             self.execute(text, reader)
         except ControllerAlarmError as alarm:

@@ -40,7 +40,13 @@ TABLE = Table(
         Form("open", "OPEN/DID({device}),FDATA,DMIS,OUTPUT", "opens it", NIST, when=START),
         Form("close", "CLOSE/DID({device})", "closes it", NIST, when=END),
         Form("machine", "D({name})=DATSET/MCS", "coordinates of the machine", NIST, when=START),
-        Form("sensor", f"S({{name}})=SNSDEF/PROBE,FIXED,CART,{_XYZ},{_IJK},{{positive}}", "offset, stylus, tip", NIST),
+        Form(
+            "sensor",
+            f"S({{name}})=SNSDEF/PROBE,FIXED,CART,{_XYZ},{_IJK},{{positive}}",
+            "offset, stylus, tip",
+            NIST,
+            when=START,
+        ),
         Form("select", "SNSLCT/S({name})", "selects a sensor", NIST, when=START),
         Form("select_calibrated", "SNSLCT/SA({name})", "selects it as calibrated", NOT_CONFIRMED, when=START),
         Form("distance", "SNSET/{distance},{positive}", "stand-off, search, retract, mm", NIST),
@@ -152,6 +158,7 @@ class Dmis(Control):
             expected = "one of " + ", ".join(f"{kind}({one})" for one in sorted(known)) if known else "SNSDEF, or CALIB"
             what = "the sensor that is selected is not defined here, or SA(..) not calibrated"
             self.reader.fail(what, found=block.text, expected=expected)
+        self.reader.once("tool", name)
         radius, self.reader.stylus, self.reader.states["sensor offset"] = self.sensors[name]
         self.reader.set(tip_radius_mm=radius)
         self.tool = self.reader.states["tool"] = name
@@ -229,7 +236,7 @@ class Dmis(Control):
 
     def device(self, block: Block) -> None:
         """A file of results."""
-        self.reader.log_to(block.fields[1])
+        self.reader.once("log", block.fields[1])
         self.devices[block.fields[0].upper()] = False
 
     def open(self, block: Block) -> None:
@@ -300,6 +307,6 @@ DIALECTS = (
                 "diameter of a reference sphere: the sensor is calibrated first, by hand",
             ),
         },
-        log="{file}",
+        once={"log": "{file}"},
     ),
 )

@@ -8,7 +8,7 @@ from typing import ClassVar
 from stepgauge.programs.blocks import WORDS, Block
 from stepgauge.programs.execution import Control
 from stepgauge.programs.reading import Reader
-from stepgauge.programs.table import QUIET, Code, Comment
+from stepgauge.programs.table import END, QUIET, Code, Comment
 
 RAPID = "G0"
 AXES = "XYZ"
@@ -27,9 +27,9 @@ def end_of_line(begins: str, source: str, signs: str = "") -> Comment:
     return Comment(begins, "", rf"[ \t]*[;{_SIGNS}{signs}]*", what, source)
 
 
-def in_brackets(source: str) -> Comment:
-    """A comment in brackets on a control that executes some comments: plain words that are none of these."""
-    return Comment("(", ")", f"(?i:{_PLAIN})", PLAIN_WORDS, source)
+def not_executed(source: str) -> tuple[Comment, ...]:
+    """Comments of a control that executes some: plain words that are none of these."""
+    return tuple(Comment(begins, ends, f"(?i:{_PLAIN})", PLAIN_WORDS, source) for begins, ends in ("()", (";", "")))
 
 
 def modal(source: str, **groups: str) -> tuple[Code, ...]:
@@ -90,6 +90,8 @@ class GCode(Control):
             elif code.group == MOTION:
                 self.motion = code.code
             elif code.group and not code.code.startswith("M"):
+                if code.when != END:
+                    self.reader.once(code.group, code.code)
                 self.reader.states[code.group] = code.code
         if "F" in block.words:
             self.set_feed(block.words["F"] / 60.0)

@@ -14,7 +14,7 @@ from typing import ClassVar
 from stepgauge.files.templating import fixed
 from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
-from stepgauge.programs.gcode import MOTION, GCode, end_of_line, in_brackets, modal
+from stepgauge.programs.gcode import MOTION, GCode, modal, not_executed
 from stepgauge.programs.reading import Contact, Reader
 from stepgauge.programs.table import END, ENDS, QUIET, START, Code, Form, Table
 
@@ -30,7 +30,7 @@ TABLE = Table(
         Form("nothing", "G4P{positive}", "dwell, s", f"{NIST}, 3.5.4", QUIET),
         Form("say_search", "(SEARCH {positive} MM BEYOND THE NOMINAL CONTACT)", "states that way, mm", "stepgauge"),
     ),
-    comments=(in_brackets(INTERFACE), end_of_line(";", INTERFACE)),
+    comments=not_executed(INTERFACE),
     codes=(
         Code("G0", "rapid move", f"{NIST}, 3.5.1", MOTION),
         Code("G1", "straight move", f"{NIST}, 3.5.2", MOTION),

@@ -48,7 +48,7 @@ TABLE = Table(
         Form("end", "END PGM {program} MM", "end of the program", MANUAL, ENDS, LAST),
         Form("line", "L X{number} Y{number} Z{number} R0 F{positive}", "straight move, mm/min", MANUAL),
         Form("orientation", "CYCL DEF 13.0 ORIENTATION", "orientation of the spindle", POST, when=START),
-        Form("nothing", "CYCL DEF 13.1 ANGLE {number}", "its angle", POST, when=START, after="orientation"),
+        Form("orient", "CYCL DEF 13.1 ANGLE {number}", "its angle", POST, when=START, after="orientation"),
         Form("cycle", "TCH PROBE 4.0 MEASURING IN 3D", "search along a vector", CYCLES),
         Form("result_to", "TCH PROBE 4.1 Q{q}", "first of four parameters for the result", CYCLES, after="cycle"),
         Form("vector", "TCH PROBE 4.2 IX{number} IY{number} IZ{number}", "direction", CYCLES, after="result_to"),
@@ -184,13 +184,17 @@ class Heidenhain(Control):
         number, left, right, _ = block.fields
         return bool(self.number(f"{left} {CONDITIONS[re.sub('[ :]', '', number)]} {right}"))
 
+    def orient(self, block: Block) -> None:
+        """The spindle, as the option says."""
+        self.reader.once("angle of the spindle", f"{float(block.fields[0]):+.10g}")
+
     def read_length(self, block: Block) -> None:
         """The calibrated length of the stylus."""
         self.variables[f"Q{block.fields[1]}"] = self.length_mm
 
     def printed(self, block: Block) -> None:
         """The mask prints QS1 and nothing else."""
-        self.reader.log_to(" / ".join(block.fields[1:]))
+        self.reader.once("log", " / ".join(block.fields[1:]))
         self.reader.log.append(in_words(self.look_up("QS1")))
 
     def text(self, block: Block) -> None:
@@ -232,7 +236,7 @@ DIALECTS = (
             "spindle_deg": Option("+0", Number(-360, 360, "deg", signed=True), "angle of the spindle"),
             "length_in_z": Option("yes", YES_NO, "whether z of TCH PROBE 4 has the length of the stylus in it"),
         },
-        log="{folder}{mask} / {folder}{file}",
+        once={"log": "{folder}{mask} / {folder}{file}", "angle of the spindle": "{spindle_deg}"},
         beside={"{mask}": '"%s",QS1;\n'},
         log_decimals=4,
     ),

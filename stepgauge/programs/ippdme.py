@@ -38,7 +38,6 @@ TABLE = Table(
         Form("command", "{tag} IsHomed()", "asks for it", SPEC, QUIET),
         Form("coordinates", "{tag} SetCoordSystem(MachineCsy)", "coordinates of the machine", SPEC, when=START),
         Form("tool", '{tag} SetTool("{tool}")', "names the tool", SPEC, when=START),
-        Form("tool", '{tag} ChangeTool("{tool}")', "changes to the tool", SPEC, when=START),
         Form("set_property", "{tag} SetProp(Tool.{property}({positive}))", "distances, mm; speeds, mm/s", SPEC),
         Form("command", "{tag} GetProp(Tool.{property}())", "asks for one", SPEC, QUIET),
         Form("report", "{tag} OnPtMeasReport({report})", "what a measurement answers", SPEC, when=START),
@@ -52,8 +51,8 @@ TABLE = Table(
         "tag": Slot(r"(?!00000)\d{5}", "00001 to 99999"),
         "tool": Slot(r"[A-Za-z0-9_-]{1,32}", "letters, digits, _ and -"),
         "property": Slot(
-            r"(?:PtMeasPar\.(?:Speed|Accel|Approach|Search|Retract)|GoToPar\.(?:Speed|Accel))",
-            "PtMeasPar.Speed, .Accel, .Approach, .Search, .Retract, GoToPar.Speed, .Accel",
+            r"(?:PtMeasPar\.(?:Speed|Approach|Search|Retract)|GoToPar\.Speed)",
+            "PtMeasPar.Speed, .Approach, .Search, .Retract, GoToPar.Speed",
         ),
         "report": Slot(r"[A-Z]{1,3}\(\)(?:, *[A-Z]{1,3}\(\)){2,5}", "X(), Y(), Z(), and IJK(), ER(), Q(), each once"),
         "fields": Slot(rf"{_FIELD}(?:, *{_FIELD})*", "X(..), Y(..), Z(..), of PtMeas also IJK(.., .., ..), each once"),
@@ -100,6 +99,7 @@ class Ippdme(Control):
 
     def tool(self, block: Block) -> None:
         """The tool by its name."""
+        self.reader.once("tool", block.fields[1])
         self.reader.states["tool"] = block.fields[1]
 
     def set_property(self, block: Block) -> None:

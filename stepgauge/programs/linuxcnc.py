@@ -14,9 +14,9 @@ from stepgauge.files.templating import fixed
 from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.expression import Value
-from stepgauge.programs.gcode import MOTION, STOP, GCode, end_of_line, in_brackets, modal
+from stepgauge.programs.gcode import MOTION, STOP, GCode, modal, not_executed
 from stepgauge.programs.reading import Contact, Reader
-from stepgauge.programs.table import ENDS, FRAME, QUIET, START, Code, Form, Slot, Table
+from stepgauge.programs.table import CLOSING, END, ENDS, FRAME, QUIET, START, Code, Form, Slot, Table
 
 NIST = "NIST RS274/NGC"
 DOCS = "LinuxCNC 2.9, G-code overview"
@@ -33,11 +33,11 @@ TABLE = Table(
         Form("read_input", "M66E0L0", "reads an analog input into #5399", "LinuxCNC 2.9, M-codes: M66", QUIET),
         Form("open_log", "(LOGOPEN,{file})", "opens the log", LOGGING, when=START),
         Form("printed", "(LOG,{print})", "prints a line of the log", LOGGING),
-        Form("nothing", "(LOGCLOSE)", "closes the log", LOGGING, QUIET),
+        Form("nothing", "(LOGCLOSE)", "closes the log", LOGGING, CLOSING, END),
         Form("open_points", "(PROBEOPEN {file})", "opens a log of all contacts", LOGGING, when=START),
-        Form("close_points", "(PROBECLOSE)", "closes it", LOGGING, QUIET),
+        Form("close_points", "(PROBECLOSE)", "closes it", LOGGING, CLOSING, END),
     ),
-    comments=(in_brackets(f"{DOCS}: comments"), end_of_line(";", f"{DOCS}: comments")),
+    comments=not_executed(f"{DOCS}: comments"),
     codes=(
         Code("G0", "rapid move", f"{NIST}, 3.5.1", MOTION),
         Code("G1", "straight move", f"{NIST}, 3.5.2", MOTION),
@@ -94,11 +94,11 @@ class LinuxCNC(GCode):
 
     def open_log(self, block: Block) -> None:
         """The file of the log."""
-        self.reader.log_to(block.fields[0])
+        self.reader.once("log", block.fields[0])
 
     def open_points(self, block: Block) -> None:
         """From here on every contact is written."""
-        self.reader.log_to(block.fields[0])
+        self.reader.once("log", block.fields[0])
         self.opened = True
 
     def close_points(self, block: Block) -> None:

@@ -70,7 +70,7 @@ class Reader:
         self._started = False
         self.proves = probe is None
         """Whether the ways that the nominal probe does not take are looked at, too."""
-        self.log_file = ""
+        self.fixed: dict[str, str] = {}
         self.dry = False
         self.closed = False
 
@@ -101,11 +101,11 @@ class Reader:
         """Settings that hold from here on."""
         self.settings = replace(self.settings, **settings)
 
-    def log_to(self, file: str) -> None:
-        """The file of the log, which is one in a program."""
-        self.log_file = self.log_file or file
-        if self.log_file.upper() != file.upper():
-            self.fail("another file is written", found=repr(file), expected=f"{self.log_file!r}, the log")
+    def once(self, what: str, value: str) -> None:
+        """What a program may say of one thing only, and as its options say: its log, its tool, an angle, a state."""
+        known = self.fixed.setdefault(what, value)
+        if known.upper() != value.upper():
+            self.fail(f"another {what} than before, or than planned", found=value, expected=known)
 
     @property
     def moved(self) -> bool:

@@ -153,7 +153,7 @@ class RepRapFirmware(GCode):
 
     def created(self, block: Block) -> None:
         """A line of the log."""
-        self.reader.log_to(block.fields[0])
+        self.reader.once("log", block.fields[0])
         self.reader.log.append(in_words(self.value(block.fields[1])))
 
     written = created
@@ -169,6 +169,7 @@ class RepRapFirmware(GCode):
 
     def speed(self, block: Block) -> None:
         """The speed of a probe."""
+        self.reader.once("probe", block.fields[0])
         self.speed_mm_s[float(block.fields[0])] = float(block.fields[1]) / 60.0
 
     def look_up(self, name: str) -> Value:
@@ -213,7 +214,7 @@ DIALECTS = (
             "probe": Option("0", Number(0, 31, whole=True), "number of the probe (K)"),
             "file": Option("0:/sys/stepgauge-log.txt", Name(LOG_FILE, TABLE.slot("file").what), "the log"),
         },
-        log="{file}",
+        once={"log": "{file}", "probe": "{probe}"},
         log_decimals=3,
     ),
 )

@@ -52,7 +52,7 @@ TABLE = Table(
         Form("written", 'WRITE(RET, "{file}", {quoted})', "appends a line to the log", POST),
         Form("say_search", "R90 = {number}", "way of a search beyond the nominal contact, mm", "stepgauge"),
         Form("assign", "{local} = {expression}", "own variable", MANUAL, QUIET),
-        Form("nothing", "SPOS={number}", "spindle to an angle", MANUAL, when=START),
+        Form("orient", "SPOS={number}", "spindle to an angle", MANUAL, when=START),
     ),
     comments=(end_of_line(";", MANUAL, "()?!<>"),),
     codes=(
@@ -126,6 +126,10 @@ class Siemens(GCode):
             self.reader.alarm(self.message.removeprefix(ALARM))
         super().stop(block)
 
+    def orient(self, block: Block) -> None:
+        """The spindle, as the option says."""
+        self.reader.once("angle of the spindle", f"{float(block.fields[0]):.10g}")
+
     def synchronise(self, block: Block) -> None:
         """The registers hold."""
         self.synchronised = True
@@ -136,7 +140,7 @@ class Siemens(GCode):
 
     def written(self, block: Block) -> None:
         """A line of the log."""
-        self.reader.log_to(block.fields[0])
+        self.reader.once("log", block.fields[0])
         self.reader.log.append(in_words(self.value(block.fields[1] if len(block.fields) > 1 else "OUT")))
         self.variables["RET"] = 0.0
 
@@ -191,7 +195,7 @@ DIALECTS = (
             "path": "G60",
         },
         comment="; {}",
-        log="{file}",
+        once={"log": "{file}", "angle of the spindle": "{spindle_deg}"},
         options={
             "offset": Option("G54", Choice(("G54", "G55", "G56", "G57", "G500")), "work offset"),
             "spindle_deg": Option("0", Number(-360, 360, "deg"), "angle of the spindle"),
