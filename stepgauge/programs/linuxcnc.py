@@ -98,7 +98,7 @@ class LinuxCNC(GCode):
 
     def open_points(self, block: Block) -> None:
         """From here on every contact is written."""
-        self.reader.once("log", block.fields[0])
+        self.reader.once("log of all contacts", block.fields[0])
         self.opened = True
 
     def close_points(self, block: Block) -> None:
