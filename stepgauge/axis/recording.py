@@ -39,6 +39,8 @@ Between the closest targets of a test, a hundredth of the span, and the scatter 
 at worst a ten thousandth of its travel (10 um in 100 mm): in proportion as far from the one as from the other. It is
 not taken from the gaps between targets: the faces of a step gauge lie in pairs, too.
 """
+APART = 5.0
+"""How many times longer the shortest distance between places is than the longest within one, at least."""
 DIGITS = 12
 """Significant digits of a number: 0.1 um over 100 km."""
 
@@ -106,15 +108,24 @@ class AxisRecording(Shown):
 def places_of(target: Array) -> NDArray[np.intp]:
     """Which place each target is, counted along the axis, ``(n,)``.
 
-    Targets that a reference instrument read are never twice the same: those nearer than :data:`SAME_PLACE` of the span
-    are one place, where that makes repeats of targets that have none.
+    Targets that a reference instrument read are never twice the same. They are one place within the repeatability that
+    shows: the distances between neighbours are of two kinds, those within a place, below :data:`SAME_PLACE` of the
+    span, and those between places, at least :data:`APART` times as long; and that makes repeats of targets that have
+    none. A dense scan, whose distances are of one kind, has as many places as positions.
     """
     values, place = np.unique(target, return_inverse=True)
-    if 2 * len(values) <= len(target) or len(values) < 2:
+    if 2 * len(values) <= len(target) or len(values) < 3:
         return place.ravel()
-    apart = np.diff(values) > SAME_PLACE * float(np.ptp(values))
-    joined = np.concatenate([[0], np.cumsum(apart)])
-    return joined[place.ravel()] if 2 * (joined[-1] + 1) <= len(target) else place.ravel()
+    steps = np.diff(values)
+    sizes = np.sort(steps)
+    within = sizes[:-1] < SAME_PLACE * float(np.ptp(values))
+    if not within.any():
+        return place.ravel()
+    growth = np.where(within, sizes[1:] / sizes[:-1], 0.0)
+    cut = int(growth.argmax())
+    joined = np.concatenate([[0], np.cumsum(steps > sizes[cut])])
+    alike = growth[cut] >= APART and 2 * (joined[-1] + 1) <= len(target)
+    return joined[place.ravel()] if alike else place.ravel()
 
 
 def is_axis_recording(path: str | Path) -> bool:

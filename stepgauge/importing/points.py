@@ -31,6 +31,7 @@ from stepgauge.importing.tables.names import (
 )
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.read import TableLayout, choose_table, read_file
+from stepgauge.importing.tables.rivals import MOST_OF_SPOT
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, comment_lines
 
@@ -101,9 +102,10 @@ def read_points(given: Given, kind: str, layout: TableLayout) -> ProbeLog:
 
 def has_points(given: Given, layout: TableLayout) -> bool:
     """Whether a table names x, y and z, by itself, with constants, or by ``columns`` such as ``x_mm=HEADER``."""
+    bare = replace(layout, columns={})
     try:
-        file = read_file(read_source(given), replace(layout, columns={}), Decisions())
-        named = any(_names_points(one, replace(layout, columns={})) for one in file.tables)
+        tables = read_file(read_source(given), bare, Decisions()).tables
+        named = any(_names_points(one, bare) and not _is_one_spot(one) for one in tables)
     except InputError:
         named = False
     return named or (bool(layout.columns) and set(layout.columns) <= {*POSITION, *DIRECTIONS})
@@ -112,6 +114,12 @@ def has_points(given: Given, layout: TableLayout) -> bool:
 def _names_points(table: Table, layout: TableLayout) -> bool:
     chosen = {name: header for name, header in layout.columns.items() if name in (*POSITION, *DIRECTIONS)}
     return set(POSITION) <= {one.target for one in read_header(table.headers, chosen)}
+
+
+def _is_one_spot(table: Table) -> bool:
+    """Whether x, y and z are those of one spot that was touched again and again: one of them differs, by little."""
+    spans = [np.ptp(table.numbers(one.place)) for one in read_header(table.headers, {}) if one.target in POSITION]
+    return sorted(span > 0.0 for span in spans) == [False, False, True] and max(spans) < MOST_OF_SPOT
 
 
 def _points(table: Table, layout: TableLayout, decisions: Decisions) -> _Points:

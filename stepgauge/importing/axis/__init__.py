@@ -6,7 +6,7 @@ units and targets a recording (:mod:`.build`); what the file states of itself is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +17,13 @@ from stepgauge.importing.axis.build import AxisOptions, build_axis
 from stepgauge.importing.axis.heights import read_heights, reduced
 from stepgauge.importing.axis.long import Long, to_long
 from stepgauge.importing.axis.stated import check_stated
+from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.read import TableLayout, choose_table, read_file
-from stepgauge.importing.tables.rivals import settled_roles
+from stepgauge.importing.tables.rivals import is_text, settled_roles
 from stepgauge.importing.tables.roles import IGNORE, VALUE_ROLES, Role, read_roles
+from stepgauge.importing.tables.scope import named_by_scope
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.recording import comment_lines
 
@@ -57,8 +59,8 @@ def import_axis(given: Given, options: AxisOptions, layout: TableLayout | None =
     with reading(source.name, "table"):
         file = read_file(source, layout, decisions)
         table = choose_table(file, lambda one: _has_readings(one, layout), layout, source.name, decisions)
-        table = _named(table, decisions)
-        roles = settled_roles(table, layout.columns, decisions)
+        table = _named(named_by_scope(table), decisions)
+        roles = settled_roles(table, layout, decisions)
         _check_chosen(table, roles, layout)
         found = to_long(table, roles, options.missing, decisions)
         recording = build_axis(found, table, options, decisions)
@@ -81,13 +83,27 @@ def _has_readings(table: Table, layout: TableLayout) -> bool:
 
 
 def _named(table: Table, decisions: Decisions) -> Table:
-    """The table, whose columns must have names."""
-    if not any(table.headers):
-        expected = naming("header", words='{} "target_mm,reading_mm": the names of all columns with their units')
-        what, found = "no row above the numbers names the columns", f"{len(table.headers)} columns"
-        decisions.ask(table.at(0), what, expected, found)
-        decisions.settle()
+    """The table, whose columns must have names: a number and times alone need none."""
+    if any(table.headers):
+        return table
+    width = max(len(row) for row in table.rows)
+    kinds = [_content(table, place) for place in range(width)]
+    if kinds.count("reading") == 1:
+        decisions.take("no header: the only numbers that are no times are taken as the readings")
+        return replace(table, headers=kinds, units=[None] * width)
+    expected = naming("header", words='{} "target_mm,reading_mm": the names of all columns with their units')
+    what, found = "no row above the numbers names the columns", f"{len(table.headers)} columns"
+    decisions.ask(table.at(0), what, expected, found)
+    decisions.settle()
     return table
+
+
+def _content(table: Table, place: int) -> str:
+    """What a column without a name holds: times, text, or numbers."""
+    cells = [cell for cell in table.cells(place)[:100] if cell != ""]
+    if cells and all(not isinstance(cell, str | float) or is_moment(cell) for cell in cells):
+        return "time"
+    return "name" if is_text(table, place) else "reading"
 
 
 def _date(found: Long) -> dict[str, str]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stepgauge.axis.recording import OWN, STATIONS, AxisRecording, places_of
 from stepgauge.axis.units import AxisUnits, base_of, plain_name
 from stepgauge.errors import InputError, naming
-from stepgauge.files.units import ANGLE_DEG, LENGTH_MM, Unit, unit_hint
+from stepgauge.files.units import ANGLE_DEG, LENGTH_MM, Unit, find_unit, unit_hint
 from stepgauge.importing.axis.long import Long
 from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
@@ -27,6 +27,7 @@ from stepgauge.importing.tables.roles import CORRECTION, DEVIATION, DEVIATIONS, 
 Array = NDArray[np.float64]
 Known = TypeVar("Known")
 UNIT_RATIOS = [a / b for units in (LENGTH_MM, ANGLE_DEG) for a in units.values() for b in units.values() if a != b]
+_UNITS = ("units", "unit", "einheit", "einheiten")
 NEAR_ONE = min(abs(ratio - 1.0) for ratio in UNIT_RATIOS) / 2.0
 """Slope of readings against targets: within this of one.
 
@@ -146,6 +147,7 @@ def _units(
     stated = found.target_unit if of_axis else found.value_unit
     if stated is None and role == READING:
         stated = found.value_unit
+    stated = stated or _of_file(found, table)
     if stated is None and options.targets is not None and options.targets.gauge:
         asked = asked or "mm"
     name = _settled_unit(table, "unit", options.unit, stated) or asked
@@ -160,6 +162,16 @@ def _units(
         expected = naming("deviation_unit", words="{} um (mm, uin, arcsec, ..)")
         decisions.ask(table.path, "the unit of the deviations is not stated", expected, found.value_header)
     return AxisUnits.of(name, deviation) if name else None
+
+
+def _of_file(found: Long, table: Table) -> Unit | None:
+    """The unit of all lengths that the file states beside the table, or in a column of its own."""
+    texts = [table.facts[key] for key in _UNITS if key in table.facts]
+    for place, header in enumerate(table.headers):
+        cells = {str(cell).strip() for cell in table.cells(place)} if header.strip().casefold() in _UNITS else set()
+        texts += cells if len(cells) == 1 else []
+    units = [find_unit(text) for text in texts]
+    return next((one for one in units if one is not None and one.quantity in ("length", "angle")), None)
 
 
 def _settled_unit(table: Table, option: str, asked: str | None, stated: Unit | None) -> str | None:

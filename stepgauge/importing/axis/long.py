@@ -116,13 +116,28 @@ def _taken(
     own = np.repeat(np.arange(len(columns)), [len(rows) for rows, _ in picked])
     stated = np.array([column.label.way for column in columns])[own]
     way = np.where(stated != 0, stated, _of_rows(table, roles, WAY, titles)[row])
-    cycle, value = of_rows[row], np.concatenate([values for _, values in picked])
+    cycle, value = (
+        of_rows[row],
+        np.concatenate(
+            [values * _to_first(table, column, columns[0]) for column, (_, values) in zip(columns, picked, strict=True)]
+        ),
+    )
     if len(columns) == 1:
         return row, value, way, cycle
     of_columns = np.array(_column_cycles(columns))
     cycle = np.where(cycle > 0, (cycle - 1) * of_columns.max() + of_columns[own], 0)
     order = np.argsort(first[row], kind="stable")
     return row[order], value[order], way[order], cycle[order]
+
+
+def _to_first(table: Table, column: Role, first: Role) -> float:
+    """What turns numbers of a column into the unit of the first one of a wide table."""
+    if column.unit == first.unit:
+        return 1.0
+    if column.unit is None or first.unit is None or column.unit.quantity != first.unit.quantity:
+        found, expected = f"{first.header!r} and {column.header!r}", "the unit in the name of every column, or of none"
+        raise InputError(table.path, "columns of readings have other units, or none", found=found, expected=expected)
+    return column.unit.factor / first.unit.factor
 
 
 def _sweeps(table: Table, roles: Sequence[Role], columns: Sequence[Role], titles: Sequence[Label]) -> Whole:
@@ -274,7 +289,8 @@ def _of_rows(table: Table, roles: Sequence[Role], role: str, titles: Sequence[La
     cells = table.cells(column.place)
     if role != WAY:
         labels = [parse_label(str(int(c)) if isinstance(c, float) else str(c)).cycle for c in cells]
-        return np.array(labels if all(labels) else np.unique([str(c) for c in cells], return_inverse=True)[1] + 1)
+        numbers = np.array(labels if all(labels) else np.unique([str(c) for c in cells], return_inverse=True)[1] + 1)
+        return numbers if np.ptp(numbers) else np.ones(len(cells), np.int64)
     ways = [(int(np.sign(c)) if abs(c) == 1.0 else 0) if isinstance(c, float) else _way(str(c)) for c in cells]
     if not all(ways):
         row = ways.index(0)

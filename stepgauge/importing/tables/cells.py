@@ -25,8 +25,8 @@ from stepgauge.importing.tables.source import Source
 Cell = str | float | datetime.datetime | datetime.time | datetime.timedelta
 DELIMITERS = {"semicolon": ";", "tab": "\t", "bar": "|", "comma": ","}
 """Names of the delimiters, in the order in which they are tried: a comma may be a decimal mark."""
-SPACES = {"spaces": r"\s{2,}", "space": r"\s+"}
-"""The same for columns that are set apart by white space, as patterns."""
+SPACES = {"spaces": r"\s{2,}", "space": r"\s+", "every space": r"\s+(?#)"}
+"""The same for columns that are set apart by white space, as patterns: in the last, date and time of day are two."""
 FIXED = "fixed width"
 _DATE_AND_TIME = re.compile(r"(\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}) +(\d{1,2}:\d\d)")
 _RULE = re.compile(r"[\s|:+=_-]*[-=_]{3}[\s|:+=_-]*")
@@ -88,10 +88,10 @@ def is_remark(line: str) -> bool:
     return line.lstrip().startswith(COMMENT_MARKS)
 
 
-def read_text_cells(source: Source, delimiter: str | None, decisions: Decisions) -> Cells:
+def read_text_cells(source: Source, delimiter: str | None, decisions: Decisions, columns: int | None = None) -> Cells:
     """Rows of a text; the delimiter is the one given, that of a ``sep=`` line, or the one that divides it best.
 
-    :class:`InputError` for a text without rows.
+    ``columns``: how many there are, where that is known. :class:`InputError` for a text without rows.
     """
     text, encoding = source.decoded
     head, middle, tail = _parted(text)
@@ -102,7 +102,7 @@ def read_text_cells(source: Source, delimiter: str | None, decisions: Decisions)
     rows = [n for n, line in enumerate(lines) if line.strip() and not is_remark(line) and not _RULE.fullmatch(line)]
     if not rows:
         raise InputError(source.name, "the table is empty", expected="a header, and rows of numbers")
-    split = _splitter(source.name, [lines[n] for n in rows], delimiter, decisions)
+    split = _splitter([lines[n] for n in rows], delimiter, columns, decisions)
     cells = split([lines[n] for n in rows])
     in_head = sum(n < len(head) for n in rows)
     bulk = _bulk(middle, split.mark, cells, in_head, len(head) + 1) if middle else None
@@ -172,8 +172,9 @@ class Splitter:
             spans = list(zip(self.edges, [*self.edges[1:], None], strict=True))
             return [[line.expandtabs()[a:b].strip() for a, b in spans] for line in lines]
         if self.mark in SPACES.values():
+            joined = _joined if self.mark != SPACES["every space"] else str.strip
             return [
-                [cell.replace("_", " ") if is_moment(cell) else cell for cell in re.split(self.mark, _joined(line))]
+                [cell.replace("_", " ") if is_moment(cell) else cell for cell in re.split(self.mark, joined(line))]
                 for line in lines
             ]
         if self.mark == "|":
@@ -192,7 +193,7 @@ def _is_ruled(line: str) -> bool:
     return line.strip().startswith("|") and line.strip().endswith("|")
 
 
-def _splitter(path: str, lines: Sequence[str], delimiter: str | None, decisions: Decisions) -> Splitter:
+def _splitter(lines: Sequence[str], delimiter: str | None, columns: int | None, decisions: Decisions) -> Splitter:
     """The mark that divides best, and those that divide nearly as well."""
     if delimiter is not None:
         name = next((name for name, mark in DELIMITERS.items() if mark == delimiter), repr(delimiter))
@@ -201,7 +202,7 @@ def _splitter(path: str, lines: Sequence[str], delimiter: str | None, decisions:
     known = [Splitter(mark, name) for name, mark in (DELIMITERS | SPACES).items()]
     edges = _edges(sample)
     known += [Splitter(FIXED, FIXED, edges)] if len(edges) > 1 else []
-    rated = [(*_rating(one, lines, sample), -n) for n, one in enumerate(known)]
+    rated = [(*_rating(one, lines, sample, columns), -n) for n, one in enumerate(known)]
     best = max(range(len(known)), key=lambda n: rated[n])
     for n, one in enumerate(known):
         if n != best and rated[n][0] >= CLOSE * rated[best][0] > 0.0:
@@ -209,15 +210,18 @@ def _splitter(path: str, lines: Sequence[str], delimiter: str | None, decisions:
     return known[best]
 
 
-def _rating(split: Splitter, lines: Sequence[str], sample: Sequence[str]) -> tuple[float, bool]:
-    """How many rows a mark makes alike and of numbers, and whether it divides the header alike."""
+def _rating(split: Splitter, lines: Sequence[str], sample: Sequence[str], columns: int | None) -> tuple[float, bool]:
+    """How many rows a mark makes alike and of numbers, and whether it divides the header alike.
+
+    A mark that makes another number of ``columns`` than there are is rated low.
+    """
     rows = [row for row in split(sample) if 2 * sum(map(_tells, row)) >= sum(cell != "" for cell in row) > 0]
     if not rows:
         return 0.0, False
     width = Counter(map(len, rows)).most_common(1)[0][0]
     even = [row for row in rows if len(row) == width]
     filled = [cell for row in even for cell in row if cell != ""]
-    rating = len(even) * sum(map(_tells, filled)) / max(len(filled), 1)
+    rating = len(even) * sum(map(_tells, filled)) / max(len(filled), 1) * (0.1 if columns not in (None, width) else 1.0)
     head = split(lines[:SAMPLE])
     first = next((n for n, row in enumerate(head) if 2 * sum(map(_tells, row)) >= len(row)), 0)
     heads = split(lines[max(first - 3, 0) : first])

@@ -1,13 +1,15 @@
-"""Lines in which numbers stand beside their names, as consoles of machines print them -> rows of cells.
+"""Lines in which numbers stand beside their names, as consoles and measuring logs have them -> rows of cells.
 
-``Bed X: 110.00 Y: 110.00 Z: 1.234``, ``// probe at 150.0,150.0 is z=2.457``: lines that are alike but for their numbers
-are rows, and the word before a number names its column.
+``Bed X: 110.00 Y: 110.00 Z: 1.234``, ``// probe at 150.0,150.0 is z=2.457``, ``Stopped at height 2.5 mm``: lines that
+are alike but for their numbers are rows, and the word before a number names its column. Lines ``ACTUAL VALUE : 10.002``
+whose names come again in the same order are the cells of one row.
 """
 
 from __future__ import annotations
 
 import re
 from collections import defaultdict
+from dataclasses import dataclass
 from itertools import islice
 
 from stepgauge.importing.tables.cells import Cell, Cells
@@ -15,44 +17,74 @@ from stepgauge.importing.tables.clock import stamp_in
 from stepgauge.importing.tables.source import Source
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_NAMED = re.compile(rf"([A-Za-z][A-Za-z_]*)\s*[:=]\s*({_NUMBER})(?=\s|,|;|$|[a-zµ%°\])])")
-_ANY = re.compile(rf"(?<![\w.])({_NUMBER})(?![\w.])")
+_NAMED = re.compile(rf"[A-Za-z][\w ]*?\s*[:=]\s*{_NUMBER}(?=\s|,|;|$|[a-zµ%°\])])")
+_ALONE = re.compile(rf"(\s*[A-Za-z][A-Za-z ]+?) {_NUMBER}( (?:mm|um|in))?\s*")
+_ONE = re.compile(rf"\s*([A-Za-z][\w .()/]*?)\s*[:=]\s*({_NUMBER})\s*(?:mm|um|in)?\s*")
+_ANY = re.compile(rf"(?<![\w.])({_NUMBER})(?![\w.])|(?<=[:=])({_NUMBER})(?![\w.])")
+_POSITION = re.compile(r"\bCount [XA]:")
+"""A report of where a machine stands, which is no reading."""
 FEWEST = 3
 """Lines alike from which they are rows."""
 LOOKED_AT = 5_000
 """Lines among which they are looked for first."""
 
 
+@dataclass(frozen=True)
+class _Lines:
+    """Lines that are alike: the names of their numbers; number, values and time of each; and whether they carry one."""
+
+    names: tuple[str, ...]
+    rows: list[tuple[int, list[str], str | None]]
+
+
 def console_cells(source: Source) -> Cells | None:
     """The rows of such lines; None for a text that has none, or more of other numbers."""
     text, encoding = source.decoded
     first = list(islice(text.split("\n"), LOOKED_AT))
-    alike = _alike(first)
-    if len(alike[1]) < FEWEST or 2 * len(alike[1]) < sum(bool(_ANY.search(_bare(line))) for line in first):
-        return None
-    shape, rows = _alike(text.splitlines())
-    found: list[list[Cell]] = [[*shape, "time"] if all(stamp for _, _, stamp in rows) else [*shape]]
-    for _, values, stamp in rows:
-        found.append([*values, *([stamp] if "time" in found[0] and stamp else [])])
-    lines = [rows[0][0], *(line for line, _, _ in rows)]
-    note = f"{encoding}, lines of a console like {', '.join(shape)}"
-    return Cells(source.name, found, lines, [], text.count("\n") + 1 - len(rows), (note,))
+    numbers = sum(bool(_ANY.search(_bare(line))) and not _POSITION.search(line) for line in first)
+    for find in (_blocks, _alike):
+        found = find(first)
+        per_row = len(found.names) if find is _blocks else 1
+        if len(found.rows) >= FEWEST and 2 * per_row * len(found.rows) >= numbers:
+            return _as_cells(source.name, find(text.splitlines()), encoding, text.count("\n") + 1)
+    return None
 
 
-def _alike(lines: list[str]) -> tuple[tuple[str, ...], list[tuple[int, list[str], str | None]]]:
-    """The names in the most frequent lines, and number, values and time of each of these."""
+def _as_cells(path: str, found: _Lines, encoding: str, count: int) -> Cells:
+    timed = all(stamp for _, _, stamp in found.rows)
+    rows: list[list[Cell]] = [[*found.names, *["time"] * timed]]
+    rows += [[*values, *([stamp] if timed and stamp else [])] for _, values, stamp in found.rows]
+    lines = [found.rows[0][0], *(line for line, _, _ in found.rows)]
+    note = f"{encoding}, lines of a console with {', '.join(found.names)}"
+    return Cells(path, rows, lines, [], count - len(found.rows), (note,))
+
+
+def _blocks(lines: list[str]) -> _Lines:
+    """Rows of names that stand below one another, and come again in the same order."""
+    found = [(n, match) for n, line in enumerate(lines, 1) if (match := _ONE.fullmatch(line))]
+    names = [match[1] for _, match in found]
+    width = names[1:].index(names[0]) + 1 if len(names) > 1 and names[0] in names[1:] else 0
+    if width < 2 or len(names) % width or names != names[:width] * (len(names) // width):
+        return _Lines((), [])
+    starts = range(0, len(found), width)
+    return _Lines(tuple(names[:width]), [(found[n][0], [m[2] for _, m in found[n : n + width]], None) for n in starts])
+
+
+def _alike(lines: list[str]) -> _Lines:
+    """The most frequent lines that are alike but for their numbers."""
     shapes: dict[tuple[str, ...], list[tuple[int, list[str], str | None]]] = defaultdict(list)
     for number, line in enumerate(lines, 1):
         bare, stamp = _bare(line), stamp_in(line)
-        if not _NAMED.search(bare):
+        if not (_NAMED.search(bare) or _ALONE.fullmatch(bare)) or _POSITION.search(bare):
             continue
         names, values = list[str](), list[str]()
         for match in _ANY.finditer(bare):
             before = re.findall(r"[A-Za-z]\w*", bare[: match.start()])
             names.append(before[-1] if before else "")
-            values.append(match[1])
+            values.append(match[0])
         shapes[tuple(_numbered(names))].append((number, values, stamp))
-    return max(shapes.items(), key=lambda one: len(one[1]), default=((), []))
+    names_of, rows = max(shapes.items(), key=lambda one: len(one[1]), default=((), []))
+    return _Lines(_places(names_of), rows)
 
 
 def _bare(line: str) -> str:
@@ -64,3 +96,8 @@ def _bare(line: str) -> str:
 def _numbered(names: list[str]) -> list[str]:
     """Names of which those that come again carry a number."""
     return [f"{name} {names[:n].count(name) + 1}" if name in names[:n] else name for n, name in enumerate(names)]
+
+
+def _places(names: tuple[str, ...]) -> tuple[str, ...]:
+    """The two numbers behind ``at`` are coordinates."""
+    return tuple({"at": "x", "at 2": "y"}.get(name, name) if "at 2" in names else name for name in names)

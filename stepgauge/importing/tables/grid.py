@@ -109,12 +109,21 @@ def find_tables(cells: Cells, decimal: str | None, header: str | None, decisions
 
     :class:`InputError` where there are no numbers, or a number is missing among others.
     """
-    found = [_table(cells, part, decimal, header, decisions) for part in _parts(cells)]
+    found = list[Table]()
+    parts = _parts(cells)
+    if not parts:
+        raise InputError(cells.path, "no table of numbers is found", expected="a row of numbers per reading")
+    for part in sorted(parts, key=lambda one: one.first - one.end):
+        try:
+            found.append(_table(cells, part, decimal, header, decisions if not found else Decisions()))
+        except InputError:
+            if not found:  # else it is a list of other things beside the table
+                raise
     return sorted(found, key=lambda one: -len(one) * max(sum(map(bool, one.headers)), 1))
 
 
-def _parts(cells: Cells) -> list[tuple[int, int, str]]:
-    """First row (with its header), row behind the last one, and the kind of rows, of every table of a file."""
+def _parts(cells: Cells) -> list[_Run]:
+    """The tables of a file, each from the end of the one before it on."""
     kinds = [_kind(row) for row in cells.rows]
     runs: list[_Run] = []
     for n, kind in enumerate(kinds):
@@ -124,23 +133,26 @@ def _parts(cells: Cells) -> list[tuple[int, int, str]]:
             runs[-1] = replace(runs[-1], end=n + 1, width=max(runs[-1].width, len(kind)))
         else:
             runs.append(_Run(n, n + 1, len(kind)))
-    several = [one for one in runs if one.end - one.first > 1]
-    parts, end = list[tuple[int, int, str]](), 0
-    for run in several or runs[:1]:
-        parts.append((end, run.end, _frequent_kind(kinds[run.first : run.end])))
-        end = run.end
-    if not parts:
-        raise InputError(cells.path, "no table of numbers is found", expected="a row of numbers per reading")
-    return parts
+    runs = [one for one in runs if one.end - one.first > 1] or runs[:1]
+    starts = [0, *(one.end for one in runs)]
+    return [
+        replace(one, start=start, kind=_frequent_kind(kinds[one.first : one.end]))
+        for one, start in zip(runs, starts, strict=False)
+    ]
 
 
 @dataclass(frozen=True)
 class _Run:
-    """Rows of numbers that belong together: the first one, the row behind the last one, and their widest."""
+    """Rows of numbers that belong together: the first one, the row behind the last one, and their widest.
+
+    ``start``: from where what stands above them is theirs; ``kind``: what is in their columns (:func:`_kind`).
+    """
 
     first: int
     end: int
     width: int
+    start: int = 0
+    kind: str = ""
 
 
 def _goes_on(cells: Cells, run: _Run, n: int, width: int) -> bool:
@@ -165,17 +177,15 @@ def _is_of_numbers(kind: str) -> bool:
     return 2 * kind.count("n") >= len(kind.replace("e", "")) > 0
 
 
-def _table(
-    cells: Cells, part: tuple[int, int, str], decimal: str | None, header: str | None, decisions: Decisions
-) -> Table:
-    start, end, kind = part
-    body = [n for n in range(start, end) if _fits(cells.rows[n], kind)]
+def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, decisions: Decisions) -> Table:
+    start, kind = part.start, part.kind
+    body = [n for n in range(part.first, part.end) if _fits(cells.rows[n], kind)]
     if not body:
         raise InputError(cells.path, "no table of numbers is found", expected="a row of numbers per reading")
     first, last = body[0], body[-1]
     _check_left_out(cells, first, last, len(kind))
     names, unit_row, above = ([], [], first) if header else _header(cells, first, len(kind), start)
-    headers = _split_header(header) if header else names or _commented(cells, len(kind))
+    headers = split_names(header) if header else names or _commented(cells, len(kind))
     titles, block = _titles(cells, body, names, kind, above)
     units = [find_unit(text.strip("[]()")) if text else None for text in unit_row] + [None] * len(headers)
     rows, lines = [list(cells.rows[n]) for n in body], [cells.lines[n] for n in body]
@@ -325,7 +335,8 @@ def _commented(cells: Cells, width: int) -> list[str]:
     return []
 
 
-def _split_header(text: str) -> list[str]:
+def split_names(text: str) -> list[str]:
+    """The names of columns in one text, divided by semicolons or commas."""
     return [name.strip() for name in text.split(";" if ";" in text else ",")]
 
 
@@ -336,7 +347,7 @@ def _titles(
     cells: Cells, body: Sequence[int], header: Sequence[str], kind: str, above: int
 ) -> tuple[list[str], list[int]]:
     """The lines above the blocks of numbers, and the number of the block of every row."""
-    first = _title(cells, above - 1, header, kind) if above else ""
+    first = " ".join(_text(cell) for cell in cells.rows[above - 1] if cell != "") if above else ""
     titles, block, inside = [first], [], set(body)
     fresh = False
     for n in range(body[0], body[-1] + 1):

@@ -10,7 +10,7 @@ import numpy as np
 from stepgauge.errors import InputError, Naming, naming
 from stepgauge.importing.tables.cells import Cells, read_text_cells
 from stepgauge.importing.tables.console import console_cells
-from stepgauge.importing.tables.grid import Table, find_tables
+from stepgauge.importing.tables.grid import Table, find_tables, split_names
 from stepgauge.importing.tables.laserfile import is_laser_file, read_laser_file
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.records import frame_cells, is_json, read_json_cells
@@ -61,7 +61,7 @@ def read_file(source: Source, layout: TableLayout, decisions: Decisions) -> File
         return File([table], (), 0, ("file of laser software with targets and deviations",))
     cells = turned(_cells(source, layout, decisions))
     tables = find_tables(cells, layout.decimal, layout.header, decisions)
-    tables = [_kept(one.with_constants(layout.constants), layout.rows) for one in tables]
+    tables = [one.with_constants(layout.constants) for one in tables]
     mark = f"decimal {'comma' if tables[0].decimal == ',' else 'point'}"
     return File(tables, cells.comments, cells.blank + len(cells.comments), (*cells.notes, mark))
 
@@ -73,7 +73,8 @@ def _cells(source: Source, layout: TableLayout, decisions: Decisions) -> Cells:
         return read_workbook_cells(source, layout.sheet)
     if is_json(source.decoded[0]):
         return read_json_cells(source)
-    return console_cells(source) or read_text_cells(source, layout.delimiter, decisions)
+    columns = None if layout.header is None else len(split_names(layout.header))
+    return console_cells(source) or read_text_cells(source, layout.delimiter, decisions, columns)
 
 
 def choose_table(
@@ -84,7 +85,7 @@ def choose_table(
     if layout.table is not None:
         if not 1 <= layout.table <= len(ordered):
             raise InputError(naming("table"), "there is no such table", found=layout.table, expected=_listed(ordered))
-        return ordered[layout.table - 1]
+        return _kept(ordered[layout.table - 1], layout.rows)
     fit = [one for one in file.tables if usable(one)]
     if len(fit) > 1:
         decisions.ask(path, "the file has several tables", Naming(("table",), f"{{}} N: {_listed(ordered)}"))
@@ -92,7 +93,7 @@ def choose_table(
     for one in file.tables:
         if one is not chosen:
             decisions.reject(f"the table at {one.at(0)}", "it lacks the columns" if one not in fit else "several")
-    return chosen
+    return _kept(chosen, layout.rows)
 
 
 def _listed(tables: Sequence[Table]) -> str:
@@ -102,6 +103,8 @@ def _listed(tables: Sequence[Table]) -> str:
 def _kept(table: Table, chosen: Sequence[str]) -> Table:
     """The rows with a text in the column that is named, else in any; or in the title of their block."""
     for given in chosen:
+        if given.endswith("=*"):
+            continue
         header, equals, text = given.partition("=")
         places = [place for place, one in enumerate(table.headers) if equals and one.strip() == header.strip()]
         text = text if places or (equals and header.strip() == "title") else given

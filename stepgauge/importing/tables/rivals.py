@@ -18,11 +18,13 @@ from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.labels import LABEL, parse_label, way_of
 from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.roles import (
     CYCLE,
     DROPPED,
     FROM,
     PLACEMENT,
+    READING,
     TARGET,
     TIME,
     VALUE_ROLES,
@@ -43,17 +45,22 @@ _OF_TOLERANCE = "ok nok nio io i.o. n.i.o. pass fail passed failed in out - ja n
 _KINDS, _VERDICTS = frozenset(_OF_KINDS.split()), frozenset(_OF_TOLERANCE.split())
 """Names of columns that may say of what kind a row is, also by numbers; and words on a tolerance, which say nothing of
 what was measured."""
+_COORDINATES = ("x", "y", "z", "height")
+MOST_OF_SPOT = 1.0
+"""Span, in the unit of a table, of the readings of one spot where other coordinates stand beside them."""
 MOST_SHOWN = 4
 
 
-def settled_roles(table: Table, chosen: Mapping[str, str], decisions: Decisions) -> list[Role]:
+def settled_roles(table: Table, layout: TableLayout, decisions: Decisions) -> list[Role]:
     """The role of every column; what names and numbers leave open is asked."""
+    chosen = layout.columns
     roles = read_roles(table.headers, table.units, chosen)
     roles = [_by_content(table, one) for one in roles]
     roles = _without_copies(table, roles, decisions)
     roles = _one_target(table, roles, chosen, decisions)
+    roles = _one_coordinate(table, roles, decisions)
     roles = _with_vacant(table, roles, chosen, decisions)
-    _check_kinds(table, roles, chosen, decisions)
+    _check_kinds(table, roles, layout, decisions)
     return roles
 
 
@@ -87,7 +94,8 @@ def _without_copies(table: Table, roles: list[Role], decisions: Decisions) -> li
     seen: dict[tuple[str, bytes], Role] = {}
     found = []
     for one in roles:
-        key = (one.header.casefold(), table.numbers(one.place).tobytes()) if one.role not in (None, DROPPED) else None
+        numbers = table.numbers(one.place) if one.role not in (None, DROPPED) else np.array([np.nan])
+        key = None if np.isnan(numbers).all() else (one.header.casefold(), numbers.tobytes())
         first = one if key is None else seen.setdefault(key, one)
         if first is not one:
             decisions.reject(f"column {one.place + 1}, {one.header!r}", f"a copy of column {first.place + 1}")
@@ -110,6 +118,8 @@ def _one_target(table: Table, roles: list[Role], chosen: Mapping[str, str], deci
         why = f"{first.header!r} goes with {values[0].header!r}"
     elif alike:
         why = f"the same numbers as {first.header!r}"
+    elif len(ends) > 1 and all(remainder(split_name(one.header)[0]) in ends for one in targets):
+        why = "which one, shows with the reading"
     else:
         why = "asked"
         names = " and ".join(repr(one.header) for one in targets[:MOST_SHOWN])
@@ -129,6 +139,21 @@ def _called(one: Role) -> str:
 
 
 # roles that no name fills
+
+
+def _one_coordinate(table: Table, roles: list[Role], decisions: Decisions) -> list[Role]:
+    """Of coordinates of one spot that was touched again and again, the one that differs is the reading."""
+    if any(one.role in (*VALUE_ROLES, TARGET, FROM) for one in roles):
+        return roles
+    places = [one for one in roles if one.role is None and split_name(one.header)[0].casefold() in _COORDINATES]
+    spans = {one.place: float(np.ptp(table.numbers(one.place))) for one in places}
+    moving = [one for one in places if spans[one.place] != 0.0]
+    if len(moving) != 1 or not spans[moving[0].place] < MOST_OF_SPOT:
+        return roles
+    decisions.take(f"{moving[0].header!r} is taken as the reading: the other coordinates are the same in every row")
+    fixed = {one.place for one in places} - {moving[0].place}
+    roles = [replace(one, role=READING) if one is moving[0] else one for one in roles]
+    return [replace(one, role=DROPPED) if one.place in fixed else one for one in roles]
 
 
 def _with_vacant(table: Table, roles: list[Role], chosen: Mapping[str, str], decisions: Decisions) -> list[Role]:
@@ -165,11 +190,12 @@ def _may_be_place(table: Table, one: Role) -> bool:
 # what tells rows apart
 
 
-def _check_kinds(table: Table, roles: Sequence[Role], chosen: Mapping[str, str], decisions: Decisions) -> None:
+def _check_kinds(table: Table, roles: Sequence[Role], layout: TableLayout, decisions: Decisions) -> None:
     """A column, or titles of blocks, by which rows are of different kinds: one recording is of one kind."""
+    every = {one.removesuffix("=*").strip() for one in layout.rows if one.endswith("=*")}
     target = next((table.numbers(one.place) for one in roles if one.role == TARGET), None)
     for one in roles:
-        if one.role not in (None, DROPPED) or one.place in _ignored(roles, chosen):
+        if one.role not in (None, DROPPED) or one.place in _ignored(roles, layout.columns) or _called(one) in every:
             continue
         cells = _kinds_in(table, one)
         if cells is not None and not _names_targets(cells, target):
@@ -178,13 +204,8 @@ def _check_kinds(table: Table, roles: Sequence[Role], chosen: Mapping[str, str],
     sizes = np.unique(table.block, return_counts=True)[1]
     labelled = all(parse_label(title) != LABEL for title in titles if title)
     known = any(one.role in (CYCLE, WAY, PLACEMENT) for one in roles)
-    if (
-        len({*titles}) > 1
-        and not labelled
-        and sizes.min() > 1
-        and not known
-        and "title" not in chosen.get("ignore", "")
-    ):
+    asked = len(set(titles)) > 1 and not labelled and sizes.min() > 1 and not known
+    if asked and "title" not in every:
         _ask_rows(table, "the lines above the blocks", list(dict.fromkeys(filter(None, titles))), "title", decisions)
 
 
@@ -216,6 +237,6 @@ def _names_targets(texts: Sequence[str], target: Array | None) -> bool:
 
 def _ask_rows(table: Table, where: str, texts: Sequence[str], name: str, decisions: Decisions) -> None:
     what = f"rows are of several kinds, by {where}"
-    words = f'{{}} "{texts[0]}" for the rows of one kind, or {{}} ignore="{name}" if it says nothing'
+    words = f'{{}} "{texts[0]}" for the rows of one kind, or {{}} "{name}=*" for all of them'
     found = ", ".join(texts[:MOST_SHOWN]) + (f" and {len(texts) - MOST_SHOWN} more" if len(texts) > MOST_SHOWN else "")
-    decisions.ask(table.path, what, naming("rows", "columns", words=words), found)
+    decisions.ask(table.path, what, naming("rows", "rows", words=words), found)

@@ -29,9 +29,9 @@ READING_OR_DEVIATION = "values"
 """Columns of cycles that are not named as readings or as deviations: their size tells."""
 VALUE_ROLES = (*VALUES, READING_OR_DEVIATION)
 _WORDS = {
-    TARGET: """target targets nominal command commanded cmd demand demanded setpoint set soll sollwert sollposition
-        zielposition ziel reference ref referenz standard normal true certified calibrated nennwert nennmass konsigne
-        consigne theoretical stellung winkelstellung step masstab vorgabe""",
+    TARGET: """target targets nominal nom theo command commanded cmd demand demanded setpoint set soll sollwert
+        sollposition zielposition ziel reference ref referenz standard normal true certified calibrated nennwert
+        nennmass konsigne consigne theoretical sollmass stellung winkelstellung step masstab vorgabe""",
     DEVIATION: """deviation deviations dev error errors err abweichung abweichungen fehler diff difference differenz
         delta residual ecart erreur""",
     READING: """reading readings read measured measurement meas actual act indicated indication indicator display
