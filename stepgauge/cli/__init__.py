@@ -185,7 +185,7 @@ def _run(command: click.Command, name: str, arguments: list[str] | None) -> None
         _complain(name, "interrupted")
         sys.exit(130)
     except InputError as error:
-        _complain(name, error.as_typed())
+        _complain(name, error.as_typed(), error.longest)
         sys.exit(2)
     except OSError as error:
         _complain(name, f"{error.filename or 'file system'}: {error.strerror or error}")
@@ -210,5 +210,5 @@ def show_and_run(*arguments: object) -> int:
     return cli.main(args=words, prog_name="stepgauge", standalone_mode=False) or 0
 
 
-def _complain(name: str, message: str) -> None:
-    click.echo(f"{name}: error: {one_line(message)}", err=True)
+def _complain(name: str, message: str, longest: int = LONGEST) -> None:
+    click.echo(f"{name}: error: {one_line(message, longest)}", err=True)

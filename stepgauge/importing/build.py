@@ -34,6 +34,8 @@ CLEAR = 0.25
 """Points are at the surface, or a tip radius before it, if they are nearer to that than this share of the radius."""
 SURFACE_MM = 0.1
 """Points nearer to their faces than the smallest tip radius are surface points."""
+ONE_AXIS = 0.7
+"""Smallest cosine between approaches of one placement: two placements are at right angles, or in diagonals."""
 SAME_K = 0.05
 """Difference of a stated temperature from the recorded ones within which it is the same, rounded."""
 
@@ -129,6 +131,8 @@ def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) ->
                 words="{} and {} (faces follow from the positions), and {} where it is known",
             ),
         )
+    log, placements = _with_placements(log)
+    assert log.approach is not None
     radius = options.tip_radius_mm or log.tip_radius_mm
     found = _is_surface(log, _width_radius_mm(log, gauge), options, radius)
     surface = bool(found)
@@ -139,7 +143,7 @@ def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) ->
     words = (
         _surface_words(surface, radius, log) if found is not None else ["points are taken as tip centres (not stated)"]
     )
-    report = [f"{log.form}: {len(log)} rows, faces as stated", *words]
+    report = [f"{log.form}: {len(log)} rows, faces as stated", *placements, *words]
     return _finish(log, frame, gauge, radius, {}, [*report, *log.mapped, *_dropped(log)])
 
 
@@ -252,12 +256,28 @@ def _certified(face: Array, gauge: Gauge) -> Array:
     return gauge.position_mm[face[known].astype(int) - 1] if known.any() else np.zeros(1)
 
 
+def _with_placements(log: ProbeLog) -> tuple[ProbeLog, list[str]]:
+    """The log with its placements counted, where it states none and its approaches turn to another axis; and words."""
+    assert log.approach is not None
+    turns = np.abs(np.einsum("ij,ij->i", log.approach[1:], log.approach[:-1])) < ONE_AXIS
+    if "placement" in log.columns or not turns.any():
+        return log, []
+    number = 1 + np.cumsum(np.r_[False, turns])
+    words = f"placements: {number[-1]}, counted by the axes of the approaches (the file states none)"
+    return replace(log, columns={**log.columns, "placement": number}), [words]
+
+
 def _width_radius_mm(log: ProbeLog, gauge: Gauge | None) -> float:
     """Half of how much wider than certified the blocks are read: the tip radius for tip centres; NaN if unknown."""
     face = log.columns["face"].astype(np.int64)
     sides = [face % 2 == side for side in (1, 0)]
     if gauge is None or log.approach is None or face.max() > gauge.n_faces or not all(side.any() for side in sides):
         return float("nan")
+    first = log.columns.get("placement", face) == log.columns.get("placement", face)[0]
+    if "placement" in log.columns and not first.all():  # the blocks are as wide in every placement
+        own = {name: values[first] for name, values in log.columns.items()}
+        return _width_radius_mm(replace(log, position_mm=log.position_mm[first], approach=log.approach[first],
+                                        columns=own), gauge)  # fmt: skip
     axis = axis_from_approaches(list(log.approach.T), face, log.path)
     off_mm = log.position_mm @ axis - gauge.position_mm[face - 1]
     front, back = (float(np.median(off_mm[side])) for side in sides)

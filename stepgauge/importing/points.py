@@ -119,7 +119,7 @@ def _names_points(table: Table, layout: TableLayout) -> bool:
 def _is_one_spot(table: Table) -> bool:
     """Whether x, y and z are those of one spot that was touched again and again: one of them differs, by little."""
     spans = [np.ptp(table.numbers(one.place)) for one in read_header(table.headers, {}) if one.target in POSITION]
-    return sorted(span > 0.0 for span in spans) == [False, False, True] and max(spans) < MOST_OF_SPOT
+    return sorted(bool(span > 0.0) for span in spans) == [False, False, True] and bool(max(spans) < MOST_OF_SPOT)
 
 
 def _points(table: Table, layout: TableLayout, decisions: Decisions) -> _Points:
@@ -140,6 +140,10 @@ def _points(table: Table, layout: TableLayout, decisions: Decisions) -> _Points:
 
 
 def _no_points(table: Table, names: str) -> InputError:
+    if any(one.target == "face" for one in read_header(table.headers, {})):
+        what = "positions of faces along the gauge, without x, y and z: one axis, or a gauge?"
+        words = '{} touch and {} for one axis with the faces as targets; or {} x_mm="HEADER", y_mm and z_mm'
+        return InputError(table.path, what, found=names, expected=naming("sensor", "gauge", "columns", words=words))
     what, words = "no row names the columns x, y and z", 'X [mm];Y [mm];Z [mm], or {} x_mm="HEADER" for each'
     if not names:
         words = 'a header, or {} "x_mm,y_mm,z_mm", the names of all columns'

@@ -215,7 +215,14 @@ def _check_columns(frame: pd.DataFrame, path: str | Path, line: int) -> None:
 
 
 def _check_numbers(frame: pd.DataFrame, path: str | Path, lines: Sequence[int]) -> pd.DataFrame:
-    """All columns as numbers; further columns of text are refused with the rest, for a diagnosis could not use them."""
+    """All columns as numbers; further columns of text are refused with the rest, for a diagnosis could not use them.
+
+    A column that may be missing and has no cell is missing.
+    """
+    empty = [
+        name for name in OPTIONAL if name in frame and frame[name].iloc[:1].isna().all() and frame[name].isna().all()
+    ]
+    frame = frame.drop(columns=empty) if empty else frame
     for name in frame.columns:
         values = frame[name]
         if not (pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values)):

@@ -26,6 +26,8 @@ from stepgauge.importing.tables.roles import CORRECTION, DEVIATION, DEVIATIONS, 
 
 Array = NDArray[np.float64]
 Known = TypeVar("Known")
+POSSIBLE = (1e-8, 2e-2)
+"""Deviations over the travel: from 10 nm of 1 m to 2 mm of 100 mm. What is beyond has another unit than it says."""
 UNIT_RATIOS = [a / b for units in (LENGTH_MM, ANGLE_DEG) for a in units.values() for b in units.values() if a != b]
 _UNITS = ("units", "unit", "einheit", "einheiten")
 NEAR_ONE = min(abs(ratio - 1.0) for ratio in UNIT_RATIOS) / 2.0
@@ -152,6 +154,13 @@ def _units(
         asked = asked or "mm"
     name = _settled_unit(table, "unit", options.unit, stated) or asked
     of_value = found.value_unit if role == DEVIATION else None
+    if of_value is not None and not _is_possible(found, of_value, stated):
+        if options.deviation_unit is None:
+            what = f"the deviations are an unlikely part of the travel: is their unit {of_value.name}?"
+            words = f"{{}} {plain_name(of_value.name)} if it is, or {{}} with the right one"
+            expected = naming("deviation_unit", "deviation_unit", words=words)
+            decisions.ask(table.path, what, expected, found.value_header)
+        of_value = None
     deviation = _settled_unit(table, "deviation_unit", options.deviation_unit, of_value) or options.deviation_unit
     if not name:
         what = f"the unit of the {'target' if of_axis else 'reading'}s is not stated"
@@ -162,6 +171,15 @@ def _units(
         expected = naming("deviation_unit", words="{} um (mm, uin, arcsec, ..)")
         decisions.ask(table.path, "the unit of the deviations is not stated", expected, found.value_header)
     return AxisUnits.of(name, deviation) if name else None
+
+
+def _is_possible(found: Long, unit: Unit, of_target: Unit | None) -> bool:
+    """Whether deviations are such a part of the travel as an axis may have."""
+    if found.target is None or of_target is None or of_target.quantity != unit.quantity:
+        return True
+    travel = float(np.ptp(found.target)) * of_target.factor
+    size = float(np.ptp(found.value)) * unit.factor
+    return not travel or not size or POSSIBLE[0] < size / travel < POSSIBLE[1]
 
 
 def _of_file(found: Long, table: Table) -> Unit | None:
@@ -189,10 +207,11 @@ def _per(unit: Unit | None, units: AxisUnits, options: AxisOptions) -> float:
 
 
 def _value_factor(found: Long, units: AxisUnits, options: AxisOptions, role: str) -> float:
-    """What a value is in units of position (a reading) or of deviation."""
+    """What a value is in units of position (a reading) or of deviation; what is asked for goes before a header."""
     if role == READING:
         return _per(found.value_unit, units, options)
-    name = plain_name(found.value_unit.name) if found.value_unit else options.deviation_unit or units.deviation
+    stated = None if found.value_unit is None else found.value_unit.name
+    name = plain_name(options.deviation_unit or stated or units.deviation)
     _check_kind(name, units)
     return base_of(plain_name(name)) / base_of(units.deviation)
 

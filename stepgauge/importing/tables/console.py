@@ -12,6 +12,7 @@ from collections import defaultdict
 from dataclasses import dataclass
 from itertools import islice
 
+from stepgauge.errors import InputError
 from stepgauge.importing.tables.cells import Cell, Cells
 from stepgauge.importing.tables.clock import stamp_in
 from stepgauge.importing.tables.source import Source
@@ -20,7 +21,7 @@ _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _NAMED = re.compile(rf"[A-Za-z][\w ]*?\s*[:=]\s*{_NUMBER}(?=\s|,|;|$|[a-zµ%°\])])")
 _ALONE = re.compile(rf"(\s*[A-Za-z][A-Za-z ]+?) {_NUMBER}( (?:mm|um|in))?\s*")
 _ONE = re.compile(rf"\s*([A-Za-z][\w .()/]*?)\s*[:=]\s*({_NUMBER})\s*(?:mm|um|in)?\s*")
-_ANY = re.compile(rf"(?<![\w.])({_NUMBER})(?![\w.])|(?<=[:=])({_NUMBER})(?![\w.])")
+_ANY = re.compile(rf"(?<![\w.+-])({_NUMBER})(?![\w.])|(?<=[:=])({_NUMBER})(?![\w.])")
 _POSITION = re.compile(r"\bCount [XA]:")
 """A report of where a machine stands, which is no reading."""
 FEWEST = 3
@@ -43,10 +44,10 @@ def console_cells(source: Source) -> Cells | None:
     first = list(islice(text.split("\n"), LOOKED_AT))
     numbers = sum(bool(_ANY.search(_bare(line))) and not _POSITION.search(line) for line in first)
     for find in (_blocks, _alike):
-        found = find(first)
+        found = find(first, source.name)
         per_row = len(found.names) if find is _blocks else 1
         if len(found.rows) >= FEWEST and 2 * per_row * len(found.rows) >= numbers:
-            return _as_cells(source.name, find(text.splitlines()), encoding, text.count("\n") + 1)
+            return _as_cells(source.name, find(text.splitlines(), source.name), encoding, text.count("\n") + 1)
     return None
 
 
@@ -59,18 +60,23 @@ def _as_cells(path: str, found: _Lines, encoding: str, count: int) -> Cells:
     return Cells(path, rows, lines, [], count - len(found.rows), (note,))
 
 
-def _blocks(lines: list[str]) -> _Lines:
+def _blocks(lines: list[str], path: str) -> _Lines:
     """Rows of names that stand below one another, and come again in the same order."""
     found = [(n, match) for n, line in enumerate(lines, 1) if (match := _ONE.fullmatch(line))]
     names = [match[1] for _, match in found]
     width = names[1:].index(names[0]) + 1 if len(names) > 1 and names[0] in names[1:] else 0
-    if width < 2 or len(names) % width or names != names[:width] * (len(names) // width):
+    if width < 2 or len(names) < FEWEST * width:
         return _Lines((), [])
+    whole = names[:width] * (len(names) // width + 1)
+    wrong = next((n for n, (one, other) in enumerate(zip(names, whole, strict=False)) if one != other), None)
+    if wrong is not None or len(names) % width:
+        line = found[-1 if wrong is None else wrong][0]
+        raise InputError(f"{path}:{line}", "a block of the log is not whole", expected=", ".join(names[:width]))
     starts = range(0, len(found), width)
     return _Lines(tuple(names[:width]), [(found[n][0], [m[2] for _, m in found[n : n + width]], None) for n in starts])
 
 
-def _alike(lines: list[str]) -> _Lines:
+def _alike(lines: list[str], path: str) -> _Lines:
     """The most frequent lines that are alike but for their numbers."""
     shapes: dict[tuple[str, ...], list[tuple[int, list[str], str | None]]] = defaultdict(list)
     for number, line in enumerate(lines, 1):

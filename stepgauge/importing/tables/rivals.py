@@ -15,6 +15,7 @@ from stepgauge.errors import Naming, naming
 from stepgauge.files.numerals import looks_numeric
 from stepgauge.importing.tables.cells import Cell
 from stepgauge.importing.tables.clock import is_moment
+from stepgauge.importing.tables.consistent import check_consistent
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.labels import LABEL, parse_label, way_of
 from stepgauge.importing.tables.questions import Decisions
@@ -61,7 +62,7 @@ def settled_roles(table: Table, layout: TableLayout, decisions: Decisions) -> li
     roles = _one_coordinate(table, roles, decisions)
     roles = _with_vacant(table, roles, chosen, decisions)
     _check_kinds(table, roles, layout, decisions)
-    return roles
+    return check_consistent(table, roles, chosen, decisions)
 
 
 def is_text(table: Table, place: int) -> bool:
