@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stepgauge.motion.moves import Program
 
 FORMATS = ["linuxcnc", "dmis", "ippdme", "control", "grbl", "inspection", "csv", "xlsx"]
-KINDS = ["missing", "doubled", "order", "foreign", "runs", "alarm", "shift", "repeats"]
+KINDS = ["missing", "doubled", "order", "foreign", "runs", "alarm", "shift", "repeats", "placements"]
 DECIMALS = {"point": ".", "comma": ","}
 SENSORS = [
     *("touch", "dial", "laser", "encoder", "autocollimator"),
@@ -113,7 +113,8 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
     multiple=True,
     help="Deviations of LOG to accept, repeatable: points missing (also a log that ends early), doubled rows (the last"
     " touch is kept), rows out of order, foreign rows that are no points of PROGRAM, several runs of it, readings after"
-    " an alarm, a shift of all coordinates, touches in a row as repeats. Default: none.",
+    " an alarm, a shift of all coordinates, touches in a row as repeats, placements that only"
+    " their axes tell apart. Default: none.",
 )
 @click.option(
     "--column",

@@ -131,7 +131,7 @@ def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) ->
                 words="{} and {} (faces follow from the positions), and {} where it is known",
             ),
         )
-    log, placements = _with_placements(log)
+    log, placements = _with_placements(log, options.accept)
     assert log.approach is not None
     radius = options.tip_radius_mm or log.tip_radius_mm
     found = _is_surface(log, _width_radius_mm(log, gauge), options, radius)
@@ -256,13 +256,20 @@ def _certified(face: Array, gauge: Gauge) -> Array:
     return gauge.position_mm[face[known].astype(int) - 1] if known.any() else np.zeros(1)
 
 
-def _with_placements(log: ProbeLog) -> tuple[ProbeLog, list[str]]:
-    """The log with its placements counted, where it states none and its approaches turn to another axis; and words."""
+def _with_placements(log: ProbeLog, accept: Sequence[str]) -> tuple[ProbeLog, list[str]]:
+    """The log with its placements counted, where it states none, its approaches turn, and that is accepted; words."""
     assert log.approach is not None
     turns = np.abs(np.einsum("ij,ij->i", log.approach[1:], log.approach[:-1])) < ONE_AXIS
     if "placement" in log.columns or not turns.any():
         return log, []
     number = 1 + np.cumsum(np.r_[False, turns])
+    if "placements" not in accept:
+        raise InputError(
+            log.at(int(turns.argmax()) + 1),
+            "the approaches turn to another axis: the file has several placements of the gauge, and does not say so",
+            found=f"{number[-1]} by the axes",
+            expected=naming("accept", words="a column placement, or {} placements, which counts them by the axes"),
+        )
     words = f"placements: {number[-1]}, counted by the axes of the approaches (the file states none)"
     return replace(log, columns={**log.columns, "placement": number}), [words]
 

@@ -25,7 +25,7 @@ from stepgauge.importing.search_line import SEARCH_END_MM, from_target, off_sear
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
-KINDS = ("missing", "doubled", "order", "foreign", "runs", "alarm", "shift", "repeats")
+KINDS = ("missing", "doubled", "order", "foreign", "runs", "alarm", "shift", "repeats", "placements")
 """Ways in which a log may depart from its program and still be wanted: see :func:`match`."""
 
 
@@ -55,8 +55,8 @@ def match(log: ProbeLog, expected: Expected, accept: Sequence[str] = ()) -> Matc
     expected : the points in order
     accept : what may be, of ``KINDS``: points ``missing`` (also a log that ends early), ``doubled`` rows (the last
         touch is kept), rows out of ``order``, ``foreign`` rows that are no points of the program (left out), ``runs``:
-        the program several times in one log, whose cycles count on; ``alarm``, ``shift`` and ``repeats`` are settled
-        before (:mod:`stepgauge.importing.conventions`)
+        the program several times in one log, whose cycles count on; ``alarm``, ``shift``, ``repeats`` and
+        ``placements`` are settled before (:mod:`stepgauge.importing.conventions`, :mod:`stepgauge.importing.build`)
 
     Raises
     ------

@@ -10,18 +10,7 @@ from tests.importing.layouts.judge import ASKED, MOST_OPTIONS, REFUSED, RIGHT, L
 from tests.importing.layouts.layouts import LAYOUTS
 
 PENDING = {
-    "plate of holes: three pairs of measured and nominal values": "three options",
     "averages of both directions in three tables (.pos)": "refused",
-    "dense scan of 1,201 positions": "wrong",
-    "PC-DMIS report in Excel": "refused",
-    "measuring log of a HEIDENHAIN cycle for one coordinate": "wrong",
-    "measuring protocol of SINUMERIK as a table": "refused",
-    "Marlin, G30 at one place": "refused",
-    "RepRapFirmware, G30 S-1 again and again": "refused",
-    "TwinCAT scope, tabs and decimal commas": "refused",
-    "TwinCAT scope, names alone": "refused",
-    "EPICS, camonitor": "refused",
-    "EPICS archive, two channels interleaved": "refused",
     "16 points of a display, decimal commas": "refused",
 }
 """What is not yet right, and how it fails: wrong, lost, refused in vain, accepted and never to be."""
