@@ -25,7 +25,9 @@ def recording(tmp_path: Path) -> Path:
     """Five cycles of the 420 mm gauge along x, 5 ppm too long and 0.2 um of reversal."""
     gauge = read_gauge("step-gauge-420")
     frame = made(
-        gauge, lambda c, f: 5e-3 * gauge.position_mm[f - 1] + (0.1 if f % 2 else -0.1) + 0.1 * (c % 3), cycles=5
+        gauge,
+        lambda c, f: 5e-3 * gauge.position_mm[f - 1] + (0.1 if f % 2 else -0.1) + 0.1 * (c % 3) + 0.001 * c,
+        cycles=5,
     )
     path = tmp_path / "x.csv"
     write_recording(path, Recording(frame.frame, {"gauge_serial": "SG-420-001", "machine": "Test CMM"}))
@@ -40,7 +42,7 @@ def test_iso10360_writes_everything_and_says_what_is_open(run: Run, recording: P
     out = tmp_path / "result"
     result = run(
         "iso10360", recording, *G, *MPE, "--mpe-cap", 3.0, "--mpe-repeatability", 1.0, "-m", "bridge-cmm",
-        "--tip-diameter", 3.994, "--u-gauge-temperature", 0.05, "--number", "N-7", "--operator", "Op",
+        "--tip-diameter", 3.994, "--u-gauge-temperature", 0.05, "--u-alignment", 0.1, "--u-fixture", 0.1, "--number", "N-7", "--operator", "Op",
         "--figure", "svg", "-o", out,
     )  # fmt: skip
     assert result.code == 0, result.err
