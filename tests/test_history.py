@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import kstest
 
 from stepgauge.cli.history import LIMITS
 from stepgauge.errors import InputError
@@ -21,8 +22,11 @@ from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
 from stepgauge.files.dates import first_moment, moment_in_path, parse_moment
 from stepgauge.files.text import write_json
 from stepgauge.history import QUANTITIES, HistoryEntry, judge, make_series, refresh_store
+from stepgauge.history.chart import FEWEST_FOR_CONTROL
 from stepgauge.history.entries import read_entries
-from stepgauge.history.trend import FEWEST_FOR_CONTROL, fit_trend
+from stepgauge.history.scores import scores
+from stepgauge.history.series import FALSE_WARNINGS, false_warning_words
+from stepgauge.history.trend import findings, fit_trend
 from tests.build import make_gauge
 from tests.test_compensation import measured
 
@@ -168,6 +172,70 @@ def test_the_control_chart_cries_wolf_as_seldom_as_three_sigma_do() -> None:
             entries = [entry(30.0 * i, v) for i, v in enumerate(random.normal(0, 0.1, count))]
             outside += int(make_series(entries)[0].beyond.sum())
         assert outside / (100 * count) < 0.01
+
+
+def noise(random: np.random.Generator, visits: int, step_u: float = 0.0, between: float = 1.0) -> list[HistoryEntry]:
+    """Visits that differ by noise alone, ``between`` times what their repeatability says; the scale grows by steps.
+
+    16 faces of three readings with a repeatability of 0.3 um; ``step_u``: from visit to visit, over u.
+    """
+    made = []
+    for visit in range(visits):
+        s = 0.3 * np.sqrt(random.chisquare(2, 16) / 2.0)
+        um = 0.1 * between * random.standard_normal(3)
+        made.append(
+            entry(
+                60.0 * visit,
+                0.1 * step_u * visit + um[0],
+                reversal_um=um[1],
+                r_eff_mm=2.0 + 1e-3 * um[2],
+                band_um=float(np.ptp(random.normal(0.0, 0.2, 14))),
+                worst_two_sigma_um=2.0 * float(s.max()),
+                s_um=float(np.sqrt((s**2).mean())),
+                s_dof=32.0,
+                s_faces=16.0,
+                cycles=3,
+            )
+        )
+    return made
+
+
+@pytest.mark.parametrize(("visits", "between"), [(6, 1.0), (6, 3.0), (12, 1.0)])
+def test_a_report_of_noise_warns_in_at_most_one_of_twenty(visits: int, between: float) -> None:
+    """Of the whole report: all trends and all values of all quantities, whether visits differ more than they repeat."""
+    random = np.random.default_rng(20)
+    warned = [bool(judge(make_series(noise(random, visits, between=between)), {})) for _ in range(100)]
+    assert np.mean(warned) <= FALSE_WARNINGS
+
+
+def test_a_drift_of_three_u_from_visit_to_visit_is_found_in_six_visits() -> None:
+    """In nine of ten at least, with its rate; nothing else is named beside it more often than noise is."""
+    random = np.random.default_rng(21)
+    found = []
+    for _ in range(100):
+        drifts = [one for one in judge(make_series(noise(random, 6, step_u=3.0)), {}) if one.kind == "drift"]
+        found.append("scale_ppm" in {one.quantity for one in drifts})
+    assert np.mean(found) >= 0.9
+
+
+def test_the_largest_2s_of_a_visit_is_scored_by_its_own_distribution() -> None:
+    """Against draws of sixteen chi-distributed deviations."""
+    random = np.random.default_rng(22)
+    entries = noise(random, 400)
+    largest = np.array([one.worst_two_sigma_um for one in entries])
+    scored = scores("worst_two_sigma_um", entries, largest, np.full(400, np.nan))
+    assert kstest(scored.score, "norm").pvalue > 0.01
+    assert scored.back(scored.score) == pytest.approx(largest, rel=1e-6)
+
+
+def test_all_looks_are_counted() -> None:
+    """Holm (1979), his ordered comparisons by hand."""
+    assert findings([0.012, 0.2, 0.016, 0.04], 0.05) == [True, False, True, False]
+    assert findings([0.013, 0.02, 0.5, 0.6], 0.05) == [False] * 4
+    assert findings([], 0.05) == []
+    said = false_warning_words(make_series(noise(np.random.default_rng(1), 6)))
+    assert said.startswith("5 trends and 30 values were tested together")
+    assert "at most 5%" in said
 
 
 def test_a_drift_is_one_finding_and_no_alarm_of_the_chart() -> None:

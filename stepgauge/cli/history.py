@@ -41,7 +41,8 @@ def command(folder: str, output: str, limits: dict[str, float], **options: Any) 
 
     Every evaluation.json below DIR counts, each placement by the direction of the gauge. The date is measured_at of the
     evaluation ('evaluate --measured-at', or '# measured_at:' in the recording), else a date such as 2026-03-02 in the
-    names of its folders. Trend lines are weighted by repeatability; a control chart needs five dates.
+    names of its folders. Trend lines are weighted by repeatability; a control chart needs five dates. All trends and
+    values are tested together: a report of nothing but noise has any warning in at most one of twenty cases.
 
     A constant reversal of an axis shows in R_eff, minus half of it: a step gauge sees it as a smaller tip. R_eff is
     compared with the first one of the same tip (within 50 um). Evaluations that name no machine are '(unnamed)':
@@ -115,9 +116,9 @@ def _cell(value: float, width: int, decimals: int) -> str:
 
 
 def _trends(series: Sequence[Series]) -> str:
-    from stepgauge.history import QUANTITIES
+    from stepgauge.history import QUANTITIES, false_warning_words
 
-    lines = ["", "trend by year (weighted by repeatability; u: standard uncertainty)"]
+    lines = ["", "trend by year (weighted by repeatability; u: standard uncertainty)", false_warning_words(series)]
     for one in series:
         unit = QUANTITIES[one.quantity].unit
         said = (

@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
 from stepgauge.history.entries import QUANTITIES
-from stepgauge.history.trend import Series
+from stepgauge.history.series import Series
 
 WIDTH_MM, PANEL_MM, HEAD_MM = 170.0, 38.0, 26.0
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
@@ -31,7 +31,8 @@ LABELS = {
 
 def draw_history(path: str | Path, series: Sequence[Series], limits: Mapping[str, float], machine: str) -> None:
     """Draw all series into a file (png, svg or pdf); ``limits`` by quantity."""
-    save_figure(history_figure(series, limits, machine), path)
+    simulated = any(entry.simulated for one in series for entry in one.entries)
+    save_figure(history_figure(series, limits, machine), path, simulated)
 
 
 def history_figure(series: Sequence[Series], limits: Mapping[str, float], machine: str) -> Figure:
@@ -103,10 +104,8 @@ def _draw(axes: Axes, one: Series, number: int) -> None:
         zorder=5,
     )
     _draw_trend(axes, one, when, color)
-    if np.isfinite(one.reach):
-        low, high = one.centre - one.reach, one.centre + one.reach
-        low = low if QUANTITIES[one.quantity].signed else np.maximum(low, 0.0)  # no range is below nothing
-        axes.fill_between(when, low, high, color=color, alpha=0.08, linewidth=0, zorder=1)
+    if one.charted:
+        axes.fill_between(when, one.low, one.high, color=color, alpha=0.08, linewidth=0, zorder=1)
 
 
 def _draw_trend(axes: Axes, one: Series, when: np.ndarray, color: str) -> None:
@@ -140,10 +139,10 @@ def _legend(series: Sequence[Series], directions: list[str], limits: Mapping[str
     }
     trends = [one.trend for one in series if one.trend is not None]
     if any(trend.significant for trend in trends):
-        entries["trend beyond 2 u"] = tuple(Line2D([], [], color=color) for color in colors)
+        entries["trend that is no noise"] = tuple(Line2D([], [], color=color) for color in colors)
     if any(not trend.significant for trend in trends):
-        entries["trend within 2 u"] = tuple(Line2D([], [], color=color, linestyle=(0, (4, 2))) for color in colors)
-    if any(np.isfinite(one.reach) for one in series):
+        entries["trend within noise"] = tuple(Line2D([], [], color=color, linestyle=(0, (4, 2))) for color in colors)
+    if any(one.charted for one in series):
         entries["control limits"] = tuple(Patch(color=color, alpha=0.2, linewidth=0) for color in colors)
     if any(one.beyond.any() for one in series):
         ring: dict[str, Any] = {"markersize": 8.0, "markerfacecolor": "none", "markeredgecolor": LIMIT_COLOR}

@@ -12,7 +12,8 @@ import numpy as np
 from stepgauge.figures.error_chart import LINES, SYMBOLS, numbers
 from stepgauge.files.notation import printed_unit
 from stepgauge.history.entries import QUANTITIES
-from stepgauge.history.trend import YEAR_DAYS, Series
+from stepgauge.history.series import Series
+from stepgauge.history.trend import YEAR_DAYS
 
 GAP = 0.04
 """Between two panels, in shares of the height."""
@@ -74,9 +75,9 @@ def _traces(one: Series, axis: str, color: str, symbol: str, named: bool) -> lis
 
 def _chart(one: Series, common: Mapping[str, Any], dates: list[str], color: str) -> list[dict[str, Any]]:
     """The control limits as a band."""
-    if not np.isfinite(one.reach):
+    if not one.charted:
         return []
-    edge = np.concatenate([one.centre + one.reach, (one.centre - one.reach)[::-1]])
+    edge = np.concatenate([one.high, one.low[::-1]])
     look = {"fill": "toself", "fillcolor": f"{color}/26", "line": {"width": 0}, "mode": "lines", "hoverinfo": "skip"}
     return [{**common, **look, "x": [*dates, *dates[::-1]], "y": numbers(edge), "showlegend": False}]
 

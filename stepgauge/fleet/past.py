@@ -45,4 +45,5 @@ def _entry(row: Mapping[str, Any], identity: Mapping[str, Any], fleet: Fleet) ->
         placement=row["placement"],
         direction=row["direction"],
         cycles=row["cycles"],
+        simulated=row.get("simulated") or 0,
     )

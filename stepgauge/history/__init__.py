@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from stepgauge.history.entries import QUANTITIES, HistoryEntry, of_one_machine, read_entries
 from stepgauge.history.files import write_history
+from stepgauge.history.series import Alert, Series, false_warning_words, judge, make_series
 from stepgauge.history.store import Refreshed, refresh_store
-from stepgauge.history.trend import Alert, Series, judge, make_series
 
 __all__ = [
     "QUANTITIES",
@@ -13,6 +13,7 @@ __all__ = [
     "HistoryEntry",
     "Refreshed",
     "Series",
+    "false_warning_words",
     "judge",
     "make_series",
     "of_one_machine",

@@ -16,6 +16,7 @@ from stepgauge.conditions import require_statement, stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.files import read_evaluation, stored_reversal_of_scale_um
 from stepgauge.files.dates import moment_in_path, parse_moment
+from stepgauge.recording.simulated import is_simulated
 
 Array = NDArray[np.float64]
 DateFrom = Literal["record", "file"]
@@ -52,7 +53,9 @@ class HistoryEntry:
     ``direction``: x, y, z, or the gauge axis as numbers where it lies along none; ``date_source``: ``evaluation``,
     ``path`` or ``file``; values are NaN where the evaluation has none. ``u_...``: standard uncertainties from
     repeatability alone (the certificate is common to all entries of a gauge and cancels in a trend).
-    ``reversal_of_scale_um``: what of ``reversal_um`` the scale error shows of itself.
+    ``reversal_of_scale_um``: what of ``reversal_um`` the scale error shows of itself; ``s_um``: standard deviation of a
+    probing, pooled over the ``s_faces`` faces with repeats, with its degrees of freedom ``s_dof``; ``simulated``: 1
+    where no machine was measured.
     """
 
     path: str
@@ -76,6 +79,10 @@ class HistoryEntry:
     band_um: float
     worst_two_sigma_um: float
     reversal_of_scale_um: float = math.nan
+    s_um: float = math.nan
+    s_dof: float = math.nan
+    s_faces: float = math.nan
+    simulated: int = 0
 
 
 def read_entries(path: Path, root: Path, sha256: str, date_from: DateFrom = "record") -> list[HistoryEntry]:
@@ -152,6 +159,8 @@ def make_entry(
         _number(one["band_um"]),
         _number(one["worst_two_sigma_um"]),
         stored_reversal_of_scale_um(one, data["r_eff_origin"]),
+        *faces.repeats(),
+        int(is_simulated(data.get("comments") or {})),
     )
 
 
@@ -182,6 +191,7 @@ class _Faces:
     mean: Array
     reversal: Array
     tip: Array
+    count: Array
     defined: NDArray[np.bool_]
 
     @classmethod
@@ -200,6 +210,7 @@ class _Faces:
             mean,
             reversal,
             np.where(of_r_eff, np.where(front, -1.0, 1.0), 0.0) / len(r_eff_blocks),
+            count,
             np.isfinite([_number(row["xm_um"]) for row in rows]),
         )
 
@@ -219,6 +230,14 @@ class _Faces:
     def u_r_eff_um(self) -> float:
         """Standard uncertainty of R_eff from repeatability, um."""
         return self._sum(self.tip / 2.0)[1]
+
+    def repeats(self) -> tuple[float, float, float]:
+        """Standard deviation of a probing, um, its degrees of freedom, and the faces with repeats; NaN without any."""
+        dof = np.where(np.isfinite(self.variance_um2), np.maximum(self.count - 1.0, 0.0), 0.0)
+        if not dof.any():
+            return math.nan, math.nan, math.nan
+        variance = float((np.nan_to_num(self.variance_um2) * self.count * dof).sum() / dof.sum())
+        return math.sqrt(variance), float(dof.sum()), float((dof > 0).sum())
 
     def _sum(self, weights: Array) -> tuple[float, float]:
         used = weights != 0.0

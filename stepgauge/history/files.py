@@ -13,7 +13,8 @@ from stepgauge import __version__
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_json, write_text
 from stepgauge.history.entries import QUANTITIES, HistoryEntry
-from stepgauge.history.trend import Alert, Series, Trend
+from stepgauge.history.series import FALSE_WARNINGS, Alert, Series
+from stepgauge.history.trend import Trend
 
 
 def write_history(
@@ -42,6 +43,10 @@ def _document(
         "machine": entries[0].machine,
         "gauges": sorted({entry.gauge_serial for entry in entries}),
         "limits": dict(limits),
+        "false_warnings": FALSE_WARNINGS,
+        "trends_tested": sum(one.drift is not None for one in series),
+        "values_tested": sum(one.charted for one in series),
+        "simulated": any(entry.simulated for entry in entries),
         "entries": [_plain(dataclasses.asdict(entry)) for entry in entries],
         "series": [
             _plain(
@@ -54,8 +59,8 @@ def _document(
                     "trend": _trend(one.trend),
                     "of_scale": one.of_scale.tolist(),
                     "drift": _trend(one.drift),
-                    "centre": one.centre.tolist(),
-                    "reach": one.reach,
+                    "control_low": one.low.tolist(),
+                    "control_high": one.high.tolist(),
                 }
             )
             for one in series
@@ -65,7 +70,7 @@ def _document(
 
 
 def _trend(trend: Trend | None) -> dict[str, Any] | None:
-    return None if trend is None else dataclasses.asdict(trend) | {"significant": trend.significant}
+    return None if trend is None else dataclasses.asdict(trend)
 
 
 def _plain(value: Any) -> Any:

@@ -19,7 +19,7 @@ from stepgauge.files.outputs import place_of, replacing
 from stepgauge.history.entries import DateFrom, HistoryEntry, read_entries
 
 ANOTHER = naming("rebuild", "store", words="{}, or another {}")
-SCHEMA = 3
+SCHEMA = 4
 TABLES = {"entry": "path, placement", "file": "path", "origin": "folder"}
 """The tables and the order of their rows."""
 NAMES = tuple(field.name for field in fields(HistoryEntry))

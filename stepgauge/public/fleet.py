@@ -260,6 +260,8 @@ def watch_fleet(
 ) -> FleetWatch:
     """Machines and gauges against their own history, their peers and their limits, and when they are due.
 
+    Drifts of a machine with a gauge are those of ``stepgauge history``; recordings without an evaluation get one.
+
     Parameters
     ----------
     store : its folder; every recording needs a machine file
@@ -279,10 +281,13 @@ def watch_fleet(
         no store, no recording in it that can be used, or a limit of something that is not watched
     """
     from stepgauge.fleet.crossed.watching import LIMITS, FleetWatch
+    from stepgauge.fleet.past import history_entries
+    from stepgauge.fleet.store import Fleet
 
     for name, size in (limits or {}).items():
         at_least(one_of("limits", name, LIMITS), size, 0.0, beyond=True)
     if not 0.0 < risk <= 0.5:
         raise InputError(naming("risk"), "out of range", found=risk, expected="more than 0, at most 0.5")
     found = infer_fleet(store, jobs=jobs, scheduler=scheduler, memory_MB=memory_MB, progress=progress)
-    return FleetWatch.of(found, limits or {}, risk)
+    evaluate_fleet(store, jobs=jobs, scheduler=scheduler, memory_MB=memory_MB)
+    return FleetWatch.of(found, limits or {}, risk, history_entries(Fleet(store)))

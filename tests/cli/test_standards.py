@@ -42,7 +42,8 @@ def test_iso10360_writes_everything_and_says_what_is_open(run: Run, recording: P
     out = tmp_path / "result"
     result = run(
         "iso10360", recording, *G, *MPE, "--mpe-cap", 3.0, "--mpe-repeatability", 1.0, "-m", "bridge-cmm",
-        "--tip-diameter", 3.994, "--u-gauge-temperature", 0.05, "--u-alignment", 0.1, "--u-fixture", 0.1, "--number", "N-7", "--operator", "Op",
+        "--tip-diameter", 3.994, "--u-gauge-temperature", 0.05, "--u-alignment", 0.1, "--u-fixture", 0.1,
+        "--number", "N-7", "--operator", "Op",
         "--figure", "svg", "-o", out,
     )  # fmt: skip
     assert result.code == 0, result.err

@@ -21,9 +21,12 @@ from stepgauge.fleet.crossed.infer import infer
 from stepgauge.fleet.crossed.spread import _expected
 from stepgauge.fleet.crossed.watch import Watched, watch
 from stepgauge.fleet.crossed.watching import LIMITS as WATCHED
+from stepgauge.fleet.crossed.watching import FleetWatch, machine_drifts
 from stepgauge.gauge.certified import Gauge
+from stepgauge.history import judge, make_series
 from tests.fleet.crossed_made import crossed, fleet, gauge
 from tests.fleet.made import make_fleet
+from tests.test_history import noise
 
 
 def test_a_level_that_does_not_walk_is_a_regression_with_priors() -> None:
@@ -176,3 +179,15 @@ def test_the_figure_names_its_lines_and_shows_nothing_finer_than_their_uncertain
     assert high - low >= 0.4
     named = [text.get_text() for text in axes.get_legend().get_texts()]
     assert named == (["M0 x", "M1 x"] if count == 2 else ["as before, as the peers"])
+
+
+def test_watch_says_of_a_machine_what_its_history_says() -> None:
+    """The same evaluations, the same code: a drift that one finds the other finds, with its rate."""
+    entries = noise(np.random.default_rng(5), 6, step_u=5.0)
+    (found,) = machine_drifts(entries)
+    (alert,) = judge(make_series(entries), {})
+    assert alert.kind == "drift"
+    assert (found.machine, found.quantity, found.direction) == ("CMM", alert.quantity, alert.direction)
+    said = FleetWatch((), {}, 0.05, (), (found,)).summary()
+    assert f"machine CMM with gauge T-1: scale_ppm along x {alert.text}" in said
+    assert not list(machine_drifts(noise(np.random.default_rng(6), 6)))

@@ -63,11 +63,24 @@ class Quantity(Table):
     u: float = Field(ge=0.0)
     rate: float = Field(description="in a year")
     u_rate: float = Field(ge=0.0)
-    drifts: bool = Field(description="whether the rate is beyond its expanded uncertainty (k = 2)")
+    drifts: bool = Field(description="whether it is a finding among all rates: noise gives any in at most 5 % of feeds")
     history: list[Point]
     changes: list[Change]
     peers: Peers | None
     limit: Limit | None
+
+
+class MachineDrift(Table):
+    """A drift of what a machine showed with one gauge, as ``stepgauge history`` finds it in the same evaluations."""
+
+    machine: str
+    gauge: str
+    direction: str
+    quantity: str
+    unit: str
+    per_year: float
+    u_per_year: float = Field(ge=0.0, description="standard uncertainty")
+    by_chance: float = Field(ge=0.0, le=1.0, description="probability that noise alone gives so large a drift")
 
 
 class Feed(Table):
@@ -78,6 +91,7 @@ class Feed(Table):
     risk: float = Field(gt=0.0, lt=1.0, description="accepted probability of being out of limits")
     limits: dict[str, float]
     quantities: list[Quantity]
+    histories: list[MachineDrift] = Field(default_factory=list)
     checksum: str = Field("", description="SHA-256 of the rest, as in every JSON file of stepgauge")
 
 
@@ -86,11 +100,18 @@ def feed_schema() -> dict[str, Any]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **Feed.model_json_schema()}
 
 
-def make_feed(watched: Sequence[Watched], limits: Mapping[str, float], risk: float) -> Feed:
+def make_feed(
+    watched: Sequence[Watched], limits: Mapping[str, float], risk: float, histories: Sequence[MachineDrift] = ()
+) -> Feed:
     """The feed, checked against its own schema."""
     rows = [_quantity(one) for one in watched]
     return Feed(
-        format="stepgauge fleet watch 1", stepgauge=__version__, risk=risk, limits=dict(limits), quantities=rows
+        format="stepgauge fleet watch 1",
+        stepgauge=__version__,
+        risk=risk,
+        limits=dict(limits),
+        quantities=rows,
+        histories=list(histories),
     )
 
 
@@ -128,10 +149,9 @@ def _limit(one: Watched) -> Limit | None:
     return Limit(size=one.limit, outcome=one.outcome, out_now=one.out_now, due=due)
 
 
-def write_feed(folder: str | Path, watched: Sequence[Watched], limits: Mapping[str, float], risk: float) -> list[Path]:
+def write_feed(folder: str | Path, feed: Feed) -> list[Path]:
     """Write ``watch.json``, its schema and ``watch.csv`` into a folder (made if missing); returns their paths."""
     paths = [Path(folder) / name for name in ("watch.json", "watch.schema.json", "watch.csv")]
-    feed = make_feed(watched, limits, risk)
     write_json(paths[0], feed.model_dump(exclude={"checksum"}))
     write_json(paths[1], feed_schema())
     write_text(paths[2], _csv(feed))

@@ -19,6 +19,8 @@ from stepgauge.fleet.crossed.answer import FleetInference, Number
 from stepgauge.fleet.crossed.drifting import State, Wandering, beyond, due_day, follow
 from stepgauge.fleet.crossed.priors import fleet_priors
 from stepgauge.fleet.crossed.spread import believed
+from stepgauge.history.series import FALSE_WARNINGS
+from stepgauge.history.trend import findings
 from stepgauge.standards.decision import Outcome, decide
 
 Array = NDArray[np.float64]
@@ -58,11 +60,8 @@ class Watched:
     outcome: Outcome | None = None
     out_now: float | None = None
     due: float | None = None
-
-    @property
-    def drifts(self) -> bool:
-        """Whether the rate is beyond its expanded uncertainty."""
-        return abs(self.rate) > 2.0 * self.u_rate
+    drifts: bool = False
+    """Whether the rate is a finding among all rates of the fleet, as the history of one machine finds its own."""
 
 
 @dataclass(frozen=True)
@@ -271,4 +270,10 @@ def _against_chance(series: list[Watched]) -> list[Watched]:
     passed = [rank for rank, row in enumerate(order, 1) if series[row].by_chance <= FALSE_SHARE * rank / len(series)]
     last = max(passed, default=0)
     leaving = set(order[:last])
-    return [replace(one, leaves_peers=row in leaving) for row, one in enumerate(series)]
+    drifting = findings([_rate_by_chance(one) for one in series], FALSE_WARNINGS)
+    return [replace(one, leaves_peers=row in leaving, drifts=drifting[row]) for row, one in enumerate(series)]
+
+
+def _rate_by_chance(one: Watched) -> float:
+    """Probability of so large a rate where there is none."""
+    return float(2.0 * norm.sf(abs(one.rate) / one.u_rate)) if one.u_rate > 0.0 else float(one.rate == 0.0)

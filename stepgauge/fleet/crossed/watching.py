@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,8 +11,9 @@ from stepgauge.files.notation import rounded
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Summarized, as_lines, figures
 from stepgauge.fleet.crossed.answer import FleetInference, date_text
-from stepgauge.fleet.crossed.feed import make_feed, write_feed
+from stepgauge.fleet.crossed.feed import Feed, MachineDrift, make_feed, write_feed
 from stepgauge.fleet.crossed.watch import Watched, watch
+from stepgauge.history import QUANTITIES, HistoryEntry, make_series
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,15 +32,24 @@ class FleetWatch(Summarized):
     limits: Mapping[str, float]
     risk: float
     left_out: tuple[str, ...] = ()
+    histories: tuple[MachineDrift, ...] = ()
 
     @classmethod
-    def of(cls, found: FleetInference, limits: Mapping[str, float], risk: float) -> FleetWatch:
-        """What an inference leaves of every visit, watched over the years."""
-        return cls(tuple(watch(found, limits, risk)), dict(limits), risk, found.left_out)
+    def of(
+        cls,
+        found: FleetInference,
+        limits: Mapping[str, float],
+        risk: float,
+        entries: Sequence[HistoryEntry] = (),
+    ) -> FleetWatch:
+        """What an inference leaves of every visit, watched over the years; ``entries``: evaluations of the store."""
+        drifts = tuple(machine_drifts(entries))
+        return cls(tuple(watch(found, limits, risk)), dict(limits), risk, found.left_out, drifts)
 
     def summary(self) -> str:
         """What changed, drifts, is beside its peers or out of limits, and the next that are due."""
-        said = [line for one in self.watched if (line := _line(one))] + list(self._due())
+        said = [line for one in self.watched if (line := _line(one))]
+        said += [_history_line(one) for one in self.histories] + list(self._due())
         owners = len({(one.owner_kind, one.owner) for one in self.watched})
         return as_lines(
             *(said or ["nothing changed, nothing due"]),
@@ -50,10 +60,7 @@ class FleetWatch(Summarized):
         """One row per quantity: level on the last day with its standard uncertainty in ``unit``, rate in a year."""
         import pandas as pd
 
-        rows = [
-            one.model_dump(exclude={"history", "changes"})
-            for one in make_feed(self.watched, self.limits, self.risk).quantities
-        ]
+        rows = [one.model_dump(exclude={"history", "changes"}) for one in self.feed().quantities]
         return pd.json_normalize(rows, sep="_").drop(columns=["peers", "limit"], errors="ignore")
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
@@ -61,12 +68,44 @@ class FleetWatch(Summarized):
         with open_set():
             path = Path(folder) / f"watch.{figure}"
             figures("fleet").draw_watch(path, self.watched)
-            return [*write_feed(folder, self.watched, self.limits, self.risk), path]
+            return [*write_feed(folder, self.feed()), path]
+
+    def feed(self) -> Feed:
+        """All of it for other programs."""
+        return make_feed(self.watched, self.limits, self.risk, self.histories)
 
     def _due(self) -> Iterator[str]:
         due = [(one.due, one) for one in self.watched if one.due is not None]
         for day, one in sorted(due, key=lambda pair: pair[0])[:DUE_SHOWN]:
             yield f"due {date_text(day)}: {one.owner_kind} {one.owner} ({one.quantity})"
+
+
+def machine_drifts(entries: Sequence[HistoryEntry]) -> Iterator[MachineDrift]:
+    """The drifts that ``stepgauge history`` finds in these evaluations, each machine with each gauge by itself.
+
+    Which of the two drifts it cannot say; what is watched says it, where several gauges and machines met.
+    """
+    pairs = sorted({(entry.machine, entry.gauge_serial) for entry in entries})
+    for machine, gauge in pairs:
+        own = [entry for entry in entries if (entry.machine, entry.gauge_serial) == (machine, gauge)]
+        for one in make_series(own):
+            if one.drift is not None and one.drift.significant:
+                yield MachineDrift(
+                    machine=machine,
+                    gauge=gauge,
+                    direction=one.direction,
+                    quantity=one.quantity,
+                    unit=QUANTITIES[one.quantity].unit,
+                    per_year=one.drift.per_year,
+                    u_per_year=one.drift.u_per_year,
+                    by_chance=one.drift.by_chance,
+                )
+
+
+def _history_line(one: MachineDrift) -> str:
+    rate, u = rounded(one.per_year, 3, plus=True), rounded(one.u_per_year, 2)
+    found = f"{one.quantity} along {one.direction} drifts by {rate} +- {u} {one.unit} a year"
+    return f"machine {one.machine} with gauge {one.gauge}: {found} (as 'stepgauge history' finds it)"
 
 
 def _line(one: Watched) -> str:

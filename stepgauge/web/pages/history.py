@@ -25,7 +25,7 @@ from stepgauge.web.site import Site
 if TYPE_CHECKING:
     from stepgauge.history import Refreshed
     from stepgauge.history.entries import HistoryEntry
-    from stepgauge.history.trend import Series
+    from stepgauge.history.series import Series
 
 OUTPUT = "results/history"
 LARGEST_LIMIT = 1e6

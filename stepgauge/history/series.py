@@ -1,0 +1,227 @@
+"""Every quantity by date with its trend and its control chart, and what somebody must look at.
+
+All trends and charts of a report are tested together: noise alone gives a report with any warning in at most one of
+twenty (:data:`FALSE_WARNINGS`). Limits that somebody stated are no tests, and warn besides.
+"""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.files.notation import rounded
+from stepgauge.history.chart import FEWEST_FOR_CONTROL, control_limits
+from stepgauge.history.entries import QUANTITIES, HistoryEntry
+from stepgauge.history.scores import Scores, scores
+from stepgauge.history.trend import YEAR_DAYS, Trend, findings, fit_trend
+
+Array = NDArray[np.float64]
+OTHER_TIP_UM = 50.0
+FALSE_WARNINGS = 0.05
+"""Probability that a report of pure noise has any warning."""
+OF_TRENDS = 0.8
+"""Share of it that trends have; the rest is that of single values."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """One quantity in one direction, by date; ``u`` is NaN where an entry has none.
+
+    ``low``, ``high (n,)``: limits of the control chart, NaN with fewer than five values; where there is a drift, the
+    chart follows it: the drift is one finding, a value beside it another. ``of_scale``: what of the value the scale
+    error shows of itself, 0 for all but the reversal; ``drift``: trend of the value less that, which is tested.
+    """
+
+    quantity: str
+    direction: str
+    entries: tuple[HistoryEntry, ...]
+    value: Array
+    u: Array
+    trend: Trend | None
+    of_scale: Array
+    drift: Trend | None
+    low: Array
+    high: Array
+
+    @property
+    def beyond(self) -> NDArray[np.bool_]:
+        """Values outside the control chart; none where there is no chart."""
+        with np.errstate(invalid="ignore"):
+            return (self.value < self.low) | (self.value > self.high)
+
+    @property
+    def charted(self) -> int:
+        """Values that have limits."""
+        return int((np.isfinite(self.value) & np.isfinite(self.low)).sum())
+
+
+@dataclass(frozen=True)
+class Alert:
+    """What somebody must look at: a value beyond a limit or its control chart, or a drift."""
+
+    kind: str
+    quantity: str
+    direction: str
+    measured_at: datetime.datetime
+    path: str
+    text: str
+
+
+@dataclass(frozen=True)
+class _Tested:
+    """A series before its findings are known; ``tip``: number of the stylus of every value."""
+
+    series: Series
+    days: Array
+    scored: Scores
+    tip: NDArray[np.int64]
+
+
+def make_series(entries: Sequence[HistoryEntry]) -> list[Series]:
+    """Every quantity in every direction, entries by date; what is a finding is decided over all of them together."""
+    directions = sorted({entry.direction for entry in entries})
+    made = [
+        _made(name, direction, [entry for entry in entries if entry.direction == direction])
+        for direction in directions
+        for name in QUANTITIES
+    ]
+    of_trends = FALSE_WARNINGS * OF_TRENDS
+    tested = [row for row, one in enumerate(made) if one.series.drift is not None]
+    by_chance = [drift.by_chance for one in made if (drift := one.series.drift) is not None]
+    found = dict(zip(tested, findings(by_chance, of_trends), strict=True))
+    values = sum(int(count) for one in made if (count := np.isfinite(one.scored.score).sum()) >= FEWEST_FOR_CONTROL)
+    of_value = FALSE_WARNINGS * (1.0 - OF_TRENDS) / max(values, 1)
+    alone = of_trends / max(len(tested), 1)
+    return [_judged(one, found.get(row, False), alone, of_value) for row, one in enumerate(made)]
+
+
+def _made(name: str, direction: str, entries: list[HistoryEntry]) -> _Tested:
+    ordered = sorted(entries, key=lambda entry: entry.measured_at)
+    value, u = _values(name, ordered)
+    days = np.array([(e.measured_at - ordered[0].measured_at).total_seconds() / 86400.0 for e in ordered])
+    radius = np.array([entry.r_eff_mm for entry in ordered]) * 1e3
+    tip = _tips(radius) if name == "r_eff_change_um" else np.zeros(len(ordered), np.int64)
+    of_scale = np.zeros(len(ordered))
+    if name == "reversal_um":
+        of_scale = np.nan_to_num([entry.reversal_of_scale_um for entry in ordered])
+    scored = scores(name, ordered, value - of_scale, u)
+    start, groups, none = ordered[0].measured_at, tip.tolist(), np.full(len(ordered), np.nan)
+    trend = fit_trend(start, days, value, u, groups)
+    drift = fit_trend(start, days, value - of_scale, u, groups)
+    tested = fit_trend(start, days, scored.score, scored.u, groups)
+    drift = None if drift is None or tested is None else replace(drift, by_chance=tested.by_chance)
+    return _Tested(
+        Series(name, direction, tuple(ordered), value, u, trend, of_scale, drift, none, none), days, scored, tip
+    )
+
+
+def _judged(one: _Tested, drifts: bool, alone: float, of_value: float) -> Series:
+    """The series with its findings; ``alone``: probability by chance below which a trend that is shown is marked."""
+    series, scored = one.series, one.scored
+    trend, drift = series.trend, series.drift
+    if trend is not None:
+        trend = replace(trend, significant=trend.by_chance <= alone and trend.per_year != 0.0)
+    if drift is not None:
+        drift = replace(drift, significant=drifts)
+    per_day = np.zeros(len(series.value))
+    if drifts:
+        line = fit_trend(series.entries[0].measured_at, one.days, scored.score, scored.u, one.tip.tolist())
+        per_day = per_day if line is None else line.per_year / YEAR_DAYS * (one.days - one.days.mean())
+    low, high = (
+        scored.back(limit) + series.of_scale for limit in control_limits(scored.score, scored.u, of_value, per_day)
+    )
+    return replace(series, trend=trend, drift=drift, low=low, high=high)
+
+
+def _values(name: str, entries: list[HistoryEntry]) -> tuple[Array, Array]:
+    if name == "r_eff_change_um":
+        value = _from_first_of_tip(np.array([entry.r_eff_mm for entry in entries]) * 1e3)
+    else:
+        value = np.array([getattr(entry, name) for entry in entries])
+    u = np.array([getattr(entry, f"u_{name}", np.nan) for entry in entries])
+    return value, np.where(u > 0, u, np.nan)
+
+
+def _tips(r_eff_um: Array) -> NDArray[np.int64]:
+    """Number of the tip of every radius: one that is 50 um off all before is that of another stylus."""
+    firsts: list[float] = []
+    found = np.empty(len(r_eff_um), np.int64)
+    for row, radius in enumerate(r_eff_um.tolist()):
+        known = next((number for number, first in enumerate(firsts) if abs(radius - first) < OTHER_TIP_UM), None)
+        if known is None:
+            firsts.append(radius)
+        found[row] = len(firsts) - 1 if known is None else known
+    return found
+
+
+def _from_first_of_tip(r_eff_um: Array) -> Array:
+    """R_eff minus the first one of its tip."""
+    tips = _tips(r_eff_um)
+    _, first = np.unique(tips, return_index=True)
+    return r_eff_um - r_eff_um[first[tips]]
+
+
+def false_warning_words(series: Sequence[Series]) -> str:
+    """How many trends and values were looked at, and how often noise alone gives a warning, in a sentence."""
+    trends = sum(one.drift is not None for one in series)
+    values = sum(one.charted for one in series)
+    return (
+        f"{trends} trends and {values} values were tested together: a report of pure noise has a warning in at most"
+        f" {FALSE_WARNINGS:.0%} of cases"
+    )
+
+
+def judge(series: Sequence[Series], limits: Mapping[str, float]) -> list[Alert]:
+    """Every value beyond its limit (``limits`` by quantity) or its chart, and the drifts that are no noise."""
+    found = []
+    for one in series:
+        unit = QUANTITIES[one.quantity].unit
+        found += _beyond_limit(one, limits.get(one.quantity), unit)
+        found += _beyond_control(one, unit)
+        if one.drift is not None and one.drift.significant:
+            found.append(_warning("drift", one, len(one.entries) - 1, drift_words(one)))
+    return sorted(found, key=lambda warning: (warning.measured_at, warning.quantity))
+
+
+def drift_words(one: Series) -> str:
+    """``drifts by +8.1 +- 0.2 um/m a year`` of a series with a trend."""
+    assert one.drift is not None
+    rate = f"{rounded(one.drift.per_year, 3, plus=True)} +- {rounded(one.drift.u_per_year, 2)}"
+    beside = ", beside what the scale error shows in it" if one.of_scale.any() else ""
+    return f"drifts by {rate} {QUANTITIES[one.quantity].unit} a year{beside}"
+
+
+def _beyond_limit(one: Series, limit: float | None, unit: str) -> list[Alert]:
+    if limit is None:
+        return []
+    size = np.abs(one.value) if QUANTITIES[one.quantity].signed else one.value
+    said = f"{unit}, beyond the limit {limit:g} {unit}"
+    return [
+        _warning("limit", one, row, f"{rounded(one.value[row], 3)} {said}{_shown_by_scale(one, row, unit)}")
+        for row in np.flatnonzero(size > limit).tolist()
+    ]
+
+
+def _shown_by_scale(one: Series, row: int, unit: str) -> str:
+    """What of a value the scale error shows of itself, in brackets where it is a tenth of it or more."""
+    um = one.of_scale[row]
+    if abs(um) < 0.1 * abs(one.value[row]) or um == 0.0:
+        return ""
+    return f" ({rounded(um, 3, plus=True)} {unit} of it are of the scale error)"
+
+
+def _beyond_control(one: Series, unit: str) -> list[Alert]:
+    found = []
+    for row in np.flatnonzero(one.beyond).tolist():
+        value, low, high = (rounded(v, 3) for v in (one.value[row], one.low[row], one.high[row]))
+        found.append(_warning("control", one, row, f"{value} {unit}, outside its control chart {low} to {high} {unit}"))
+    return found
+
+
+def _warning(kind: str, one: Series, row: int, text: str) -> Alert:
+    entry = one.entries[row]
+    return Alert(kind, one.quantity, one.direction, entry.measured_at, entry.path, text)
