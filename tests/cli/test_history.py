@@ -94,11 +94,11 @@ def test_folders_without_evaluations(run: Run, tmp_path: Path) -> None:
 
 def test_evaluate_writes_the_date_that_history_reads(run: Run, files: Path) -> None:
     line = ("evaluate", files / "recording.csv", "-g", "step-gauge-420", "-o", files / "r")
-    assert run(*line, "--measured-at", "2024-03-05", "--machine-name", "Mine").code == 0
+    assert run(*line, "--measured-at", "2026-03-05", "--machine-name", "Mine").code == 0
     data = json.loads((files / "r" / "evaluation.json").read_text())
-    assert (data["measured_at"], data["machine"]) == ("2024-03-05", "Mine")
+    assert (data["measured_at"], data["machine"]) == ("2026-03-05", "Mine")
     result = run("history", files, "-o", files / "h")
-    assert "2024-03-05" in result.out
-    wrong = run(*line, "--measured-at", "5.3.2024")
+    assert "2026-03-05" in result.out
+    wrong = run(*line, "--measured-at", "5.3.2026")
     assert wrong.code == 2
-    assert "measured_at is no date; found '5.3.2024'" in wrong.err
+    assert "measured_at is no date; found '5.3.2026'" in wrong.err
