@@ -18,6 +18,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.units import LENGTH_MM
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
+from stepgauge.importing.departures import SHOWN
 from stepgauge.importing.expected import check_beside, coordinates
 from stepgauge.importing.faces import AT_FACE_MM, beside_blocks, nearest_faces
 from stepgauge.importing.log import ProbeLog
@@ -66,12 +67,12 @@ def settle(
 
 
 def _alarm_words(log: ProbeLog, accept: Sequence[str]) -> tuple[str, ...]:
-    """After an alarm the position may be lost, and moves of the program are."""
+    """After an alarm the position may be lost, and moves of the program are; other failures are told."""
+    told = ", ".join(f"{name} in line {at}" for at, name in log.failures[:SHOWN])
     if not log.alarms:
-        return ()
+        return (f"reported by the controller: {told}",) if told else ()
     line, text = log.alarms[0]
     after = int((log.line > line).sum())
-    told = ", ".join(f"{name} in line {at}" for at, name in log.alarms)
     if after and ALARM not in accept:
         words = f"a run without an alarm, or {{}} {ALARM} where the machine kept its position or was homed again"
         raise InputError(

@@ -18,7 +18,10 @@ from stepgauge.importing.log import ProbeLog, check_other_axes, counted, numbere
 
 _NUMBER = r"[-+]?\d+\.?\d*"
 _REPORT = re.compile(rf"\[PRB:({_NUMBER}(?:,{_NUMBER}){{2,8}}):([01])\]", re.ASCII)
-_STOPPED = re.compile(r"\b(ALARM|error):(\d+)", re.IGNORECASE | re.ASCII)
+_STOPPED = re.compile(
+    r"(?<!<)\b(ALARM|error): *(\d+|[a-z][^\r\n.]*)|<(Alarm)\b|\b(Grbl)(?:HAL)? \d\S* \[", re.IGNORECASE
+)
+"""By number (1.1) or in words (0.9); the state in a status report; and the greeting, which follows every reset."""
 _INCHES = re.compile(r"\$13=([01])|\bG20\b", re.IGNORECASE)
 
 
@@ -40,7 +43,7 @@ def read(text: str, path: str) -> ProbeLog:
                 f"{path}:{number}", "the report is cut short", found=repr(line[:60]), expected="[PRB:x,y,z:1]"
             )
         if stopped:
-            failures.append((number, f"{stopped[1]}:{stopped[2]}"))
+            failures += _failure(number, stopped, bool(points))
         elif not report:
             dropped["other lines"] += 1
         elif report[2] == "0":
@@ -61,10 +64,17 @@ def read(text: str, path: str) -> ProbeLog:
         np.array([values[:3] for _, values in points]),
         np.array(lines),
         failures=failures,
-        alarms=[one for one in failures if one[1].upper().startswith("ALARM")],
+        alarms=[one for one in failures if not one[1].lower().startswith("error")],
         units=_units(text),
         left_out=counted(dropped),
     )
+
+
+def _failure(number: int, stopped: re.Match[str], running: bool) -> list[tuple[int, str]]:
+    """What the controller reported; a greeting before the first contact is none."""
+    if stopped[4]:
+        return [(number, "a restart of the controller")] if running else []
+    return [(number, f"{stopped[1]}:{stopped[2]}" if stopped[1] else "state Alarm")]
 
 
 def _units(text: str) -> tuple[str, ...]:

@@ -32,6 +32,8 @@ _COMMAND = re.compile(r"(\w+)\((.*)\)")
 _FIELD = re.compile(r"([A-Za-z][\w.]{0,99})\(([^()]*)\)")
 OTHER_NORMAL = 0.02
 """A reported IJK that differs from the commanded one by more is said to be another."""
+_FATAL = re.compile(r"Error\(\s*9\b")
+"""Severity of an error after which a server must be started and homed again (I++ DME 1.7, 8.1)."""
 _RADIUS_MM = (0.05, 20.0)
 OWN_TIME = "Server.Time"
 """Time of the machine's clock at a touch, s: a property of stepgauge's own server."""
@@ -66,6 +68,7 @@ class _Session:
         self.open: dict[str, _Command] = {}
         self.points: list[_Command] = []
         self.failures: list[tuple[int, str]] = []
+        self.alarms: list[tuple[int, str]] = []
         self.state: dict[str, float] = {}
         self.dropped: Counter[str] = Counter()
         self.first: str | None = None
@@ -84,7 +87,9 @@ class _Session:
         tag, rest = match["tag"], match["rest"].strip()
         self.stamp = stamp_in(match["before"])
         self.first = self.first or self.stamp
-        if tag.startswith("E"):
+        if tag.startswith("E") and rest[0] == "!":  # of no command: the machine stopped by itself
+            self.alarms.append((self.line, rest))
+        elif tag.startswith("E"):
             self.dropped["events"] += 1
         elif rest[0] in "&%#!":
             self._answer(tag, rest[0], rest[1:].strip())
@@ -119,6 +124,8 @@ class _Session:
         elif kind == "!":
             command.failed = rest
             self.failures.append((self.line, f"{command.name}: {rest}"))
+            if _FATAL.match(rest):
+                self.alarms.append(self.failures.pop())
         elif kind == "%":
             self._complete(self.open.pop(tag))
 
@@ -204,7 +211,8 @@ def read(text: str, path: str) -> ProbeLog:
         comments=_date(session) | comments | (SIMULATED_COMMENT if session.simulated else {}),
         tip_radius_mm=radius,
         cut="" if session.ended else "no EndSession()",
-        failures=tuple(session.failures),
+        failures=(*session.failures, *session.alarms),
+        alarms=tuple(session.alarms),
         units=("mm",),
         dropped=sum(1 for line in lines if not line.strip() or line.lstrip().startswith("#")),
         mapped=("X, Y, Z are tip centres, approach = minus IJK", *clock[:1], *directions, *tool, *kept),

@@ -81,15 +81,51 @@ def test_two_points_touched_again_are_no_convention(tmp_path: Path) -> None:
     assert np.allclose(imported(tmp_path, text, "doubled").recording.position_mm, PRINTED)
 
 
-@pytest.mark.parametrize("alarm", ["ALARM:1", "ALARM:3", "ALARM:4"])
+ALARMS = {
+    "ALARM:1": "ALARM:1",
+    "ALARM:4": "ALARM:4",
+    "ALARM: Hard limit. MPos?": "ALARM:Hard limit",
+    "<Alarm|MPos:1.000,2.000,3.000|FS:0,0>": "state Alarm",
+    "Grbl 1.1h ['$' for help]": "a restart of the controller",
+    "GrblHAL 1.1f ['$' or '$HELP' for help]": "a restart of the controller",
+}
+
+
+def test_failures_that_are_no_alarms_are_told(tmp_path: Path) -> None:
+    result = imported(tmp_path, "Grbl 1.1h ['$' for help]\n" + console() + "error:20\n")
+    (line,) = words(result, "reported by the controller")
+    assert line.startswith("reported by the controller: error:20 in line")
+
+
+@pytest.mark.parametrize("error", ["E0000 ! Error(3, 0512, M, Collision)", "00004 ! Error(9, 0006, M, Fatal)"])
+def test_a_machine_that_stopped_by_itself_in_an_i_plus_plus_session(tmp_path: Path, error: str) -> None:
+    def touch(tag: int, point: np.ndarray, sign: float) -> str:
+        normal = ",".join(f"{value:.9f}" for value in -sign * AXIS)
+        xyz = ",".join(f"{axis}({value:.6f})" for axis, value in zip("XYZ", point, strict=True))
+        return f"{tag:05d} PtMeas({xyz},IJK({normal}))\n{tag:05d} # {xyz}\n{tag:05d} %\n"
+
+    pairs = zip(CASE.recording.position_mm, SIGN, strict=True)
+    text = [touch(n, *pair) for n, pair in enumerate(pairs, 10)]
+    stop = "" if error.startswith("E") else "00004 GoTo(X(1))\n"
+    path = tmp_path / "session.log"
+    path.write_text("".join([*text[:5], stop, error + "\n", *text[5:], "90000 EndSession()\n"]))
+    with pytest.raises(InputError, match=r"an alarm in the middle of the run.*accept alarm"):
+        import_log(path, "ippdme", CASE.gauge, CASE.placement)
+    accepted = import_log(path, "ippdme", CASE.gauge, CASE.placement, options=ImportOptions(accept=["alarm"]))
+    np.testing.assert_allclose(accepted.recording.position_mm, CASE.recording.position_mm, atol=1e-6)
+
+
+@pytest.mark.parametrize("alarm", ALARMS)
 def test_readings_after_an_alarm_are_asked_for(tmp_path: Path, alarm: str) -> None:
     lines = console().splitlines()
     text = "\n".join([*lines[:20], alarm, "[MSG:Caution: Unlocked]", "error:9", *lines[20:]])
     after = len(PRINTED) - 10
-    with pytest.raises(InputError, match=rf"console.log:21: an alarm .*found {alarm}, and {after} of .*accept alarm"):
+    with pytest.raises(
+        InputError, match=rf"console.log:21: an alarm .*found {ALARMS[alarm]}, and {after} of .*accept alarm"
+    ):
         imported(tmp_path, text)
     result = imported(tmp_path, text, "alarm")
-    assert words(result, f"warning: {alarm} in line 21; {after} of")
+    assert words(result, f"warning: {ALARMS[alarm]} in line 21")
     np.testing.assert_allclose(result.recording.position_mm, PRINTED, atol=1e-9)
 
 
