@@ -54,7 +54,6 @@ from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.controller import Wishes
 from stepgauge.live.faults import Faults
 from stepgauge.live.machine_state import MachineState
-from stepgauge.live.methods import NOT_HERE
 from stepgauge.live.server import Listening, Server
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.machine.virtual import Conditions, run_program
@@ -138,7 +137,7 @@ class Hall:
         seed = int(self.random.integers(2**32))
         cmm = LiveCmm(self.machine, self.gauge, true, self.clock, self.faults, None, seed)
         if self.state is None:
-            self.state = MachineState(cmm, known=NOT_HERE)
+            self.state = MachineState(cmm)
             return self._serve(self.state)
         cmm.position_mm, cmm.homed = self.state.cmm.position_mm, True
         self.state.cmm = cmm

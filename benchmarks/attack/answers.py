@@ -32,7 +32,6 @@ from stepgauge.live.clock import MachineClock
 from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.journal import look
 from stepgauge.live.machine_state import MachineState
-from stepgauge.live.methods import NOT_HERE
 from stepgauge.live.server import Listening, Server
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.planning.planned import Plan
@@ -236,7 +235,7 @@ def bench(folder: Path) -> Iterator[Bench]:
     centre, length = np.array([200.0, 300.0, 150.0]), gauge.block_centre_mm[-1] - gauge.block_centre_mm[0]
     lies = make_placement(centre, centre + length * axis, 1, gauge.n_blocks)
     planned = sg.plan(lies, gauge, machine, blocks=(1, 3), order="up-down", cycles=2)
-    state = MachineState(LiveCmm(machine, gauge, lies, MachineClock(None), seed=1), known=NOT_HERE)
+    state = MachineState(LiveCmm(machine, gauge, lies, MachineClock(None), seed=1))
     with Server(state, Listening(port=0)).in_thread() as port:
         found = Bench(gauge, machine, lies, planned, state, port, Recording.__new__(Recording))
         found.truth = found.measure(folder / "truth.journal", port)

@@ -108,7 +108,6 @@ def _state(machine: str, gauge: str, placement: str, options: dict[str, Any]) ->
     from stepgauge.live.cmm import LiveCmm
     from stepgauge.live.faults import read_faults
     from stepgauge.live.machine_state import MachineState
-    from stepgauge.live.methods import NOT_HERE
     from stepgauge.machine.file import read_machine
     from stepgauge.machine.styli import with_styli
     from stepgauge.planning.program import check_tool
@@ -124,7 +123,7 @@ def _state(machine: str, gauge: str, placement: str, options: dict[str, Any]) ->
         options["gauge_temperature"],
         options["seed"],
     )
-    return MachineState(cmm, options["tool"], NOT_HERE)
+    return MachineState(cmm, options["tool"])
 
 
 def _log_to(path: str) -> None:

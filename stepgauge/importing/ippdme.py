@@ -22,6 +22,7 @@ from stepgauge.files.numerals import number
 from stepgauge.importing.log import ProbeLog, check_other_axes, counted, numbered, unit_vectors
 from stepgauge.importing.tables.clock import read_clock, stamp_in
 from stepgauge.ippdme.codes import DmeError
+from stepgauge.ippdme.commands import OWN_SIMULATED, OWN_TIME
 from stepgauge.ippdme.values import once
 from stepgauge.recording import comment_lines
 from stepgauge.recording.simulated import SIMULATED_COMMENT
@@ -35,10 +36,6 @@ OTHER_NORMAL = 0.02
 _FATAL = re.compile(r"Error\(\s*9\b")
 """Severity of an error after which a server must be started and homed again (I++ DME 1.7, 8.1)."""
 _RADIUS_MM = (0.05, 20.0)
-OWN_TIME = "Server.Time"
-"""Time of the machine's clock at a touch, s: a property of stepgauge's own server."""
-OWN_SIMULATED = "Server.Simulated"
-"""1: the machine behind the server is a virtual one; a property of stepgauge's own server, too."""
 _TEMPERATURES = {"part.temperature": "gauge_temperature_C", "parttemperature": "gauge_temperature_C"}
 _TEMPERATURES |= {f"scale{axis}.temperature": f"scale_temperature_{axis}_C" for axis in "xyz"}
 

@@ -74,6 +74,11 @@ def is_tag(text: str) -> bool:
     return _TAG.fullmatch(text) is not None
 
 
+def is_event_tag(text: str) -> bool:
+    """Whether a text is a tag of events, and of commands that are executed at once."""
+    return text[:1] == "E" and is_tag(text)
+
+
 def parse_command(line: bytes, cut: bool = False) -> Command:
     """The command of a line of a client, without its end; what is wrong with it is in ``error``."""
     text = line.decode("latin-1")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import NamedTuple, NoReturn, TypeVar
 
 from stepgauge.ippdme.codes import DmeError
@@ -55,6 +55,16 @@ class Call(NamedTuple):
             raise DmeError(509, detail=f"{self.name}(..) has {len(numbers)} numbers instead of one")
         return numbers[0]
 
+    def calls(self) -> list[Call]:
+        """The arguments, all of which are names with parentheses (error 0502 if not)."""
+        if not all(isinstance(one, Call) for one in self.arguments):
+            raise DmeError(502, detail=f"not all of {self.name}(..) have parentheses")
+        return [one for one in self.arguments if isinstance(one, Call)]
+
+    def named(self) -> dict[str, Call]:
+        """The same by name, each of which is there once (error 0502 if not)."""
+        return once((one.name, one) for one in self.calls())
+
 
 Value = float | Text | Word | Call
 
@@ -92,15 +102,7 @@ def named(lines: Iterable[str]) -> dict[str, Call]:
     :class:`DmeError` 0502 for a name that is there twice, in one line or in two, and for what is no name with
     parentheses; 0509 for numbers.
     """
-    return once((one.name, one) for one in _calls(lines))
-
-
-def _calls(lines: Iterable[str]) -> Iterator[Call]:
-    for line in lines:
-        for one in parse_values(line):
-            if not isinstance(one, Call):
-                raise DmeError(502, detail=f"{one!s} instead of a name with parentheses")
-            yield one
+    return Call("data", tuple(one for line in lines for one in parse_values(line))).named()
 
 
 def parse_call(text: str, method: str = "") -> Call:

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
-from stepgauge.importing.ippdme import OWN_SIMULATED, OWN_TIME
 from stepgauge.ippdme.codes import DmeError
+from stepgauge.ippdme.commands import OWN_SIMULATED, OWN_TIME
 from stepgauge.ippdme.values import Call, fixed, named
 from stepgauge.live.connection import Connection, FalseAnswerError
 from stepgauge.motion.moves import ProbingSettings

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from stepgauge.ippdme.codes import DmeError
 
 Array = NDArray[np.float64]
-SELECTABLE = ("MachineCsy", "MoveableMachineCsy", "MultipleArmCsy", "PartCsy")
-DEFINABLE = ("MoveableMachineCsy", "MultipleArmCsy", "PartCsy", "JogDisplayCsy", "JogMoveCsy", "SensorCsy")
 LARGEST_MM = 1e6
 
 
@@ -23,19 +21,17 @@ class Transformation:
     rotation: Array = field(default_factory=lambda: np.eye(3))
 
     @classmethod
-    def of(cls, numbers: list[float], method: str) -> Transformation:
+    def of(cls, numbers: list[float]) -> Transformation:
         """From the six numbers of the standard: the machine's origin in part coordinates, and three Euler angles.
 
         The specification leaves open how the angles are used; here they are z-x-z, R = Rz(phi) Rx(theta) Rz(psi), as
         its range for theta alone (0 to 180 deg, else error 1007) suggests.
         """
-        if len(numbers) != 6:
-            raise DmeError(502, method)
         if max(map(abs, numbers)) > LARGEST_MM:
-            raise DmeError(509, method)
+            raise DmeError(509)
         theta, psi, phi = np.radians(numbers[3:])
         if not 0.0 <= theta <= np.pi:
-            raise DmeError(1007, method)
+            raise DmeError(1007)
         return cls(tuple(numbers), _about_z(phi) @ _about_x(theta) @ _about_z(psi))
 
     @property

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.importing.ippdme import OWN_TIME
 from stepgauge.ippdme.codes import DmeError
+from stepgauge.ippdme.commands import OWN_TIME, TEMPERATURES
 from stepgauge.ippdme.values import fixed
 from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.coordinates import Coordinates
@@ -19,17 +19,14 @@ Array = NDArray[np.float64]
 NO_TOOL, UNDEFINED = "NoTool", "UnDefTool"
 REPORTED = ("X", "Y", "Z")
 POSITIONS = {"X": 0, "Y": 1, "Z": 2}
-KNOWN_AXES = ("R", "Phi", "C", "Tool.A", "Tool.B", "Tool.C", "A", "B")
-"""Quantities of the standard that this machine does not have."""
 
 
 @dataclass
 class MachineState:
-    """The machine with its tools. ``known``: commands of the standard that the server does not have."""
+    """The machine with its tools."""
 
     cmm: LiveCmm
     probe_name: str = DIALECTS["ippdme"].tool
-    known: frozenset[str] = frozenset()
     user_enabled: bool = False
     found_tool: str = UNDEFINED
     coordinates: Coordinates = field(default_factory=Coordinates)
@@ -63,7 +60,7 @@ class MachineState:
         """Parameters of the tool in use."""
         return self.parameters[self.tool]
 
-    def tool_of(self, path: str, method: str) -> tuple[str, str]:
+    def tool_of(self, path: str) -> tuple[str, str]:
         """The tool that ``Tool``, ``FoundTool`` or ``BaseTool`` means, and the rest of the path.
 
         :class:`DmeError` 0510 for another beginning, 1503 where no tool was found yet.
@@ -71,27 +68,23 @@ class MachineState:
         first, _, rest = path.partition(".")
         names = {"Tool": self.tool, "FoundTool": self.found_tool, "BaseTool": "BaseTool"}
         if first not in names:
-            raise DmeError(510, method)
+            raise DmeError(510)
         if names[first] == UNDEFINED:
-            raise DmeError(1503, method)
+            raise DmeError(1503)
         return names[first], rest
 
     def temperature_C(self, name: str) -> float | None:
         """A temperature by its name, deg C; None for another name."""
         if name == "Part.Temperature":
             return self.cmm.gauge_temperature_C
-        return self.cmm.scale_temperature_C() if name in [f"Scale{axis}.Temperature" for axis in "XYZ"] else None
+        return self.cmm.scale_temperature_C() if name in TEMPERATURES else None
 
-    def quantity(self, name: str, machine_mm: Array, method: str = "Get") -> str:
-        """``X(1.5)`` and the like, in the coordinates that are selected.
-
-        :class:`DmeError` 0506 for what the standard has and this machine has not, 0505 for anything else.
-        """
+    def quantity(self, name: str, machine_mm: Array) -> str:
+        """``X(1.5)`` and the like, of :data:`stepgauge.ippdme.commands.QUANTITIES`, in the coordinates selected."""
         if name in POSITIONS:
             return f"{name}({fixed(self.coordinates.to_part(machine_mm)[POSITIONS[name]])})"
-        temperature_C = self.temperature_C(name)
-        if temperature_C is not None:
-            return f"{name}({fixed(temperature_C, 4)})"
         if name == OWN_TIME:
             return f"{name}({fixed(self.cmm.clock.now_s, 6)})"
-        raise DmeError(506 if name in KNOWN_AXES else 505, method)
+        temperature_C = self.temperature_C(name)
+        assert temperature_C is not None, name
+        return f"{name}({fixed(temperature_C, 4)})"

@@ -9,20 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.importing.ippdme import OWN_TIME
 from stepgauge.ippdme.codes import DmeError
+from stepgauge.ippdme.commands import OWN_TIME
 from stepgauge.ippdme.values import Call, fixed
-from stepgauge.live.machine_state import KNOWN_AXES, NO_TOOL, POSITIONS
+from stepgauge.live.machine_state import NO_TOOL, POSITIONS
 from stepgauge.live.session import Data, Handler, Session
 
 Array = NDArray[np.float64]
-MEASURED = ("X", "Y", "Z", "IJK", "ER", "Q", OWN_TIME)
-"""What a measurement can report."""
 
 
 def _home(session: Session, call: Call) -> Awaitable[Data]:
-    if call.arguments:
-        raise DmeError(502, call.name)
     return _go_home(session)
 
 
@@ -41,23 +37,7 @@ async def _go_home(session: Session) -> Data:
 
 
 def _is_homed(session: Session, call: Call) -> Data:
-    if call.arguments:
-        raise DmeError(502, call.name)
     return [f"IsHomed({int(session.cmm.homed)})"]
-
-
-def _named(call: Call, allowed: tuple[str, ...]) -> dict[str, Call]:
-    """Arguments by name; :class:`DmeError` 0502 for none or one twice, 0506 and 0505 for other names."""
-    found: dict[str, Call] = {}
-    for one in call.arguments:
-        if not isinstance(one, Call) or one.name in found:
-            raise DmeError(502, call.name)
-        if one.name not in allowed:
-            raise DmeError(506 if one.name in KNOWN_AXES else 505, call.name)
-        found[one.name] = one
-    if not found:
-        raise DmeError(502, call.name)
-    return found
 
 
 def _position(session: Session, named: dict[str, Call]) -> Array:
@@ -69,17 +49,17 @@ def _position(session: Session, named: dict[str, Call]) -> Array:
     return session.state.coordinates.to_machine(position)
 
 
-def _ready(session: Session, method: str) -> None:
+def _ready(session: Session) -> None:
     if not session.cmm.homed:
-        raise DmeError(1011, method)
+        raise DmeError(1011)
     session.state.user_enabled = False
 
 
 def _go_to(session: Session, call: Call) -> Awaitable[Data]:
-    target = _position(session, _named(call, tuple(POSITIONS)))
-    _ready(session, call.name)
+    target = _position(session, call.named())
+    _ready(session)
     if not session.cmm.inside(target):
-        raise DmeError(1008, call.name)
+        raise DmeError(1008)
     return _go(session, target)
 
 
@@ -98,29 +78,26 @@ class _Probing:
 
 
 def _pt_meas(session: Session, call: Call) -> Awaitable[Data]:
-    named = _named(call, (*POSITIONS, "IJK"))
+    named = call.named()
     surface = _position(session, named)
-    _ready(session, call.name)
+    _ready(session)
     if session.state.tool == NO_TOOL:
-        raise DmeError(2002, call.name)
-    probing = _probing(session, surface, _normal(session, named.get("IJK"), surface, call.name))
+        raise DmeError(2002)
+    probing = _probing(session, surface, _normal(session, named.get("IJK"), surface))
     if not session.cmm.inside(probing.start):
-        raise DmeError(1008, call.name)
+        raise DmeError(1008)
     return _measure(session, probing)
 
 
-def _normal(session: Session, given: Call | None, surface: Array, method: str) -> Array:
+def _normal(session: Session, given: Call | None, surface: Array) -> Array:
     """The unit normal: as commanded, else towards where the machine stands (error 1010 where there is none)."""
     if given is None:
         vector = session.cmm.position_mm - surface
     else:
-        numbers = given.numbers()
-        if len(numbers) != 3:
-            raise DmeError(502, method)
-        vector = session.state.coordinates.direction_to_machine(np.array(numbers))
+        vector = session.state.coordinates.direction_to_machine(np.array(given.numbers()))
     size = math.hypot(*vector)
     if not 1e-9 < size < 1e9:
-        raise DmeError(1010, method)
+        raise DmeError(1010)
     return vector / size
 
 
@@ -162,30 +139,19 @@ def _told(session: Session, indicated: Array, time_s: float, normal: Array) -> s
     """The answer of a measurement, in the order that was asked for."""
     state = session.state
     ijk = ", ".join(fixed(value, 9) for value in state.coordinates.direction_to_part(normal))
-    own = {"IJK": f"IJK({ijk})", "ER": f"ER({fixed(session.cmm.tip_radius_mm)})", "Q": "Q(0)"}
+    own = {"IJK": f"IJK({ijk})", "ER": f"ER({fixed(session.cmm.tip_radius_mm)})"}
     own[OWN_TIME] = f"{OWN_TIME}({fixed(time_s, 6)})"
     return ", ".join(own[name] if name in own else state.quantity(name, indicated) for name in state.report)
 
 
 def _on_pt_meas_report(session: Session, call: Call) -> Data:
-    names: list[str] = []
-    for one in call.arguments:
-        if not isinstance(one, Call) or one.arguments or one.name in names:
-            raise DmeError(502, call.name)
-        if one.name not in MEASURED:
-            raise DmeError(506 if one.name in KNOWN_AXES else 510, call.name)
-        names.append(one.name)
-    if not names:
-        raise DmeError(510, call.name)
-    session.state.report = tuple(names)
+    session.state.report = tuple(call.named())
     return None
 
 
 def _get(session: Session, call: Call) -> Data:
-    if not call.arguments or not all(isinstance(one, Call) and not one.arguments for one in call.arguments):
-        raise DmeError(502, call.name)
     here = session.cmm.position_mm
-    return [", ".join(session.state.quantity(one.name, here) for one in call.arguments if isinstance(one, Call))]
+    return [", ".join(session.state.quantity(name, here) for name in call.named())]
 
 
 MOTION: dict[str, Handler] = {

@@ -55,16 +55,16 @@ class ToolParameters:
         """An actual value."""
         return self.blocks[block][name].value
 
-    def find(self, path: str, method: str) -> tuple[Parameter, str]:
+    def find(self, path: str) -> tuple[Parameter, str]:
         """Parameter and facet of a path such as ``PtMeasPar.Speed.Max`` (error 0510 if there is none)."""
         parts = path.split(".")
         block = self.blocks.get(parts[0], {})
         facet = parts[2] if len(parts) == 3 else "Act"
         if not 2 <= len(parts) <= 3 or parts[1] not in block or facet not in FACETS:
-            raise DmeError(510, method)
+            raise DmeError(510)
         return block[parts[1]], facet
 
-    def children(self, path: str, method: str) -> Iterator[tuple[str, str]]:
+    def children(self, path: str) -> Iterator[tuple[str, str]]:
         """Name and kind of what is below a path (error 0510 if there is no such path)."""
         parts = [part for part in path.split(".") if part]
         if not parts:
@@ -72,7 +72,7 @@ class ToolParameters:
         elif len(parts) == 1 and parts[0] in self.blocks:
             yield from ((name, "Number") for name in self.blocks[parts[0]])
         else:
-            self.find(path, method)
+            self.find(path)
             yield from ((facet, "Number") for facet in FACETS if len(parts) == 2)
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.ippdme.codes import DmeError
+from stepgauge.ippdme.commands import COMMANDS, check_command
 from stepgauge.ippdme.lines import NO_TAG, Command, parse_command
 from stepgauge.ippdme.values import Call
 from stepgauge.live.cmm import Leg
@@ -93,7 +94,7 @@ class Session:
 
     def _accept(self, command: Command) -> None:
         name = command.call.name
-        fast = name.endswith("E") and name in self.handlers and command.error is None
+        fast = name in COMMANDS and COMMANDS[name].at_once and command.error is None
         waiting = _Waiting(command, fast=fast)
         self._order.append(waiting)
         self._tags.add(command.tag)
@@ -184,16 +185,15 @@ class Session:
             self._fail(waiting, DmeError(511, command.call.name))
 
     def _check(self, command: Command) -> None:
-        """What is accepted at all now (:class:`DmeError` 0008, 0514, 0501, 0507, or what is wrong with the line)."""
+        """What is accepted now (:class:`DmeError` 0008, 0514, what is wrong with the line, what the table refuses)."""
         name = command.call.name
         if self.failed and name not in IN_ERROR and not (name == "StartSession" and not self.open):
             raise DmeError(514, name)
         if command.error is not None:
             raise command.error
-        if name not in self.handlers:
-            raise DmeError(501 if name in self.state.known else 507, name)
-        if not self.open and name not in WITHOUT_SESSION:
+        if not self.open and name in COMMANDS and name not in WITHOUT_SESSION:
             raise DmeError(8, name)
+        check_command(command.call, command.tag)
 
     def report(self, data: str) -> None:
         """A line of data of the command that is being executed, before it is complete."""

@@ -157,7 +157,6 @@ def _server(asked: Asked) -> Iterator[str]:
     from stepgauge.live.cmm import LiveCmm
     from stepgauge.live.faults import read_faults
     from stepgauge.live.machine_state import MachineState
-    from stepgauge.live.methods import NOT_HERE
     from stepgauge.live.server import Listening, Server
 
     gauge = sg.read_gauge(asked.gauge)
@@ -170,7 +169,7 @@ def _server(asked: Asked) -> Iterator[str]:
         asked.gauge_temperature_C,
         asked.seed,
     )
-    with Server(MachineState(cmm, known=NOT_HERE), Listening(port=0)).in_thread() as port:
+    with Server(MachineState(cmm), Listening(port=0)).in_thread() as port:
         yield f"127.0.0.1:{port}"
 
 

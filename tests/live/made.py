@@ -22,7 +22,7 @@ from stepgauge.live.clock import MachineClock
 from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.faults import EventTable, Faults
 from stepgauge.live.machine_state import MachineState
-from stepgauge.live.methods import HANDLERS, NOT_HERE
+from stepgauge.live.methods import HANDLERS
 from stepgauge.live.server import Listening, Server
 from stepgauge.live.session import Session
 from stepgauge.machine.file import Machine, MachineTable
@@ -77,7 +77,7 @@ def make_state(
     gauge = small_gauge()
     machine = machine or small_machine()
     lies = placement or lying(gauge)
-    return MachineState(LiveCmm(machine, gauge, lies, MachineClock(speed), faults, **cmm), known=NOT_HERE)
+    return MachineState(LiveCmm(machine, gauge, lies, MachineClock(speed), faults, **cmm))
 
 
 def with_effects(*tables: dict[str, Any]) -> Faults:
@@ -107,6 +107,11 @@ def serving(state: MachineState | None = None, **listening: Any) -> Iterator[int
         assert not thread.is_alive()
 
 
+def tag_of(command: str, number: int) -> str:
+    """Commands whose name ends in E have tags of events."""
+    return f"E{number:04d}" if command.partition("(")[0].endswith("E") else f"{number:05d}"
+
+
 class Raw:
     """A client of bytes."""
 
@@ -132,8 +137,9 @@ class Raw:
     def ask(self, command: str) -> list[str]:
         """What a command answers, without tags and without & and %."""
         self.tag += 1
-        self.send(f"{self.tag:05d} {command}")
-        return [line[6:] for line in self.until(f"{self.tag:05d} %")[1:-1]]
+        tag = tag_of(command, self.tag)
+        self.send(f"{tag} {command}")
+        return [line[6:] for line in self.until(f"{tag} %")[1:-1]]
 
     def close(self) -> None:
         self.file.close()
@@ -172,7 +178,7 @@ class Memory:
     def ask(self, command: str) -> list[str]:
         """What a command answers, without tags and without & and %."""
         self.tag += 1
-        return [line[6:] for line in self.run(f"{self.tag:05d} {command}")[1:-1]]
+        return [line[6:] for line in self.run(f"{tag_of(command, self.tag)} {command}")[1:-1]]
 
     def start(self) -> Memory:
         """In a session, homed."""

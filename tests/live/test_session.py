@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import stepgauge
 from stepgauge.ippdme.codes import CODES
+from stepgauge.ippdme.commands import COMMANDS, ELSEWHERE
 from stepgauge.ippdme.values import named
 from stepgauge.live.faults import NUMBERS
-from stepgauge.live.methods import HANDLERS, NOT_HERE
+from stepgauge.live.methods import HANDLERS
 from stepgauge.live.session import LONGEST_QUEUE
 from tests.live.made import Memory, events, lying, make_state, small_gauge
 
@@ -31,7 +36,6 @@ ANSWERS = {
     "GetDMEVersion()": ['# DMEVersion("1.4")'],
     "GetMachineClass()": ["# GetMachineClass(CartCMM)"],
     "GetErrorInfo(0513)": ['# "Daemon does not exist"'],
-    "GetErrorInfo(7777)": ['# "Unknown error"'],
     "GetErrStatusE()": ["# ErrStatus(0)"],
     "GetXtdErrStatus()": ["# IsHomed(1)", "# IsUserEnabled(0)"],
     "IsHomed()": ["# IsHomed(1)"],
@@ -48,7 +52,7 @@ ANSWERS = {
     'ChangeTool("RefTool")': [],
     'SetTool("NoTool")': [],
     'GetChangeToolAction("RefTool")': ["# ChangeToolAction(Switch, X(0), Y(0), Z(0))"],
-    "AlignTool(0, 0, 2, 1)": ["# (0.000000000, 0.000000000, 1.000000000)"],
+    "AlignTool(0, 0, 1, 1)": ["# (0.000000000, 0.000000000, 1.000000000)"],
     "GetProp(Tool.GoToPar.Speed(), Tool.PtMeasPar.Search.Max())": [
         "# Tool.GoToPar.Speed(50.000000), Tool.PtMeasPar.Search.Max(100.000000)"
     ],
@@ -61,7 +65,7 @@ ANSWERS = {
     "EnumProp(Tool.GoToPar.Speed())": [f'# "{name}", "Number"' for name in ("Min", "Max", "Act", "Def")],
     "Get(Z(), X())": ["# Z(300.0000000), X(0.0000000)"],
     "Get(ScaleX.Temperature())": ["# ScaleX.Temperature(20.0000)"],
-    "OnPtMeasReport(X(), IJK(), Q(), ER())": [],
+    "OnPtMeasReport(X(), IJK(), ER())": [],
     "OnMoveReportE(Time(0.5), Dis(2), X())": [],
     "GoTo(X(10))": [],
     "PtMeas(X(10), IJK(0, 0, 1))": ['! Error(3, 1008, "PtMeas", "Target position out of machine volume")'],
@@ -86,18 +90,26 @@ ERRORS = {
     "Home(1)": 502,
     "home()": 507,
     "ScanOnLine(0,0,0,1,1,1,0,0,1,1)": 501,
-    "GetErrorInfo()": 509,
+    "GetErrorInfo()": 502,
+    "GetErrorInfo(1, 2)": 502,
+    "GetErrorInfo(2.7)": 509,
+    "GetErrorInfo(7777)": 504,
+    "GetErrorInfo(0013)": 504,
     'GetErrorInfo("a")': 509,
     "GoTo()": 502,
     "GoTo(X(1), X(2))": 502,
     "GoTo(X())": 509,
     "GoTo(X(1, 2))": 509,
+    "GoTo(X(1), IJK(0, 0, 1))": 505,
     "GoTo(Q(1))": 505,
     "GoTo(R(1))": 506,
     "GoTo(5)": 502,
     "GoTo(X(500))": 1008,
     "GoTo(X(1e200))": 1008,
     "PtMeas()": 502,
+    "PtMeas(IJK(0, 0, 1))": 502,
+    "PtMeas(X(), Y(2), Z(3))": 509,
+    "PtMeas(X(1), IJK(2, 2, 2), IJK(3, 2, 2))": 502,
     "PtMeas(X(300), Y(50), Z(50), IJK(0, 0, 0))": 1010,
     "PtMeas(X(300), Y(50), Z(50), IJK(0, 1))": 502,
     "PtMeas(X(300), Y(50), Z(50), IJK(1e300, 1e300, 0))": 509,
@@ -106,10 +118,17 @@ ERRORS = {
     "PtMeas(X(300), Y(50), Z(-1), IJK(0, 0, 1))": 2500,
     "OnPtMeasReport()": 510,
     "OnPtMeasReport(Colour())": 510,
+    "OnPtMeasReport(Q())": 510,
+    "OnPtMeasReport(X(1))": 502,
+    "OnPtMeasReport(X)": 502,
     "OnPtMeasReport(Tool.A())": 506,
     "OnPtMeasReport(X(), X())": 502,
     "Get()": 502,
     "Get(R())": 506,
+    "Get(X)": 502,
+    "Get(X(1))": 502,
+    "Get(X(), X())": 502,
+    "Get(Q())": 505,
     "Get(Colour())": 505,
     "GetProp()": 502,
     "GetProp(Tool.PtMeasPar.Colour())": 510,
@@ -118,6 +137,7 @@ ERRORS = {
     "GetProp(Chair.Leg())": 510,
     "GetProp(FoundTool.PtMeasPar.Speed())": 1503,
     "SetProp(Tool.PtMeasPar.Speed())": 509,
+    "SetProp(Tool.PtMeasPar.Speed(1), Tool.PtMeasPar.Speed(2))": 502,
     "SetProp(Tool.PtMeasPar.Speed.Max(5))": 510,
     "SetProp(Part.Temperature(21))": 510,
     "SetProp(Tool.PtMeasPar.Speed(1000))": 504,
@@ -125,13 +145,20 @@ ERRORS = {
     "EnumProp(Tool(1))": 502,
     "EnumAllProp()": 502,
     'FindTool("Chair")': 1502,
-    "FindTool(Chair)": 502,
+    "FindTool(Chair)": 509,
+    "FindTool(3)": 509,
+    "FindTool()": 502,
+    'FindTool("")': 509,
     'ChangeTool("Chair")': 1502,
     'SetTool("UnDefTool")': 1503,
+    'GetChangeToolAction("UnDefTool")': 1503,
     'GetChangeToolAction("Chair")': 1502,
     "AlignTool(0, 1, 0, 5)": 1502,
     "AlignTool(0, 0, 0, 5)": 1010,
     "AlignTool(0, 0, 1)": 502,
+    "AlignTool(0, 0, 2, 30)": 502,
+    "AlignTool(0, 0, 1, 0, 0, 2, 30, 30)": 502,
+    "AlignTool(0, 0, 1, -5)": 1502,
     "AlignTool(0, 0, 1, X(1))": 509,
     "SetCoordSystem(MyCsy)": 505,
     "SetCoordSystem(JogMoveCsy)": 505,
@@ -140,11 +167,19 @@ ERRORS = {
     "SetCsyTransformation(PartCsy, 1, 2, 3, 200, 0, 0)": 1007,
     "SetCsyTransformation(PartCsy, 1e9, 2, 3, 0, 0, 0)": 509,
     "GetCsyTransformation(MachineCsy)": 505,
-    "OnMoveReportE(Time(0.01))": 509,
+    "OnMoveReportE(Time(0.09))": 510,
+    "OnMoveReportE(Dis(-3), X())": 510,
+    "OnMoveReportE(Time(1), Dis(10), X(), Y(), Dis(8))": 502,
+    "OnMoveReportE(Time(15), Time(3), Z())": 502,
+    "OnMoveReportE(X(), X())": 502,
+    "OnMoveReportE(Time(), X())": 509,
+    "OnMoveReportE(X)": 502,
     "OnMoveReportE(Colour())": 505,
     "OnMoveReportE(X(1))": 502,
     "StopDaemon(E0001)": 513,
     "StopDaemon()": 502,
+    "StopDaemon(05101)": 509,
+    "StopDaemon(E0000)": 509,
     "StopAllDaemons()": 512,
     "EndSession(1)": 502,
 }
@@ -159,7 +194,37 @@ def test_what_each_command_refuses(client: Memory, command: str) -> None:
     assert client.ask("GetErrStatusE()") == [f"# ErrStatus({int(failed)})"]
 
 
-@pytest.mark.parametrize("name", sorted(NOT_HERE))
+@pytest.mark.parametrize("name", [name for name in COMMANDS if COMMANDS[name].at_once])
+def test_a_command_that_is_executed_at_once_needs_the_tag_of_an_event(client: Memory, name: str) -> None:
+    assert number(client.run(f"00090 {name}(Tool.Name())")) == 1
+    assert client.ask("ClearAllErrors()") == []
+
+
+@pytest.mark.parametrize("name", [name for name in COMMANDS if not COMMANDS[name].at_once and name != "EndSession"])
+def test_any_other_command_needs_a_tag_of_its_own(client: Memory, name: str) -> None:
+    assert number(client.run(f"E0090 {name}()")) == 1
+    assert client.ask("ClearAllErrors()") == []
+
+
+def test_an_abort_that_is_refused_stops_the_machine_all_the_same() -> None:
+    client = Memory(make_state(speed=100.0))
+    client.ask("StartSession()")
+    client.state.cmm.homed = True
+    lines = client.run("00101 GoTo(X(400))", "00102 AbortE()", wait_s=0.01)
+    assert '00102 ! Error(2, 0001, "AbortE", "Illegal tag")' in lines
+    assert client.state.cmm.position_mm[0] < 390.0
+
+
+def test_the_documentation_lists_every_command_and_no_other() -> None:
+    text = (Path(stepgauge.__file__).parents[1] / "docs" / "live.md").read_text()
+    table = text.partition("### Commands")[2].partition("### ")[0]
+    assert set(re.findall(r"^\| `(\w+)\(", table, re.MULTILINE)) == set(COMMANDS)
+    for name, signature in COMMANDS.items():
+        words = str(signature.arguments).replace("|", "\\|")
+        assert f"| `{name}({words})` |" in table, f"{name}({words})"
+
+
+@pytest.mark.parametrize("name", sorted(ELSEWHERE))
 def test_commands_of_the_standard_that_the_machine_has_not(client: Memory, name: str) -> None:
     assert number(client.ask(f"{name}()")) == 501
 
@@ -330,7 +395,7 @@ def test_a_face_is_measured_in_the_coordinates_of_a_part(client: Memory) -> None
     start = lies.to_machine(gauge, before)
     client.ask(f"GoTo(X({start[0]:.6f}), Y({start[1]:.6f}))")
     client.ask(f"GoTo(Z({start[2]:.6f}))")
-    client.ask("OnPtMeasReport(X(), Y(), Z(), IJK(), ER(), Q())")
+    client.ask("OnPtMeasReport(X(), Y(), Z(), IJK(), ER())")
     answers = []
     for csy in ("MachineCsy", "PartCsy"):
         client.ask("SetCsyTransformation(PartCsy, 10, 20, 30, 25, 90, -40)")
@@ -343,7 +408,6 @@ def test_a_face_is_measured_in_the_coordinates_of_a_part(client: Memory) -> None
         answers.append(of_part.to_machine(np.array([found[axis][0] for axis in "XYZ"], float)))
         assert np.array(found["IJK"], float) == pytest.approx(out, abs=1e-8)
         assert found["ER"] == (2.0,)
-        assert found["Q"] == (0.0,)
     assert answers[0] == pytest.approx(answers[1], abs=1e-6)
     assert answers[0] == pytest.approx(surface + (2.0 - 0.003) * normal, abs=1e-6)
 
