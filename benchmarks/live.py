@@ -184,7 +184,7 @@ def rate(files: Files, table: Table, rounds: int = 30) -> None:
 
 def growth(files: Files, table: Table, commands: int) -> None:
     """Memory over many commands, of which one in ten measures."""
-    cycle = [*[b"GetProp(Tool.PtMeasPar.Speed())"] * 4, b"GetErrStatusE()", *[b"Get(X(), Y(), Z())"] * 2]
+    cycle = [*[b"GetProp(Tool.PtMeasPar.Speed())"] * 4, b"GetXtdErrStatus()", *[b"Get(X(), Y(), Z())"] * 2]
     cycle += [b"Nonsense()", b"ClearAllErrors()"]
     every = probings(files)
     first = next(n for n, one in enumerate(every) if one.startswith(b"PtMeas"))

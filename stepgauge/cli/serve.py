@@ -67,6 +67,14 @@ class _Speed(click.ParamType):
 )
 @click.option("--tool", default="StepGaugeProbe", show_default=True, metavar="NAME", help="What the probe is called.")
 @click.option("--idle", type=POSITIVE, metavar="S", help="End after so many seconds without a client. Default: never.")
+@click.option(
+    "--client-idle",
+    type=POSITIVE,
+    default=1800.0,
+    show_default=True,
+    metavar="S",
+    help="Let a client go that sends nothing for so many seconds while the machine stands; it is told error 8001.",
+)
 @click.option("--log", metavar="FILE", help="Write down every line of both sides.")
 def command(machine: str, gauge: str, placement: str, port: int, host: str, **options: Any) -> None:
     """Serve the virtual CMM over I++ DME, the standard interface of CMM controllers.
@@ -75,7 +83,8 @@ def command(machine: str, gauge: str, placement: str, port: int, host: str, **op
     touches, in real time or faster. It moves within the travel of the machine file, hits the gauge if it is sent there,
     and reads as the machine file and the faults say; the effects act by its clock, which starts with the first session.
     With a --further-stylus whose file has a tool in [probe], clients change to it by that name (ChangeTool, SetTool).
-    It serves one client at a time, and ends cleanly on Ctrl-C.
+    It serves one client at a time: another one is told who is there (error 8000), and an idle one is let go after
+    --client-idle. It ends cleanly on Ctrl-C.
 
     \b
     stepgauge serve -m bridge-cmm -g step-gauge-420 -p placement.toml --speed 10
@@ -98,7 +107,7 @@ def command(machine: str, gauge: str, placement: str, port: int, host: str, **op
     state = _state(machine, gauge, placement, options)
     if options["log"]:
         _log_to(options["log"])
-    _serve(state, Listening(host, port, options["idle"]))
+    _serve(state, Listening(host, port, options["idle"], options["client_idle"]))
 
 
 def _state(machine: str, gauge: str, placement: str, options: dict[str, Any]) -> MachineState:

@@ -164,8 +164,8 @@ class Connection:
             self._look()
             self._heed(command)
             yield
-        except (DmeError, ConnectionLostError, FalseAnswerError):
-            self._heed(command)
+        except (DmeError, ConnectionLostError, FalseAnswerError) as error:
+            self._heed("" if isinstance(error, ConnectionLostError) else command)
             raise
         self._heed(command)
 

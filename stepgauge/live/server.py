@@ -1,4 +1,8 @@
-"""The virtual CMM on a TCP port: one client at a time, lines in and out, and a clean end."""
+"""The virtual CMM on a TCP port: one client at a time, lines in and out, and a clean end.
+
+The standard has one client and no queue. Whoever comes while another is there waits a moment, for that one may be about
+to go; then it is told who is there, and let go.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,8 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
-from stepgauge.ippdme.lines import END, PORT, Lines
+from stepgauge.ippdme.codes import DmeError
+from stepgauge.ippdme.lines import END, NO_TAG, PORT, Lines
 from stepgauge.live.machine_state import MachineState
 from stepgauge.live.methods import HANDLERS
 from stepgauge.live.session import LinkLostError, Session
@@ -21,6 +26,15 @@ from stepgauge.live.session import LinkLostError, Session
 LOOPBACK = "127.0.0.1"
 STUCK_S = 30.0
 """A client that does not read for so long is cut off."""
+CLIENT_IDLE_S = 1800.0
+"""A client that sends no line for so long while the machine stands is let go."""
+WAIT_S = 1.0
+"""How long a client waits for the one before it to go."""
+MOST_WAITING = 16
+LINGER_S = 5.0
+"""How long a client that is let go has to read why: what it sends meanwhile is dropped, for else it would be reset."""
+OCCUPIED, IDLE = 8000, 8001
+"""Errors of this server's own (the standard leaves 8000 to 8999 to servers)."""
 KEEPALIVE = {"TCP_KEEPIDLE": 10, "TCP_KEEPINTVL": 5, "TCP_KEEPCNT": 3}
 """Seconds, seconds and tries after which a peer that has vanished is known to be gone."""
 _log = logging.getLogger(__name__)
@@ -30,13 +44,14 @@ _log = logging.getLogger(__name__)
 class Listening:
     """Where the server listens, and when it ends by itself.
 
-    ``port``: 0 for a free one; ``idle_s``: it ends after so long without a client (None: never); ``stuck_s``: see
-    :data:`STUCK_S`.
+    ``port``: 0 for a free one; ``idle_s``: it ends after so long without a client (None: never); ``client_idle_s``,
+    ``stuck_s``: see :data:`CLIENT_IDLE_S` and :data:`STUCK_S`.
     """
 
     host: str = LOOPBACK
     port: int = PORT
     idle_s: float | None = None
+    client_idle_s: float = CLIENT_IDLE_S
     stuck_s: float = STUCK_S
 
 
@@ -49,22 +64,79 @@ class _Link(asyncio.Protocol):
         self.session: Session | None = None
         self.work: asyncio.Task[None] | None = None
         self._stuck: asyncio.TimerHandle | None = None
+        self._patience: asyncio.TimerHandle | None = None
+        self._heard_s = 0.0
         self._out: list[bytes] = []
 
+    @property
+    def peer(self) -> str:
+        """Where the client is."""
+        host, port, *_ = (self.transport and self.transport.get_extra_info("peername")) or ("", 0)
+        return f"{host}:{port}"
+
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """A client has come: it gets a session, where none is open."""
+        """A client has come: it gets a session where none is open; else it waits for the one that is to end."""
         assert isinstance(transport, asyncio.Transport)
         self.transport = transport
-        if self.server.link is not None:
-            _log.info("a second client was refused")
-            transport.abort()
-            return
         _keep_alive(transport.get_extra_info("socket"))
+        if self.server.link is None:
+            self.admit()
+            return
+        transport.pause_reading()
+        self.server.waiting.append(self)
+        patience_s = WAIT_S if len(self.server.waiting) <= MOST_WAITING else 0.0
+        self._patience = asyncio.get_running_loop().call_later(patience_s, self._give_up)
+
+    def admit(self) -> None:
+        """The machine is this client's from now on."""
+        assert self.transport is not None
+        self._stop_waiting()
         self.server.link = self
         self.session = Session(self.server.state, self._send, HANDLERS)
-        self.work = asyncio.get_running_loop().create_task(self._work(self.session))
+        loop = asyncio.get_running_loop()
+        self._heard_s = loop.time()
+        self.work = loop.create_task(self._work(self.session))
+        self._patience = loop.call_later(self.server.listening.client_idle_s, self._look_for_life)
         self.server.client_came()
-        _log.info("client %s", transport.get_extra_info("peername"))
+        self.transport.resume_reading()
+        _log.info("client %s", self.peer)
+
+    def _stop_waiting(self) -> None:
+        if self in self.server.waiting:
+            self.server.waiting.remove(self)
+        if self._patience is not None:
+            self._patience.cancel()
+
+    def _give_up(self) -> None:
+        """The client before is still there: this one is told so."""
+        self._stop_waiting()
+        _log.info("a second client was refused: %s", self.peer)
+        there = self.server.link.peer if self.server.link is not None else "nobody"
+        self._let_go(DmeError(OCCUPIED, "", 3, f"Another client is connected: {there}"))
+
+    def _look_for_life(self) -> None:
+        """A client that sends nothing while nothing moves is let go; else it is looked at again when its time is up."""
+        assert self.session is not None
+        loop, limit_s = asyncio.get_running_loop(), self.server.listening.client_idle_s
+        if self.session.busy:
+            self._heard_s = loop.time()
+        left_s = self._heard_s + limit_s - loop.time()
+        if left_s > 0.0:
+            self._patience = loop.call_later(left_s, self._look_for_life)
+            return
+        _log.info("client %s was idle and is let go", self.peer)
+        self._let_go(DmeError(IDLE, "", 3, f"Idle for {limit_s:g} s: the session is ended"))
+        self._end_session()
+
+    def _let_go(self, error: DmeError) -> None:
+        """Tell why, and close once the client has read it."""
+        assert self.transport is not None
+        self._send(f"{NO_TAG} {error.line()}")
+        self._write()
+        if self.transport.can_write_eof():
+            self.transport.write_eof()
+        self.transport.resume_reading()
+        self._patience = asyncio.get_running_loop().call_later(LINGER_S, self.transport.abort)
 
     async def _work(self, session: Session) -> None:
         try:
@@ -79,6 +151,7 @@ class _Link(asyncio.Protocol):
         if self.session is None:
             return
         for line, cut in self.lines.feed(data):
+            self._heard_s = asyncio.get_running_loop().time()
             if _log.isEnabledFor(logging.DEBUG):
                 _log.debug("< %s", line.decode("latin-1"))
             self.session.receive(line, cut)
@@ -87,14 +160,15 @@ class _Link(asyncio.Protocol):
         """Lines of one moment go out together, for a packet costs more than a command."""
         if _log.isEnabledFor(logging.DEBUG):
             _log.debug("> %s", line)
+        loop = asyncio.get_running_loop()
+        self._heard_s = loop.time()  # a person at the machine is life, too
         if not self._out:
-            loop = asyncio.get_running_loop()
             loop.call_soon(loop.call_soon, self._write)  # after the command that this moment brought
         self._out.append(line.encode("ascii") + END)
 
     def _write(self) -> None:
         data, self._out = b"".join(self._out), []
-        if self.transport is not None and not self.transport.is_closing():
+        if data and self.transport is not None and not self.transport.is_closing():
             self.transport.write(data)
 
     def pause_writing(self) -> None:
@@ -113,14 +187,21 @@ class _Link(asyncio.Protocol):
         """The client has gone: its session ends."""
         if self._stuck is not None:
             self._stuck.cancel()
+        self._stop_waiting()
+        _log.info("client gone%s", f": {error}" if error else "")
+        self._end_session()
+
+    def _end_session(self) -> None:
+        """The machine is free for the next client, who may be waiting."""
         if self.session is None:
             return
         self.session.close()
         if self.work is not None:
             self.work.cancel()
-        _log.info("client gone%s", f": {error}" if error else "")
-        self.server.link = None
+        self.session = self.work = self.server.link = None
         self.server.client_left()
+        if self.server.waiting:
+            self.server.waiting[0].admit()
 
 
 def _keep_alive(connection: socket.socket) -> None:
@@ -137,6 +218,7 @@ class Server:
     def __init__(self, state: MachineState, listening: Listening | None = None) -> None:
         self.state, self.listening = state, listening or Listening()
         self.link: _Link | None = None
+        self.waiting: list[_Link] = []
         self._end: asyncio.Event | None = None
         self._idle: asyncio.TimerHandle | None = None
 
@@ -190,6 +272,8 @@ class Server:
 
     async def _close_link(self) -> None:
         """What was written is sent, the machine stops."""
+        for one in self.waiting[:]:
+            one._give_up()
         link = self.link
         if link is None or link.transport is None:
             return

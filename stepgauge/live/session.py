@@ -71,6 +71,11 @@ class Session:
         self._wake, self._stopped = asyncio.Event(), asyncio.Event()
         self._running: _Waiting | None = None
 
+    @property
+    def busy(self) -> bool:
+        """Whether a command is being executed, or waits."""
+        return bool(self._order)
+
     def receive(self, line: bytes, cut: bool = False) -> None:
         """Take a line of the client."""
         command = parse_command(line, cut)

@@ -45,7 +45,7 @@ from stepgauge.programs.render import render
 from stepgauge.recording import POSITION, Recording, read_recording
 from stepgauge.recording.identity import check_recording
 from tests.build import heed_interrupts, make_pose
-from tests.live.made import events, lying, make_state, serving, small_gauge, small_machine, small_program
+from tests.live.made import Raw, events, lying, make_state, serving, small_gauge, small_machine, small_program
 from tests.live.test_server import files, serve  # noqa: F401
 
 CYCLES = 3
@@ -470,6 +470,26 @@ def test_what_a_machine_says_by_itself(said: bytes, number: int | None, when: st
         connection.close()
     assert number is None or getattr(raised.value, "number", None) == number
     assert [one.number for one in connection.warnings] == ([] if number else [504])
+
+
+def test_a_server_that_is_occupied_says_so(tmp_path: Path) -> None:
+    with serving() as port:
+        other = Raw(port)
+        other.ask("StartSession()")
+        with pytest.raises(MeasurementStoppedError, match=r"error 8000 Another client is connected: 127.0.0.1:\d+ at"):
+            run(make(1), port, tmp_path / "j")
+        other.close()
+        check_whole(run(make(1), port, tmp_path / "j", again=True), 1)
+
+
+def test_a_client_that_was_let_go_is_told_why() -> None:
+    with serving(client_idle_s=0.2) as port:
+        connection = Connection(Address("127.0.0.1", port))
+        connection.ask("StartSession()")
+        time.sleep(0.4)
+        with pytest.raises(UnaskedError, match=r"8001 Idle for 0.2 s: the session is ended"):
+            connection.ask("Home()")
+        connection.close()
 
 
 def test_where_no_server_is() -> None:

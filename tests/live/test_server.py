@@ -32,35 +32,82 @@ def test_a_session_over_a_socket() -> None:
         client.close()
 
 
-def test_a_second_client_is_refused_and_a_later_one_is_served() -> None:
+def test_a_second_client_is_told_who_is_there_and_a_later_one_is_served() -> None:
     with serving() as port:
         first = Raw(port)
         first.ask("StartSession()")
-        second = socket.create_connection(("127.0.0.1", port), 5.0)
-        with contextlib.suppress(ConnectionResetError):
-            assert second.recv(10) == b""
+        second = Raw(port, timeout_s=5.0)
+        second.send("00001 StartSession()")
+        told, there = second.line(), first.socket.getsockname()[1]
+        assert told == f'E0000 ! Error(3, 8000, "", "Another client is connected: 127.0.0.1:{there}")'
+        assert second.line() == "", "the end, and no reset"
         second.close()
         assert first.ask("IsHomed()") == ["# IsHomed(0)"]
         first.close()
-        later = _served_again(port)
+        later = Raw(port)
         assert later.ask("StartSession()") == []
         later.close()
 
 
-def _served_again(port: int) -> Raw:
-    """A client after another one: it may come before the server knows that the first is gone."""
-    for _ in range(50):
+def test_a_client_that_comes_at_once_after_another_is_served() -> None:
+    """Within microseconds: the server may not know yet that the one before is gone."""
+    with serving() as port:
+        for number in range(60):
+            client = Raw(port)
+            client.tag = number
+            assert client.ask("StartSession()") == []
+            assert client.ask("GetDMEVersion()") == ['# DMEVersion("1.4")']
+            if number % 3 == 0:
+                client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\x01\x00\x00\x00\x00\x00\x00\x00")
+            if number % 2:
+                client.send("00999 GetDMEVersion()")
+            client.close()
+
+
+def test_clients_that_wait_are_served_in_their_turn() -> None:
+    with serving() as port:
+        first, second = Raw(port), Raw(port)
+        first.ask("StartSession()")
+        second.send("00001 StartSession()")
+        first.close()
+        assert second.until("00001 %") == ["00001 &", "00001 %"]
+        second.close()
+
+
+def test_more_clients_than_may_wait_are_all_told() -> None:
+    with serving() as port:
+        first = Raw(port)
+        first.ask("StartSession()")
+        others = [Raw(port, timeout_s=5.0) for _ in range(40)]
+        assert all("8000" in other.line() for other in others)
+        for other in others:
+            other.close()
+        assert first.ask("IsHomed()") == ["# IsHomed(0)"]
+        first.close()
+
+
+def test_an_idle_client_is_let_go_and_told_why() -> None:
+    """What is no line is no life; a command that takes longer than that is."""
+    state = make_state(speed=50.0)
+    with serving(state, client_idle_s=0.4) as port:
         client = Raw(port)
-        try:
-            client.send("00099 EndSession()")
-            if client.line() == "00099 &":
-                client.until("00099 %")
-                return client
-        except OSError:
-            pass
+        client.ask("StartSession()")
+        client.ask("Home()")
+        assert client.ask("GoTo(X(400), Y(400))") == []  # 11 s by the machine's clock
+        client.send(b"00099 Half a line")
+        assert client.line() == 'E0000 ! Error(3, 8001, "", "Idle for 0.4 s: the session is ended")'
+        later = Raw(port)
+        assert later.ask("StartSession()") == []
+        assert client.line() == "", "the end, and no reset"
         client.close()
-        time.sleep(0.05)
-    raise AssertionError("no client is served any more")
+        later.close()
+
+
+def test_a_client_that_says_nothing_at_all_is_let_go() -> None:
+    with serving(client_idle_s=0.2) as port:
+        client = Raw(port)
+        assert "8001" in client.line()
+        client.close()
 
 
 def test_commands_that_arrive_in_pieces_and_together() -> None:
@@ -87,7 +134,7 @@ def test_a_client_that_dies_in_a_move_stops_the_machine() -> None:
         time.sleep(0.3)
         client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\x01\x00\x00\x00\x00\x00\x00\x00")
         client.close()
-        later = _served_again(port)
+        later = Raw(port)
         later.ask("StartSession()")
         before = later.ask("Get(X())")
         assert before == later.ask("Get(X())")
@@ -103,7 +150,7 @@ def test_a_client_that_does_not_read_is_cut_off_and_the_next_one_is_served() -> 
         with contextlib.suppress(OSError):
             for number in range(200_000):
                 client.sendall(b"%05d GetErrorInfo(0006)\r\n" % (number % 99999 + 1))
-        later = _served_again(port)
+        later = Raw(port)
         assert later.ask("StartSession()") == []
         later.close()
         with contextlib.suppress(ConnectionResetError):
@@ -124,7 +171,7 @@ def test_a_connection_that_the_faults_drop() -> None:
                 told.append(line)
         assert "00099 %" not in told
         client.close()
-        later = _served_again(port)
+        later = Raw(port)
         assert later.ask("StartSession()") == []
         later.close()
 
@@ -178,7 +225,7 @@ def check_mad(port: int, lines: list[bytes]) -> int:
 def test_random_bytes_are_answered_as_the_standard_has_it() -> None:
     with serving(make_state(seed=1)) as port:
         assert check_mad(port, mad_lines(RANDOM_LINES, seed=20)) > RANDOM_LINES / 4
-        client = _served_again(port)
+        client = Raw(port)
         client.ask("StartSession()")
         assert client.ask("GetDMEVersion()") == ['# DMEVersion("1.4")']
         client.close()
