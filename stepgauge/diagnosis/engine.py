@@ -19,7 +19,15 @@ from stepgauge.diagnosis.forms.words import located
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.laws import geometry
 from stepgauge.diagnosis.laws.library import carried
-from stepgauge.diagnosis.noise import degrees, disturbed, is_repeated, noise_of, row_scatter_um, stated_scatter
+from stepgauge.diagnosis.noise import (
+    degrees,
+    disturbed,
+    is_repeated,
+    larger_than_stated,
+    noise_of,
+    row_scatter_um,
+    stated_scatter,
+)
 from stepgauge.diagnosis.output.words import misfit
 from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.problem import bare_problem, make_problem
@@ -177,6 +185,7 @@ def _told(
     named, nameless = stated_scatter(answer, model, noise, data, priors, without)
     told += named
     left += [*nameless, *disturbed(answer, model, search.problem, found.data, start_s, priors)]
+    left += larger_than_stated(noise, search.problem, data, priors)
     told = [told_by_clock(one, start_s) for one in told]
     beside_um = model.beside_um if len(found.data) == len(data) else np.zeros(len(data))
     shares = np.sum([beside_um, *(one.share_um for one in told)], axis=0)

@@ -6,10 +6,11 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from stepgauge.diagnosis.checks import noiseless
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.forms.words import CORRELATED, DISTURBED, GROWING
+from stepgauge.diagnosis.forms.words import CORRELATED, DISTURBED, GROWING, LARGER
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
@@ -99,6 +100,24 @@ def disturbed(
         where = f"from {rounded(float(low), 4)} s to {rounded(float(high), 4)} s"
     words = f"the scatter is about {factor:g} times as large {where} as in the rest of the record"
     yield Located("time" if data.has_time else "order", "both", DISTURBED, words, 0.0, p)
+
+
+def larger_than_stated(noise: Noise, problem: Problem, data: Residuals, priors: Priors) -> Iterator[Located]:
+    """Scatter beyond what the machine file states, and by more than such statements usually are off.
+
+    The logarithm of an estimated standard deviation has the standard uncertainty 1 / sqrt(2 dof) (GUM E.4.3). A
+    recording without a machine file states nothing, and is judged by its own repeats.
+    """
+    stated_um = problem.scale_um * problem.typical
+    if data.unknown is not None or data.machine.table.repeatability_um <= 0.0:
+        return
+    ratio = noise.sigma_um / stated_um
+    beyond = np.log(ratio / priors.scatter.sigma_factor) * np.sqrt(2.0 * noise.dof)
+    p = float(special.ndtr(beyond))
+    if p >= priors.decision.stated:
+        times, found, file = (rounded(one, 2) for one in (ratio, noise.sigma_um, stated_um))
+        words = f"the scatter is {times} times what the machine file states ({found} um, stated {file} um)"
+        yield Located("time" if data.has_time else "order", "both", LARGER, words, 0.0, p)
 
 
 def _growing(scatter: NoiseModel, sigma_um: float, p: float, data: Residuals) -> Finding:

@@ -204,7 +204,10 @@ class Evidence:
         term, dof = hypothesis.terms[place], len(self.problem) - len(hypothesis.mean)
         if dof <= 0 or any(isinstance(one.candidate, Law) and one.candidate.bounded for one in hypothesis.terms):
             return np.inf
-        more = sum_of_squares_without(hypothesis, place)
+        try:
+            more = sum_of_squares_without(hypothesis, place)
+        except np.linalg.LinAlgError:  # amplitudes known beyond all rounding: nothing is shown, and it is computed
+            return np.inf
         if more <= dof:
             return np.inf
         occam = -float(np.log(np.diag(hypothesis.factor)[hypothesis.count :]).sum())

@@ -44,7 +44,7 @@ class NoiseProposals:
 
         if noise.growth is not None:
             yield tried(change(noise, growth=None))
-        else:
+        elif self.problem.growing:
             yield tried(change(noise, growth=self._likeliest_growth(hypothesis)))
         if noise.burst is not None:
             yield tried(change(noise, burst=None))

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from stepgauge.diagnosis.forms.words import SCATTER
 from stepgauge.diagnosis.output.remedies import Remedy, remedy, remedy_of_form
 from stepgauge.diagnosis.output.report import (
     COVERAGE,
@@ -218,7 +219,8 @@ def _row(first: str, name: str, one: Said, p: float | None, told: Words) -> list
 
 def _form_row(row: Said, number: int) -> list[str]:
     text = f"{row['where']}. Its cause is not known."
-    return [str(number), f"{UNKNOWN_NAME}: {row['covariate']}", "", "", probability(row["probability"]), text]
+    name = row["form"] if row["form"] in SCATTER else f"{UNKNOWN_NAME}: {row['covariate']}"
+    return [str(number), name, "", "", probability(row["probability"]), text]
 
 
 def _numbers(one: Said) -> Iterator[tuple[str, Said]]:

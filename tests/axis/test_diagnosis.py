@@ -155,3 +155,22 @@ def test_one_recording_of_an_axis_and_one_of_a_gauge_are_not_diagnosed_together(
     result = run("diagnose", tmp_path / "axis.csv", tmp_path / "other.csv", "-o", tmp_path / "out")
     assert result.code == 2
     assert "is of one axis, the others are of a gauge" in result.err
+
+
+def test_one_target_has_scatter_and_nothing_else() -> None:
+    """It ended in an error: nothing varies with which the scatter could grow."""
+    found = diagnose_axis(axis(np.full(4, 100.0), lambda t, w: 0.0 * t)).found
+    assert found.verdict == "adequate"
+    assert not found.findings
+
+
+def test_readings_on_the_steps_of_a_display_end_in_no_error() -> None:
+    """A reversal of 1 um that grows along three targets, in steps of 0.1 um: a covariance was singular."""
+
+    def rounded_um(target: np.ndarray, way: np.ndarray) -> np.ndarray:
+        noise = np.random.default_rng(1).normal(0.0, 0.05, len(target))
+        up, down = 0.45 + 0.0175 * (target - 15.0), -0.55 + 0.004 * (target - 15.0)
+        return np.round(np.where(way > 0, up, down) + noise, 1)
+
+    found = diagnose_axis(axis(np.array([15.0, 35.0, 55.0]), rounded_um, noise=0.0)).found
+    assert found.verdict == "unknown"  # no law of the vocabulary has a reversal that grows along the axis

@@ -104,3 +104,15 @@ def test_even_scatter_is_not_disturbed_anywhere() -> None:
     for seed in range(4):
         recording = bent(lambda r, s=seed: np.random.default_rng(s).normal(0.0, NOISE_UM, len(r)))
         assert told(recording).verdict == "adequate"
+
+
+@pytest.mark.parametrize(("times", "verdict"), [(8.0, "unknown"), (1.5, "adequate")])
+def test_scatter_far_beyond_the_statement_of_the_machine_file_is_a_finding(times: float, verdict: str) -> None:
+    """It was adequate, with nothing to be added, at 25 times what the machine file states."""
+    found = told(bent(lambda r: np.random.default_rng(1).normal(0.0, times * NOISE_UM, len(r))))
+    assert (found.verdict, names(found)) == (verdict, [])
+    if verdict == "unknown":
+        (one,) = found.unexplained
+        assert one.form == "larger scatter"
+        ratio = float(one.where.split(" times")[0].split()[-1])
+        assert ratio == pytest.approx(times, rel=0.25)
