@@ -15,7 +15,7 @@ from stepgauge.axis.sensors import without_probe
 from stepgauge.diagnosis.checks import predictive_checks, widening
 from stepgauge.diagnosis.clock import clock_start_s, counted_from, told_by_clock
 from stepgauge.diagnosis.fits.solve import Solved, solve
-from stepgauge.diagnosis.forms.words import located
+from stepgauge.diagnosis.forms.words import SCATTER, located
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.laws import geometry
 from stepgauge.diagnosis.laws.library import carried
@@ -185,7 +185,8 @@ def _told(
     named, nameless = stated_scatter(answer, model, noise, data, priors, without)
     told += named
     left += [*nameless, *disturbed(answer, model, search.problem, found.data, start_s, priors)]
-    left += larger_than_stated(noise, search.problem, data, priors)
+    if not any(one.form in SCATTER for one in left):
+        left += larger_than_stated(noise, search.problem, data, priors)
     told = [told_by_clock(one, start_s) for one in told]
     beside_um = model.beside_um if len(found.data) == len(data) else np.zeros(len(data))
     shares = np.sum([beside_um, *(one.share_um for one in told)], axis=0)

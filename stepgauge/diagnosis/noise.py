@@ -23,6 +23,8 @@ from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.problem import Problem
 
 Array = NDArray[np.float64]
+AT_LEAST = 1.05
+"""Ratio to the least scatter that readings may have up to which none was measured."""
 GROWTH_UNITS = {"time": "um/h", "speed": "um/(mm/s)"}
 """Units of the rate of growing scatter; otherwise per length."""
 
@@ -106,10 +108,12 @@ def larger_than_stated(noise: Noise, problem: Problem, data: Residuals, priors: 
     """Scatter beyond what the machine file states, and by more than such statements usually are off.
 
     The logarithm of an estimated standard deviation has the standard uncertainty 1 / sqrt(2 dof) (GUM E.4.3). A
-    recording without a machine file states nothing, and is judged by its own repeats.
+    recording without a machine file states nothing, and is judged by its own repeats; what is no more than the step of
+    a display was not measured.
     """
     stated_um = problem.scale_um * problem.typical
-    if data.unknown is not None or data.machine.table.repeatability_um <= 0.0:
+    is_stated = data.unknown is None and data.machine.table.repeatability_um > 0.0
+    if not is_stated or noise.sigma_um <= AT_LEAST * problem.least_um:
         return
     ratio = noise.sigma_um / stated_um
     beyond = np.log(ratio / priors.scatter.sigma_factor) * np.sqrt(2.0 * noise.dof)
