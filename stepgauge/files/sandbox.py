@@ -1,19 +1,15 @@
-"""Jinja's sandbox for one template: what it is given, what it may call, and the process that it runs in.
+"""Jinja's sandbox for one template: what it is given, and what it may call.
 
 A template sees values only: records, tuples, texts and numbers. None of them has a method that changes or writes
-anything. A user's own template runs in a process of its own (:mod:`stepgauge.files.templating`), whose processor time,
-memory and output are limited here by the operating system: no check of the text can tell beforehand whether a template
-comes to an end, and a single filter can ask for a gigabyte. That process may write to no file.
+anything. A user's own template runs in a process of its own (:mod:`stepgauge.files.templating`).
 """
 
 from __future__ import annotations
 
-import json
 import re
-import sys
 import traceback
 from collections import namedtuple
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
@@ -49,6 +45,11 @@ def render_text(text: str, source: str, kind: str, values: Mapping[str, Any], mo
     except Exception as error:  # whatever a user's template does is the template's fault: name its line
         said = str(error) or type(error).__name__
         raise InputError(f"{source}:{template_line(error)}", f"template: {said}") from None
+
+
+def render_task(given: dict[str, Any]) -> bytes:
+    """The same with the arguments as one object, for a process of its own."""
+    return render_text(**given).encode("utf-8", "surrogatepass")
 
 
 def _limited(template: jinja2.Template, values: dict[str, Any], most_characters: float) -> str:
@@ -134,36 +135,3 @@ def template_line(error: Exception) -> int:
     """The line of a template at which it failed; 0 where that is not known."""
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == "<template>"]
     return frames[-1].lineno or 0 if frames else 0
-
-
-def main() -> None:
-    """The process of one template: a task as JSON on stdin, the text or the error as JSON on stdout."""
-    task = json.load(sys.stdin)
-    _limit_process(task["seconds"], task["bytes"])
-    made: dict[str, object]
-    try:
-        made = {"text": render_text(task["text"], task["source"], task["kind"], task["values"], task["characters"])}
-    except InputError as error:
-        made = {"error": [error.where, error.what, *map(_words, (error.found, error.expected))]}
-    sys.stdout.write(json.dumps(made))
-
-
-def _words(value: object) -> str | None:
-    return None if value is None else str(value)
-
-
-def _limit_process(seconds: int, size: int) -> None:
-    """Processor time, memory and files, where the system can limit them; elsewhere the caller's clock has to do."""
-    try:
-        import resource
-    except ImportError:
-        return
-    limits: Sequence[tuple[int, int]] = (
-        (resource.RLIMIT_CORE, 0),
-        (resource.RLIMIT_FSIZE, 0),
-        (resource.RLIMIT_CPU, seconds),
-        (resource.RLIMIT_AS, size),
-    )
-    for limit, most in limits:
-        hard = resource.getrlimit(limit)[1]
-        resource.setrlimit(limit, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))

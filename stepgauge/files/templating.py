@@ -16,8 +16,6 @@ rendered here; a user's own one in a process of its own, which costs a sixth of 
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -26,16 +24,12 @@ from typing import Any
 import numpy as np
 
 from stepgauge.errors import InputError
+from stepgauge.files.budget import MB, Budget, work_within
 from stepgauge.files.resources import folder
-from stepgauge.files.sandbox import fixed, plain, render_text
+from stepgauge.files.sandbox import fixed, plain, render_task, render_text
 from stepgauge.files.text import read_text
 
 __all__ = ["check_printable", "fill_template", "fixed", "plain"]
-
-MB = 1_000_000
-_START = "import sys; sys.path[:] = sys.argv[1:]; from stepgauge.files.sandbox import main; main()"
-_WAIT = 10.0
-"""Seconds of a busy machine per second of processor time."""
 
 
 def fill_template(source: Path, kind: str, context: Mapping[str, object]) -> str:
@@ -47,7 +41,14 @@ def fill_template(source: Path, kind: str, context: Mapping[str, object]) -> str
     text, values = read_text(source), {name: _values(value) for name, value in context.items()}
     if source.resolve().is_relative_to(folder("templates").resolve()):
         return render_text(text, str(source), kind, values, float("inf"))
-    return _in_own_process(text, source, kind, values)
+    size = len(json.dumps(values))
+    given = {"text": text, "source": str(source), "kind": kind, "values": values, "most_characters": MB + 10 * size}
+    return work_within(template_budget(size), render_task, given, source).decode("utf-8", "surrogatepass")
+
+
+def template_budget(size: int, seconds: float = 3.0, memory_MB: float = 400.0) -> Budget:
+    """What a template of somebody's own may use that is given so many bytes."""
+    return Budget(seconds + 3.0 * size / MB, memory_MB + 60.0 * size / MB, "template")
 
 
 def _values(value: object) -> Any:
@@ -67,46 +68,6 @@ def _values(value: object) -> Any:
         inside = [_values(item) for item in value]
         return inside if names is None else dict(zip(names, inside, strict=True))
     raise TypeError(f"a template sees values, not a {type(value).__name__}")
-
-
-def _in_own_process(text: str, source: Path, kind: str, values: Mapping[str, Any]) -> str:
-    given = json.dumps(values)
-    size = len(given)
-    seconds = 3 + 3 * size // MB
-    task = {
-        "text": text,
-        "source": str(source),
-        "kind": kind,
-        "seconds": seconds,
-        "bytes": 400 * MB + 60 * size,
-        "characters": MB + 10 * size,
-    }
-    try:
-        done = subprocess.run(
-            [sys.executable, "-c", _START, *sys.path],
-            input=json.dumps(task)[:-1] + f', "values": {given}}}',
-            capture_output=True,
-            encoding="utf-8",
-            timeout=_WAIT * seconds,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        raise _out_of_budget(source, seconds) from None
-    if done.returncode != 0 or not done.stdout:
-        raise _out_of_budget(source, seconds)
-    made = json.loads(done.stdout)
-    if "error" in made:
-        where, what, found, expected = made["error"]
-        raise InputError(where, what, found=found, expected=expected)
-    return str(made["text"])
-
-
-def _out_of_budget(source: Path, seconds: float) -> InputError:
-    return InputError(
-        source,
-        "template: it did not come to an end",
-        expected=f"a text within {seconds:g} s of processor time and the memory for it",
-    )
 
 
 def check_printable(text: str, source: Path) -> None:

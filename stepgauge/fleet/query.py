@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError
+from stepgauge.files.budget import MB, Budget, work_within
+from stepgauge.files.checksum import check_name
 from stepgauge.fleet.disk import locked
 from stepgauge.fleet.results import tables_of
 from stepgauge.fleet.schema import BUDGETS, DIAGNOSES, EVALUATIONS, OWNERS, PROBINGS, Column, arrow_schema, needed
@@ -18,21 +20,50 @@ from stepgauge.fleet.store import Fleet
 
 RESULTS: dict[str, tuple[Column, ...]] = {"evaluations": EVALUATIONS, "budgets": BUDGETS, "diagnoses": DIAGNOSES}
 """Tables that are there, empty, before anything was worked out."""
+SECONDS, MEMORY_MB = 60.0, 2000.0
+"""Processor time and memory of a question, besides 0.2 s and 20 MB for each MB of the store."""
 _IDENTITY = ", ".join(f'r."{name}"' for name in (*OWNERS, "measured_at"))
 
 
 def query(fleet: Fleet, sql: str) -> Any:
-    """The answer to a question in SQL, as an Arrow table; :class:`InputError` for one that DuckDB does not take."""
-    duckdb = needed("duckdb")
-    with locked(fleet.folder, alone=False), duckdb.connect() as connection:
-        _open(connection, fleet)
+    """The answer to a question in SQL, as an Arrow table.
+
+    :class:`InputError` for one that DuckDB does not take, and for one that needs more than its budget.
+    """
+    size = sum(path.stat().st_size for path in fleet.folder.rglob("*.parquet")) / MB
+    budget = Budget(SECONDS + 0.2 * size, MEMORY_MB + 20.0 * size, "this question")
+    with locked(fleet.folder, alone=False):
+        given = {"folder": str(fleet.folder), "sql": sql, "memory_MB": budget.memory_MB}
+        answer = work_within(budget, _answer, given, "SQL")
+    return needed("pyarrow").ipc.open_stream(answer).read_all()
+
+
+def _answer(given: dict[str, Any]) -> bytes:
+    """The answer as a stream of Arrow, in the process that is for this question alone."""
+    duckdb, arrow, sql = needed("duckdb"), needed("pyarrow"), given["sql"]
+    with duckdb.connect() as connection:
         try:
             asked = connection.extract_statements(sql)
             if len(asked) != 1 or asked[0].type != duckdb.StatementType.SELECT:
                 raise InputError("SQL", "this is no question", found=sql, expected="one SELECT")
-            return connection.sql(sql).to_arrow_table()
+            _open(connection, Fleet(given["folder"]), _named(connection, sql))
+            connection.execute(f"SET memory_limit = '{given['memory_MB'] / 2.0:.0f}MB'")
+            connection.execute("SET lock_configuration = true")
+            table = connection.sql(sql).to_arrow_table()
         except duckdb.Error as error:
             raise InputError("SQL", " ".join(str(error).split()), found=sql) from None
+    sink = arrow.BufferOutputStream()
+    with arrow.ipc.new_stream(sink, table.schema) as stream:
+        stream.write_table(table)
+    return bytes(sink.getvalue())
+
+
+def _named(connection: Any, sql: str) -> set[str] | None:
+    """The views that a question names: only their files are looked at. None for all, where that cannot be told."""
+    try:
+        return {str(name) for name in connection.get_table_names(sql)}
+    except needed("duckdb").Error:
+        return None
 
 
 def write_answer(table: Any, path: str | Path) -> None:
@@ -57,22 +88,24 @@ def answer_text(table: Any, form: str) -> str:
     return "[\n" + ",\n".join(json.dumps(row, ensure_ascii=False) for row in rows) + "\n]\n"
 
 
-def _open(connection: Any, fleet: Fleet) -> None:
-    """The views, and from then on neither other files nor settings for what a question may say."""
+def _open(connection: Any, fleet: Fleet, named: set[str] | None) -> None:
+    """The views that are named, and from then on neither other files nor settings for what a question may say."""
     index, folder = fleet.index(), fleet.folder.resolve()
     connection.register("recordings", index)
-    _view(connection, "probings", [folder / name for name in sorted(set(index["file"].to_pylist()))], PROBINGS)
-    results = dict(RESULTS) | {table.folder.name: () for table in tables_of(fleet) if table.folder.name not in RESULTS}
-    files = {table.folder.name: table.files() for table in tables_of(fleet)}
-    for name, columns in results.items():
-        _view(connection, f"{name}_rows", [path.resolve() for path in files.get(name, [])], columns)
-        connection.execute(
-            f'CREATE VIEW "{name}" AS SELECT t.recording, {_IDENTITY}, t.* EXCLUDE (recording)'
-            f' FROM "{name}_rows" t JOIN recordings r USING (recording)'
-        )
+    if named is None or "probings" in named:
+        paths = [check_name(folder / name) for name in sorted(set(index["file"].to_pylist()))]
+        _view(connection, "probings", paths, PROBINGS)
+    kept = {table.folder.name: table for table in tables_of(fleet)}
+    for name in dict.fromkeys((*RESULTS, *kept)):
+        if named is None or name in named:
+            files = [path.resolve() for path in kept[name].files()] if name in kept else []
+            _view(connection, f"{name}_rows", files, RESULTS.get(name, ()))
+            connection.execute(
+                f'CREATE VIEW "{name}" AS SELECT t.recording, {_IDENTITY}, t.* EXCLUDE (recording)'
+                f' FROM "{name}_rows" t JOIN recordings r USING (recording)'
+            )
     connection.execute(f"SET allowed_directories = ['{_quoted(folder)}']")
     connection.execute("SET enable_external_access = false")
-    connection.execute("SET lock_configuration = true")
 
 
 def _view(connection: Any, name: str, paths: list[Path], columns: tuple[Column, ...]) -> None:

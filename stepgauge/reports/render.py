@@ -1,13 +1,15 @@
 """Content to pages: PDF through a Typst template, HTML and Markdown through Jinja ones, shipped or the user's own.
 
 Typst gets the content as data, never as markup, so that no text in it can be taken for code. Jinja escapes every value
-for HTML and runs in its sandbox; a name that the content does not have is an error in both.
+for HTML and runs in its sandbox; a name that the content does not have is an error in both. A user's own template has a
+process and a budget of its own, and reads what it names beside it (:mod:`stepgauge.reports.template_files`).
 """
 
 from __future__ import annotations
 
 import base64
 import json
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -15,12 +17,21 @@ from typing import Any, Literal, NamedTuple
 
 from stepgauge.errors import InputError
 from stepgauge.figures.plotly_library import embedded_json
+from stepgauge.files.budget import work_within
 from stepgauge.files.notation import clean, printed
 from stepgauge.files.resources import folder
+from stepgauge.files.templating import template_budget
 from stepgauge.files.text import read_text, replacing
+from stepgauge.reports.template_files import template_folder
 
 PDF_STANDARDS: tuple[Literal["a-3a", "1.7"], ...] = ("a-3a", "1.7")
 """Standards tried in turn: archival and accessible; plain where a character is in no font at hand."""
+
+
+PDF_BUDGET, HTML_BUDGET = (30.0, 2000.0), (10.0, 600.0)
+"""Processor time in s and memory in MB of a user's own template, besides what goes with the size of the report."""
+NOWHERE = "http://127.0.0.1:9"
+"""Where nobody answers: what Typst takes for the way into the network."""
 
 
 class Pages(NamedTuple):
@@ -71,11 +82,22 @@ def render_pdf(content: dict[str, Any], template: str | Path | None = None) -> P
     Archival (PDF/A-3, tagged) where every character has a font; otherwise plain, with a note that says why.
     """
     source = Path(template) if template else shipped_template(content, "typ")
-    if re.search(r"@preview\b", read_text(source)):
-        raise InputError(source, "template: packages from the network are not loaded", found="@preview")
+    report = json.dumps(_set_in_print(content))
+    if template is None:
+        pages = _typeset(source, report)
+    else:
+        with template_folder(source) as folder_of_its_own:
+            given = {"source": str(source), "report": report, "folder": str(folder_of_its_own)}
+            budget = template_budget(len(report), *PDF_BUDGET)
+            pages = _unpacked(work_within(budget, _own_pdf, given, source))
+    _check_use(source, r"sys\.inputs|#(import|include)\b", "a Typst file with sys.inputs.report")
+    return pages
+
+
+def _typeset(source: Path, report: str, **options: Any) -> Pages:
+    """PDF by a Typst file that may read what is in its folder."""
     import typst
 
-    content = _set_in_print(content)
     reasons: list[str] = []
     for standard in PDF_STANDARDS:
         try:
@@ -83,14 +105,30 @@ def render_pdf(content: dict[str, Any], template: str | Path | None = None) -> P
                 source.resolve(),
                 root=source.resolve().parent,
                 format="pdf",
-                sys_inputs={"report": json.dumps(content)},
+                sys_inputs={"report": report},
                 pdf_standards=[standard],
+                **options,
             )
-            _check_use(source, r"sys\.inputs|#(import|include)\b", "a Typst file with sys.inputs.report")
             return Pages(bytes(data), tuple(f"plain PDF, not for archives: {reason}" for reason in reasons))
         except typst.TypstError as error:
             reasons.append(getattr(error, "message", str(error)) + _typst_line(error))
     raise InputError(source, f"template: {reasons[-1]}")
+
+
+def _own_pdf(given: dict[str, Any]) -> bytes:
+    """A template of somebody's own, in a folder that has nothing but its files, without a way into a network."""
+    source = Path(given["source"])
+    os.environ.update(dict.fromkeys(("http_proxy", "https_proxy", "HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY"), NOWHERE))
+    try:
+        pages = _typeset(Path(given["folder"]) / source.name, given["report"], package_path=given["folder"])
+    except InputError as error:
+        raise error.at(source) from None
+    return json.dumps(pages.notes).encode() + b"\n" + pages.data
+
+
+def _unpacked(answer: bytes) -> Pages:
+    notes, _, data = answer.partition(b"\n")
+    return Pages(data, tuple(json.loads(notes)))
 
 
 def _set_in_print(content: dict[str, Any]) -> dict[str, Any]:
@@ -113,18 +151,12 @@ def shipped_template(content: dict[str, Any], suffix: str) -> Path:
     return folder("templates") / "reports" / f"{content.get('layout', 'report')}.{suffix}"
 
 
-def markdown(content: dict[str, Any], template: str | Path | None = None) -> str:
+def markdown(content: dict[str, Any]) -> str:
     """A story as Markdown, its figures by their names."""
-    import jinja2
-    from jinja2.sandbox import ImmutableSandboxedEnvironment
-
-    environment = ImmutableSandboxedEnvironment(
-        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
-    )
+    environment = _environment(autoescape=False)
     environment.filters["cell"] = cell
-    shipped = shipped_template(content, "md.j2")  # a part of the program, none of the files that a result is made from
-    text = read_text(template) if template else shipped.read_text(encoding="utf-8")
-    return environment.from_string(text).render(report=content)
+    text = shipped_template(content, "md.j2").read_text(encoding="utf-8")
+    return str(environment.from_string(text).render(report=content))
 
 
 def cell(text: object) -> str:
@@ -146,27 +178,46 @@ def _typst_line(error: Exception) -> str:
 
 def render_html(content: dict[str, Any], template: str | Path | None = None) -> Pages:
     """The report as one HTML file without links to others."""
+    source = Path(template) if template else shipped_template(content, "html.j2")
+    given = {"text": read_text(source), "source": str(source), "report": _set_in_print(content)}
+    if template is None:
+        page = _html(given)
+    else:
+        page = work_within(template_budget(len(json.dumps(given)), *HTML_BUDGET), _html, given, source)
+    _check_use(source, r"\breport\b", "a Jinja file with {{ report }}")
+    return Pages(page)
+
+
+def _html(given: dict[str, Any]) -> bytes:
+    """The page; for a template of somebody's own in a process that is for it alone."""
     import jinja2
-    from jinja2.sandbox import ImmutableSandboxedEnvironment
 
     from stepgauge.files.sandbox import template_line
 
-    source = Path(template) if template else shipped_template(content, "html.j2")
-    environment = ImmutableSandboxedEnvironment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters["image"] = svg_address
-    environment.filters["symbols"] = with_indices
-    environment.filters["json"] = json_element
-    text, content = read_text(source), _set_in_print(content)
+    source = given["source"]
+    environment = _environment(autoescape=True)
+    environment.filters.update(image=svg_address, symbols=with_indices, json=json_element)
     try:
-        page = environment.from_string(text).render(report=content).encode("utf-8")
+        return str(environment.from_string(given["text"]).render(report=given["report"])).encode("utf-8")
     except jinja2.TemplateSyntaxError as error:
         raise InputError(f"{source}:{error.lineno}", f"template: {error.message}") from None
+    except MemoryError:
+        raise
     except Exception as error:  # whatever a user's template does is the template's fault: name its line
         raise InputError(f"{source}:{template_line(error)}", f"template: {error}") from None
-    _check_use(source, r"\breport\b", "a Jinja file with {{ report }}")
-    return Pages(page)
+
+
+def _environment(autoescape: bool) -> Any:
+    import jinja2
+    from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+    return ImmutableSandboxedEnvironment(
+        autoescape=autoescape,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=not autoescape,
+    )
 
 
 SYMBOLS = re.compile(r"\b(R_eff|[ER]_0,MP[EL]|E_150|[ER]_0|P_(?:Form|Size)|L_Dia|d_(?:60|t))\b")
