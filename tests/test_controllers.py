@@ -273,7 +273,7 @@ def test_16_rough_positions_become_16_points(name: str, tmp_path: Path) -> None:
     lines = (tmp_path / "log").read_text().splitlines(keepends=True)
     points = [i for i, line in enumerate(lines) if re.match(r"N|FA|.*:1\]", line)]
     (tmp_path / "log").write_text("".join(line for i, line in enumerate(lines) if i != points[3]))
-    with pytest.raises(InputError, match=r"not the log of a teach program; found 15 points|cut short"):
+    with pytest.raises(InputError, match=r"not the 16 points of a placement; found 15 points|cut short"):
         stepgauge.locate(tmp_path / "log", gauge, machine=machine)
 
 

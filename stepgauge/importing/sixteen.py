@@ -1,4 +1,4 @@
-"""The 16 points of a placement, from a table written by hand or from the log of a teach program."""
+"""The 16 points of a placement, from a table of any make or from the log of a teach program."""
 
 from __future__ import annotations
 
@@ -7,27 +7,44 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.alignment import read_points
+from stepgauge.alignment import POINT_COLUMNS, read_points
 from stepgauge.errors import InputError
+from stepgauge.files.text import read_text
 from stepgauge.importing import TABLES, read_log, recognise_log
+from stepgauge.recording.lines import is_beside
+
+NUMBERS = np.arange(1, 17)
 
 
 def read_sixteen(path: str | Path) -> NDArray[np.float64]:
     """16 tip centres, shape ``(16, 3)`` mm.
 
-    A table ``point,x_mm,y_mm,z_mm``, or the log of the program of ``stepgauge plan --teach``, whose points are in
-    order. :class:`InputError` for a log that has not just these.
+    A table ``point,x_mm,y_mm,z_mm``, one of another make with a column of the numbers 1 to 16, or rows in order, as the
+    log of the program of ``stepgauge plan --teach`` has them. :class:`InputError` for what has not just these.
     """
     try:
         source = recognise_log(path)
     except InputError:
         source = TABLES[0]  # the reader of points says what is wrong with it
-    if source in TABLES:
+    if source == TABLES[0] and not _is_foreign(path):
         return read_points(path)
     log = read_log(path, source)
+    columns = [log.number, *log.columns.values()]
+    counts = [one for one in columns if one is not None and np.array_equal(np.sort(one), NUMBERS)]
     wrong = log.surface is True or len(log) != 16 or (log.success is not None and not log.success.all())
-    if wrong or (log.number is not None and log.number.tolist() != list(range(1, 17))):
+    if wrong or (log.number is not None and not np.array_equal(log.number, NUMBERS)):
         found = f"{len(log)} points{' that are compensated by the tip radius' if log.surface else ''}"
-        expected = "the 16 tip centres of the program of stepgauge plan --teach, in order"
-        raise InputError(path, "this is not the log of a teach program", found=found, expected=expected)
-    return log.position_mm
+        expected = "the 16 tip centres, by number or in order, as in a table or the log of stepgauge plan --teach"
+        raise InputError(path, "these are not the 16 points of a placement", found=found, expected=expected)
+    return log.position_mm[np.argsort(counts[0])] if counts else log.position_mm
+
+
+def _is_foreign(path: str | Path) -> bool:
+    """Whether the header of a table names other columns than ours, and more than one."""
+    if not Path(path).is_file():
+        return False
+    try:
+        lines = [line for line in read_text(path).splitlines() if line.strip() and not is_beside(line)]
+    except InputError:
+        return True
+    return bool(lines) and not {*POINT_COLUMNS} & {*lines[0].replace(" ", "").split(",")}

@@ -373,6 +373,18 @@ LAYOUTS = [
         options=ON_GAUGE[:2],
     ),
     Layout(
+        "16 points from the last to the first, in inches",
+        HANDED,
+        POINTS,
+        "No.,X (inch),Y (inch),Z (inch)\n"
+        + "".join(
+            f"{n},{x / 25.4:.6f},{y / 25.4:.6f},{z / 25.4:.6f}\n"
+            for n, (x, y, z) in reversed(list(enumerate(SIXTEEN.to_numpy(), 1)))
+        ),
+        CENTRE,
+        options=ON_GAUGE[:2],
+    ),
+    Layout(
         "16 points in the console of grbl",
         GRBL,
         POINTS,

@@ -121,9 +121,9 @@ LAYOUTS = [
             for title, way in (("Bidirectional", None), ("Forward Directional", 1), ("Reverse Directional", -1))
         )
         + "ENVIRONMENT::\n",
-        told(BOTH[BOTH.cycle == 1]),
+        told(BOTH[(BOTH.cycle == 1) & (BOTH.way == 1)]),
         ".pos",
-        knows={"--unit": "mm", "--deviation-unit": "um"},
+        knows={"--unit": "mm", "--deviation-unit": "mm", "--table": "2"},
     ),
     Layout(
         "laser file, cut in mid-row",
