@@ -41,6 +41,7 @@ SAME_MM = 3e-3
 """Ten times the repeatability of the machine: two readings of one face agree within it."""
 NO_NUMBERS = ("nan", "inf", "1.2.3", "1e", "", "1e9999", "0x10", "1,5", "12mm")
 _FIELD = re.compile(r"([A-Za-z.]+)\(([^()]*)\)")
+PART = "Part.Temperature"
 Words = dict[str, str]
 Lie = Callable[[str, str, Words, Words, random.Random], list[str]]
 """Tag, kind and words of an answer, the words of the answer before, and chance: the lines that are sent instead."""
@@ -130,8 +131,27 @@ LIES: dict[str, Lie] = {
     "data before it is accepted": _unaccepted,
     "the next answer before its command": _early,
 }  # fmt: skip
-STANDS = "the machine stands elsewhere"
-"""Not the answer is false, but the position after it."""
+OTHERS: dict[str, tuple[str, int, Lie]] = {
+    "the machine stands elsewhere": ("Get(", 0, _of_data(lambda words, _, pick: _moved(words, 8.0, pick))),
+    "a temperature in kelvin": (
+        "GetProp(Part.Temperature(), ",
+        -1,
+        _of_data(lambda words, *_: words | {PART: "293.15"}),
+    ),
+    "a thermometer that is not connected": (
+        "GetProp(Part.Temperature(), ",
+        -1,
+        _of_data(lambda words, *_: words | {PART: "0"}),
+    ),
+    "a temperature that is no number": (
+        "GetProp(Part.Temperature(), ",
+        -1,
+        _of_data(lambda words, *_: words | {PART: "nan"}),
+    ),
+    "a temperature twice": ("GetProp(Part.Temperature(), ", -1, _of_line(lambda _, line: [f"{line}, {PART}(21)"])),
+    "a move with data": ("GoTo(", -1, lambda tag, kind, *_: [f"{tag} # X(1)"] * (kind == "%") + [f"{tag} {kind}"]),
+}
+"""Not the measurement is answered falsely, but the first command of this name after so many measurements more."""
 
 
 @dataclass
@@ -180,8 +200,8 @@ class Liar:
     def _command(self, line: str) -> list[str]:
         """Commands pass; the one that gets the false answer is noted."""
         self._measured += "PtMeas(" in line
-        wanted = "Get(" if self.name == STANDS else "PtMeas("
-        if not self.tag and self._measured == self.point and wanted in line:
+        wanted, after, _ = OTHERS.get(self.name, ("PtMeas(", 0, None))
+        if not self.tag and self._measured == self.point + after and wanted in line:
             self.tag = line[:5]
         return [line]
 
@@ -192,8 +212,8 @@ class Liar:
             self._before = words if "ER" in words else self._before
             return [line]
         self.told = True
-        if self.name == STANDS:
-            return [_written(tag, _moved(words, 8.0, self.pick))] if kind == "#" else [line]
+        if self.name in OTHERS:
+            return OTHERS[self.name][2](tag, kind, words, self._before, self.pick)
         self._data = words or self._data
         if kind == "&" and self.name == "data before it is accepted":
             words = {"X": "1", "Y": "2", "Z": "3"}
@@ -289,12 +309,12 @@ def main() -> int:
         for number in range(asked.rounds):
             folder = Path(name) / str(number)
             folder.mkdir()
-            for kind in (*LIES, STANDS):
+            for kind in (*LIES, *OTHERS):
                 wrong = attack(place, folder, kind, pick.randrange(1, len(place.truth) + 1), pick)
                 outcomes["missed" if wrong else "stopped and resumed"] += 1
                 if wrong:
                     print(f"{kind}: {wrong}")
-    print(f"{len(LIES) + 1} kinds of false answers, {asked.rounds} of each: {dict(outcomes)}")
+    print(f"{len(LIES) + len(OTHERS)} kinds of false answers, {asked.rounds} of each: {dict(outcomes)}")
     return int(bool(outcomes["missed"]))
 
 

@@ -46,7 +46,7 @@ def _session(recording: Recording, radius_mm: float) -> Iterator[str]:
     for row, (tip, approach) in enumerate(zip(recording.position_mm, recording.approach, strict=True)):
         clock = "" if not start else _clock(float(time_s[row]))
         if part_C is not None and (row == 0 or part_C[row] != part_C[row - 1]):
-            yield from _exchange(next(tags), f"SetProp(Part.Temperature({float(part_C[row])!r}))", clock)
+            yield from _exchange(next(tags), f"SetProp(Part.Temperature({fixed(float(part_C[row]), 12)}))", clock)
         ijk = ", ".join(fixed(-value, 10) for value in approach)
         command = f"PtMeas({_xyz(tip + radius_mm * approach, 4)}, IJK({ijk}))"
         yield from _exchange(next(tags), command, clock, _xyz(tip, 7))

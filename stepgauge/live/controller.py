@@ -203,7 +203,7 @@ class Controller:
 
     def go(self, place_mm: Array) -> None:
         """Move to a place, shape ``(3,)``."""
-        self.connection.ask(f"GoTo({_written(place_mm)})", takes_s=self._longest_s)
+        _data(self.connection.ask(f"GoTo({_written(place_mm)})", takes_s=self._longest_s), ())
 
     def probe(self, surface_mm: Array, approach: Array, takes_s: float) -> Measured:
         """Measure a point: nominal surface point and unit approach, both ``(3,)``; ``takes_s`` at full speed."""
@@ -227,7 +227,7 @@ class Controller:
         self.connection.ask("DisableUser()")
         self.connection.by_hand = None
         data = (text.partition("(")[2].removesuffix(")") for text in texts[:count])
-        return np.array([_xyz(_data([one], ("X", "Y", "Z", "IJK"))) for one in data])
+        return np.array([_xyz(_data([one], ("IJK", *REPORTS[0]))) for one in data])
 
     def abort(self) -> None:
         """Motion stops at once."""
@@ -256,7 +256,7 @@ def _data(lines: Sequence[str], asked: Sequence[str]) -> dict[str, Call]:
 
     :class:`FalseAnswerError` for what is no data of I++ DME, for a name that is there twice or was not asked for.
     """
-    wanted, told = f"{', '.join(asked)} once each", repr("; ".join(lines)[:60])
+    wanted, told = f"{', '.join(asked)} once each" if asked else "no data", repr("; ".join(lines)[:60])
     try:
         found = named(lines)
     except DmeError as error:

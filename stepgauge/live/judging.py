@@ -112,7 +112,7 @@ class Judge:
         """A face as far from the others as its certificate says, as :mod:`stepgauge.recording.identity` has it."""
         job, axis = self.job, self.job.placement.axis
         targets = job.expected.target_mm
-        others = [n for n in sorted(self.rows)[-REMEMBERED:] if n != point]
+        others = [n for n in range(max(1, point - REMEMBERED), point) if n in self.rows]
         if not others:
             return
         read = np.array([[self.rows[n][name] for name in POSITION] for n in others])

@@ -66,7 +66,10 @@ class StoppedByPersonError(KeyboardInterrupt):
 
 @dataclass
 class _Run:
-    """One session of a measurement. ``touched``: points of this session, after which the machine stands at a face."""
+    """One session of a measurement. ``touched``: points of this session, after which the machine stands at a face.
+
+    ``entry``: the way from where it stood to the path.
+    """
 
     job: Job
     link: Link
@@ -76,6 +79,7 @@ class _Run:
     offset_s: float = 0.0
     moved: bool = False
     drawn_back: bool = False
+    entry: list[Array] = field(default_factory=list)
     touched: set[int] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -109,7 +113,7 @@ class _Run:
         stops = [*before, *(move.position for move in self.job.moves(point)[0]), self._start_of(point)]
         here = self.link.position_mm()
         way, first = self.ways.to_path(here, self._near(point, here), stops)
-        self.moved = True
+        self.moved, self.entry = True, [here, *way]
         for place in [*way, *stops[first + 1 : -1]]:
             self.link.go(place)
 
@@ -210,11 +214,11 @@ class _Run:
             self.link.end()
 
     def _on_path(self, here: Array) -> bool:
-        """Whether a place is on a search of this point or of the one before, or on the way between them."""
-        point, stops = self.next_point, list[Array]()
-        if point - 1 in self.touched:
-            stops = [*self._search_of(point - 1), *(move.position for move in self.job.moves(point)[0])]
-        stops += reversed(self._search_of(point))
+        """Whether a place is on the search of this point, on the way to it, or where that began."""
+        point = self.next_point
+        stops = self._search_of(point - 1) if point - 1 in self.touched else [*self.entry]
+        if point <= len(self.job):
+            stops += [*(move.position for move in self.job.moves(point)[0]), *reversed(self._search_of(point))]
         return any(_beside_mm(here, a, b) <= LATERAL_MM for a, b in pairwise(stops))
 
     def _search_of(self, point: int) -> list[Array]:
