@@ -64,6 +64,24 @@ def choice_options(function: Callable[..., Any]) -> Callable[..., Any]:
             help="Monte Carlo runs beside it; 0: none.",
         ),
         click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the Monte Carlo."),
+        click.option(
+            "--measurand",
+            type=click.Choice(["as-is", "at-20"]),
+            default="as-is",
+            show_default=True,
+            help="What is measured: the machine as it is, or at 20 deg C, with the temperature of its scales in U.",
+        ),
+        click.option(
+            "--contribution",
+            "contributions",
+            multiple=True,
+            metavar="NAME=VALUE",
+            help="A contribution of your own, repeatable, in um or with a sensitivity: 'form=0.2, distribution=uniform,"
+            " dof=8'. Further keys: sensitivity, sensitivity_per_m. Or [[contribution]] in the machine file.",
+        ),
+        click.option(
+            "--measured-at", metavar="DATE", help="ISO date, where no recording says it: the age of the calibration."
+        ),
     )
     for option in reversed(options):
         function = option(function)
@@ -72,12 +90,13 @@ def choice_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def chosen(options: dict[str, Any]) -> dict[str, Any]:
     """The keywords, by the options of :func:`choice_options`."""
-    same = ("blocks", "certificate_correlation", "repeats", "runs", "seed")
+    same = ("blocks", "certificate_correlation", "repeats", "runs", "seed", "measurand", "measured_at")
     return {
         **{name: options[name] for name in same},
         "r_eff": options["origin"],
         "u_gauge_temperature_K": options["u_gauge_temperature"],
         "coverage_percent": options["coverage"],
+        "contributions": list(options["contributions"]),
     }
 
 
@@ -96,8 +115,9 @@ def chosen(options: dict[str, Any]) -> dict[str, Any]:
 def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **options: Any) -> None:
     """Uncertainty budget (GUM) of R_eff, XF, XB, XM and XR at every face, with the Monte Carlo beside it.
 
-    Counted are the gauge's certificate with its correlation, the temperatures and expansions of gauge and scales,
-    probing, resolution, alignment, repeatability and every uncertain value of the machine file; R_eff enters XB through
+    Counted are the gauge's certificate with its correlation and its drift since, temperature and expansion of the gauge
+    (of the scales with --measurand at-20), probing, resolution, alignment, repeatability, contributions of your own and
+    every uncertain value of the machine file; R_eff enters XB through
     its own readings. What no file states is not assumed: it is listed as not evaluated, with the key that would state
     it. In the machine file:
 

@@ -39,7 +39,8 @@ def budget_fleet(
     """
     choice = choice or Choice()
     function = partial(budget_batch, choice=choice)
-    return work_one_by_one(Results(fleet, "budgets", asdict(choice)), engine, function, _rows, BUDGETS, progress)
+    made_with = asdict(choice) | {"contributions": [one.model_dump() for one in choice.contributions]}
+    return work_one_by_one(Results(fleet, "budgets", made_with), engine, function, _rows, BUDGETS, progress)
 
 
 def budget_batch(given: Batch | Kept, choice: Choice) -> list[dict[str, Any]]:

@@ -45,6 +45,15 @@ class GaugeTable(Table):
     faces: str = Field(min_length=1, description="CSV file of the face positions, beside this file")
 
 
+class EarlierCalibration(Table):
+    """A ``[[certificate.earlier]]``: what an earlier certificate of the same gauge says of its length."""
+
+    date: datetime.date = Field(description="date of that calibration")
+    length_um_per_m: float = Field(
+        ge=-1000, le=1000, allow_inf_nan=False, description="its lengths minus those of the present one, um per m"
+    )
+
+
 class CertificateTable(Table):
     """The ``[certificate]`` table."""
 
@@ -64,6 +73,11 @@ class CertificateTable(Table):
         le=50,
         description="part of uncertainty_um that grows with the position and is common to all faces, um per m",
     )
+    drift_um_per_m_per_year: float | None = Field(
+        None, ge=0, le=50, description="standard uncertainty of the change of the gauge's length in a year, um per m"
+    )
+    earlier: list[EarlierCalibration] = Field(default_factory=list, description="[[certificate.earlier]]")
+    recall: datetime.date | None = Field(None, description="day on which the gauge is due for calibration")
     example: bool = Field(False, description="true when the certificate is invented for demonstration")
 
 

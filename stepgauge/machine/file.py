@@ -22,6 +22,7 @@ from stepgauge.physics.chain import Chain
 from stepgauge.probes import Probe, make_probe, probe_table
 from stepgauge.probes.schema import ProbeTable
 from stepgauge.recording.conventions import Convention
+from stepgauge.standards.contribution import Contribution
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -154,7 +155,8 @@ class Machine(Summarized):
 
     ``probe`` is the checked table of the probe and ``probe_path`` its file; ``effects`` are the raw ``[[effect]]``
     tables; ``uncertain`` the values with a standard uncertainty (the tables have their best estimates); ``stated`` is
-    the ``[uncertainty]`` table; ``styli``: the machine with each further stylus (:mod:`stepgauge.machine.styli`).
+    the ``[uncertainty]`` table, ``contributions`` the ``[[contribution]]`` tables; ``styli``: the machine with each
+    further stylus (:mod:`stepgauge.machine.styli`).
     """
 
     table: MachineTable
@@ -165,6 +167,7 @@ class Machine(Summarized):
     probe_path: str = ""
     stated: UncertaintyTable = field(default_factory=UncertaintyTable)
     styli: tuple[Machine, ...] = ()
+    contributions: tuple[Contribution, ...] = ()
 
     def with_stylus(self, number: int) -> Machine:
         """The machine with one of its styli: 1 is its own; :class:`InputError` for one that nobody stated."""
@@ -257,15 +260,25 @@ def check_recorded(comments: Mapping[str, str], machine: Machine) -> None:
         )
 
 
+def _contributions(tables: Any, path: Path) -> tuple[Contribution, ...]:
+    """The ``[[contribution]]`` tables."""
+    if not isinstance(tables, list):
+        raise InputError(
+            path, "contributions are an array of tables", found="[contribution]", expected="[[contribution]]"
+        )
+    return tuple(check_table(Contribution, one, path, f"contribution[{n}]") for n, one in enumerate(tables, 1))
+
+
 def read_machine(name: str | Path) -> Machine:
     """Read and check a machine file, given by its path or by the name of a shipped one."""
     path = find_data(name, "machine", "machines")
     read = read_toml(path)
     stated = check_table(UncertaintyTable, read.pop("uncertainty", {}), path, "uncertainty")
+    own = _contributions(read.pop("contribution", []), path)
     data, uncertain = split_uncertain(read, path)
     for key in data:
         if key not in ("machine", "probe", "effect"):
-            expected = "[machine], [probe], [[effect]] and [uncertainty]"
+            expected = "[machine], [probe], [[effect]], [uncertainty] and [[contribution]]"
             raise InputError(path, f"table [{key}] is not known", expected=expected)
     effects = data.get("effect", [])
     if not isinstance(effects, list):
@@ -279,6 +292,7 @@ def read_machine(name: str | Path) -> Machine:
         uncertain,
         str(probe_path),
         stated,
+        contributions=own,
     )
     _ = machine.sensor  # a probe that cannot work is an error now, not in the middle of a run
     return machine

@@ -88,7 +88,8 @@ class Model:
     """The model of a Monte Carlo; ``sign`` is +1 for a program and -1 for a recording.
 
     ``quantities`` names the columns of :meth:`values`; ``nominal`` is the evaluation of the recording, or of a program
-    on a machine without errors; ``counts`` marks the effects that have an influence.
+    on a machine without errors; ``counts`` marks the effects that have an influence; ``at_reference``: whether the
+    measurand is the machine at 20 deg C, whose scales have no temperature of their own.
     """
 
     machine: Machine
@@ -102,11 +103,17 @@ class Model:
     sign: float
     quantities: tuple[Quantity, ...]
     counts: tuple[bool, ...]
+    at_reference: bool = True
 
     @property
     def conditions(self) -> Conditions:
         """What was found of the readings of a recording; of a program there are none."""
         return self.nominal.conditions if self.sign < 0.0 else Conditions()
+
+    def as_it_is(self) -> Model:
+        """The model whose measurand is the machine as it is: what its scales' temperature makes is its own error."""
+        scalars = tuple(one for one in self.inputs.scalars if one.key not in SCALE_KEYS)
+        return replace(self, inputs=replace(self.inputs, scalars=scalars), at_reference=False)
 
     @property
     def n_rows(self) -> int:

@@ -26,7 +26,8 @@ class ModelOptions:
     ``u_gauge_temperature_K``: None: that of the machine file, which is of a thermometer and does not count where
     no gauge temperature was recorded; ``origin``: of R_eff; ``blocks``: used section of a recording, ``A:B``;
     ``gauge_temperature_C``: as a program is run (None: of the certificate); ``search_mm``: beyond the target of a
-    program whose text does not state it.
+    program whose text does not state it; ``at_reference``: of a recording, whether the measurand is the machine at
+    20 deg C: else it is as it is, and what the temperature of its scales makes is its error and no uncertainty.
     """
 
     u_gauge_temperature_K: float | None = None
@@ -34,6 +35,7 @@ class ModelOptions:
     blocks: str | None = None
     gauge_temperature_C: float | None = None
     search_mm: float = 2.0
+    at_reference: bool = False
 
 
 def read_model(
@@ -59,7 +61,8 @@ def read_model(
             raise InputError(naming("gauge_temperature_C"), "belongs to a program; a recording has its own")
         section = parse_section(options.blocks, gauge)
         u_K = _u_recorded_K(recording, machine, options)
-        return recording_model(recording, machine, gauge, u_K, options.origin, section)
+        model = recording_model(recording, machine, gauge, u_K, options.origin, section)
+        return model if options.at_reference else model.as_it_is()
     _check_program(files, placements, options)
     program = read_program(files[0], probing_settings(machine, options.search_mm))
     conditions = Conditions(gauge.temperature_C(options.gauge_temperature_C))

@@ -16,12 +16,14 @@ from stepgauge.standards.budget import Progress
 from stepgauge.standards.budget_files import StoredBudget
 from stepgauge.standards.budget_sources import Repeats
 from stepgauge.standards.budgeting import Choice, whole_budget
+from stepgauge.standards.contribution import parse_contribution
 
 if TYPE_CHECKING:
     from stepgauge.machine.virtual import Run
     from stepgauge.recording import Recording
 
 REPEATS = ("pooled", "face")
+MEASURANDS = ("as-is", "at-20")
 
 
 def budget(
@@ -40,6 +42,9 @@ def budget(
     seed: int = 0,
     gauge_temperature_C: float | None = None,
     search_mm: float = 2.0,
+    measurand: str = "as-is",
+    contributions: str | Iterable[str] = (),
+    measured_at: str | None = None,
     progress: Callable[[str], Progress] | None = None,
 ) -> StoredBudget:
     """Uncertainty budget (GUM) of R_eff, XF, XB, XM and XR at every face, with the Monte Carlo beside it.
@@ -59,6 +64,9 @@ def budget(
     runs, seed : of the Monte Carlo; 0 runs: none
     gauge_temperature_C : as a program is run; default: that of the certificate
     search_mm : search beyond the target of a program, where its text does not state it
+    measurand : the machine ``"as-is"``, or ``"at-20"``: at 20 deg C, with the temperature of its scales in U
+    contributions : one's own, ``"form of the faces=0.2, distribution=uniform, dof=8"``, beside the machine file's
+    measured_at : ISO date, where no recording says it: the age of the gauge's calibration
     progress : given ``"Monte Carlo"`` or ``"budget"``, returns what is called with (done, total)
 
     Returns
@@ -76,6 +84,9 @@ def budget(
         seed,
         gauge_temperature_C,
         search_mm,
+        measurand,
+        contributions,
+        measured_at,
     )
     steps = as_gauge(gauge)
     given = [getattr(one, "recording", one) for one in several(sources)]
@@ -93,6 +104,9 @@ def budget_choice(
     seed: int,
     gauge_temperature_C: float | None = None,
     search_mm: float = 2.0,
+    measurand: str = "as-is",
+    contributions: str | Iterable[str] = (),
+    measured_at: str | None = None,
 ) -> Choice:
     """What :func:`budget` takes beside the files, checked."""
     at_least("u_gauge_temperature_K", u_gauge_temperature_K, 0.0, "K")
@@ -100,5 +114,8 @@ def budget_choice(
     a_temperature("gauge_temperature_C", gauge_temperature_C)
     origin = cast(REffOrigin, one_of("r_eff", r_eff, R_EFF))
     by = cast(Repeats, one_of("repeats", repeats, REPEATS))
-    model = ModelOptions(u_gauge_temperature_K, origin, blocks, gauge_temperature_C, search_mm)
-    return Choice(model, certificate_correlation, by, coverage_percent, runs, seed)
+    at_reference = one_of("measurand", measurand, MEASURANDS) == "at-20"
+    model = ModelOptions(u_gauge_temperature_K, origin, blocks, gauge_temperature_C, search_mm, at_reference)
+    texts = [contributions] if isinstance(contributions, str) else contributions
+    own = tuple(parse_contribution(text) for text in texts)
+    return Choice(model, certificate_correlation, by, coverage_percent, runs, seed, own, measured_at)

@@ -154,6 +154,9 @@ def budget_fleet(
     coverage_percent: float = 95.45,
     runs: int = 10_000,
     seed: int = 0,
+    measurand: str = "as-is",
+    contributions: str | Iterable[str] = (),
+    measured_at: str | None = None,
     jobs: int | None = 1,
     scheduler: str | None = None,
     memory_MB: float | None = None,
@@ -167,8 +170,8 @@ def budget_fleet(
     Parameters
     ----------
     store : its folder
-    blocks, r_eff, u_gauge_temperature_K, certificate_correlation, repeats, coverage_percent, runs, seed : as of
-        :func:`stepgauge.budget`, the same for all recordings
+    blocks, r_eff, u_gauge_temperature_K, certificate_correlation, repeats, coverage_percent, runs, seed, measurand,
+    contributions, measured_at : as of :func:`stepgauge.budget`, the same for all recordings
     jobs, scheduler, memory_MB, progress : as of :func:`evaluate_fleet`
 
     Returns
@@ -180,7 +183,8 @@ def budget_fleet(
     from stepgauge.public.budget import budget_choice
 
     stated = (u_gauge_temperature_K, certificate_correlation, repeats, coverage_percent, runs, seed)
-    choice = budget_choice(blocks, r_eff, *stated)
+    further = {"measurand": measurand, "contributions": contributions, "measured_at": measured_at}
+    choice = budget_choice(blocks, r_eff, *stated, **further)  # type: ignore[arg-type]
     return budget_stored(Fleet(store), engine_of(jobs, scheduler, memory_MB), choice, progress)
 
 

@@ -22,7 +22,8 @@ from stepgauge.evaluation.face_errors import face_errors
 from stepgauge.montecarlo.model import Model, Part, Quantity
 from stepgauge.montecarlo.summary import Summary
 from stepgauge.recording.by_face import FaceStatistics
-from stepgauge.standards.budget_sources import Asked, Source, Term, assumptions, missing, terms
+from stepgauge.standards.budget_sources import Asked, assumptions, missing, terms
+from stepgauge.standards.budget_terms import Source, Term
 from stepgauge.standards.coverage import Expanded, expand
 
 Array = NDArray[np.float64]

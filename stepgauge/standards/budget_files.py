@@ -31,6 +31,8 @@ METHOD = (
     "JCGM 100:2008 (GUM): linear propagation and effective degrees of freedom (Welch-Satterthwaite) with GTC; "
     "sensitivities by evaluating unit readings and by central differences through the virtual CMM"
 )
+MEASURAND = {True: "the machine at 20 °C", False: "the machine as it is, at the temperature that it has"}
+"""By whether it is that at the reference temperature."""
 SAME_VALUE_UM = 0.005
 """Values of one measurement evaluated twice agree at least so well."""
 
@@ -61,6 +63,7 @@ def budget_to_dict(model: Model, budget: Budget, runs: int) -> dict[str, Any]:
         "gauge_serial": model.gauge.table.serial,
         "certificate": model.gauge.certificate.number,
         "r_eff_origin": model.origin,
+        "measurand": MEASURAND[model.at_reference],
         "coverage_percent": budget.percent,
         "monte_carlo_runs": runs,
         "sources": [_source(source) for source in budget.sources],
@@ -208,6 +211,7 @@ class StoredBudget(_Stored, Shown):
     gauge_serial: str
     certificate: str
     r_eff_origin: str
+    measurand: str = ""
     coverage_percent: float = Field(gt=0, lt=100)
     monte_carlo_runs: int
     sources: list[StoredSource] = Field(min_length=1)

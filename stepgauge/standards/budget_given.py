@@ -55,6 +55,7 @@ def stated_machine(machine: Machine) -> dict[str, Any]:
         "probe": _with_tables(machine.probe.model_dump(mode="json"), probe),
         "effect": [_with_tables(one, own) for one in machine.effects],
         "uncertainty": machine.stated.model_dump(mode="json"),
+        "contribution": [one.model_dump(mode="json") for one in machine.contributions],
         **{f"{u.key}.{name}": getattr(u, name) for u in machine.uncertain for name in ("u", "distribution", "dof")},
     }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,18 @@ from stepgauge.montecarlo.inputs import (
     pooled_deviation_um,
 )
 from stepgauge.montecarlo.model import Model, Part
+from stepgauge.standards.budget_further import (
+    DRIFT_STATED_BY,
+    condition_um,
+    drift_um_per_m_per_year,
+    gauge_ages,
+    gauge_drift,
+    measured_on,
+    own_contributions,
+    readings_drift,
+)
+from stepgauge.standards.budget_terms import Source, Term, independent
+from stepgauge.standards.contribution import Contribution
 from stepgauge.standards.coverage import APPROXIMATELY_95
 
 Array = NDArray[np.float64]
@@ -42,36 +54,15 @@ class Asked:
     """Statements of the user for a budget beside the files.
 
     ``placements``: in the order of the recording, or none; ``repeats``: one standard deviation for all faces
-    (``"pooled"``, GUM 4.2.4) or one by face with n - 1 degrees of freedom; ``percent``: coverage probability.
+    (``"pooled"``, GUM 4.2.4) or one by face with n - 1 degrees of freedom; ``percent``: coverage probability;
+    ``contributions``: one's own; ``measured_at``: date, where the recording does not say.
     """
 
     placements: Sequence[Placement] = ()
     repeats: Repeats = "pooled"
     percent: float = APPROXIMATELY_95
-
-
-@dataclass(frozen=True)
-class Source:
-    """A line of the list of sources: ``u`` in ``unit`` (two numbers where it varies by face), type A or B.
-
-    ``name`` is its key, as in the Monte Carlo, ``label`` what a person calls it.
-    """
-
-    name: str
-    label: str
-    kind: Literal["A", "B"]
-    u: tuple[float, float]
-    unit: str
-    dof: float
-    stated_by: str
-
-
-@dataclass(frozen=True)
-class Term:
-    """A source as GTC numbers: ``um[i]`` is what it adds to the mean reading of face ``i`` of the section."""
-
-    source: Source
-    um: list[Any]
+    contributions: Sequence[Contribution] = ()
+    measured_at: str | None = None
 
 
 def terms(model: Model, part: Part, asked: Asked, placement: Placement | None) -> list[Term]:
@@ -79,15 +70,8 @@ def terms(model: Model, part: Part, asked: Asked, placement: Placement | None) -
     found = [_certificate(model, part), _repeatability(model, part, asked.repeats)]
     found += [_scalar(model, part, index) for index in range(len(model.inputs.scalars))]
     found += [_probing(model, part), _resolution(model, part), _alignment(model, part, placement)]
-    return [term for term in found if term is not None]
-
-
-def _independent(u: Array, dof: float, name: str) -> list[Any]:
-    """One number per face; one ensemble, so that a common count of degrees of freedom is not counted twice."""
-    from GTC import multiple_ureal
-
-    labels = [f"{name} {i}" for i in range(len(u))]
-    return list(multiple_ureal([0.0] * len(u), [float(v) for v in u], dof, labels))
+    found += [gauge_drift(model, part, asked.measured_at), readings_drift(model, part)]
+    return [term for term in found if term is not None] + own_contributions(model, part, asked.contributions)
 
 
 def _range(u: Array) -> tuple[float, float]:
@@ -102,7 +86,7 @@ def _certificate(model: Model, part: Part) -> Term | None:
     if not u.any():
         return None
     dof = gauge.certificate.degrees_of_freedom or math.inf
-    um = _independent(u, dof, CERTIFICATE)
+    um = independent(u, dof, CERTIFICATE)
     if gauge.correlation is not None:
         correlation = gauge.correlation[np.ix_(faces - 1, faces - 1)]
         for i, j in zip(*np.nonzero(np.triu(correlation, 1)), strict=True):
@@ -129,7 +113,7 @@ def _repeatability(model: Model, part: Part, repeats: Repeats) -> Term | None:
     u, dof = sigma / np.sqrt(count), float(freedom) if freedom else math.inf
     said = "recording: pooled over the faces" if freedom else "machine file: repeatability_um"
     source = Source(REPEATABILITY, REPEATABILITY, "A" if freedom else "B", _range(u), "um", dof, said)
-    return Term(source, _independent(u, dof, REPEATABILITY))
+    return Term(source, independent(u, dof, REPEATABILITY))
 
 
 def part_deviation_um(model: Model, part: Part) -> Array:
@@ -202,21 +186,29 @@ def _probing(model: Model, part: Part) -> Term | None:
     dof = stated.dof or math.inf
     u = np.full(len(part.readings.faces), stated.u)
     source = Source(PROBING, PROBING, "B", _range(u), "um", dof, "machine file: [uncertainty] probing_um")
-    return Term(source, _independent(u, dof, PROBING))
+    return Term(source, independent(u, dof, PROBING))
 
 
 def _resolution(model: Model, part: Part) -> Term | None:
-    """Half a step to each side, rectangular (GUM F.2.2.1): step / sqrt(12), the same in every cycle of a face."""
-    step = model.machine.stated.resolution_um
-    if step is None:
+    """Half a step to each side, rectangular (GUM F.2.2.1): step / sqrt(12), the same in every cycle of a face.
+
+    The step is the stated one, or that of the readings where these show a coarser one.
+    """
+    stated, seen = model.machine.stated.resolution_um, 2.0 * condition_um(model, part, "resolution")
+    step = max(stated or 0.0, seen)
+    if step == 0.0:
         return None
+    said = f"recording: steps of {seen:g} um" if seen > (stated or 0.0) else "machine file: [uncertainty] resolution_um"
     u = np.full(len(part.readings.faces), step / math.sqrt(12.0))
-    source = Source(RESOLUTION, RESOLUTION, "B", _range(u), "um", math.inf, "machine file: [uncertainty] resolution_um")
-    return Term(source, _independent(u, math.inf, RESOLUTION))
+    source = Source(RESOLUTION, RESOLUTION, "B", _range(u), "um", math.inf, said)
+    return Term(source, independent(u, math.inf, RESOLUTION))
 
 
 def _alignment(model: Model, part: Part, placement: Placement | None) -> Term | None:
-    """Readings are too long by S phi^2 / 2 if the probed line is at the angle phi to the gauge."""
+    """Readings are too long by S phi^2 / 2 if the probed line is at the angle phi to the gauge.
+
+    Both what locating leaves unknown and the angle that the readings show count.
+    """
     from GTC import ureal
 
     if placement is None:
@@ -224,13 +216,14 @@ def _alignment(model: Model, part: Part, placement: Placement | None) -> Term | 
     u_rad = axis_uncertainty_rad(placement)
     if u_rad is None:
         return None
-    cosine = cosine_rms(*u_rad)
     position_um = model.gauge.position_mm[part.readings.faces - 1] * 1e3
+    seen = condition_um(model, part, "alignment") / max(float(np.ptp(position_um)), 1.0)
+    cosine = math.hypot(cosine_rms(*u_rad), seen)
     one = ureal(0.0, 1.0, math.inf, label=ALIGNMENT)
-    largest = max(u_rad) * 1e6
-    source = Source(
-        ALIGNMENT, ALIGNMENT, "B", (min(u_rad) * 1e6, largest), "urad", math.inf, "placement file: [uncertainty]"
-    )
+    tilt = math.sqrt(2.0 * seen)
+    u_urad = (min(u_rad) * 1e6, max(*u_rad, tilt) * 1e6)
+    said = "placement file: [uncertainty]" + (f"; the readings are {tilt * 1e3:.2f} mrad off" if seen else "")
+    source = Source(ALIGNMENT, ALIGNMENT, "B", u_urad, "urad", math.inf, said)
     return Term(source, [float(v) * cosine * one for v in position_um])
 
 
@@ -275,6 +268,8 @@ def assumptions(model: Model, asked: Asked) -> list[str]:
         said.append(
             "XR is as it is defined: what a scale error shows in it (see the notes) is neither corrected nor in U"
         )
+    if not gauge_ages(model):
+        said.append("the gauge has its certified length: nothing was measured but a virtual one")
     if asked.repeats == "pooled":
         said.append("one standard deviation of a probing holds for all faces")
     if model.machine.stated.resolution_um is not None:
@@ -301,23 +296,56 @@ def missing(model: Model, asked: Asked) -> list[tuple[str, str]]:
             if recorded
             else "--u-gauge-temperature, how far it may have been off (that of the machine file is of a thermometer)",
         ),
-        (
-            "machine.temperature_C" in keys,
-            "temperature of the scales",
-            "machine.temperature_C = { value = .., u = .. } in the machine file",
-        ),
-        (
-            "machine.scale_expansion_per_K" in keys,
-            "expansion of the scales",
-            "machine.scale_expansion_per_K = { value = .., u = .. } in the machine file",
-        ),
+        *_scales(model),
+        *_age(model, asked),
         (
             machine.stated.probing_um is not None,
             "probing (what differs from face to face and not from cycle to cycle)",
             "probing_um in [uncertainty] of the machine file",
         ),
-        (machine.stated.resolution_um is not None, "resolution", "resolution_um in [uncertainty] of the machine file"),
+        (
+            machine.stated.resolution_um is not None or any(condition_um(model, p, "resolution") for p in model.parts),
+            "resolution",
+            "resolution_um in [uncertainty] of the machine file",
+        ),
         (bool(located), "alignment (cosine error)", "--placement with its [uncertainty] yaw_urad and pitch_urad"),
         (REPEATABILITY in keys, "repeatability", "two or more cycles, or machine.repeatability_um"),
     )
     return [(what, how) for present, what, how in checks if not present]
+
+
+Check = tuple[bool, str, str]
+
+
+def _scales(model: Model) -> list[Check]:
+    """What is asked of the scales: only the machine at 20 deg C has not the errors that their temperature makes."""
+    if not model.at_reference:
+        return []
+    return [
+        (
+            f"machine.{key}" in model.inputs.names,
+            f"{what} of the scales",
+            f"machine.{key} = {{ value = .., u = .. }} in the machine file",
+        )
+        for key, what in (("temperature_C", "temperature"), ("scale_expansion_per_K", "expansion"))
+    ] + [
+        (
+            model.sign > 0 or model.machine.table.scales_compensated,
+            "correction of the readings to scales at 20 deg C (the machine file says that the controller makes none)",
+            "a measurand as it is, or scales that are compensated",
+        )
+    ]
+
+
+def _age(model: Model, asked: Asked) -> list[Check]:
+    """What is asked of the time since the gauge was calibrated."""
+    if not gauge_ages(model):
+        return []
+    return [
+        (drift_um_per_m_per_year(model.gauge) is not None, "drift of the gauge since its calibration", DRIFT_STATED_BY),
+        (
+            measured_on(model, asked.measured_at) is not None,
+            "age of the gauge's calibration (nobody says when it was measured)",
+            "--measured-at, or # measured_at: in the recording",
+        ),
+    ]

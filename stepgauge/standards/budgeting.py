@@ -16,6 +16,7 @@ from stepgauge.standards.budget import Asked, Progress, make_budget
 from stepgauge.standards.budget_files import StoredBudget, stored_budget
 from stepgauge.standards.budget_given import stated_with
 from stepgauge.standards.budget_sources import Repeats
+from stepgauge.standards.contribution import Contribution
 
 COVERAGE_PERCENT = (50.0, 99.99)
 Shown = Callable[[str], Progress]
@@ -27,7 +28,8 @@ class Choice:
     """What is chosen for a budget beside the files (:class:`InputError` for what is out of range).
 
     ``correlation``: of any two certified positions, 0 to 1, None: the gauge file's; ``repeats``: ``"pooled"`` over all
-    faces or by ``"face"``; ``percent``: coverage probability; ``runs``, ``seed``: of the Monte Carlo, 0 runs: none.
+    faces or by ``"face"``; ``percent``: coverage probability; ``runs``, ``seed``: of the Monte Carlo, 0 runs: none;
+    ``contributions``: one's own, beside those of the machine file; ``measured_at``: where no recording says it.
     """
 
     model: ModelOptions = field(default_factory=ModelOptions)
@@ -36,6 +38,8 @@ class Choice:
     percent: float = 95.45
     runs: int = 10_000
     seed: int = 0
+    contributions: tuple[Contribution, ...] = ()
+    measured_at: str | None = None
 
     def __post_init__(self) -> None:
         if self.correlation is not None and not 0.0 <= self.correlation <= 1.0:
@@ -59,7 +63,7 @@ def whole_budget(
     choice, shown = choice or Choice(), shown or _silent
     model = read_model(sources, machine, _correlated(gauge, choice.correlation), placements, choice.model)
     simulated = _simulated(model, choice, shown) if choice.runs else None
-    asked = Asked(placements, choice.repeats, choice.percent)
+    asked = Asked(placements, choice.repeats, choice.percent, choice.contributions, choice.measured_at)
     made = stored_budget(model, make_budget(model, asked, simulated, shown("budget")), choice.runs)
     return made.model_copy(update={"given": stated_with(gauge, machine, placements)})
 
