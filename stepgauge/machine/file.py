@@ -17,12 +17,12 @@ from stepgauge.files.config import Table, Vector3, check_table, read_toml
 from stepgauge.files.numerals import number
 from stepgauge.files.resources import find_data
 from stepgauge.files.shown import Summarized, as_lines
+from stepgauge.machine.contribution import Contribution
 from stepgauge.machine.uncertain import Uncertain, split_uncertain
 from stepgauge.physics.chain import Chain
 from stepgauge.probes import Probe, make_probe, probe_table
 from stepgauge.probes.schema import ProbeTable
 from stepgauge.recording.conventions import Convention
-from stepgauge.standards.contribution import Contribution
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, cast
 from stepgauge.evaluation.face_errors import REffOrigin
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
+from stepgauge.machine.contribution import parse_contribution
 from stepgauge.machine.file import Machine
 from stepgauge.montecarlo import ModelOptions
 from stepgauge.public.evaluate import R_EFF
@@ -16,7 +17,6 @@ from stepgauge.standards.budget import Progress
 from stepgauge.standards.budget_files import StoredBudget
 from stepgauge.standards.budget_sources import Repeats
 from stepgauge.standards.budgeting import Choice, whole_budget
-from stepgauge.standards.contribution import parse_contribution
 
 if TYPE_CHECKING:
     from stepgauge.machine.virtual import Run

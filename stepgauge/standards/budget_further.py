@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from stepgauge.files.dates import moments, parse_moment
 from stepgauge.gauge.certified import Gauge
+from stepgauge.machine.contribution import Contribution
 from stepgauge.montecarlo.model import Model, Part
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.budget_terms import Source, Term, independent
-from stepgauge.standards.contribution import Contribution
 
 Array = NDArray[np.float64]
 GAUGE_DRIFT, READINGS_DRIFT = "drift of the gauge", "drift of the readings"

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.placement import Placement
+from stepgauge.machine.contribution import Contribution
 from stepgauge.machine.file import StandardUncertainty
 from stepgauge.montecarlo.inputs import (
     CERTIFICATE,
@@ -33,7 +34,6 @@ from stepgauge.standards.budget_further import (
     readings_drift,
 )
 from stepgauge.standards.budget_terms import Source, Term, independent
-from stepgauge.standards.contribution import Contribution
 from stepgauge.standards.coverage import APPROXIMATELY_95
 
 Array = NDArray[np.float64]

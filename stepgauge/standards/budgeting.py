@@ -9,6 +9,7 @@ from pathlib import Path
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
+from stepgauge.machine.contribution import Contribution
 from stepgauge.machine.file import Machine
 from stepgauge.montecarlo import Model, ModelOptions, Summary, read_model, run_monte_carlo
 from stepgauge.recording import Recording
@@ -16,7 +17,6 @@ from stepgauge.standards.budget import Asked, Progress, make_budget
 from stepgauge.standards.budget_files import StoredBudget, stored_budget
 from stepgauge.standards.budget_given import stated_with
 from stepgauge.standards.budget_sources import Repeats
-from stepgauge.standards.contribution import Contribution
 
 COVERAGE_PERCENT = (50.0, 99.99)
 Shown = Callable[[str], Progress]

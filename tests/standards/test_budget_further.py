@@ -14,12 +14,12 @@ import stepgauge as sg
 from stepgauge.conditions import Condition, Conditions
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import EarlierCalibration, Gauge
+from stepgauge.machine.contribution import Contribution, parse_contribution
 from stepgauge.montecarlo import recording_model
 from stepgauge.montecarlo.model import Model
 from stepgauge.standards.budget import make_budget
 from stepgauge.standards.budget_files import stored_budget
 from stepgauge.standards.budget_sources import Asked
-from stepgauge.standards.contribution import Contribution, parse_contribution
 from tests.measured import named, run, shipped
 
 RECORDING = named(run(3).recording)

@@ -45,7 +45,8 @@ def other(files: Path, name: str, was: str, now: str) -> Path:
     text = (files / name).read_text(encoding="utf-8")
     assert was in text
     (files / "other").mkdir(exist_ok=True)
-    (files / "other" / name).write_text(text.replace(was, now, 1), encoding="utf-8")
+    kept = [line for line in text.splitlines(keepends=True) if not line.startswith("# checksum")]  # a change is meant
+    (files / "other" / name).write_text("".join(kept).replace(was, now, 1), encoding="utf-8")
     return files / "other" / name
 
 
