@@ -2,15 +2,15 @@
 
 Pages are those of specification 1.40. Where it is not explicit, numbers of errors are those of NIST's test suite 3.0
 (parserCmd, checkerCmd): a wrong count, and a name that is there twice, 0502; an argument of another kind 0509; a
-command that needs an event tag and has none, and the reverse, 0001.
+command that needs an event tag and has none, and the reverse, 0001. For names that are not known the suite has 0502 and
+0509; the standard's own 0505, 0506 and 0510 say more.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol
 
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.ippdme.lines import is_event_tag
@@ -29,16 +29,6 @@ SELECTABLE = ("MachineCsy", "MoveableMachineCsy", "MultipleArmCsy", "PartCsy")
 DEFINABLE = ("MoveableMachineCsy", "MultipleArmCsy", "PartCsy", "JogDisplayCsy", "JogMoveCsy", "SensorCsy")
 
 
-class Arguments(Protocol):
-    """What a command may have in its parentheses."""
-
-    def check(self, arguments: Sequence[Value]) -> None:
-        """:class:`DmeError` for arguments that the command may not have."""
-
-    def __str__(self) -> str:
-        """In words, for the documentation."""
-
-
 def _count(arguments: Sequence[Value], *counts: int) -> None:
     if len(arguments) not in counts:
         raise DmeError(502, detail=f"{len(arguments)} arguments instead of {' or '.join(map(str, counts))}")
@@ -51,6 +41,7 @@ class Numbers:
     counts: tuple[int, ...] = (0,)
 
     def check(self, arguments: Sequence[Value]) -> None:
+        """:class:`DmeError` 0502 for another count, 0509 for what is no number."""
         _count(arguments, *self.counts)
         if not all(isinstance(one, float) for one in arguments):
             raise DmeError(509, detail="not all are numbers")
@@ -60,42 +51,25 @@ class Numbers:
 
 
 @dataclass(frozen=True)
-class Integer:
-    """One whole number."""
+class One:
+    """One argument of a kind, ``title`` in words."""
+
+    title: str
+    fits: Callable[[Value], bool]
 
     def check(self, arguments: Sequence[Value]) -> None:
+        """:class:`DmeError` 0502 for another count, 0509 for another kind."""
         _count(arguments, 1)
-        if not isinstance(arguments[0], float) or not arguments[0].is_integer():
-            raise DmeError(509, detail="no whole number")
+        if not self.fits(arguments[0]):
+            raise DmeError(509, detail=f"not {self.title}")
 
     def __str__(self) -> str:
-        return "a whole number"
+        return self.title
 
 
-@dataclass(frozen=True)
-class OneText:
-    """One text in quotes."""
-
-    def check(self, arguments: Sequence[Value]) -> None:
-        _count(arguments, 1)
-        if not isinstance(arguments[0], Text):
-            raise DmeError(509, detail="no text in quotes")
-
-    def __str__(self) -> str:
-        return '"a name"'
-
-
-@dataclass(frozen=True)
-class EventTag:
-    """The tag of an event."""
-
-    def check(self, arguments: Sequence[Value]) -> None:
-        _count(arguments, 1)
-        if not isinstance(arguments[0], Word) or not is_event_tag(arguments[0]):
-            raise DmeError(509, detail="no tag of an event")
-
-    def __str__(self) -> str:
-        return "the tag of an event"
+INTEGER = One("a whole number", lambda value: isinstance(value, float) and value.is_integer())
+TEXT = One('"a name"', lambda value: isinstance(value, Text))
+EVENT_TAG = One("the tag of an event", lambda value: isinstance(value, Word) and is_event_tag(value))
 
 
 @dataclass(frozen=True)
@@ -106,6 +80,7 @@ class OneOf:
     numbers: int = 0
 
     def check(self, arguments: Sequence[Value]) -> None:
+        """:class:`DmeError` 0502 for another count or kind, 0505 for another word."""
         _count(arguments, 1 + self.numbers)
         if not isinstance(arguments[0], Word):
             raise DmeError(502, detail="no word")
@@ -149,6 +124,7 @@ class Names:
     empty: int = 502
 
     def check(self, arguments: Sequence[Value]) -> None:
+        """:class:`DmeError` 0502 for too few, too many or two of a name, 0505 and 0506 for others, 0509 for numbers."""
         found = Call("command", tuple(arguments)).named()
         if len(found) < self.least:
             raise DmeError(self.empty, detail="names are missing")
@@ -185,6 +161,9 @@ def _empty(*names: str) -> dict[str, Inside]:
 _PLACE = dict.fromkeys(POSITION, Inside.NUMBER)
 
 
+Arguments = Numbers | One | OneOf | Names
+
+
 @dataclass(frozen=True)
 class Signature:
     """A command: its arguments, where the specification has them, and whether it is executed at once, as an event."""
@@ -208,7 +187,7 @@ COMMANDS = {
     "EndSession": Signature("41, 77"),
     "ClearAllErrors": Signature("40 to 43, 75"),
     "AbortE": Signature("9, 42", at_once=True),
-    "GetErrorInfo": Signature("43, 76", Integer()),
+    "GetErrorInfo": Signature("43, 76", INTEGER),
     "GetErrStatusE": Signature("50", at_once=True),
     "GetXtdErrStatus": Signature("50"),
     "GetDMEVersion": Signature("46"),
@@ -218,7 +197,7 @@ COMMANDS = {
         Names({"Time": Inside.NUMBER, "Dis": Inside.NUMBER, **_empty(*QUANTITIES)}, least=0),
         at_once=True,
     ),
-    "StopDaemon": Signature("42, 50", EventTag()),
+    "StopDaemon": Signature("42, 50", EVENT_TAG),
     "StopAllDaemons": Signature("42, 50"),
     "Home": Signature("48"),
     "IsHomed": Signature("48"),
@@ -230,10 +209,10 @@ COMMANDS = {
     "SetCsyTransformation": Signature("60", OneOf(DEFINABLE, 6)),
     "GetCsyTransformation": Signature("60", OneOf(DEFINABLE)),
     "EnumTools": Signature("53, 54"),
-    "FindTool": Signature("54", OneText()),
-    "ChangeTool": Signature("54, 57, 78", OneText()),
-    "SetTool": Signature("54, 55", OneText()),
-    "GetChangeToolAction": Signature("57 to 58", OneText()),
+    "FindTool": Signature("54", TEXT),
+    "ChangeTool": Signature("54, 57, 78", TEXT),
+    "SetTool": Signature("54, 55", TEXT),
+    "GetChangeToolAction": Signature("57 to 58", TEXT),
     "AlignTool": Signature("55", Numbers((4, 8))),
     "GetProp": Signature("45, 66", Names(None)),
     "GetPropE": Signature("45", Names(None), at_once=True),

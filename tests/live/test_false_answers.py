@@ -11,17 +11,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.attack.answers import LIES, OTHERS, Bench, attack, bench
+from benchmarks.attack.answers import LIES, OTHERS, SAME_MM, Bench, Liar, attack, bench
+from stepgauge.cli import main as stepgauge
 from stepgauge.errors import InputError
 from stepgauge.importing.ippdme import read
 from stepgauge.live.controller import Link, Measured
 from stepgauge.live.in_process import InProcess
-from stepgauge.live.job import Job
+from stepgauge.live.job import Job, make_job
 from stepgauge.live.journal import Journal, resume, start
 from stepgauge.live.linuxcnc import LinuxCnc
 from stepgauge.live.machine_state import MachineState
 from stepgauge.live.measuring import MeasurementStoppedError, measure
-from tests.live.made import make_state
+from stepgauge.programs import DIALECTS
+from stepgauge.programs.render import render
+from stepgauge.public.inputs import moves_of_plan
+from stepgauge.recording import read_recording
+from tests.live.made import make_state, write_files
 from tests.live.test_linuxcnc import Played
 from tests.live.test_measure import check_whole, make, true_positions
 
@@ -38,6 +43,28 @@ def test_a_false_answer_of_a_server(place: Bench, tmp_path: Path, name: str) -> 
     pick = random.Random(name)
     point = pick.choice([1, 4, 7])
     assert attack(place, tmp_path, name, point, pick) == ""
+
+
+def test_the_verb_says_it_in_one_line_with_exit_code_2_and_resumes(
+    place: Bench, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = write_files(tmp_path, place.machine, place.gauge, place.placement)
+    job = make_job(moves_of_plan(place.plan), place.machine, place.gauge, place.placement)
+    (tmp_path / "gauge.ipp").write_text(render(job.program, DIALECTS["ippdme"]))
+    files = [word for pair in words.items() for word in pair]
+    command = ["measure", str(tmp_path / "gauge.ipp"), *files, "--homing", "-o", str(tmp_path / "r.csv")]
+    with Liar(place.port, "Z + 50 mm", 4, random.Random(1)).listening() as port, pytest.raises(SystemExit) as ended:
+        stepgauge([*command, "--server", f"127.0.0.1:{port}"])
+    told = capsys.readouterr().err
+    assert ended.value.code == 2
+    (line,) = [one for one in told.splitlines() if "error" in one]
+    assert "cycle 1, face 4: the answer is not on the line of its search; found (" in line
+    assert "3 of 12 points measured" in line
+    assert line.endswith("; drawn back, --resume goes on")
+    assert not (tmp_path / "r.csv").exists()
+    stepgauge([*command, "--server", f"127.0.0.1:{place.port}", "--resume"])
+    assert "12 points measured" in capsys.readouterr().err
+    assert read_recording(tmp_path / "r.csv").position_mm == pytest.approx(place.truth.position_mm, abs=SAME_MM)
 
 
 class Lying(InProcess):
