@@ -19,6 +19,8 @@ NAMED = {layout.name: layout for layout in LAYOUTS}
 FILES = {
     "x-axis.rtl": "laser file, both directions",
     "c-axis.rtl": "laser file of an axis of rotation",
+    "averages.pos": "averages of both directions in three tables (.pos)",
+    "tchpr.txt": "measuring log of a HEIDENHAIN cycle for one coordinate",
     "protocol.csv": "Soll, Ist and Diff, decimal comma",
     "soll-ist.csv": "difference Soll-Ist",
     "iso230.csv": "a column for every run of ISO 230-2, target numbers beside",
