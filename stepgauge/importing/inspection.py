@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from typing import Any
 
 import numpy as np
 
@@ -27,71 +28,48 @@ def recognises(text: str) -> bool:
 
 def read(text: str, path: str) -> ProbeLog:
     """The measured points; :class:`stepgauge.errors.InputError` names the line that is not understood."""
-    results = _Results(path)
-    for number, line in numbered(text, "%"):
-        results.take(number, line)
-    return results.log()
-
-
-class _Results:
-    def __init__(self, path: str) -> None:
-        self.path = path
-        self.normal: dict[int, list[float]] = {}
-        self.points: list[tuple[int, int, list[float], float]] = []
-        self.dropped: Counter[str] = Counter()
-        self.ended = False
-
-    def take(self, number: int, line: str) -> None:
-        """A line of the file."""
-        match = _LINE.fullmatch(line)
+    normal: dict[int, list[float]] = {}
+    points: list[tuple[int, int, list[float]]] = []
+    dropped: Counter[str] = Counter()
+    for line, row in numbered(text, "%"):
+        match = _LINE.fullmatch(row)
         code = match[1].upper() if match else ""
-        words = (
-            {letter: float(value) for letter, value in _WORD.findall(match[2].upper().replace(" ", ""))}
-            if match
-            else {}
-        )
-        self.ended = line.upper() == "END"
+        words = {letter: float(value) for letter, value in _WORD.findall(row.upper().replace(" ", ""))}
+        other = {letter: words[letter] for letter in "ABC" if letter in words}
         if code == "G800":
-            self.normal[self.point(words, "IJK", number)] = [words[letter] for letter in "IJK"]
+            point, *normal[point] = _words(words, "NIJK", f"{path}:{line}")
         elif code == "G801":
-            point = self.point(words, "XYZR", number)
-            check_other_axes([[words.get(letter, 0.0) for letter in "ABC"]], self.path, [number])
-            self.points.append((number, point, [words[letter] for letter in "XYZ"], words["R"]))
+            check_other_axes([list(other.values())], path, [line])
+            point, *measured = _words(words, "NXYZR", f"{path}:{line}")
+            points.append((line, point, measured))
         elif code == "G330" and any(words.get(letter, 0.0) for letter in "ABCXYZ"):
+            expected = "A, B, C = 0: the work plane of the offset"
             what = "the work plane of the results is turned or shifted"
-            raise InputError(
-                f"{self.path}:{number}", what, found=line, expected="A, B, C = 0: the work plane of the offset"
-            )
-        elif not self.ended:
-            self.dropped[f"{code or line.split()[0]} lines"] += 1
+            raise InputError(f"{path}:{line}", what, found=row, expected=expected)
+        elif row.upper() != "END":
+            dropped[f"{code or row.split()[0]} lines"] += 1
+    lines, numbers, values = zip(*points, strict=True)
+    radius = [one[3] for one in values]
+    if np.ptp(radius) > 0.0:
+        found = f"R {min(radius):g} to {max(radius):g} mm"
+        raise InputError(path, "the points have several tip radii", found=found, expected="one")
+    normals = [normal[one] for one in numbers if one in normal]
+    return ProbeLog(
+        path,
+        "results of an inspection post (G800, G801)",
+        np.array(values)[:, :3],
+        np.array(lines),
+        np.array(numbers, dtype=np.int64),
+        approach=unit_vectors(-np.array(normals)) if len(normals) == len(numbers) else None,
+        tip_radius_mm=radius[0] or None,
+        cut="" if row.upper() == "END" else "no END",
+        left_out=counted(dropped),
+    )
 
-    def point(self, words: dict[str, float], letters: str, line: int) -> int:
-        """The number of a point; all of the letters must be there."""
-        missing = [letter for letter in "N" + letters if letter not in words]
-        if missing:
-            raise InputError(f"{self.path}:{line}", "the line is cut short", found=f"no {', '.join(missing)}")
-        return int(words["N"])
 
-    def log(self) -> ProbeLog:
-        """Everything as a log."""
-        line, number, position, radius = zip(*self.points, strict=True)
-        if np.ptp(radius) > 0.0:
-            raise InputError(
-                self.path,
-                "the points have several tip radii",
-                found=f"R {min(radius):g} to {max(radius):g} mm",
-                expected="one",
-            )
-        normals = [self.normal.get(one) for one in number]
-        known = all(normal is not None for normal in normals)
-        return ProbeLog(
-            self.path,
-            "results of an inspection post (G800, G801)",
-            np.array(position),
-            np.array(line),
-            np.array(number, dtype=np.int64),
-            approach=unit_vectors(-np.array(normals, dtype=float)) if known else None,
-            tip_radius_mm=radius[0] or None,
-            cut="" if self.ended else "no END",
-            left_out=counted(self.dropped),
-        )
+def _words(words: dict[str, float], letters: str, where: str) -> Any:
+    """The values of letters, all of which a line must have; the first is the number of a point."""
+    missing = [letter for letter in letters if letter not in words]
+    if missing:
+        raise InputError(where, "the line is cut short", found=f"no {', '.join(missing)}")
+    return [int(words[letters[0]]), *(words[letter] for letter in letters[1:])]

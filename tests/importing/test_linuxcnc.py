@@ -127,7 +127,7 @@ def test_the_seconds_of_a_clock_become_the_time_of_the_points(step_s: list[float
 def test_a_clock_that_does_not_go_on_is_refused_with_its_line(at: float, line: int):
     rows = rows_of(make_setup().readings(0.1), "log")
     text = "\n".join(f"{row} {at * n:.4f}" for n, row in enumerate(rows))
-    with pytest.raises(InputError, match=rf"log.txt:{line}: the clock does not go on; found .* s after -?0 s"):
+    with pytest.raises(InputError, match=rf"log.txt:{line}: the clock does not go on; found -?[03]; expected a clock"):
         make_setup().read(text)
 
 
