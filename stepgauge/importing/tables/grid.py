@@ -244,9 +244,9 @@ def _frequent_kind(kinds: Sequence[str]) -> str:
 def _common(letters: str) -> str:
     """``n`` for a column of numbers, in which a few cells may be slips; else ``t``: names, or names and numbers.
 
-    Text below the last number is that of means and limits.
+    Text above the first number is that of a preamble, below the last one that of means and limits.
     """
-    above = letters[: letters.rfind("n") + 1]
+    above = letters[max(letters.find("n"), 0) : letters.rfind("n") + 1]
     return "n" if above and above.count("t") <= max(FEW_SLIPS * len(above), 1) else "t"
 
 
@@ -266,10 +266,10 @@ def _header(cells: Cells, first: int, width: int, start: int) -> tuple[list[str]
     at, units = first - 1, list[str]()
     if at > start and is_units(cells.rows[at]):
         units, at = [str(cell) for cell in cells.rows[at]], at - 1
-    if at < start or not _may_name(cells.rows[at], width):
-        return [], units, at + 1
     if at > start and _is_slip(cells.rows[at], cells.rows[at - 1], width):
         _refuse_slip(cells, at, _texts(cells.rows[at - 1], width))
+    if at < start or not _may_name(cells.rows[at], width):
+        return [], units, at + 1
     names = _texts(cells.rows[at], max(width, len(cells.rows[at])))
     for _ in range(MOST_HEADERS - 1):
         upper = _upper(cells.rows[at - 1], names) if at > start else []
@@ -310,8 +310,11 @@ def _refuse_slip(cells: Cells, n: int, header: Sequence[str]) -> None:
 
 
 def _may_name(row: Sequence[Cell], width: int) -> bool:
-    """Whether a row may name columns: as many cells as the table, and not numbers alone."""
+    """Whether a row may name columns: as many cells as the table, not numbers alone, and none but numbers of runs."""
     there = [cell for cell in row if cell != ""]
+    numbers = [_text(cell).lstrip("+-") for cell in there if _is_number(cell) and not is_moment(cell)]
+    if any(not text.isdigit() or len(text) > 4 for text in numbers):
+        return False
     return len(there) >= max(width / 2.0, 1.0) and any(isinstance(c, str) and not _is_number(c) for c in there)
 
 
