@@ -113,7 +113,9 @@ def places_of(target: Array) -> NDArray[np.intp]:
     span, and those between places, at least :data:`APART` times as long; and that makes repeats of targets that have
     none. A dense scan, whose distances are of one kind, has as many places as positions.
     """
-    values, place = np.unique(target, return_inverse=True)
+    codes, found = pd.factorize(target)
+    values = np.sort(found)
+    place = np.searchsorted(values, found)[codes]
     if 2 * len(values) <= len(target) or len(values) < 3:
         return place.ravel()
     steps = np.diff(values)

@@ -9,9 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
-from stepgauge.axis.recording import FORM, FORMS, AxisRecording, places_of, ways_doubt
+from stepgauge.axis.recording import FORM, FORMS, AxisRecording, ways_doubt
 from stepgauge.errors import InputError, naming, reading
 from stepgauge.importing.axis.build import AxisOptions, build_axis
 from stepgauge.importing.axis.heights import read_heights, reduced
@@ -63,13 +61,13 @@ def import_axis(given: Given, options: AxisOptions, layout: TableLayout | None =
         roles = settled_roles(table, layout, decisions)
         _check_chosen(table, roles, layout)
         found = to_long(table, roles, options.missing, decisions)
-        recording = build_axis(found, table, options, decisions)
+        recording, targets = build_axis(found, table, options, decisions)
         check_stated(table.facts, recording, source.name)
     if options.heights is not None:
         recording = reduced(recording, read_heights(options.heights), options.heights)
     clock = () if found.clock is None else found.clock.words
     decided = (*decisions.taken, *decisions.rejected)
-    report = (*file.notes, *table.left_out, *_words(roles, found, recording), *clock, *decided)
+    report = (*file.notes, *table.left_out, *_words(roles, found, recording, targets), *clock, *decided)
     comments = {key: value for key, value in comment_lines(file.comments).items() if key not in _OURS}
     name = Path(source.name).name
     said = {**recording.comments, **_date(found), **comments, "log": name, "import": "\n".join(report)}
@@ -119,7 +117,7 @@ def _check_chosen(table: Table, roles: list[Role], layout: TableLayout) -> None:
             raise InputError(table.path, f"there is no column {header!r} for {role}", found=known)
 
 
-def _words(roles: list[Role], found: Long, recording: AxisRecording) -> list[str]:
+def _words(roles: list[Role], found: Long, recording: AxisRecording, count: int) -> list[str]:
     """What became of the columns, and what the recording is."""
     units, frame = recording.units, recording.frame
     mapped = [f"{one.header} -> {one.role}" for one in roles if one.role not in (None, "dropped") and one.header]
@@ -128,7 +126,6 @@ def _words(roles: list[Role], found: Long, recording: AxisRecording) -> list[str
     words = [f"mapped: {', '.join(mapped)}"] if mapped else []
     if recording.form == "axis":
         ways = "stated" if found.way.all() else "from the order of the targets"
-        count = len(np.unique(places_of(frame["target"].to_numpy(float))))
         words.append(f"{len(frame)} readings of {count} targets, cycles: {frame['cycle'].max()}, direction {ways}")
         doubt = ways_doubt(frame)
         words += [f"doubtful: {doubt}"] if doubt else []

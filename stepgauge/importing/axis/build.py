@@ -60,10 +60,13 @@ class AxisOptions:
     heights: str | None = None
 
 
-def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decisions) -> AxisRecording:
-    """The recording; :class:`InputError` asks for all that the table leaves open, with the options that settle it."""
+def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decisions) -> tuple[AxisRecording, int]:
+    """The recording, and how many targets it has.
+
+    :class:`InputError` asks for all that the table leaves open, with the options that settle it.
+    """
     form = "distances" if found.stations else "axis" if found.target is not None or options.targets else "spot"
-    if form == "spot" and {1, -1} <= set(np.unique(found.way).tolist()):
+    if form == "spot" and (found.way == 1).any() and (found.way == -1).any():
         expected = naming("targets", words="a column of targets, or {} with the list of them")
         decisions.ask(table.path, "readings of two directions have no targets", expected)
         decisions.settle()
@@ -76,7 +79,7 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
     turned = role == DEVIATION and found.value_role == CORRECTION
     value = found.value * _value_factor(found, units, options, role) * (-1.0 if turned else 1.0)
     reading = value if role == READING else value / units.deviations_per_position + _known(target)
-    frame = _frame(found, target, reading)
+    frame, targets = _frame(found, target, reading)
     if index is not None and options.targets is not None and options.targets.u.any():
         frame["u_target"] = options.targets.u[index] / units.base_deviation
     elif found.u_target is not None:
@@ -85,7 +88,7 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
         frame[f"{name} recorded" if name in OWN or name in STATIONS else name] = values
     artefact = options.targets.name if options.targets else "targets" if form == "axis" else "none"
     comments = {"artefact": artefact, **({"turned": _sign_words(found)} if turned else {})}
-    return AxisRecording(frame, form, units, options.sensor, comments, table.path)
+    return AxisRecording(frame, form, units, options.sensor, comments, table.path), targets
 
 
 def _sign_words(found: Long) -> str:
@@ -115,7 +118,8 @@ def _role(found: Long, table: Table, target: Array | None, decisions: Decisions)
     assert target is not None
     if not np.ptp(target):
         return DEVIATION if found.value_role in DEVIATIONS else READING
-    slope = float(np.polyfit(target - target.mean(), found.value, 1)[0])
+    travel = target - target.mean()
+    slope = float(travel @ found.value / (travel @ travel))
     scale = 1.0
     if found.value_unit is not None and found.target_unit is not None:
         scale = found.value_unit.factor / found.target_unit.factor
@@ -228,20 +232,21 @@ def _known(one: Known | None) -> Known:
     return one
 
 
-def _frame(found: Long, target: Array | None, reading: Array) -> pd.DataFrame:
-    """The columns of every recording of an axis; direction and cycle from the order where nothing states them."""
+def _frame(found: Long, target: Array | None, reading: Array) -> tuple[pd.DataFrame, int]:
+    """The columns of every recording of an axis, and how many places it has.
+
+    Direction and cycle are from the order where nothing states them.
+    """
     key = target if target is not None else np.zeros(len(reading))
     if found.stations:
         key = np.unique(np.sort(np.array(found.stations), axis=0), axis=1, return_inverse=True)[1].ravel().astype(float)
     travels = target is not None and not found.stations
-    way = found.way if found.way.all() else ways_of_order(key) if travels else np.ones(len(reading), int)
+    place = places_of(key)
+    way = found.way if found.way.all() else ways_of_order(place) if travels else np.ones(len(reading), int)
     cycle = found.cycle
     if not cycle.all():
-        cycle = (
-            cycles_of_repeats(places_of(key), way, found.placement)
-            if travels or found.stations
-            else np.ones(len(way), int)
-        )
+        counts = travels or found.stations
+        cycle = cycles_of_repeats(place, way, found.placement) if counts else np.ones(len(way), int)
     frame = pd.DataFrame({"placement": found.placement, "cycle": cycle, "way": way})
     if found.stations:
         frame[STATIONS[0]], frame[STATIONS[1]] = found.stations
@@ -250,4 +255,4 @@ def _frame(found: Long, target: Array | None, reading: Array) -> pd.DataFrame:
     frame["reading"] = reading
     if found.time_s is not None:
         frame["time_s"] = found.time_s
-    return frame
+    return frame, int(place.max(initial=-1)) + 1

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.axis.recording import places_of
@@ -110,6 +111,9 @@ def _taken(
     """Row, value, direction and cycle of every reading, sweep after sweep and in each column after column."""
     titles = [parse_label(title) for title in table.titles]
     of_rows = _of_rows(table, roles, CYCLE, titles) if len(columns) == 1 else _sweeps(table, roles, columns, titles)
+    if len(columns) == 1 and columns[0].label.way == 0:
+        row, value = _picked(table, columns[0], False, missing)
+        return row.astype(np.int64), value, _of_rows(table, roles, WAY, titles)[row], of_rows[row]
     first = _rank(of_rows)
     picked = [_picked(table, column, _rising(table, roles, first == 0), missing) for column in columns]
     row = np.concatenate([rows for rows, _ in picked]).astype(np.int64)
@@ -159,8 +163,7 @@ def _sweeps(table: Table, roles: Sequence[Role], columns: Sequence[Role], titles
 
 def _rank(values: Whole) -> Whole:
     """Every value as its place among the different ones, in the order in which they first appear, from 0."""
-    _, at, which = np.unique(values, return_index=True, return_inverse=True)
-    return np.argsort(np.argsort(at))[which.ravel()]
+    return np.asarray(pd.factorize(values)[0]).astype(np.int64)
 
 
 def _value_columns(table: Table, roles: Sequence[Role], decisions: Decisions) -> list[Role]:

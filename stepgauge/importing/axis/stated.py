@@ -28,6 +28,8 @@ def check_stated(facts: Mapping[str, str], recording: AxisRecording, path: str) 
     A run may count there and back as one or as two.
     """
     frame = recording.frame
+    if not any(pattern.fullmatch(key) for key in facts for pattern in (_RUNS, _TARGETS, _READINGS, _WAYS)):
+        return
     runs = int(frame.groupby("placement")["cycle"].nunique().sum())
     both = int(frame[["placement", "cycle", "way"]].drop_duplicates().shape[0])
     targets = len(np.unique(places_of(frame["target"].to_numpy(float)))) if "target" in frame else None
@@ -44,7 +46,7 @@ def check_stated(facts: Mapping[str, str], recording: AxisRecording, path: str) 
                     expected=naming("columns", "header", words="a whole file; else the columns by {} or {}"),
                 )
         if _WAYS.fullmatch(key):
-            _check_ways(key, text, set(np.unique(frame["way"]).tolist()), path)
+            _check_ways(key, text, set(frame["way"].unique().tolist()), path)
 
 
 def _check_ways(key: str, text: str, ways: set[int], path: str) -> None:

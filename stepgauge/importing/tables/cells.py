@@ -32,9 +32,9 @@ _DATE_AND_TIME = re.compile(r"(\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}) +(\d{1,2}:\d\d)"
 _RULE = re.compile(r"[\s|:+=_-]*[-=_]{3}[\s|:+=_-]*")
 """A line that is drawn, as below the header of a markdown table."""
 COMMENT_MARKS = ("#", "//", "%", "$$", "!")
-SAMPLE = 500
+SAMPLE = 200
 """Lines by which the delimiter is found."""
-LONG, MARGIN = 40_000, 2_000
+LONG, MARGIN = 20_000, 500
 """Lines from which a text is long, and those at both ends that are read cell by cell."""
 CLOSE = 0.9
 """Share of the best rating from which another mark is a rival that is told."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.errors import Naming, naming
@@ -20,7 +21,7 @@ from stepgauge.importing.tables.roles import CORRECTION, DEVIATION, READING, TAR
 Array = NDArray[np.float64]
 AGREES = 0.02
 """Of the span of the deviations, beside their last digits: what is told twice may differ by as much."""
-TEMPERATURES_C = (-30.0, 100.0)
+TEMPERATURES_C = (-80.0, 400.0)
 """What a column of temperatures beside a measurement may hold."""
 
 
@@ -88,11 +89,12 @@ def _check_rounder(table: Table, target: Role, reading: Role, decisions: Decisio
     places, values = table.numbers(target.place), table.numbers(reading.place)
     if not (np.isfinite(places).all() and np.isfinite(values).all()):
         return
-    finer = _last_digit(places) < 0.5 * _last_digit(values)
-    again = len(np.unique(values)) < len(np.unique(places)) or len(values) == len(np.unique(values))
-    steps = np.diff(np.unique(values))
-    even = len(steps) > 1 and np.allclose(steps, steps[0], rtol=1e-9)
-    if finer and again and (even or len(np.unique(values)) < len(np.unique(places))):
+    if _last_digit(places) >= 0.5 * _last_digit(values):
+        return
+    different = np.sort(pd.unique(values))
+    steps, fewer = np.diff(different), len(different) < len(pd.unique(places))
+    even = len(values) == len(different) > 2 and np.allclose(steps, steps[0], rtol=1e-9)
+    if fewer or even:
         what = f"{target.header!r} has more digits than {reading.header!r}: are they exchanged?"
         words = f'{{}} {TARGET}="{target.header}" if not, or {{}} {TARGET}="{reading.header}"'
         decisions.ask(table.path, what, naming("columns", "columns", words=words))

@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from dataclasses import dataclass
-from itertools import islice
 
 from stepgauge.errors import InputError
 from stepgauge.importing.tables.cells import Cell, Cells
@@ -26,8 +25,8 @@ _POSITION = re.compile(r"\bCount [XA]:")
 """A report of where a machine stands, which is no reading."""
 FEWEST = 3
 """Lines alike from which they are rows."""
-LOOKED_AT = 5_000
-"""Lines among which they are looked for first."""
+LOOKED_AT = 50_000
+"""Characters among which they are looked for first."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,7 @@ class _Lines:
 def console_cells(source: Source) -> Cells | None:
     """The rows of such lines; None for a text that has none, or more of other numbers."""
     text, encoding = source.decoded
-    first = list(islice(text.split("\n"), LOOKED_AT))
+    first = text[:LOOKED_AT].split("\n")
     numbers = sum(bool(_ANY.search(_bare(line))) and not _POSITION.search(line) for line in first)
     for find in (_blocks, _alike):
         found = find(first, source.name)

@@ -59,6 +59,7 @@ class Table:
     left_out: tuple[str, ...] = ()
     bulk: Mapping[int, NDArray[np.generic]] = field(default_factory=dict)
     at_row: int = 0
+    known: dict[int, Array] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -75,6 +76,11 @@ class Table:
 
     def numbers(self, place: int) -> Array:
         """The numbers of a column, NaN for what is none."""
+        if place not in self.known:
+            self.known[place] = self._numbers(place)
+        return self.known[place]
+
+    def _numbers(self, place: int) -> Array:
         numerals = Numerals(self.decimal)
         found = np.array([value_of(row[place] if place < len(row) else "", numerals) for row in self.rows])
         middle = self.bulk.get(place)

@@ -26,12 +26,15 @@ _TYPE = re.compile(r"^\s*File\s*Type\s*:\s*(\w+)", re.MULTILINE | re.IGNORECASE)
 _FLAGS = re.compile(r"^\s*Flags\s*:\s*\d+\s+(\d+)", re.MULTILINE | re.IGNORECASE)
 _UNITS = {"linear": ("mm", "um"), "rotary": ("deg", "arcsec")}
 """Of targets and deviations, by the type of the file; that of another one is asked for."""
+LONGEST_HEAD = 200_000
+"""Characters within which both sections begin."""
 HEADERS = ["target", "deviation", "cycle", "direction"]
 
 
 def is_laser_file(text: str) -> bool:
     """Whether a text has both sections."""
-    return bool(_BEGINS.search(text) and _TARGETS.search(text))
+    head = text[:LONGEST_HEAD]
+    return bool(_BEGINS.search(head) and _TARGETS.search(head))
 
 
 def read_laser_file(source: Source, decisions: Decisions) -> Table:

@@ -92,12 +92,13 @@ def _by_content(table: Table, one: Role) -> Role:
 
 def _without_copies(table: Table, roles: list[Role], decisions: Decisions) -> list[Role]:
     """Columns of one header and the same numbers are one column."""
-    seen: dict[tuple[str, bytes], Role] = {}
+    seen: dict[str, Role] = {}
     found = []
     for one in roles:
-        numbers = table.numbers(one.place) if one.role not in (None, DROPPED) else np.array([np.nan])
-        key = None if np.isnan(numbers).all() else (one.header.casefold(), numbers.tobytes())
-        first = one if key is None else seen.setdefault(key, one)
+        first = one if one.role in (None, DROPPED) else seen.setdefault(one.header.casefold(), one)
+        numbers = table.numbers(one.place) if first is not one else np.zeros(1)
+        if first is not one and not np.array_equal(numbers, table.numbers(first.place)):
+            first = one
         if first is not one:
             decisions.reject(f"column {one.place + 1}, {one.header!r}", f"a copy of column {first.place + 1}")
         found.append(one if first is one else replace(one, role=DROPPED))
@@ -201,12 +202,17 @@ def _check_kinds(table: Table, roles: Sequence[Role], layout: TableLayout, decis
         cells = _kinds_in(table, one)
         if cells is not None and not _names_targets(cells, target):
             _ask_rows(table, repr(one.header), sorted(set(cells)), _called(one), decisions)
-    titles = [title for n, title in enumerate(table.titles) if (table.block == n).any()]
-    sizes = np.unique(table.block, return_counts=True)[1]
+    if len(table.titles) > 1 and "title" not in every:
+        _check_titles(table, roles, decisions)
+
+
+def _check_titles(table: Table, roles: Sequence[Role], decisions: Decisions) -> None:
+    """Lines above the blocks that are no runs and no directions say of what kind the rows below them are."""
+    numbers, sizes = np.unique(table.block, return_counts=True)
+    titles = [table.titles[n] for n in numbers.tolist()]
     labelled = all(parse_label(title) != LABEL for title in titles if title)
     known = any(one.role in (CYCLE, WAY, PLACEMENT) for one in roles)
-    asked = len(set(titles)) > 1 and not labelled and sizes.min() > 1 and not known
-    if asked and "title" not in every:
+    if len(set(titles)) > 1 and not labelled and sizes.min() > 1 and not known:
         _ask_rows(table, "the lines above the blocks", list(dict.fromkeys(filter(None, titles))), "title", decisions)
 
 
