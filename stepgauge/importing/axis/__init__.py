@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from stepgauge.axis.recording import FORM, FORMS, AxisRecording, ways_doubt
 from stepgauge.errors import InputError, naming, reading
 from stepgauge.importing.axis.build import AxisOptions, build_axis
@@ -132,6 +134,11 @@ def _words(roles: list[Role], found: Long, recording: AxisRecording, count: int)
     else:
         what = "one spot" if recording.form == "spot" else "distances between stations"
         words.append(f"{len(frame)} readings of {what}")
+    if count == 1 and len(frame) > 1 and recording.form != "distances":
+        reading = frame["reading"].to_numpy(float)
+        spread = (reading.std(ddof=1) * units.deviations_per_position, np.ptp(reading) * units.deviations_per_position)
+        said = f"mean {reading.mean():.9g} {units.position}, standard deviation {spread[0]:.4g} {units.deviation}"
+        words.append(f"{said}, range {spread[1]:.4g} {units.deviation}")
     words += [f"{key}: {recording.comments[key]}" for key in ("turned", "reduced") if key in recording.comments]
     words.append(f"told in {units.position}, deviations in {units.deviation}")
     if recording.covariates:

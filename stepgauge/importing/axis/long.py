@@ -365,6 +365,7 @@ def _others(table: Table, roles: Sequence[Role]) -> tuple[dict[str, Array], list
             dropped += [one.header] if one.role == "dropped" and one.header else []
             continue
         values, unit = table.numbers(one.place), one.unit or split_name(one.header)[1]
+        unit = unit or (find_unit(one.header.strip("[]()")) if one.header[0] in "[(" else None)
         name = one.header.replace(",", " ").replace('"', " ").strip()
         if unit is not None and unit.quantity == "temperature":
             values, name = np.round(values * unit.factor + unit.offset, 9), temperature_name(one.header)

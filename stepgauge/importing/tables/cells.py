@@ -204,8 +204,10 @@ def _splitter(lines: Sequence[str], delimiter: str | None, columns: int | None, 
     known += [Splitter(FIXED, FIXED, edges)] if len(edges) > 1 else []
     rated = [(*_rating(one, lines, sample, columns), -n) for n, one in enumerate(known)]
     best = max(range(len(known)), key=lambda n: rated[n])
+    body = sample[len(sample) // 2 :]
+    divided = known[best](body)
     for n, one in enumerate(known):
-        if n != best and rated[n][0] >= CLOSE * rated[best][0] > 0.0:
+        if n != best and rated[n][0] >= CLOSE * rated[best][0] > 0.0 and one(body) != divided:
             decisions.reject(f"{one.name} between columns", f"{known[best].name} divides more rows alike")
     return known[best]
 

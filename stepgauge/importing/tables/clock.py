@@ -26,7 +26,15 @@ _ZONE = r"(Z|[+-]\d\d:?\d\d)?$"
 _TIMES = ("%H:%M:%S.%f", "%H:%M:%S", "%H:%M", "%I:%M:%S %p", "%I:%M %p")
 _BEHIND = (*(f"{time} {day}" for day in _NUMBERED for time in _TIMES[:3]), *(f"%b %d {t} %Y" for t in _TIMES[:2]))
 """The day behind the time of day, or around it."""
-_STYLES = (*_ZONED, *(f"{day} {time}" for day in _DAYS for time in _TIMES), *_TIMES, *_DATES, *_BEHIND, "%Y%m%d %H%M%S")
+_STYLES = (
+    *_ZONED,
+    "%Y%m%d %H%M%S%z",
+    *(f"{day} {time}" for day in _DAYS for time in _TIMES),
+    *_TIMES,
+    *_DATES,
+    *_BEHIND,
+    "%Y%m%d %H%M%S",
+)
 _STAMP = re.compile(
     r"(?<![\d.:])(?:\d{1,4}([-/.:])\d{1,2}\1\d{1,4}[T_ -]+)?"
     r"\d{1,2}:\d\d(?::\d\d(?:[.,]\d{1,6})?)?(?!\d|:\d)(?: ?[AP]M)?",

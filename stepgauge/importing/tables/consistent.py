@@ -54,7 +54,7 @@ def _check_difference(table: Table, target: Role, reading: Role, deviation: Role
     factor = per[2] or _scale(told, values[2])
     if factor is None:
         return
-    digits = sum(_last_digit(v) * (p or of_target) for v, p in zip(values[:2], per[:2], strict=True))
+    digits = _last_digit(values[1]) * (per[1] or of_target)  # a target is as it is set
     allowed = 2.0 * (digits + _last_digit(values[2]) * factor) + AGREES * float(np.ptp(told))
     stated = values[2] * factor * (-1.0 if deviation.role == CORRECTION else 1.0)
     if (np.abs(told - stated) <= allowed).all():

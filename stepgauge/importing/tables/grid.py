@@ -190,9 +190,10 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
         raise InputError(cells.path, "no table of numbers is found", expected="a row of numbers per reading")
     first, last = body[0], body[-1]
     _check_left_out(cells, first, last, len(kind))
-    names, unit_row, above = ([], [], first) if header else _header(cells, first, len(kind), start)
+    named = _without_title(cells, first, len(kind), start)
+    names, unit_row, above = ([], [], named) if header else _header(cells, named, len(kind), start)
     headers = split_names(header) if header else names or _commented(cells, len(kind))
-    titles, block = _titles(cells, body, names, kind, above)
+    titles, block = _titles(cells, body, names, kind, first if named < first else above)
     units = [find_unit(text.strip("[]()")) if text else None for text in unit_row] + [None] * len(headers)
     rows, lines = [list(cells.rows[n]) for n in body], [cells.lines[n] for n in body]
     below = cells.rows[last + 1 :]
@@ -267,6 +268,13 @@ def _fits(row: Sequence[Cell], kind: str) -> bool:
 # the header
 
 
+def _without_title(cells: Cells, first: int, width: int, start: int) -> int:
+    """The row behind the header: the first row of numbers, or a line between both that names the block."""
+    at = first - 1
+    alone = at > start and width > 1 and sum(cell != "" for cell in cells.rows[at]) == 1
+    return at if alone and not is_units(cells.rows[at]) and _may_name(cells.rows[at - 1], width) else first
+
+
 def _header(cells: Cells, first: int, width: int, start: int) -> tuple[list[str], list[str], int]:
     """Names, the row of units, and the first row of both."""
     at, units = first - 1, list[str]()
@@ -321,7 +329,7 @@ def _may_name(row: Sequence[Cell], width: int) -> bool:
     numbers = [_text(cell).lstrip("+-") for cell in there if _is_number(cell) and not is_moment(cell)]
     if any(not text.isdigit() or len(text) > 4 for text in numbers):
         return False
-    return len(there) >= max(width / 2.0, 1.0) and any(isinstance(c, str) and not _is_number(c) for c in there)
+    return len(there) > (width - 1) / 2.0 and any(isinstance(c, str) and not _is_number(c) for c in there)
 
 
 def _texts(row: Sequence[Cell], width: int) -> list[str]:
