@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import NoReturn
 
 import numpy as np
@@ -113,16 +114,19 @@ def _on_gauge(position_mm: Array, gauge: Gauge, placement: Placement) -> bool:
 def _shift_mm(log: ProbeLog, gauge: Gauge, placement: Placement, program: Program | None) -> Array:
     """How far a log lies, as a whole, from where it should: 0 where it does not, or not as a whole; ``(3,)``.
 
-    Without a program only what lies across the gauge can be known.
+    Without a program what lies across the gauge can be known, and along it about how far beyond its ends.
     """
     if program is None:
         tip = placement.to_gauge(gauge, log.position_mm)
-        across, length = np.median(tip[:, 1:], axis=0), np.ptp(tip[:, 0])
-        tip[:, 1:] -= across
-        longest = np.ptp(gauge.position_mm) + 2.0 * AT_FACE_MM
+        off = np.median(tip, axis=0)
+        tip[:, 1:] -= off[1:]
+        length, longest = np.ptp(tip[:, 0]), np.ptp(gauge.position_mm) + 2.0 * AT_FACE_MM
         odd = beside_blocks(tip, gauge).mean() > 1.0 - MOST or not PITCH_MM < length < longest
-        at_home = odd or _on_gauge(log.position_mm, gauge, placement)
-        return np.zeros(3) if at_home else np.asarray(across @ [placement.side, placement.up])
+        if odd or _on_gauge(log.position_mm, gauge, placement):
+            return np.zeros(3)
+        beyond = abs(off[0] - np.mean(gauge.position_mm[[0, -1]])) > longest / 2.0
+        off[0] = off[0] - np.mean(gauge.position_mm[[0, -1]]) if beyond else 0.0
+        return np.asarray(off @ [placement.axis, placement.side, placement.up])
     target, search = program.position_mm[program.is_measure], program.settings.search_mm
     shift = _middle(log.position_mm) - _middle(target)
     here, there = (KDTree(target).query(log.position_mm - off)[0] <= search for off in (0.0, shift))
@@ -154,11 +158,9 @@ def _settle_touches(
     out: which of them it has, nobody knows.
     """
     face, before_mm = nearest_faces(log.position_mm, gauge, placement)
-    named = log.number is not None or log.label is not None or "face" in log.columns
-    apart = np.linalg.norm(np.diff(log.position_mm, axis=0), axis=1) > TOGETHER_MM
-    first = np.flatnonzero(np.r_[True, apart | (np.diff(face) != 0)])
+    first = np.flatnonzero(np.r_[True, _is_another(log, face)])
     size = np.diff(np.r_[first, len(log)])
-    if named or (size > 1).mean() < 0.5 or len(np.unique(face)) < 3:
+    if "cycle" in log.columns or (size > 1).mean() < 0.5 or len(np.unique(face)) < 3:
         return log, ()
     touches = int(np.median(size[size > 1]))
     first = first[size == touches]
@@ -179,6 +181,18 @@ def _settle_touches(
         f" The last is used; dropped: {len(log) - len(last)} rows{left}"
     )
     return log.taken(np.isin(np.arange(len(log)), last)), (told,)
+
+
+def _is_another(log: ProbeLog, face: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether each row after the first is of another point than the one before: by its number or name, else its place.
+
+    ``(n - 1,)``.
+    """
+    name = log.label if log.label is not None else log.number
+    if name is not None:
+        return np.asarray([one != other for one, other in pairwise(name)], dtype=bool)
+    apart = np.linalg.norm(np.diff(log.position_mm, axis=0), axis=1) > TOGETHER_MM
+    return np.asarray(apart | (np.diff(face) != 0))
 
 
 def _refuse_touches(log: ProbeLog, words: str, further_um: Array) -> NoReturn:

@@ -175,11 +175,38 @@ def test_a_shift_of_all_coordinates_is_told_and_the_recording_keeps_those_of_the
 
 
 def test_a_shift_without_a_program_asks_for_the_placement_of_the_log(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"shifted as a whole.*\(-?0.000, 3\d.\d+, -410.\d+\) .*expected placement"):
+    with pytest.raises(
+        InputError, match=r"shifted as a whole.*\(-12\d\d.\d+, 3\d.\d+, -410.\d+\) .*expected placement"
+    ):
         imported(tmp_path, console(shift=SHIFT), program=False)
     moved = replace(CASE, placement=replace(CASE.placement, c1_mm=CASE.placement.c1_mm + SHIFT))
     moved = replace(moved, placement=replace(moved.placement, c2_mm=CASE.placement.c2_mm + SHIFT))
     assert len(imported(tmp_path, console(shift=SHIFT), case=moved, program=False).recording) == len(PRINTED)
+
+
+def test_a_shift_along_the_gauge_alone_is_told_as_that(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"shifted as a whole.*\(-12\d\d.\d+, -?0.\d+, -?0.\d+\) .*expected placement"):
+        imported(tmp_path, console(shift=(-1200.0, 0.0, 0.0)), program=False)
+
+
+@pytest.mark.parametrize("numbered", [True, False])
+def test_numbered_points_are_touched_again_under_their_number(tmp_path: Path, numbered: bool) -> None:
+    rows = []
+    for n, (point, sign) in enumerate(zip(PRINTED, SIGN, strict=True), 1):
+        touches = (point + 0.021 * sign * AXIS, point)
+        rows += [" ".join(f"{value:.7f}" for value in touch) for touch in touches]
+        numbers = (n, n) if numbered else (2 * n - 1, 2 * n)
+        rows[-2:] = [f"{number} {row} 1" for number, row in zip(numbers, rows[-2:], strict=True)]
+    path = tmp_path / "log.txt"
+    path.write_text("\n".join(rows))
+    options = ImportOptions(tip_radius_mm=RADIUS_MM)
+    if not numbered:  # the log counts its touches as points, which the program does not have
+        with pytest.raises(InputError, match="the program has no such point"):
+            import_log(path, "linuxcnc", CASE.gauge, CASE.placement, CASE.program("linuxcnc"), options)
+        return
+    result = import_log(path, "linuxcnc", CASE.gauge, CASE.placement, CASE.program("linuxcnc"), options)
+    np.testing.assert_allclose(result.recording.position_mm, PRINTED, atol=1e-9)
+    assert words(result, "touched 2 times in a row")
 
 
 def test_a_log_that_is_cut_is_not_taken_for_a_shifted_one(tmp_path: Path) -> None:
