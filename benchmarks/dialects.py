@@ -1,11 +1,14 @@
 """Every dialect, from the plan to the evaluation: random placements -> text -> virtual controller -> log -> import.
 
-    python benchmarks/dialects.py [--cases 200] [DIALECT ...]
+    python benchmarks/dialects.py [--cases 200] [--options] [DIALECT ...]
 
 A gauge that lies anywhere (turned, tilted, rolled) is planned on a random route and measured by a machine whose three
 scales and probe err. What the text is read as must be the plan; what is evaluated from the log must be what is
 evaluated from the readings themselves, and the forward error must be that of the scales, sum of a_i^2 ppm_i times the
 length. The log's own digits are allowed for: half a digit in three coordinates of two faces.
+
+With ``--options`` the shipped templates are only rendered and read back, each time with other values of all options
+within their types: none may be refused.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import Placement
@@ -26,10 +30,11 @@ from stepgauge.importing import ImportOptions, import_log, read_run_program, rec
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.machine.virtual import probing_settings, run_program
 from stepgauge.planning.plan import ORDERS, ROUTES, PlanOptions
-from stepgauge.planning.program import ProbingChoice, checked_program, make_settings
+from stepgauge.planning.program import ProbingChoice, checked_program, make_settings, program_text
 from stepgauge.programs import DIALECTS, Dialect
 from stepgauge.programs.compare import difference, read_again
 from stepgauge.programs.controller import controller_log
+from stepgauge.programs.options import Choice, Name, Option
 from stepgauge.programs.render import render
 
 BLOCKS, CYCLES = 5, 2
@@ -107,12 +112,70 @@ def outcome(dialect: Dialect, random: np.random.Generator, folder: Path) -> Outc
     )
 
 
+NAMES = {
+    "siemens.file": ("STEPGAUGE_LOG", "PROT", "GAUGE_17_MPF", "A_1"),
+    "heidenhain.folder": ("TNC:\\STEPGAUGE\\", "TNC:\\", "TNC:\\nc_prog\\Cal-2026\\"),
+    "heidenhain.mask": ("STEPGAUGE.A", "m.a"),
+    "heidenhain.file": ("STEPGAUGE.TXT", "out-1.log"),
+    "rrf.file": ("0:/sys/stepgauge-log.txt", "1:/gcodes/GAUGE_2.csv"),
+    "dmis.device": ("RESULTS", "R2", "Out-1"),
+    "dmis.file": ("STEPGAUGE.DMO", "", "results", "Gauge_1.txt"),
+}
+"""Values of the options that are names."""
+
+
+def random_value(dialect: str, name: str, option: Option, random: np.random.Generator) -> str:
+    """A value of an option within its type; a number with none to three decimals."""
+    kind = option.kind
+    if isinstance(kind, Choice):
+        return str(random.choice(kind.values))
+    if isinstance(kind, Name):
+        return str(random.choice(NAMES[f"{dialect}.{name}"]))
+    if kind.may_be_left_out and random.random() < 0.5:
+        return ""
+    return f"{random.uniform(kind.least, kind.most):.{0 if kind.whole else random.integers(4)}f}"
+
+
+def refusal(dialect: Dialect, random: np.random.Generator) -> str | None:
+    """Why a shipped template was refused at a random placement with random options; None where it was not."""
+    gauge = read_gauge("step-gauge-420")
+    placement = random_placement(random, gauge.n_blocks)
+    machine, _ = random_machine(random, placement)
+    around = int(random.choice([-1, 1]))
+    route, order = str(random.choice(ROUTES)), str(random.choice(ORDERS))
+    options = PlanOptions(1, int(random.integers(2, 6)), route=route, order=order, cycles=1, around=around)
+    choice = ProbingChoice(search_mm=float(random.uniform(0.5, 3.0)))
+    settings = make_settings(gauge, machine, machine.probe.tip_radius_mm, choice)
+    planned = checked_program(placement, gauge, machine, options, settings)
+    said = {name: random_value(dialect.name, name, one, random) for name, one in dialect.options.items()}
+    try:
+        program_text(planned, dialect.name, options=said)
+    except InputError as error:
+        return f"{said}: {error}"
+    return None
+
+
+def refuse_none(names: list[str], cases: int) -> int:
+    """A line per dialect; exit code 1 where a shipped template is refused."""
+    print("dialect      cases  refused  time, s")
+    bad = 0
+    for name in names:
+        began, random = time.perf_counter(), np.random.default_rng(46)
+        found = [one for one in (refusal(DIALECTS[name], random) for _ in range(cases)) if one is not None]
+        bad += len(found)
+        print(f"{name:12s} {cases:5d} {len(found):8d} {time.perf_counter() - began:8.1f}", *found[:1], flush=True)
+    return 1 if bad else 0
+
+
 def main() -> int:
-    """A line per dialect; exit code 1 where one is beyond what its log allows."""
+    """A line per dialect; exit code 1 where one is beyond what its log allows, or refused."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("dialects", nargs="*", metavar="DIALECT", help="default: all that write a log")
     parser.add_argument("--cases", type=int, default=200)
+    parser.add_argument("--options", action="store_true", help="shipped templates with random options: none is refused")
     asked = parser.parse_args()
+    if asked.options:
+        return refuse_none(asked.dialects or list(DIALECTS), asked.cases)
     known = asked.dialects or [one.name for one in DIALECTS.values() if one.log_decimals is not None]
     print("dialect      cases  differences  worst from readings, um  worst from injected, um  allowed, um  time, s")
     bad = 0

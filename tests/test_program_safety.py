@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.dialects import refusal
 from stepgauge.errors import InputError
 from stepgauge.machine.file import MachineTable
 from stepgauge.motion.moves import ProbingSettings, Program
@@ -456,3 +457,85 @@ def test_a_statement_outside_of_the_table_is_refused_wherever_it_stands(dialect:
             except InputError:
                 refused = True
             assert refused, f"{hazard} at line {place + 1}"
+
+
+LOGS = [
+    ("fanuc", "#112=#5062", "#112=#5062+0.003", r"line \d+ of the log: y = "),
+    ("fanuc", "#113=#5063-#106", "#113=#5063", r"^$"),  # without a tool length in the register it is the same
+    ("fanuc", "{{ control.digits }}", "43", r"the log is not what|of the log: "),
+    ("fanuc", "#110={{ point.number }}", "#110=1", "not numbered 1, 2, 3"),
+    ("siemens", "R91=$AA_MW[X]\nR92=$AA_MW[Y]", "R91=$AA_MW[Y]\nR92=$AA_MW[X]", "of the log: "),
+    ("heidenhain", "DECIMALS4 )\nQS4", "DECIMALS5 )\nQ6 = Q5\nQS4", "of the log: y"),
+    ("linuxcnc", "%.7f#5061", "%.3f#5061", "of the log: x"),
+    ("rrf", '" Y" ^', '" Y0" ^', "what the probe says; found log:2: not a point"),
+    (
+        "dmis",
+        "OUTPUT/FA({{ point.name }})",
+        "{% if loop.first %}\nOUTPUT/FA({{ point.name }})\n{% endif %}",
+        "1 points in the log, 6",
+    ),
+]
+
+
+@pytest.mark.parametrize(("dialect", "old", "new", "words"), LOGS)
+def test_the_log_of_a_program_holds_what_the_probe_says(
+    tmp_path: Path, dialect: str, old: str, new: str, words: str
+) -> None:
+    template = changed(tmp_path, dialect, old, new)
+    if words == "^$":
+        assert "the log" not in program_text(plan(), dialect, template).note
+        return
+    with pytest.raises(InputError, match=words):
+        program_text(plan(), dialect, template)
+
+
+def test_a_log_in_a_form_of_ones_own_is_said_not_to_be_checked(tmp_path: Path) -> None:
+    own = changed(tmp_path, "linuxcnc", "(LOG,%d#<_n> %.7f#5061 %.7f#5062 %.7f#5063 %d#5070)", "(LOG,POINT %d#<_n>)")
+    assert "was not checked" in program_text(plan(), "linuxcnc", own).note
+
+
+OPTIONS = [
+    ("fanuc", "probe_on", "#5223=-100.", "none, G65 P9832"),
+    ("fanuc", "probe_on", "M97 P1", "none, G65 P9832"),
+    ("fanuc", "orient", "; G0 Z-500.", "M19, none"),
+    ("haas", "probe_on", "M13", "M59 P1134, G65 P9832, none"),
+    ("heidenhain", "spindle_deg", "+0 M3", "a number from -360 to 360 deg"),
+    ("siemens", "spindle_deg", "nan", "a number from -360 to 360 deg"),
+    ("fanuc", "digits", "41", "34, 44"),
+    ("fanuc", "digits", "42", "34, 44"),
+    ("fanuc", "length_in_z", "maybe", "parameter, yes, no"),
+    ("heidenhain", "length_in_z", "YES", "yes, no"),
+    ("heidenhain", "mask", "a/b.A", "a name that ends in .A"),
+    ("heidenhain", "folder", "TNC:\\A\\..\\", "TNC:"),
+    ("heidenhain", "file", "OUT.H", "ends in .TXT or .LOG"),
+    ("dmis", "file", "x'y", "a file name"),
+    ("dmis", "device", "A)=B", "a letter, then"),
+    ("dmis", "sphere", "25 mm", "a number from 1 to 100 mm"),
+    ("siemens", "file", "L9000_SPF", "the name of the log"),
+    ("siemens", "offset", "G58", "G54, G55"),
+    ("rrf", "file", "0:/sys/config.g", ".txt, .log or .csv"),
+    ("rrf", "probe", "0.5", "a whole number from 0 to 31"),
+    ("fanuc", "number", "9832", "a whole number from 1 to 7999"),
+    ("fanuc", "open", "POPEN G0", "POPEN, none"),
+    ("fanuc", "look_ahead", "G53 Z0", "G53, G04 P1, none"),
+]
+
+
+@pytest.mark.parametrize(("dialect", "name", "value", "expected"), OPTIONS)
+def test_a_value_of_an_option_is_of_its_type(dialect: str, name: str, value: str, expected: str) -> None:
+    with pytest.raises(InputError) as refused:
+        program_text(plan(), dialect, options={name: value})
+    assert f"{name} is not of its type; found {value!r}; expected " in str(refused.value)
+    assert expected in str(refused.value)
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_shipped_templates_with_any_options_are_read(dialect: str) -> None:
+    random = np.random.default_rng(3)
+    assert [refusal(DIALECTS[dialect], random) for _ in range(3)] == [None] * 3
+
+
+def test_names_that_a_controller_would_execute_are_words_in_a_comment() -> None:
+    for name in ("PROBEOPEN x", "Layer 5", "MSG,hello", "x" * 300, "printing object", "%"):
+        for dialect in DIALECTS:
+            program_text(Program(**{**plan().__dict__, "name": name}), dialect)

@@ -18,8 +18,12 @@ from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.planning.plan import ORDERS, ROUTES, PlanOptions, make_program
 from stepgauge.programs import DIALECTS, Dialect, read_program, recognise
 from stepgauge.programs.compare import difference, going
+from stepgauge.programs.describe import described
+from stepgauge.programs.reading import Reader
 from stepgauge.programs.render import render
+from stepgauge.programs.table import IF, JUMP
 from tests.build import angles, gauges, inclinations, make_gauge, make_pose, positions
+from tests.conftest import ROOT
 
 FAMILIES = {name: one for name, one in DIALECTS.items() if not one.family}  # a variant is its family with other options
 dialects = pytest.mark.parametrize("dialect", FAMILIES.values(), ids=FAMILIES)
@@ -324,3 +328,22 @@ def test_a_search_of_many_digits_is_read_back() -> None:
         pose = make_pose(random.uniform(-3, 3), random.uniform(-1, 1), origin=tuple(random.uniform(-300, 300, 3)))
         program = make_program(pose.placement(gauge), gauge, PlanOptions(1, 3, cycles=1), settings)
         assert difference(program, dialect.read(render(program, dialect), "x", settings), dialect) is None
+
+
+@pytest.mark.parametrize("dialect", DIALECTS.values(), ids=DIALECTS)
+def test_the_tables_of_the_docs_are_those_that_programs_are_read_by(dialect: Dialect) -> None:
+    page = (ROOT / "docs/dialects.md").read_text()
+    assert f"### `{dialect.name}`: {dialect.title}\n" in page
+    assert described(dialect) in page, "docs/dialects.md is not what 'stepgauge dialects NAME' prints"
+
+
+@pytest.mark.parametrize("dialect", DIALECTS.values(), ids=DIALECTS)
+def test_every_entry_of_a_table_is_executed_and_has_a_source(dialect: Dialect) -> None:
+    control = dialect.control(Reader("x", ProbingSettings()))
+    for form in dialect.table.forms:
+        assert form.way in (IF, JUMP) or callable(getattr(control, form.name)), form
+        assert form.source, form
+        assert form.does, form
+    assert all(one.source for one in (*dialect.table.codes, *dialect.table.variables, *dialect.table.comments))
+    used = {name for form in dialect.table.forms for name in re.findall(r"\{(\w+)\}", form.text)}
+    assert set(dialect.table.slots) <= used | set(dialect.table.words.values()), "a slot that nothing uses"

@@ -20,6 +20,7 @@ from stepgauge.machine.file import Machine
 from stepgauge.motion.collision import make_tool
 from stepgauge.motion.moves import ProbingSettings, Program, trace
 from stepgauge.planning.check import check_program, check_travel
+from stepgauge.planning.log_check import NOT_KNOWN, log_difference
 from stepgauge.planning.plan import PlanOptions, faces_in_order, make_program, middle_standoff_mm, parse_blocks
 from stepgauge.probes.schema import ConstantTable
 from stepgauge.programs import DIALECTS, Dialect
@@ -202,8 +203,18 @@ def program_text(
     found = difference(program, back, known)
     if found is not None:
         raise InputError(where, f"read as {known.name}, the rendered program is another one than planned", found=found)
-    note = f"read back as {known.name}: the same {_compared(known)}"
+    note = f"read back as {known.name}: the same {_compared(known)}" + _log(text, program, known, where)
     return ProgramText(program, text, known, note + _left_to_server(program, known))
+
+
+def _log(text: str, program: Program, dialect: Dialect, where: str | Path) -> str:
+    """What is to be said of the log; :class:`InputError` where it would not hold what the probe says."""
+    if dialect.log_decimals is None:
+        return ""
+    found = log_difference(text, program, dialect)
+    if found is not None and found != NOT_KNOWN:
+        raise InputError(where, "the log of the program is not what the probe says", found=found)
+    return f"; {found}" if found else ""
 
 
 def _left_to_server(program: Program, dialect: Dialect) -> str:

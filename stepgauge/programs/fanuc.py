@@ -66,7 +66,7 @@ TABLE = Table(
         Form("nothing", "POPEN", "opens the output", POST, when=START),
         Form("nothing", "PCLOS", "closes the output", POST, CLOSING, END),
         Form("nothing", "{dwell}", "dwell", HAAS, QUIET),
-        Form("nothing", "G53", "alone, without coordinates: ends the look-ahead", POST, QUIET),
+        Form("nothing", "G53", "alone: ends the look-ahead", f"{POST} (a waiting loop); {NOT_CONFIRMED}", QUIET),
         Form("nothing", "G65P9832", "turns the probe on (Renishaw)", POST, when=START),
         Form("nothing", "G65P9833", "turns the probe off (Renishaw)", POST, CLOSING, END),
     ),
@@ -189,6 +189,9 @@ class Fanuc(GCode):
         """A number as DPRNT prints it with parameter 6001 bit 1 at 0: blanks for the zeros in front."""
         value, whole, decimals = self.number(f"#{match[1]}"), int(match[2]), int(match[3])
         size = f"{abs(value):.{decimals}f}"
+        if len(size.split(".")[0]) > whole:
+            found, expected = f"{value:.4f} in [{match[2]}{match[3]}]", "more digits before the point (--set digits)"
+            self.reader.fail("the number does not fit in the log", found=found, expected=expected)
         width = whole + (decimals + 1 if decimals else 0)
         return ("-" if value < 0 else " ") + size.rjust(width)
 
