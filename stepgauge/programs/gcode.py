@@ -15,7 +15,7 @@ AXES = "XYZ"
 MOTION = "motion"
 _SIGNS = r" A-Za-z0-9.,:_/=+*'\\\-"
 ORDINARY = Comment("(", ")", rf"[{_SIGNS}]*", "letters, digits and . , : _ / = + * ' - \\", "NIST RS274/NGC, 3.3.4")
-_PLAIN = rf"[ \t]*(?:(?!PROBE(?:OPEN|CLOSE)|LOGCLOSE)[A-Za-z0-9.:_/=+*-]+(?:[ \t][;{_SIGNS}]*)?)?"
+_PLAIN = rf"[ \t]*(?:(?!PROBE(?:OPEN|CLOSE)|LOGCLOSE|RPY)[A-Za-z0-9.:_/=+*-]+(?:[ \t][;{_SIGNS}]*)?)?"
 PLAIN_WORDS = (
     "letters, digits and . , ; : _ / = + * ' - \\, no comma in the first word (a word and a comma are executed)"
 )

@@ -50,7 +50,7 @@ TABLE = Table(
         Form("orientation", "CYCL DEF 13.0 ORIENTATION", "orientation of the spindle", POST, when=START),
         Form("orient", "CYCL DEF 13.1 ANGLE {number}", "its angle", POST, when=START, after="orientation"),
         Form("cycle", "TCH PROBE 4.0 MEASURING IN 3D", "search along a vector", CYCLES),
-        Form("result_to", "TCH PROBE 4.1 Q{q}", "first of four parameters for the result", CYCLES, after="cycle"),
+        Form("result_to", "TCH PROBE 4.1 Q{first}", "first of four parameters for the result", CYCLES, after="cycle"),
         Form("vector", "TCH PROBE 4.2 IX{number} IY{number} IZ{number}", "direction", CYCLES, after="result_to"),
         Form(
             "measure",
@@ -80,6 +80,7 @@ TABLE = Table(
     slots={
         "program": Slot(r"[A-Za-z0-9_-]{1,24}", "name of the program"),
         "q": Slot(r"(?:[1-9]|[1-9]\d)", "1 to 99"),
+        "first": Slot(r"(?:[1-9]|[1-8]\d|9[0-6])", "1 to 96"),
         "local": Slot(r"QS?(?:[1-9]|[1-9]\d)", "Q1 to Q99, QS1 to QS99"),
         "operand": Slot(r"[-+]?\d{1,6}(?:\.\d{1,6})?|[-+]?Q(?:[1-9]|[1-9]\d)", "a number or Q1 to Q99"),
         "label": Slot(r'"[A-Z0-9_]{1,16}"|[1-9]\d{0,4}', "a label further down: a name in quotes or a number from 1"),
@@ -94,7 +95,7 @@ TABLE = Table(
         Variable(r"QS?(?:[1-9]\d?)(?!\d)", "Q1 to Q99, QS1 to QS99", "own parameters", MANUAL),
         Variable(r"Q114(?!\d)", "Q114", "active length of the stylus", POST),
     ),
-    label=r'(?:\d{1,6} +)?LBL ("[A-Z0-9_]{1,16}"|[1-9]\d{0,4})(?=\s*$)|\d{1,6} +()',
+    label=r'(?:\d{1,6} +)?LBL ("[A-Z0-9_]{1,16}"|[1-9]\d{0,4})(?=\s*$)|\d{1,6}(?:\s+|$)()',
     any_case=False,
     last="end",
 )

@@ -80,7 +80,7 @@ TABLE = Table(
         Variable(r"\$P_TOOLNO", "$P_TOOLNO", "number of the tool, 0 for none", NOT_CONFIRMED),
         Variable(r"R9\d(?!\d)|RET(?!\w)|OUT(?!\w)", "R90 to R99, RET, OUT", "own variables", MANUAL),
     ),
-    label=r"N(\d{1,5})(?=\s|$)|([A-Z_]{2}\w{0,30}):",
+    label=r"(?:N\d{1,5}\s+)?([A-Z_]{2}\w{0,30}):|N(\d{1,5})(?=\s|$)",
 )
 
 
