@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 _STATEMENT = re.compile(r"(?:([A-Z]+)\(([^()]*)\)\s*=\s*)?([A-Z]+)(?:\s*[/=]\s*(.*))?", re.IGNORECASE | re.DOTALL)
 _MM = {"MM": 1.0, "CM": 10.0, "M": 1000.0, "INCH": LENGTH_MM["inch"]}
 _POINT = re.compile(r"C(\d{1,9})F(\d{1,9})|P(\d{1,9})C(\d{1,9})F(\d{1,9})", re.IGNORECASE | re.ASCII)
+_LABELLED = ("SNSDEF", "DATSET")
+_STATES = (*_LABELLED, "UNITS", "PRCOMP", "DMISMN", "FILNAM", "ENDFIL", "DATE", "TIME")
+"""Statements that say something of the points; with a label before them, and without."""
 _UNIT_LENGTH = 0.01
 """Normals are printed with a few digits; a vector this far from length 1 is no direction."""
 
@@ -41,7 +44,7 @@ class _Output:
         self.reader = reader
         self.mm: float | None = None
         self.surface: bool | None = None
-        self.tip_radius_mm: float | None = None
+        self.radii_mm: set[float] = set()
         self.points: list[list[float]] = []
         self.normals: list[list[float]] = []
         self.labels: list[str] = []
@@ -65,11 +68,10 @@ class _Output:
         if major == "TEXT":
             self._text(rest or "")
             return
-        action = getattr(self, f"_{major.lower()}", None)
-        if action is None or (kind and major not in ("SNSDEF", "DATSET")):
+        if major not in _STATES or (kind and major not in _LABELLED):
             self.dropped[f"{kind}()" if kind else major] += 1
         else:
-            action(arguments)
+            getattr(self, f"_{major.lower()}")(arguments)
 
     def _units(self, arguments: list[str]) -> None:
         name = arguments[0].upper()
@@ -93,7 +95,7 @@ class _Output:
             )
         given = arguments[:-1] if arguments[-1].upper() == "SPHERE" else arguments
         diameter = self.reader.number(given[-1], "SNSDEF tip diameter")
-        self.tip_radius_mm = diameter * self._scale() / 2.0
+        self.radii_mm.add(diameter * self._scale() / 2.0)
 
     def _datset(self, arguments: list[str]) -> None:
         if arguments[0].upper() != "MCS":
@@ -104,8 +106,7 @@ class _Output:
     def _dmismn(self, _: list[str]) -> None:
         self.header = True
 
-    def _filnam(self, _: list[str]) -> None:
-        self.header = True
+    _filnam = _dmismn
 
     def _endfil(self, _: list[str]) -> None:
         self.ended = True
@@ -158,6 +159,8 @@ def read(text: str, path: str) -> ProbeLog:
         output.statement(statement)
     if not output.points:
         reader.fail("the file has no measured points", expected="FA(name)=FEAT/POINT,CART,x,y,z,i,j,k")
+    if len(output.radii_mm) > 1:
+        output.notes.append("dropped: the radii of several tips")
     columns = _stated_faces(output.labels)
     clock = _clock(output)
     lines = text.splitlines()
@@ -172,7 +175,7 @@ def read(text: str, path: str) -> ProbeLog:
         columns=columns,
         comments=output.comments,
         surface=output.surface,
-        tip_radius_mm=output.tip_radius_mm,
+        tip_radius_mm=output.radii_mm.pop() if len(output.radii_mm) == 1 else None,
         units=() if output.mm is None else ("mm",),
         cut="no ENDFIL" if output.header and not output.ended else "",
         dropped=sum(1 for line in lines if not line.split("$$")[0].strip()),

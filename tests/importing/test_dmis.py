@@ -120,3 +120,17 @@ def test_a_file_of_blank_lines_is_looked_through_once() -> None:
     assert not FORMATS["dmis"].recognises(blank)
     assert not FORMATS["ippdme"].recognises("12345" + blank)
     assert len(read(blank + OUTPUT)) == 2
+
+
+@pytest.mark.parametrize("word", ["SCALE/1", "MEASURED/POINT", "CLOCK", "TEXT/OPER,'x'", "STATEMENT/'x'"])
+def test_other_statements_are_counted_whatever_they_are_called(word: str) -> None:
+    log = read(OUTPUT.replace("ENDFIL", f"{word}\nENDFIL"))
+    assert len(log) == len(read())
+    assert word.split("/")[0] in log.left_out[0]
+
+
+def test_of_several_tips_nobody_knows_which_one_touched() -> None:
+    other = "S(LONG)=SNSDEF/PROBE,FIXED,CART,0,0,0,0,0,-1,3.0\n"
+    log = read(OUTPUT.replace("PRCOMP", other + "PRCOMP"))
+    assert log.tip_radius_mm is None
+    assert "the radii of several tips" in " ".join(log.left_out)
