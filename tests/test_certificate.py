@@ -29,11 +29,15 @@ from stepgauge.files.notation import uncertain
 from stepgauge.files.resources import folder
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.reports.certificate import closing_sections, identity_sections, not_stated
-from stepgauge.reports.certificate_file import check_days, read_laboratory
+from stepgauge.reports.certificate_file import check_days, check_room, read_laboratory
 from stepgauge.reports.content import Sources, make_content
 from stepgauge.reports.page import Stated
 from stepgauge.reports.render import render_html, render_pdf
+from stepgauge.reports.result import result_table
 from stepgauge.standards.budget_files import StoredGap
+from stepgauge.standards.conformity import conformity
+from stepgauge.standards.decision import decide
+from stepgauge.standards.mpe import Mpe
 from tests.conftest import ROOT
 from tests.dcc.made import SAID, SCHEMA, evaluated, laboratory
 from tests.measured import shipped
@@ -262,7 +266,9 @@ def test_html_has_the_same_sections() -> None:
             r"performed_from \(2026-05-05\) not after performed_to \(2026-05-04\)",
         ),
         ("[laboratory]\ncountry = 'Germany'\n", "key laboratory.country is wrong"),
-        ("[statements]\nconformity = 'pass'\n", r"decision_rule beside conformity \(ISO/IEC 17025:2017, 7.8.6\)"),
+        ("[statements]\nconformity = 'pass'\n", "mpe, from which conformity is computed"),
+        ("[conditions]\nhumidity_percent = [0.41, 0.47]\n", "not as a share of one"),
+        ("[certificate]\nreceived = 1926-05-04\nissued = 2026-05-06\n", r"received \(1926-05-04\) at most three years"),
         ("[conditions]\nhumidity_percent = [60, 40]\n", "humidity_percent as"),
         ("[person]\nname = 'A'\n", r"found \[person\]; expected \[\[person\]\]"),
         ("[[person]]\nrole = 'A'\n", r"key person\[1\].name is missing"),
@@ -349,21 +355,87 @@ def test_everything_stated_still_validates(tmp_path: Path) -> None:
     (tmp_path / "filled.toml").write_text(filled)
     said = read_laboratory(tmp_path / "filled.toml")
     evaluation, budget = evaluated()
-    text = to_bytes(machine_certificate(evaluation, budget, said, *shipped())).decode()
-    for words in ("7.8.8", "7.8.2.1 p)", "Decision rule: Some", "Place of the calibration: Measuring room 2"):
+    limit = Mpe.parse(str(said.statements.mpe))
+    text = to_bytes(machine_certificate(evaluation, budget, said, *shipped(), limit)).decode()
+    for words in ("7.8.8", "7.8.2.1 p)", "Decision rule: ISO 14253-1", "Place of the calibration: Measuring room 2"):
         assert words in text
     assert all("No. 2026-017" in page for page in texts(render_pdf(content(laboratory=said)).data))
     if SCHEMA.is_file():
         validate(parse_xml(text.encode(), "c.xml"), SCHEMA, "c.xml")
 
 
-def test_conformity_is_printed_with_its_decision_rule() -> None:
+@pytest.mark.parametrize(
+    ("mpe", "gaps", "said", "outcome"),
+    [
+        ("30", [], "Pass: MPE = ± 30 µm", "conforms"),
+        ("0.01", [], "Fail: MPE = ± 0.01 µm", "does not conform"),
+        ("30", ["probing"], "Undecidable: MPE = ± 30 µm", "not decidable"),
+        ("0.01", ["probing"], "Undecidable", "not decidable"),
+    ],
+)
+def test_conformity_is_computed_from_a_limit(mpe: str, gaps: list[str], said: str, outcome: str) -> None:
+    """By ISO 14253-1 with the complete U only, on page 1, by face and on the certificate, printed and digital."""
+    evaluation, budget = evaluated(1)
+    sure = [q.model_copy(update={"u_um": q.u_um / 9, "expanded_um": q.expanded_um / 9}) for q in budget.quantities]
+    left = [StoredGap(what=gap, state_by="-") for gap in gaps]
+    budget = budget.model_copy(update={"not_included": left, "quantities": sure})
+    judged = conformity(evaluation, budget, Mpe.parse(mpe))
+    assert judged.text.startswith(said)
+    assert judged.outcome == outcome
+    assert "Decision rule: ISO 14253-1" in judged.text
+    assert ("U lacks probing" in judged.text) is bool(gaps)
+    for one in judged.faces:
+        row = evaluation["placements"][0]["faces"][one.face - 1]
+        line = budget.find("xf" if one.face % 2 else "xb", 1, one.face)
+        assert line is not None
+        assert one.error_um == row["xf_um" if one.face % 2 else "xb_um"]
+        assert one.outcome == decide(one.error_um, float(mpe), line.expanded_um, gaps)
+        assert (one.probability is None) is bool(gaps)
+
+
+def test_a_certificate_prints_what_was_computed_and_no_words_of_its_own() -> None:
     said = laboratory()
-    told = said.statements.model_copy(update={"conformity": "XM within 6 µm", "decision_rule": "U taken off"})
-    text = "\n".join(texts(render_pdf(content(laboratory=replace(said, statements=told))).data))
-    assert "XM within 6 µm" in text
-    assert "U taken off" in text
-    assert "No statement of conformity" not in text
+    limited = content(laboratory=said, mpe=Mpe.parse("30"))
+    assert limited["overall"].startswith("Pass")
+    (table,) = [one for one in limited["tables"] if one["title"].startswith("Errors by face")]
+    assert [column["name"] for column in table["columns"]][-2:] == ["MPE", "Decision"]
+    assert {row[-1] for row in table["rows"]} == {"–", "pass"}
+    text = " ".join("\n".join(texts(render_pdf(limited).data)).split())
+    assert text.count("Pass: MPE = ± 30 µm") == 2
+    assert "not to be reproduced except in full" in text
+    assert "place of the accreditation mark" in text
+    evaluation, budget = evaluated(1)
+    gauge, machine = shipped()
+    root = machine_certificate(evaluation, budget, said, gauge, machine, Mpe.parse("30"))
+    assert "basic_conformity" in to_bytes(root).decode()
+    with pytest.raises(ValueError, match="no words of one's own"):
+        type(said.statements)(conformity="XM is within 1 um: conforms", decision_rule="none")
+
+
+def test_air_and_gauge_that_contradict_each_other_are_refused() -> None:
+    said, (evaluation, _) = laboratory(), evaluated(1)
+    cold = replace(said, conditions=said.conditions.model_copy(update={"temperature_C": (2.0, 2.4)}))
+    at_20 = {**evaluation, "placements": [{**evaluation["placements"][0], "gauge_temperature_C": 20.4}]}
+    with pytest.raises(InputError, match=r"conditions.temperature_C contradicts.*found 2 to 2.4 deg C"):
+        check_room(cold, at_20)
+    check_room(said, at_20)
+
+
+def test_a_form_that_was_cut_is_refused(tmp_path: Path) -> None:
+    text = SAID.read_text(encoding="utf-8")
+    cut = text[: text.index("[statements]") + len("[statements]") + 1]
+    (tmp_path / "c.toml").write_text(cut, encoding="utf-8")
+    with pytest.raises(InputError, match=r"it was cut; found \[statements\]"):
+        read_laboratory(tmp_path / "c.toml")
+
+
+def test_the_range_names_the_faces_that_have_a_mean_error() -> None:
+    """XM is not defined at the first and the last face."""
+    evaluation, _ = evaluated(1)
+    row = next(row for row in result_table(evaluation, None).rows if row[0] == "Range of the mean error XM")
+    known = [one["face"] for one in evaluation["placements"][0]["faces"] if one["xm_um"] is not None]
+    assert row[1].startswith(f"faces {known[0]} to {known[-1]};")
+    assert known[0] > 1
 
 
 def call(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, str]:

@@ -15,14 +15,13 @@ from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.evaluation.probings import probing_errors
 from stepgauge.figures.arrows import across, arrows_figure
 from stepgauge.figures.compensation import compensation_figure
-from stepgauge.figures.evaluation import beyond_mpe, evaluation_figure
+from stepgauge.figures.evaluation import evaluation_figure
 from stepgauge.figures.history import history_figure
 from stepgauge.figures.probings import bidirectional_figure, repeatability_figure
 from stepgauge.figures.run_chart import run_chart_figure
 from stepgauge.history import make_series
 from stepgauge.recording import Recording, join_recordings
 from stepgauge.standards.mpe import Mpe
-from tests.build import make_gauge
 from tests.measured import ALONG_X, run, shipped
 from tests.test_compensation import GAUGE, measured, table_of
 from tests.test_history import entry
@@ -115,15 +114,6 @@ def test_mpe_lines_start_at_the_reference_face(evaluation) -> None:
     np.testing.assert_allclose(y, 1.5 + (x - x[0]) / 100.0)
     assert x[0] == placement["faces"][0]["nominal_mm"]
     assert fits(figure)
-
-
-def test_faces_beyond_the_mpe_are_counted_by_hand() -> None:
-    """10 um/m: at L mm the error is L/100 um, beyond 0.5 um + L/1000 from L = 55.6 mm on: faces at 60 to 110 mm."""
-    gauge = make_gauge(6)
-    made = measured(gauge, lambda x: 1e-2 * x)
-    rows = evaluation_to_dict(evaluate(made, gauge, r_eff_from="first"))["placements"][0]["faces"]
-    assert beyond_mpe(rows, Mpe.parse("0.5 + L/1000")) == 6
-    assert beyond_mpe(rows, Mpe.parse("5")) == 0
 
 
 def test_arrows_stand_across_the_gauge_with_the_stated_magnification(evaluation) -> None:

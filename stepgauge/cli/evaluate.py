@@ -22,7 +22,7 @@ from stepgauge.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from stepgauge.evaluation.evaluate import PlacementResult
+    from stepgauge.evaluation.evaluate import Evaluation
     from stepgauge.standards.mpe import Mpe
 
 
@@ -67,18 +67,15 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any
     written = result.write(output, options["suffix"], limit)
     say_lines(result.summary())
     if limit is not None:
-        for one in result.results:
-            say(_against(one, limit))
+        say(_against(result, limit))
     say_written(*written)
 
 
-def _against(result: PlacementResult, limit: Mpe) -> str:
-    from stepgauge.evaluation.files import face_rows
-    from stepgauge.figures.evaluation import beyond_mpe
+def _against(result: Evaluation, limit: Mpe) -> str:
+    """Without a budget nothing is decided; what the errors alone are of the limit is said."""
+    from stepgauge.evaluation.files import evaluation_to_dict
+    from stepgauge.standards.conformity import conformity
 
-    rows = face_rows(result)
-    beyond, faces = beyond_mpe(rows, limit), sum(row["count"] > 0 for row in rows)
-    return (
-        f"placement {result.placement}: {beyond} of {faces} faces have a mean error beyond MPE = {limit} um"
-        " (lengths from the reference face; no decision rule applied)"
-    )
+    judged = conformity(evaluation_to_dict(result), None, limit)
+    beyond = sum(abs(one.error_um) > one.limit_um for one in judged.faces)
+    return f"{judged.text} {beyond} of {len(judged.faces)} errors are beyond the limit."

@@ -9,8 +9,8 @@ import click
 from stepgauge.cli.options import is_from_project, leaves, machine_option, output, placement_option, say, say_written
 from stepgauge.cli.stated import NAMES, stated_options
 
-BESIDE = {"placements": "placement_files", "budget": "budget_file", "certificate": "laboratory_file"}
-"""Options that name files which only a report to sign prints."""
+BESIDE = {"placements": "placement_files", "budget": "budget_file", "certificate": "laboratory_file", "mpe": "mpe"}
+"""Options of what only a report to sign prints."""
 
 
 def _is_signed(options: dict[str, Any]) -> bool:
@@ -52,7 +52,7 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
     "--budget",
     "budget_file",
     metavar="BUDGET",
-    help="budget.json of stepgauge budget, or its folder: adds uncertainties.",
+    help="budget.json of stepgauge budget, or its folder: adds uncertainties. Default: the one in RESULT.",
 )
 @click.option(
     "--certificate",
@@ -61,6 +61,11 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
     metavar="FILE",
     help="certificate.toml: makes the report a calibration certificate in the order of ISO/IEC 17025. Excludes "
     "--number, --operator, --customer, --location, --date and --remarks, which it states itself.",
+)
+@click.option(
+    "--mpe",
+    metavar="LIMIT",
+    help='Maximum permissible error "A + L/K": um, with L in mm: pass, fail or undecidable by ISO 14253-1.',
 )
 @click.option(
     "--interactive",

@@ -21,7 +21,9 @@ def certificate_of(evaluation: dict[str, Any], sources: Sources) -> Element:
     """
     if sources.gauge is None or sources.budget is None or sources.laboratory is None:
         raise ValueError("a certificate needs a gauge, a budget and what the laboratory states")
-    return machine_certificate(evaluation, sources.budget, sources.laboratory, sources.gauge, sources.machine)
+    return machine_certificate(
+        evaluation, sources.budget, sources.laboratory, sources.gauge, sources.machine, sources.mpe
+    )
 
 
 def write_certificate(path: str | Path, root: Element, schema: str | Path | None = None) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from stepgauge.conditions import stored_conditions
 from stepgauge.dcc.elements import (
     D,
     Element,
@@ -26,8 +27,10 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.recording.simulated import SIMULATED_WARNING, is_simulated
 from stepgauge.reports.certificate_file import Laboratory
-from stepgauge.reports.statements import METHOD, ONLY_ITEMS, traceability, uncertainty_text
+from stepgauge.reports.statements import IN_FULL, METHOD, ONLY_ITEMS, measurand_text, traceability, uncertainty_text
 from stepgauge.standards.budget_files import StoredBudget, StoredLine
+from stepgauge.standards.conformity import Conformity, conformity
+from stepgauge.standards.mpe import Mpe
 
 ERRORS = {
     "xf": ("Forward error XF", "stepgauge_forwardError"),
@@ -39,7 +42,12 @@ FACE, POSITION, RADIUS = "stepgauge_face", f"{REFERENCE} stepgauge_position", f"
 
 
 def machine_certificate(
-    evaluation: dict[str, Any], budget: StoredBudget, said: Laboratory, gauge: Gauge, machine: Machine | None
+    evaluation: dict[str, Any],
+    budget: StoredBudget,
+    said: Laboratory,
+    gauge: Gauge,
+    machine: Machine | None,
+    mpe: Mpe | None = None,
 ) -> Element:
     """The root of the DCC of a machine.
 
@@ -49,15 +57,17 @@ def machine_certificate(
     budget : of this evaluation, checked to belong to it
     said : what the laboratory states; :class:`InputError` names what a DCC demands and it lacks
     gauge, machine : files that were used, checked to belong to the evaluation
+    mpe : limit that conformity is computed from
     """
     _check_coverage(budget)
+    judged = None if mpe is None else conformity(evaluation, budget, mpe)
     named = machine.table.name if machine else evaluation["comments"].get("machine")
     item = machine_item(said, named or "Measuring machine")
     several = len(evaluation["placements"]) > 1
     results = [
         _result(evaluation, placed, budget, said, gauge, machine, several) for placed in evaluation["placements"]
     ]
-    return certificate(administrative(said, item, _statements(evaluation, budget, said, gauge)), results)
+    return certificate(administrative(said, item, _statements(evaluation, budget, said, gauge, judged)), results)
 
 
 def _check_coverage(budget: StoredBudget) -> None:
@@ -71,11 +81,20 @@ def _check_coverage(budget: StoredBudget) -> None:
         )
 
 
-def _statements(evaluation: dict[str, Any], budget: StoredBudget, said: Laboratory, gauge: Gauge) -> list[Element]:
+def _statements(
+    evaluation: dict[str, Any],
+    budget: StoredBudget,
+    said: Laboratory,
+    gauge: Gauge,
+    judged: Conformity | None,
+) -> list[Element]:
     told = said.statements
     found = [
         *(statement(text, EXAMPLE) for text in _example_marks(evaluation, said)),
         statement(ONLY_ITEMS, reference="7.8.2.1 l)"),
+        statement(IN_FULL, reference="7.8.2.1"),
+        statement(measurand_text(evaluation, budget), reference="7.8.4.1 a)"),
+        *(statement(text) for text in _hidden_reversal(evaluation)),
         statement(traceability(said, gauge), reference="7.8.4.1 c)"),
     ]
     if said.certificate.place_text:
@@ -86,9 +105,8 @@ def _statements(evaluation: dict[str, Any], budget: StoredBudget, said: Laborato
         found.append(statement(told.external, reference="7.8.2.1 p)"))
     if told.adjustment:
         found.append(statement(told.adjustment, reference="7.8.4.1 d)"))
-    if told.conformity:
-        text = f"{told.conformity} Decision rule: {told.decision_rule}"
-        found.append(statement(text, "basic_conformity", "7.8.6"))
+    if judged is not None:
+        found.append(statement(judged.text, "basic_conformity", "7.8.6"))
     if said.certificate.replaces:
         found.append(
             statement(f"This certificate replaces certificate {said.certificate.replaces}.", reference="7.8.8")
@@ -106,6 +124,15 @@ def _example_marks(evaluation: dict[str, Any], said: Laboratory) -> Iterator[str
         yield "This certificate is an example: this is not a real calibration."
     if is_simulated(evaluation["comments"]):
         yield f"{SIMULATED_WARNING} This certificate is an example."
+
+
+def _hidden_reversal(evaluation: dict[str, Any]) -> list[str]:
+    """What an evaluation remarks of a reversal error that is common to all blocks and so in R_eff."""
+    return [
+        one.sentence[0].upper() + one.sentence[1:] + "."
+        for one in stored_conditions(evaluation).of("reversal", "effective radius")
+        if one.state != "met"
+    ]
 
 
 def _result(

@@ -120,13 +120,6 @@ def _reference_mm(rows: Sequence[Mapping[str, Any]]) -> float:
     return next(float(row["nominal_mm"]) for row in rows if row["face"] % 2 and row["count"])
 
 
-def beyond_mpe(rows: Sequence[Mapping[str, Any]], mpe: Mpe) -> int:
-    """Number of measured faces with an error beyond the limit for their distance from the reference."""
-    own = np.where(column(rows, "face") % 2 == 1, column(rows, "xf_um"), column(rows, "xb_um"))
-    length = column(rows, "nominal_mm") - _reference_mm(rows)
-    return int((np.abs(np.where(column(rows, "count") > 0, own, 0.0)) > mpe.at_um(length)).sum())
-
-
 def describe(placement: Mapping[str, Any]) -> str:
     """Content of the figure in a sentence: its caption and alternative text."""
     said = [f"range of the mean error {_um(placement['band_um'])} over {placement['span_mm']:.1f} mm"]

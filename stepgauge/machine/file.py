@@ -103,6 +103,7 @@ class MachineTable(Table):
     temperature_convention: Convention | None = Field(
         None, description="what its readings have been corrected for: as_read, corrected_to_20 or nominal_expansion"
     )
+    mpe: str | None = Field(None, description='maximum permissible error of a length, e.g. "1.8 + L/350", um, L in mm')
     chain: ChainTable | None = Field(None, description="table [machine.chain]: which axes carry table and probe")
 
     @property

@@ -20,7 +20,7 @@ from stepgauge.public.renamed import renamed
 from stepgauge.reports.content import make_content
 from stepgauge.reports.kinds import FLEET, kind_of
 from stepgauge.reports.page import Stated
-from stepgauge.reports.reading import read_checked_evaluation
+from stepgauge.reports.reading import find_evaluation, read_checked_evaluation
 from stepgauge.reports.render import renderer, write_report
 from stepgauge.reports.sources import read_sources
 from stepgauge.standards.budget_files import StoredBudget
@@ -50,6 +50,7 @@ def report(
     operator: str | None = None,
     date: datetime.date | None = None,
     remarks: str | None = None,
+    mpe: str | None = None,
     template: File | None = None,
     interactive: bool = False,
     recordings: File | Recording | Iterable[File | Recording] = (),
@@ -68,10 +69,12 @@ def report(
     gauge : adds the uncertainties of its certificate; default: that of an evaluation given as an object
     placements : add angles and uncertainties, once per placement, in order; they need the gauge
     machine : adds travel, speeds, probe and temperature of the scales
-    budget : adds the expanded uncertainties
+    budget : adds the expanded uncertainties; default: the ``budget.json`` beside the evaluation, if there is one
     certificate : ``certificate.toml``; excludes number, customer, location, operator, date and remarks
     number, customer, location, operator, remarks : what only a person can say; None is printed as not stated
     date : of the report; default: today
+    mpe : maximum permissible error, "A + L/K" in um with L in mm: the errors are judged by it; default: that of the
+        certificate, else of the machine file
     template : Typst for PDF, Jinja for HTML, instead of the shipped one
     interactive : a page (.html) in which a face or a finding is clicked to see its probings
     recordings : of an evaluation whose single probings such a page shows; default: those it was made from
@@ -87,7 +90,7 @@ def report(
     """
     stated = dict(zip(SAID, (number, customer, location, operator, remarks), strict=True))
     _check_date(date)
-    asked = _Asked(several(result), path, gauge, several(placements), machine, budget, certificate, date, stated)
+    asked = _Asked(several(result), path, gauge, several(placements), machine, budget, certificate, date, stated, mpe)
     kinds = {_kind(one) for one in asked.results}
     if kinds != {"evaluation"} or len(asked.results) > 1 or interactive:
         asked.check_plain("only the report of one evaluation prints these")
@@ -132,6 +135,7 @@ class _Asked:
     certificate: File | None
     date: datetime.date | None
     said: dict[str, str | None]
+    mpe: str | None = None
 
     def check_plain(self, why: str) -> None:
         """:class:`InputError` for what only a report to sign prints."""
@@ -140,6 +144,7 @@ class _Asked:
             "budget": self.budget,
             "certificate": self.certificate,
             "date": self.date,
+            "mpe": self.mpe,
         }
         named = [name for name, value in {**given, **self.said}.items() if value]
         if named:
@@ -172,11 +177,20 @@ def _signed(asked: _Asked, template: File | None) -> tuple[str, ...]:
     if asked.placements and gauge is None:
         what = "are checked against their gauge, which is missing"
         raise InputError(naming("placements"), what, expected=naming("gauge"))
-    sources = read_sources(data, gauge, asked.placements, asked.machine, asked.budget, asked.certificate)
+    budget = asked.budget if asked.budget is not None else _budget_beside(result)
+    sources = read_sources(data, gauge, asked.placements, asked.machine, budget, asked.certificate, asked.mpe)
     stated = Stated(asked.date or datetime.date.today(), **asked.said)
     if sources.laboratory is not None:
         stated = replace(stated, date=sources.laboratory.certificate.issued or stated.date)
     return write_report(asked.path, make_content(data, stated, sources), template)
+
+
+def _budget_beside(result: File | Evaluation) -> Path | None:
+    """The budget that lies beside an evaluation; one of another evaluation is refused when it is read."""
+    if not isinstance(result, File):
+        return None
+    path = find_evaluation(result).parent / "budget.json"
+    return path if path.is_file() else None
 
 
 def _story(result: File | Diagnosis) -> dict[str, Any]:

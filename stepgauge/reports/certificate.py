@@ -9,8 +9,9 @@ from stepgauge.files.notation import clean, number
 from stepgauge.gauge.certified import Gauge
 from stepgauge.reports.certificate_file import Contact, Laboratory, Person
 from stepgauge.reports.sections import Section
-from stepgauge.reports.statements import ONLY_ITEMS, traceability, uncertainty_text
+from stepgauge.reports.statements import IN_FULL, ONLY_ITEMS, traceability, uncertainty_text
 from stepgauge.standards.budget_files import StoredBudget
+from stepgauge.standards.conformity import Conformity
 
 PLACES = {
     "laboratory": "in the laboratory",
@@ -125,7 +126,11 @@ def _either(*rows: Row) -> list[Row]:
 
 
 def closing_sections(
-    evaluation: dict[str, Any], said: Laboratory, gauge: Gauge | None, budget: StoredBudget | None
+    evaluation: dict[str, Any],
+    said: Laboratory,
+    gauge: Gauge | None,
+    budget: StoredBudget | None,
+    judged: Conformity | None = None,
 ) -> list[Section]:
     """Uncertainty, conditions, traceability, adjustment, conformity, scope and persons: after the results."""
     told, own = said.statements, evaluation["gauge"]
@@ -133,21 +138,16 @@ def closing_sections(
     if traced is None:
         known = f"Step gauge serial number {own['serial']}, certificate {own['certificate']} of {own['laboratory']}."
         traced = f"{known} {told.traceability}" if told.traceability else known
+    conformity = "No statement of conformity is made." if judged is None else judged.text
     uncertainty = None if budget is None else uncertainty_text(budget, assumptions=False)
-    conformity = "No statement of conformity is made."
     sections = [
         _section("Measurement uncertainty", [("Expanded", uncertainty)]),
         _section("Conditions", _conditions(evaluation, said)),
         _section("Metrological traceability", [("Traceable", traced)]),
         _section("Adjustment or repair", [("Before and after", told.adjustment)]),
-        _section(
-            "Conformity",
-            [("Statement", told.conformity), ("Decision rule", told.decision_rule)]
-            if told.conformity
-            else [("Statement", conformity)],
-        ),
+        _section("Conformity", [("Statement", conformity)]),
         _section("Additions, deviations, exclusions", [("Of the method", said.method.deviations)]),
-        _section("Scope", [("Validity", ONLY_ITEMS)]),
+        _section("Scope", [("Validity", ONLY_ITEMS), ("Reproduction", IN_FULL)]),
         _section("Persons", _persons(said)),
     ]
     if told.external:

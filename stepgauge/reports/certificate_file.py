@@ -18,6 +18,7 @@ from pydantic import AfterValidator, Field, StringConstraints, model_validator
 from stepgauge.errors import InputError
 from stepgauge.files.config import Table, check_table, read_toml
 from stepgauge.files.dates import check_past, moments, parse_moment
+from stepgauge.files.text import read_text
 from stepgauge.recording.simulated import is_simulated
 
 
@@ -43,6 +44,12 @@ Text = Annotated[
     AfterValidator(_filled),
 ]
 Country = Annotated[str, StringConstraints(pattern="^[A-Z]{2}$")]
+LEAST_HUMIDITY_PERCENT = 1.0
+"""Air is never so dry: such a number is a share of one."""
+ROOM_K = 10.0
+"""A gauge that was measured is no farther from the air of its room: more is a slip in one of the two."""
+LONGEST_STAY = datetime.timedelta(days=3 * 365)
+"""From the receipt of an item to the end of its calibration; more is a slip in a year."""
 Place = Literal["laboratory", "customer", "laboratoryBranch", "customerBranch", "other"]
 DAYS = ("received", "performed_from", "performed_to", "issued")
 """Dates of a certificate, in their order."""
@@ -60,6 +67,7 @@ class CertificateHead(Table):
     place: Place | None = Field(None, description="laboratory, customer, laboratoryBranch, customerBranch or other")
     place_text: Text | None = Field(None, description="where the machine stands, in words")
     replaces: Text | None = Field(None, description="number of the certificate that this one replaces")
+    mark: Text | None = Field(None, description="what stands in the place of the accreditation mark, e.g. its number")
     example: bool = Field(False, description="true: an example, no calibration; needed where readings were simulated")
 
     @model_validator(mode="after")
@@ -68,6 +76,8 @@ class CertificateHead(Table):
         for (before, early), (after, late) in pairwise(known):
             if late < early:
                 raise ValueError(f"{before} ({early}) not after {after} ({late})")
+            if late - early > LONGEST_STAY:
+                raise ValueError(f"{before} ({early}) at most three years before {after} ({late})")
         return self
 
 
@@ -132,6 +142,8 @@ class Ambient(Table):
             pair = getattr(self, name)
             if pair is not None and not bounds[0] <= pair[0] <= pair[1] <= bounds[1]:
                 raise ValueError(f"{name} as [lowest, highest] between {bounds[0]} and {bounds[1]}")
+        if self.humidity_percent is not None and self.humidity_percent[1] <= LEAST_HUMIDITY_PERCENT:
+            raise ValueError("humidity_percent in percent, e.g. [40, 50], not as a share of one")
         return self
 
 
@@ -140,16 +152,16 @@ class Statements(Table):
 
     traceability: Text | None = Field(None, description="how the results are traceable, beside the gauge's certificate")
     adjustment: Text | None = Field(None, description="adjustment or repair, and results before it")
-    conformity: Text | None = Field(None, description="statement of conformity, if one is made")
-    decision_rule: Text | None = Field(None, description="decision rule of the statement of conformity")
+    mpe: Text | None = Field(None, description='maximum permissible error, "A + L/K": conformity is computed from it')
     external: Text | None = Field(None, description="results that others provided")
     remarks: Text | None = Field(None, description="anything else")
 
-    @model_validator(mode="after")
-    def _rule_of_a_decision(self) -> Statements:
-        if self.conformity is not None and self.decision_rule is None:
-            raise ValueError("decision_rule beside conformity (ISO/IEC 17025:2017, 7.8.6)")
-        return self
+    @model_validator(mode="before")
+    @classmethod
+    def _no_words_of_conformity(cls, data: Any) -> Any:
+        if isinstance(data, dict) and {"conformity", "decision_rule"} & data.keys():
+            raise ValueError("mpe, from which conformity is computed by ISO 14253-1, and no words of one's own")
+        return data
 
 
 @dataclass(frozen=True)
@@ -185,6 +197,7 @@ def read_laboratory(path: str | Path) -> Laboratory:
         if key not in _TABLES and key != "person":
             expected = ", ".join(f"[{name}]" for name in _TABLES) + " and [[person]]"
             raise InputError(path, f"table [{key}] is not known", expected=expected)
+    _check_cut(path)
     persons = data.get("person", [])
     if not isinstance(persons, list):
         raise InputError(path, "persons are an array of tables", found="[person]", expected="[[person]]")
@@ -192,6 +205,14 @@ def read_laboratory(path: str | Path) -> Laboratory:
     _check_past(tables["certificate"], path)
     people = tuple(check_table(Person, one, path, f"person[{i}]") for i, one in enumerate(persons, 1))
     return Laboratory(**tables, persons=people, path=str(path))  # type: ignore[arg-type]
+
+
+def _check_cut(path: str | Path) -> None:
+    """:class:`InputError` for a file that ends with the head of a table: what stood in it is lost."""
+    last = read_text(path).rstrip().rpartition("\n")[2].strip()
+    if last.startswith("[") and last.endswith("]"):
+        what = "the file ends with the head of a table: it was cut"
+        raise InputError(path, what, found=last, expected="the whole form; an empty table at its end is left out")
 
 
 def _check_past(head: Table, path: str | Path) -> None:
@@ -219,6 +240,17 @@ def check_days(said: Laboratory, evaluation: dict[str, Any]) -> None:
         if day is not None and first is not None and last is not None and not first <= day <= last:
             what = "the evaluation was not measured on the days of [certificate] performed_from and performed_to"
             raise InputError(said.path, what, found=f"{first} to {last}", expected=f"measured_at {text}")
+
+
+def check_room(said: Laboratory, evaluation: dict[str, Any]) -> None:
+    """:class:`InputError` where the air of the room and the gauge in it contradict each other."""
+    air = said.conditions.temperature_C
+    for placed in evaluation["placements"]:
+        gauge_C = placed["gauge_temperature_C"]
+        if air is not None and gauge_C is not None and not air[0] - ROOM_K <= gauge_C <= air[1] + ROOM_K:
+            what = "key conditions.temperature_C contradicts the recorded temperature of the gauge"
+            expected = f"air near the {gauge_C:.2f} deg C of the gauge, to {ROOM_K:g} K"
+            raise InputError(said.path, what, found=f"{air[0]:g} to {air[1]:g} deg C", expected=expected)
 
 
 def check_simulated(said: Laboratory, evaluation: dict[str, Any]) -> None:

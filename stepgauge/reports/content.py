@@ -37,6 +37,8 @@ from stepgauge.reports.sections import (
 )
 from stepgauge.reports.statements import METHOD, measurand_text, reference_text
 from stepgauge.standards.budget_files import StoredBudget
+from stepgauge.standards.conformity import conformity
+from stepgauge.standards.mpe import Mpe
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,7 +52,8 @@ BUDGET_MISSING = "measurement uncertainty of XF, XB, XM, XR (2s is the repeatabi
 class Sources:
     """Files given with the evaluation; placements in its order, or none.
 
-    ``laboratory`` makes the report a calibration certificate, if the ``budget`` is complete.
+    ``mpe``: that the errors are judged by; ``laboratory`` makes the report a calibration certificate, if the ``budget``
+    is complete.
     """
 
     gauge: Gauge | None = None
@@ -58,6 +61,7 @@ class Sources:
     placements: Sequence[Placement] = ()
     budget: StoredBudget | None = None
     laboratory: Laboratory | None = None
+    mpe: Mpe | None = None
 
     @property
     def certifies(self) -> bool:
@@ -80,6 +84,7 @@ def make_content(evaluation: dict[str, Any], stated: Stated, sources: Sources) -
     figures are SVG. The same input gives the same content.
     """
     laboratory, budget, placed = sources.laboratory, sources.budget, evaluation["placements"]
+    judged = None if sources.mpe is None else conformity(evaluation, budget, sources.mpe)
     sections = _sections(evaluation, sources)
     title = CERTIFICATE_TITLE if sources.certifies else TITLE
     page = Page(
@@ -89,21 +94,23 @@ def make_content(evaluation: dict[str, Any], stated: Stated, sources: Sources) -
         result_table(evaluation, budget),
         ("evaluation.json", evaluation),
         warnings=warnings(evaluation, budget, sources.machine, laboratory is not None),
-        statements=[measurand_text(evaluation), reference_text(evaluation)],
+        overall="" if judged is None else judged.text,
+        statements=[measurand_text(evaluation, budget), reference_text(evaluation)],
         figures=[
-            (figure_svg(evaluation_figure(result)), f"Placement {result['placement']}: {describe(result)}")
+            (figure_svg(evaluation_figure(result, sources.mpe)), f"Placement {result['placement']}: {describe(result)}")
             for result in placed
         ],
         sections=sections,
-        tables=[*(faces_table(result, budget) for result in placed), *budget_tables(budget)],
+        tables=[*(faces_table(result, budget, judged) for result in placed), *budget_tables(budget)],
         lists=[("Notes", _notes(evaluation, sources)), ("Assumptions of the budget", _assumptions(budget))],
-        closing=[] if laboratory is None else closing_sections(evaluation, laboratory, sources.gauge, budget),
+        closing=[] if laboratory is None else closing_sections(evaluation, laboratory, sources.gauge, budget, judged),
         method=METHOD,
         not_stated=_not_stated(evaluation, stated, sources, sections),
         signatures=measured_and_approved(stated) if laboratory is None else _authorised(laboratory),
         end=None if laboratory is None else end_mark(laboratory, title),
         issued=None if laboratory is None else _issued(laboratory),
         example=is_example(laboratory, evaluation),
+        mark=_mark(laboratory),
         more={"summary": [_summary(result, budget) for result in placed]},
     )
     number = stated.number if laboratory is None else laboratory.certificate.number
@@ -114,6 +121,11 @@ def _authorised(laboratory: Laboratory) -> list[tuple[str, str | None]]:
     """Places to sign for those who authorise a certificate."""
     signing = [f"{one.name}, {one.role}" if one.role else one.name for one in laboratory.persons if one.signs]
     return [("Authorised by", name) for name in signing] or [("Authorised by", None)]
+
+
+def _mark(laboratory: Laboratory | None) -> str | None:
+    """What stands in the place of the accreditation mark; empty: the place alone. None: no place."""
+    return None if laboratory is None else laboratory.certificate.mark or ""
 
 
 def _issued(laboratory: Laboratory) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 from stepgauge.files.notation import UNDEFINED, aligned, number, uncertain
 from stepgauge.reports.page import BETWEEN, Column, PrintedTable
 from stepgauge.standards.budget_files import StoredBudget
+from stepgauge.standards.conformity import SHORT, Conformity
 
 ERRORS = ("xf", "xb", "xm", "xr")
 NOTE = (
@@ -21,11 +22,21 @@ U_NOTE = (
 )
 
 
-def faces_table(result: dict[str, Any], budget: StoredBudget | None) -> PrintedTable:
+def faces_table(result: dict[str, Any], budget: StoredBudget | None, judged: Conformity | None = None) -> PrintedTable:
     """All faces of a placement; pairs of rows are the two faces of a block."""
     title = f"Errors by face, placement {result['placement']}"
     columns, rows = _plain(result) if budget is None else _with_uncertainty(result, budget)
-    return PrintedTable(title, columns, rows, NOTE + ("" if budget is None else U_NOTE), stripe=2)
+    note = NOTE + ("" if budget is None else U_NOTE)
+    if judged is not None:
+        columns = [*columns, Column("MPE", "µm"), Column("Decision", words=True)]
+        rows = [[*row, *_decision(judged, result["placement"], int(row[0]))] for row in rows]
+        note += " Decision on the error that was probed, XF at fronts and XB at backs."
+    return PrintedTable(title, columns, rows, note, stripe=2)
+
+
+def _decision(judged: Conformity, placement: int, face: int) -> list[str]:
+    one = judged.of(placement, face)
+    return [UNDEFINED, UNDEFINED] if one is None else [number(one.limit_um, 2), SHORT[one.outcome]]
 
 
 def _head() -> list[Column]:

@@ -89,7 +89,8 @@ class Page:
     """The content of a report. ``overall`` is the one sentence that decides; ``warnings`` belong beside the result.
 
     ``figures`` are pairs of SVG and caption, ``lists`` a title with its items, ``closing`` sections in the full width
-    after the tables, ``signatures`` a role and a name, ``end`` the mark of the last page, ``data`` a name and JSON.
+    after the tables, ``signatures`` a role and a name, ``end`` the mark of the last page,
+    ``mark`` what stands in the place of the accreditation mark (empty: the place alone), ``data`` a name and JSON.
     """
 
     title: str
@@ -111,6 +112,7 @@ class Page:
     end: str | None = None
     issued: str | None = None
     example: bool = False
+    mark: str | None = None
     more: dict[str, Any] = field(default_factory=dict)
 
     def as_dict(self, stated: Stated) -> dict[str, Any]:
@@ -124,6 +126,7 @@ class Page:
             "date_parts": [stated.date.year, stated.date.month, stated.date.day],
             "issued": self.issued or stated.date.isoformat(),
             "example": self.example,
+            "mark": self.mark,
             "simulated": is_simulated(data["comments"]),
             "identity": [section.as_dict() for section in self.identity],
             "result": self.result.as_dict(),

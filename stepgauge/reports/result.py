@@ -37,7 +37,9 @@ def _rows(result: dict[str, Any], budget: StoredBudget | None, several: bool) ->
     cycles = f"{most} cycles" if fewest == most else f"{fewest} to {most} cycles"
     lines = [_error(result, name, budget) for name in NAMES]
     lines.append(_radius(result, budget))
-    span = f"faces {rows[0]['face']} to {rows[-1]['face']}, {quantity(result['span_mm'], 3, 'mm')}"
+    mean = [row["face"] for row in rows if row["xm_um"] is not None]
+    ends = f"faces {mean[0]} to {mean[-1]}" if mean else "no face"
+    span = f"{ends}; {quantity(result['span_mm'], 3, 'mm')} measured"
     lines.append(["Range of the mean error XM", span, quantity(result["band_um"], 2, "µm"), UNDEFINED, UNDEFINED])
     two_s = quantity(result["worst_two_sigma_um"], 2, "µm")
     lines.append(["Largest 2s of a face", cycles, two_s, UNDEFINED, UNDEFINED])

@@ -10,7 +10,14 @@ from stepgauge.conditions import require_statement, stored_conditions
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, read_placement
 from stepgauge.machine.file import Machine, read_machine
-from stepgauge.reports.certificate_file import check_days, check_filled, check_simulated, read_laboratory
+from stepgauge.reports.certificate_file import (
+    Laboratory,
+    check_days,
+    check_filled,
+    check_room,
+    check_simulated,
+    read_laboratory,
+)
 from stepgauge.reports.content import Sources
 from stepgauge.reports.reading import (
     check_certificate,
@@ -21,6 +28,7 @@ from stepgauge.reports.reading import (
 )
 from stepgauge.standards.budget_files import StoredBudget, check_budget, read_budget
 from stepgauge.standards.budget_given import check_given
+from stepgauge.standards.mpe import Mpe
 
 
 def read_sources(
@@ -30,6 +38,7 @@ def read_sources(
     machine: str | Path | Machine | None = None,
     budget: str | Path | StoredBudget | None = None,
     laboratory: str | Path | None = None,
+    mpe: str | None = None,
 ) -> Sources:
     """What is given beside an ``evaluation.json``: objects, their files, or shipped names of gauge and machine.
 
@@ -62,4 +71,12 @@ def read_sources(
         check_filled(said)
         check_days(said, evaluation)
         check_simulated(said, evaluation)
-    return Sources(steps, cmm, lies, sure, said)
+        check_room(said, evaluation)
+    return Sources(steps, cmm, lies, sure, said, _mpe(said, mpe, cmm))
+
+
+def _mpe(said: Laboratory | None, mpe: str | None, machine: Machine | None) -> Mpe | None:
+    """The limit that a certificate states, else the one asked for, else that of the machine file."""
+    texts = (said.statements.mpe if said else None, mpe, machine.table.mpe if machine else None)
+    text = next((one for one in texts if one), None)
+    return None if text is None else Mpe.parse(text)

@@ -9,6 +9,7 @@ from stepgauge.reports.certificate_file import Laboratory
 from stepgauge.standards.budget_files import StoredBudget
 
 ONLY_ITEMS = "The results relate only to the item calibrated, in the condition and at the time of the calibration."
+IN_FULL = "This certificate is not to be reproduced except in full without the written approval of the laboratory."
 METHOD = (
     "Positions are tip centres projected on the gauge axis; the front of the first used block is the reference. "
     "XF is the error at faces probed along the axis (fronts), XB at faces probed against it (backs, less twice the "
@@ -19,12 +20,13 @@ METHOD = (
 )
 
 
-def measurand_text(evaluation: dict[str, Any]) -> str:
+def measurand_text(evaluation: dict[str, Any], budget: StoredBudget | None = None) -> str:
     """What was measured, in one sentence (VIM 2.3)."""
+    of = (budget.measurand if budget is not None else "") or "the machine as it is, at the temperature that it has"
     faces = evaluation["placements"][0]["faces"]
     first, last = evaluation["blocks"]
     return (
-        "Measurand: the error of indicated position of the machine along the gauge at the faces of blocks"
+        f"Measurand: the error of indicated position of {of}, along the gauge at the faces of blocks"
         f" {first} to {last} ({faces[0]['position_mm']:.0f} mm to {faces[-1]['position_mm']:.0f} mm), relative to"
         " the front of"
         f" block {first}: XF probed along, XB probed against the gauge axis, mean XM = (XF + XB) / 2, reversal XR"

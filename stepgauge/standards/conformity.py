@@ -1,0 +1,117 @@
+"""Conformity of the errors of an evaluation with a maximum permissible error, face by face (ISO 14253-1, JCGM 106).
+
+Judged are the errors that were probed, XF at fronts and XB at backs, each with the limit for its distance from the
+reference face and with its own expanded uncertainty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from stepgauge.conditions import Conditions, gate, stored_conditions
+from stepgauge.standards.budget_files import StoredBudget
+from stepgauge.standards.decision import DECISION_SOURCE, Outcome, conformity_probability, decide, together
+from stepgauge.standards.mpe import Mpe
+
+SHORT: Mapping[Outcome, str] = {
+    "conforms": "pass",
+    "does not conform": "fail",
+    "not decidable": "undecidable",
+    "no statement": "no statement",
+}
+PROBABILITY_SOURCE = "JCGM 106:2012"
+
+
+@dataclass(frozen=True)
+class FaceDecision:
+    """The error of a face beside its limit; ``expanded_um`` and ``probability`` (of conformity) None without a U."""
+
+    placement: int
+    face: int
+    error_um: float
+    limit_um: float
+    expanded_um: float | None
+    probability: float | None
+    outcome: Outcome
+
+
+@dataclass(frozen=True)
+class Conformity:
+    """The decision on every face that was probed; ``missing``: what U lacks; ``prevented``: why none is made."""
+
+    mpe: Mpe
+    faces: tuple[FaceDecision, ...]
+    missing: tuple[str, ...]
+    prevented: str
+
+    @property
+    def outcome(self) -> Outcome:
+        """Of all faces together."""
+        return together([one.outcome for one in self.faces])
+
+    def of(self, placement: int, face: int) -> FaceDecision | None:
+        """The decision on a face; None where it was not probed."""
+        return next((one for one in self.faces if (one.placement, one.face) == (placement, face)), None)
+
+    @property
+    def text(self) -> str:
+        """The sentence of page 1: the decision, the worst face, what is missing, and the rule."""
+        worst = max(self.faces, key=lambda one: abs(one.error_um) / one.limit_um)
+        u = "not evaluated" if worst.expanded_um is None else f"{worst.expanded_um:.2f} µm"
+        at = f"largest share of the limit at face {worst.face}: error {worst.error_um:.2f} µm, U {u}"
+        head = f"{SHORT[self.outcome].capitalize()}: MPE = ± {self.mpe.with_units()} from the reference face"
+        said = [head, f"{at}, limit {worst.limit_um:.2f} µm"]
+        probabilities = [one.probability for one in self.faces if one.probability is not None]
+        if probabilities and self.outcome != "no statement":
+            least = _percent(min(probabilities))
+            said.append(f"least probability of conformity of a face {least} ({PROBABILITY_SOURCE})")
+        if self.missing and not self.prevented:
+            said.append(f"U lacks {'; '.join(self.missing)}, so that nothing can be decided")
+        return f"{'; '.join(said)}. {self.prevented}{' ' if self.prevented else ''}Decision rule: {DECISION_SOURCE}."
+
+
+def _percent(share: float) -> str:
+    return "above 99.9 %" if share > 0.999 else "below 0.1 %" if share < 0.001 else f"{100.0 * share:.1f} %"
+
+
+def conformity(evaluation: Mapping[str, Any], budget: StoredBudget | None, mpe: Mpe) -> Conformity:
+    """The decisions on an evaluation; ``budget``: of it; without one, or with an incomplete one, nothing is decided.
+
+    ``evaluation``: content of an ``evaluation.json`` (:mod:`stepgauge.evaluation.files`).
+    """
+    missing = ("the uncertainty budget",) if budget is None else tuple(gap.what for gap in budget.not_included)
+    conditions = stored_conditions(evaluation)
+    faces = tuple(
+        _decided(row, placed["placement"], float(length), budget, mpe, missing, conditions)
+        for placed in evaluation["placements"]
+        for row, length in _probed(placed["faces"])
+    )
+    return Conformity(mpe, faces, missing, conditions.no_statement)
+
+
+def _probed(rows: list[dict[str, Any]]) -> list[tuple[dict[str, Any], float]]:
+    """Faces that were read, with their distance from the reference face, mm; the reference itself has no error."""
+    read = [row for row in rows if row["count"]]
+    reference = next(row["nominal_mm"] for row in read if row["face"] % 2)
+    return [(row, row["nominal_mm"] - reference) for row in read if row["nominal_mm"] != reference]
+
+
+def _decided(
+    row: dict[str, Any],
+    placement: int,
+    length_mm: float,
+    budget: StoredBudget | None,
+    mpe: Mpe,
+    missing: tuple[str, ...],
+    conditions: Conditions,
+) -> FaceDecision:
+    name = "xf" if row["face"] % 2 else "xb"
+    error, limit = float(row[f"{name}_um"]), float(mpe.at_um(length_mm))
+    line = None if budget is None else budget.find(name, placement, row["face"])
+    expanded = None if line is None else line.expanded_um
+    outcome = decide(error, limit, expanded or 0.0, missing)
+    known = line is not None and not missing
+    probability = conformity_probability(error, limit, line.u_um) if line is not None and known else None
+    return FaceDecision(placement, row["face"], error, limit, expanded, probability, gate(conditions, outcome))
