@@ -39,7 +39,7 @@ def _rows(result: dict[str, Any], budget: StoredBudget | None, several: bool) ->
     lines.append(_radius(result, budget))
     mean = [row["face"] for row in rows if row["xm_um"] is not None]
     ends = f"faces {mean[0]} to {mean[-1]}" if mean else "no face"
-    span = f"{ends}; {quantity(result['span_mm'], 3, 'mm')} measured"
+    span = f"{ends}, of {quantity(result['span_mm'], 1, 'mm')}"
     lines.append(["Range of the mean error XM", span, quantity(result["band_um"], 2, "µm"), UNDEFINED, UNDEFINED])
     two_s = quantity(result["worst_two_sigma_um"], 2, "µm")
     lines.append(["Largest 2s of a face", cycles, two_s, UNDEFINED, UNDEFINED])

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stepgauge.conditions import Conditions, gate, stored_conditions
+from stepgauge.files.notation import quantity
 from stepgauge.standards.budget_files import StoredBudget
 from stepgauge.standards.decision import DECISION_SOURCE, Outcome, conformity_probability, decide, together
 from stepgauge.standards.mpe import Mpe
@@ -59,8 +60,9 @@ class Conformity:
     def text(self) -> str:
         """The sentence of page 1: the decision, the worst face, what is missing, and the rule."""
         worst = max(self.faces, key=lambda one: abs(one.error_um) / one.limit_um)
-        u = "not evaluated" if worst.expanded_um is None else f"{worst.expanded_um:.2f} µm"
-        at = f"largest share of the limit at face {worst.face}: error {worst.error_um:.2f} µm, U {u}"
+        u = "not evaluated" if worst.expanded_um is None else quantity(worst.expanded_um, 2, "µm")
+        error = quantity(worst.error_um, 2, "µm")
+        at = f"largest share of the limit at face {worst.face}: error {error}, U {u}"
         head = f"{SHORT[self.outcome].capitalize()}: MPE = ± {self.mpe.with_units()} from the reference face"
         said = [head, f"{at}, limit {worst.limit_um:.2f} µm"]
         probabilities = [one.probability for one in self.faces if one.probability is not None]

@@ -14,6 +14,7 @@ from stepgauge.errors import InputError
 from stepgauge.evaluation.files import write_evaluation
 from stepgauge.gauge.placement import write_placement
 from stepgauge.public.report import report
+from tests.dcc.made import evaluated
 from tests.measured import lay, one_placement, shipped
 
 DAY_TO_COME = datetime.date(2999, 1, 1)
@@ -48,6 +49,17 @@ def test_everything_stated(result: Path, tmp_path: Path, capsys: pytest.CaptureF
     text = "\n".join(page.extract_text() for page in PdfReader(target).pages)
     for word in ("N-1", "Op", "Cu", "Lo", "Re", "2026-03-04", "EXAMPLE-2026-0420", "Bridge CMM"):
         assert word in text
+
+
+def test_the_budget_that_lies_there_is_in_the_report_and_decides(result: Path, tmp_path: Path) -> None:
+    """As the tutorial's page "with an uncertainty" has it: nobody names the budget."""
+    report(result, tmp_path / "before.pdf", mpe="30")
+    evaluated(1)[1].write(result)
+    report(result, tmp_path / "after.pdf", mpe="30")
+    pages = [PdfReader(tmp_path / name).pages[0].extract_text() for name in ("before.pdf", "after.pdf")]
+    assert ["Measurement uncertainty was not evaluated" in page for page in pages] == [True, False]
+    assert ["Undecidable: MPE" in page for page in pages] == [True, True]
+    assert "U lacks" in " ".join(pages[1].split())  # the budget of the tests states little
 
 
 @pytest.mark.parametrize(
