@@ -141,9 +141,7 @@ class Names:
         inside = self.inside if self.known is None else self.known[call.name]
         if inside is Inside.NOTHING and call.arguments:
             raise DmeError(502, detail=f"{call.name}() holds nothing")
-        if not all(isinstance(one, float) for one in call.arguments) or (
-            not call.arguments and inside is Inside.VECTOR
-        ):
+        if not all(isinstance(one, float) for one in call.arguments):
             raise DmeError(509, detail=f"{call.name}({inside}) holds numbers")
         if len(call.arguments) != SIZES[inside]:
             raise DmeError(509 if inside is Inside.NUMBER else 502, detail=f"{call.name}({inside}) holds other numbers")
@@ -159,8 +157,6 @@ def _empty(*names: str) -> dict[str, Inside]:
 
 
 _PLACE = dict.fromkeys(POSITION, Inside.NUMBER)
-
-
 Arguments = Numbers | One | OneOf | Names
 
 

@@ -23,7 +23,7 @@ from stepgauge.live.job import Job
 from stepgauge.live.journal import Row
 from stepgauge.machine.file import TIP_TOLERANCE_MM
 from stepgauge.recording import POSITION
-from stepgauge.recording.identity import WRONG_GAUGE_MM
+from stepgauge.recording.identity import RADIUS_MM, RADIUS_SHARE, WRONG_GAUGE_MM
 from stepgauge.recording.temperatures import no_temperature
 
 Array = NDArray[np.float64]
@@ -64,9 +64,8 @@ class Judge:
     def check_temperatures(self, point: int, row: Row) -> None:
         """:class:`FalseAnswerError` for what no thermometer shows beside the temperatures of the points before."""
         for name in (name for name in row if name.endswith("_C")):
-            before = [
-                self.rows[n][name] for n in range(max(1, point - REMEMBERED), point) if name in self.rows.get(n, {})
-            ]
+            rows = (self.rows.get(n, {}) for n in range(max(1, point - REMEMBERED), point))
+            before = [one[name] for one in rows if name in one]
             value = np.array([*before, row[name]], float)
             wrong = no_temperature(value, np.full(len(value), self.job.placement_number))
             if wrong is not None and wrong.row == len(before):
@@ -109,21 +108,31 @@ class Judge:
         raise FalseAnswerError(f"this is the answer of {self.job.name(point - 1)} again", place, wanted)
 
     def _check_face(self, point: int, position: Array) -> None:
-        """A face as far from the others as its certificate says, as :mod:`stepgauge.recording.identity` has it."""
-        job, axis = self.job, self.job.placement.axis
-        targets = job.expected.target_mm
-        others = [n for n in range(max(1, point - REMEMBERED), point) if n in self.rows]
+        """A face as far from the others as the certificate says, by the limits of :mod:`stepgauge.recording.identity`.
+
+        Fronts are held against fronts and backs against backs; the one against the other tells the tip.
+        """
+        radius_mm = self.job.machine.probe.tip_radius_mm
+        face = self.job.expected.face
+        before = [n for n in range(max(1, point - REMEMBERED), point) if n in self.rows]
+        alike = [n for n in before if (face[n - 1] - face[point - 1]) % 2 == 0]
+        others = [n for n in before if n not in alike]
+        self._check_distance(point, position, alike, WRONG_GAUGE_MM, "the certificate and the points before have it")
+        width_mm = 2.0 * max(RADIUS_MM, RADIUS_SHARE * radius_mm)
+        self._check_distance(point, position, others, width_mm, f"a tip of {radius_mm:g} mm has it")
+
+    def _check_distance(self, point: int, position: Array, others: list[int], limit_mm: float, where: str) -> None:
+        """Along the gauge from other points, as far as their targets are, within a limit and 0.1 %."""
         if not others:
             return
+        axis, targets = self.job.placement.axis, self.job.expected.target_mm
+        theirs = targets[np.array(others) - 1]
         read = np.array([[self.rows[n][name] for name in POSITION] for n in others])
-        off_mm = (read - targets[np.array(others) - 1]) @ axis
-        own_mm = float((position - targets[point - 1]) @ axis)
-        reach_mm = np.abs((targets[np.array(others) - 1] - targets[point - 1]) @ axis).max()
-        beside_mm, limit_mm = own_mm - float(np.median(off_mm)), WRONG_GAUGE_MM + 1e-3 * reach_mm
-        if not abs(beside_mm) <= limit_mm:
-            what = "the face is not where the certificate and the points before have it"
-            found = f"{coordinates(position)}, {beside_mm:+.3f} mm off along the gauge"
-            raise FalseAnswerError(what, found, f"within {limit_mm:.2f} mm")
+        off_mm = (position - targets[point - 1]) @ axis - float(np.median((read - theirs) @ axis))
+        limit_mm += 1e-3 * np.abs((theirs - targets[point - 1]) @ axis).max()
+        if not abs(off_mm) <= limit_mm:
+            found = f"{coordinates(position)}, {off_mm:+.3f} mm off along the gauge"
+            raise FalseAnswerError(f"the face is not where {where}", found, f"within {limit_mm:.2f} mm")
 
     def _check_tip(self, found: Measured) -> None:
         radius, machine = self.job.machine.probe.tip_radius_mm, self.job.machine
@@ -138,5 +147,5 @@ class Judge:
         last_s, self.clock_s = self.clock_s, found.time_s
         if last_s is not None and not found.time_s - last_s >= SOONEST * search_s:
             what = "the answer was made before the search could have been"
-            told = f"{found.time_s:g} s by the machine's clock, after {last_s:g} s before it"
-            raise FalseAnswerError(what, told, f"{search_s:.2f} s for the search")
+            told = f"{found.time_s - last_s:.3f} s after the one before, by the machine's clock"
+            raise FalseAnswerError(what, told, f"at least {SOONEST * search_s:.2f} s")

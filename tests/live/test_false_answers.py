@@ -73,7 +73,7 @@ class Lying(InProcess):
     def __init__(self, state: MachineState, job: Job, point: int, lie: Callable[[Lying, Measured], Measured]) -> None:
         super().__init__(state.cmm, job.program.settings)
         self.point, self.lie, self.off_mm, self.degrees = point, lie, np.zeros(3), 0.0
-        self.before = Measured([0.0, 0.0, 0.0])
+        self.before, self.asked = Measured([0.0, 0.0, 0.0]), 1
 
     def probe(self, surface_mm: np.ndarray, approach: np.ndarray, takes_s: float) -> Measured:
         found = super().probe(surface_mm, approach, takes_s)
@@ -140,6 +140,21 @@ def test_a_false_answer_of_the_machine_in_this_process(tmp_path: Path, name: str
     assert "; drawn back, resume goes on" in str(stopped.value)
     assert state.cmm.position_mm[2] > 290.0
     check_whole(in_process(job, tmp_path / "j", InProcess(state.cmm, job.program.settings), again=True), 1)
+
+
+def test_a_tip_that_no_answer_tells_and_that_is_another(tmp_path: Path) -> None:
+    """The machine has a ball 1.4 mm larger than its file says: the first back is too far from the first front."""
+    job, state = make(1), make_state()
+
+    def larger(link: Lying, found: Measured) -> Measured:
+        link.point, into = 1, 1.0 if link.asked % 2 else -1.0
+        link.asked += 1
+        link.off_mm = -0.7 * into * np.asarray(job.placement.axis)
+        return found._replace(position_mm=(np.array(found.position_mm) + link.off_mm).tolist(), radius_mm=None)
+
+    link = Lying(state, job, 1, larger)
+    with pytest.raises(MeasurementStoppedError, match=r"cycle 1, face 2: the face is not where a tip of 2 mm has it"):
+        in_process(job, tmp_path / "j", link)
 
 
 @pytest.mark.parametrize("size_mm", [0.6, -0.6, 1.5])
