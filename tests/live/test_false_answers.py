@@ -168,9 +168,7 @@ def test_an_answer_along_the_search_that_the_machine_does_not_stand_at(
     def lie(link: Lying, found: Measured) -> Measured:
         return found._replace(position_mm=(np.array(found.position_mm) + size_mm * job.placement.axis).tolist())
 
-    with pytest.raises(
-        MeasurementStoppedError, match=r"does not stand where its answer says|the face is not where"
-    ):
+    with pytest.raises(MeasurementStoppedError, match=r"does not stand where its answer says|the face is not where"):
         in_process(job, tmp_path / "j", Lying(state, job, point, lie))
     check_whole(in_process(job, tmp_path / "j", InProcess(state.cmm, job.program.settings), again=True), 1)
 
