@@ -17,7 +17,7 @@ from stepgauge.importing.tables.clock import stamp_in
 from stepgauge.importing.tables.source import Source
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_NAMED = re.compile(rf"[A-Za-z][\w ]*?\s*[:=]\s*{_NUMBER}(?=\s|,|;|$|[a-zµ%°\])])")
+_NAMED = re.compile(rf"(?<!\w)[A-Za-z][\w ]{{0,60}}?\s*[:=]\s*{_NUMBER}(?=\s|,|;|$|[a-zµ%°\])])")
 _ALONE = re.compile(rf"(\s*[A-Za-z][A-Za-z ]+?) {_NUMBER}( (?:mm|um|in))?\s*")
 _ONE = re.compile(rf"\s*([A-Za-z][\w .()/]*?)\s*[:=]\s*({_NUMBER})\s*(?:mm|um|in)?\s*")
 _ANY = re.compile(rf"(?<![\w.+-])({_NUMBER})(?![\w.])|(?<=[:=])({_NUMBER})(?![\w.])")
