@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 @click.option("--measured-at", metavar="DATE", help="When it was measured, 2026-03-02 or with time; for the history.")
 @click.option("--machine-name", metavar="NAME", help="Machine that measured it, where the recording does not say.")
 @TEMPERATURE_CONVENTION
+@click.option("--correct-drift", is_flag=True, help="Take off a drift with time that the repeats show.")
 @SUFFIX
 def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any) -> None:
     """Errors of the machine from a recording of the step gauge (Pahk & Kim, equations 1 to 13).
@@ -63,6 +64,7 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any
         measured_at=options["measured_at"],
         machine_name=options["machine_name"],
         temperature_convention=options["temperature_convention"],
+        correct_drift=options["correct_drift"],
     )
     written = result.write(output, options["suffix"], limit)
     say_lines(result.summary())

@@ -39,6 +39,8 @@ Name = Literal[
 """What is asked of the readings; ``docs/readings.md`` says how each is examined."""
 NO_STATEMENT: Final = "no statement"
 """The decision where a condition prevents any."""
+SHOWN = 3
+"""Reasons that the sentence of page 1 names; the others are notes."""
 Decision = TypeVar("Decision")
 
 
@@ -91,8 +93,9 @@ class Conditions:
     @property
     def no_statement(self) -> str:
         """Why nothing may be stated, in one sentence; empty where nothing prevents it."""
-        why = "; ".join(one.sentence for one in self.preventing)
-        return f"No statement is made: {why}." if why else ""
+        why = "; ".join(one.sentence for one in self.preventing[:SHOWN])
+        more = len(self.preventing) - SHOWN
+        return f"No statement is made: {why}{f'; and {more} more' if more > 0 else ''}." if why else ""
 
     def as_dicts(self) -> list[dict[str, Any]]:
         """Plain JSON types."""

@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.conditions.condition import Condition
-from stepgauge.conditions.readings import Readings
-from stepgauge.files.notation import rounded
 from stepgauge.recording import Recording
 from stepgauge.recording.by_face import FaceStatistics
 
 Array = NDArray[np.float64]
 SURE = 5.0
 """A rate beyond so many of its standard uncertainties is no chance."""
-NOTABLE_UM = 0.1
-"""Size at the face that it moves most, from which it is remarked."""
 
 
 def clock(recording: Recording) -> tuple[Array, str]:
@@ -47,24 +40,3 @@ def drift_um(rate_mm: float, seen: FaceStatistics, face: NDArray[np.int64], time
     count = np.bincount(face, minlength=int(seen.faces[-1]) + 1)
     when = (np.bincount(face, time, len(count)) / np.maximum(count, 1))[seen.faces[seen.count > 0]]
     return abs(rate_mm) * float(np.ptp(when)) * 1e3
-
-
-def drift_conditions(recording: Recording, readings: Readings, seen: FaceStatistics) -> Iterator[Condition]:
-    """A drift that the repeats show, with what it does to the errors along the gauge."""
-    time, unit = clock(recording)
-    time = time if readings.kept is None else time[readings.kept]
-    rate, u = drift_rate(readings.off_mm, readings.face, time)
-    if not np.isfinite(rate):
-        return
-    size = drift_um(rate, seen, readings.face, time)
-    found = f"{rounded(rate * 1e6, 3, plus=True)} nm/{unit}"
-    if readings.drift_corrected:
-        yield Condition("drift", "corrected", readings.drift_corrected)
-    elif abs(rate) <= SURE * u or size < NOTABLE_UM:
-        yield Condition("drift", "met", "no drift with time shows in the repeats", found, "", size)
-    else:
-        words = (
-            f"the readings drift by {found} (u = {rounded(u * 1e6, 2)}), {rounded(size, 3)} um from the first to the"
-            " last face of a cycle: it is in the errors along the gauge, unless it is corrected"
-        )
-        yield Condition("drift", "contribution", words, found, "no drift, or --correct-drift", size)

@@ -9,20 +9,21 @@ from numpy.typing import NDArray
 
 from stepgauge.conditions.certificate import certificate_conditions
 from stepgauge.conditions.condition import Condition, Conditions
-from stepgauge.conditions.drift import drift_conditions
+from stepgauge.conditions.drift import SURE, clock, drift_rate, drift_um
 from stepgauge.conditions.duplicates import copied_cycles, copies_words
 from stepgauge.conditions.faces import face_conditions
 from stepgauge.conditions.outliers import left_out_words
 from stepgauge.conditions.readings import Readings
 from stepgauge.conditions.resolution import resolution_conditions
 from stepgauge.conditions.temperature import temperature_conditions
+from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.by_face import FaceStatistics
 
 Array = NDArray[np.float64]
 NOTABLE_UM = 0.1
-"""Cosine error over the measured section from which it is remarked."""
+"""Cosine error over the measured section, and drift within a cycle, from which they are remarked."""
 LEAST_U_UM = 0.5
 """No calibration of a machine with a step gauge states a smaller expanded uncertainty of its largest error."""
 
@@ -50,7 +51,7 @@ def gauge_conditions(
             *_alignment(readings, span_mm, matters_um),
             *temperature_conditions(recording, gauge, span_mm, matters_um),
             *resolution_conditions(recording, readings.axis),
-            *drift_conditions(recording, readings, seen),
+            *_drift(recording, readings, seen),
             *face_conditions(seen, gauge),
             *certificate_conditions(recording, gauge),
         )
@@ -125,3 +126,24 @@ def _alignment(readings: Readings, span_mm: float, matters_um: float) -> Iterato
         yield Condition("alignment", "contribution", words, found, "the axis of the gauge", short_um)
     else:
         yield Condition("alignment", "met", f"the readings lie {found} off the axis that is used", found, "", short_um)
+
+
+def _drift(recording: Recording, readings: Readings, seen: FaceStatistics) -> Iterator[Condition]:
+    """A drift that the repeats show, with what it does to the errors along the gauge."""
+    time, unit = clock(recording)
+    time = time if readings.kept is None else time[readings.kept]
+    rate, u = drift_rate(readings.off_mm, readings.face, time)
+    if not np.isfinite(rate):
+        return
+    size = drift_um(rate, seen, readings.face, time)
+    found = f"{rounded(rate * 1e6, 3, plus=True)} nm/{unit}"
+    if readings.drift_corrected:
+        yield Condition("drift", "corrected", readings.drift_corrected)
+    elif abs(rate) <= SURE * u or size < NOTABLE_UM:
+        yield Condition("drift", "met", "no drift with time shows in the repeats", found, "", size)
+    else:
+        words = (
+            f"the readings drift by {found} (u = {rounded(u * 1e6, 2)}), {rounded(size, 3)} um from the first to the"
+            " last face of a cycle: it is in the errors along the gauge, unless it is corrected"
+        )
+        yield Condition("drift", "contribution", words, found, "no drift, or --correct-drift", size)

@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.conditions.drift import clock, drift_rate
 from stepgauge.conditions.outliers import NOTHING_JUDGED, Judged, LeftOut, judge, resolution_mm
+from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import APPROACH, POSITION, Recording
 from stepgauge.recording.by_face import ByFace
@@ -58,11 +60,17 @@ class Readings:
 
 
 def project_readings(
-    recording: Recording, gauge: Gauge, section: tuple[int, int], axis: Array | None = None, leave_out: bool = True
+    recording: Recording,
+    gauge: Gauge,
+    section: tuple[int, int],
+    axis: Array | None = None,
+    leave_out: bool = True,
+    correct_drift: bool = False,
 ) -> Readings:
     """The readings of one placement along the gauge axis, checked against gauge and side of the faces.
 
-    ``leave_out``: whether those that their repeats contradict are left out (a standard judges what was measured).
+    ``leave_out``: whether those that their repeats contradict are left out (a standard judges what was measured);
+    ``correct_drift``: whether a drift with time that the repeats show is taken off.
     """
     face = recording.columns["face"]
     approach = recording.numbers(APPROACH)
@@ -77,7 +85,8 @@ def project_readings(
     check_tip(by_face, recording)
     check_rows(recording)
     readings = Readings(axis, by_face, faces, tilt_rad=tilt_rad(position, axis, face, gauge))
-    return _judged(readings, recording, leave_out)
+    judged = _judged(readings, recording, leave_out)
+    return _without_drift(judged, recording) if correct_drift else judged
 
 
 def _judged(readings: Readings, recording: Recording, leave_out: bool) -> Readings:
@@ -91,3 +100,15 @@ def _judged(readings: Readings, recording: Recording, leave_out: bool) -> Readin
     kept = np.setdiff1d(np.arange(len(readings.face)), [one.row for one in found.left_out])
     by_face = ByFace.of(readings.off_mm[kept], readings.face[kept], len(readings.by_face.count))
     return replace(readings, by_face=by_face, judged=found, kept=kept)
+
+
+def _without_drift(readings: Readings, recording: Recording) -> Readings:
+    """The readings without the rate that all faces have in common, about the mean time of all."""
+    time, unit = clock(recording)
+    time = time if readings.kept is None else time[readings.kept]
+    rate, u = drift_rate(readings.off_mm, readings.face, time)
+    if not np.isfinite(rate):
+        return readings
+    by_face = ByFace.of(readings.off_mm - rate * (time - time.mean()), readings.face, len(readings.by_face.count))
+    words = f"a drift of {rounded(rate * 1e6, 3, plus=True)} nm/{unit} (u = {rounded(u * 1e6, 2)}) was taken off"
+    return replace(readings, by_face=by_face, drift_corrected=words)

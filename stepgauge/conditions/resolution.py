@@ -17,17 +17,21 @@ NOTABLE_UM = 0.5
 STEPS_MM = tuple(sorted((m * 10.0**-n for n in range(7) for m in (1.0, 2.0, 5.0, 2.54, 1.27, 5.08)), reverse=True))
 """Steps of displays in mm, of those in inch too."""
 SAMPLE = 20_000
-LEAST_DIFFERENT = 5
-"""Values that differ, from which their common step is no chance."""
+LEAST_DIFFERENT, OF_ONE = 5, 8
+"""Values that differ, from which their common step is no chance; fewer, where so many readings share each of them."""
 
 
 def step_of(values: Array) -> float:
     """The coarsest step of :data:`STEPS_MM` that all values are whole multiples of, in their unit (mm); 0 where there
     is none or too few differ. ``values (n,)``."""
     some = np.unique(values[:: max(1, len(values) // SAMPLE)])
-    if len(some) < LEAST_DIFFERENT:
+    if len(some) < 2 or (len(some) < LEAST_DIFFERENT and len(values) < OF_ONE * len(some)):
         return 0.0
+    apart = np.diff(some)
+    nearest = float(apart[apart > 1e-9].min(initial=np.inf))
     for step in STEPS_MM:
+        if step > 1.01 * nearest:
+            continue
         count = (some - some[0]) / step
         if (np.abs(count - np.round(count)) * step < 2e-8 + 1e-3 * step).all():
             return float(step)

@@ -180,6 +180,7 @@ def evaluate(
     blocks: tuple[int, int] | None = None,
     r_eff_from: REffOrigin = "first",
     placements: Sequence[Placement] = (),
+    correct_drift: bool = False,
 ) -> Evaluation:
     """Evaluate a recording, one placement after the other.
 
@@ -192,6 +193,7 @@ def evaluate(
         ``"all"``: the mean over all used blocks
     placements : of the gauge, in the order of the placement numbers; default: the axis is the mean of the
         forward approaches minus the backward ones
+    correct_drift : take off a drift with time that the repeats show; default: it is remarked
 
     Raises
     ------
@@ -214,7 +216,7 @@ def evaluate(
     for index, number in enumerate(numbers):
         axis = placements[index].axis if placements else None
         part = recording if len(numbers) == 1 else recording.of_placement(number)
-        results.append(_evaluate_placement(part, gauge, section, r_eff_from, axis, number))
+        results.append(_evaluate_placement(part, gauge, section, r_eff_from, axis, number, correct_drift))
     return Evaluation(gauge, section, r_eff_from, tuple(results), recording.path, recording.comments)
 
 
@@ -227,9 +229,15 @@ def _measured_section(recording: Recording) -> tuple[int, int]:
 
 
 def _evaluate_placement(
-    recording: Recording, gauge: Gauge, section: tuple[int, int], origin: REffOrigin, axis: Array | None, number: int
+    recording: Recording,
+    gauge: Gauge,
+    section: tuple[int, int],
+    origin: REffOrigin,
+    axis: Array | None,
+    number: int,
+    correct_drift: bool,
 ) -> PlacementResult:
-    readings = project_readings(recording, gauge, section, axis)
+    readings = project_readings(recording, gauge, section, axis, correct_drift=correct_drift)
     faces, kept = readings.faces, slice(None) if readings.kept is None else readings.kept
     seen = readings.by_face.statistics(faces)
     _check_reference(seen, recording.path)

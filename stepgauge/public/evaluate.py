@@ -32,6 +32,7 @@ def evaluate(
     measured_at: str | None = None,
     machine_name: str | None = None,
     temperature_convention: str | None = None,
+    correct_drift: bool = False,
 ) -> Evaluation:
     """Errors of the machine from recordings of the step gauge (Pahk & Kim, equations 1 to 13).
 
@@ -47,6 +48,7 @@ def evaluate(
     temperature_convention : what the readings have been corrected for: ``"as_read"``, ``"corrected_to_20"`` (by the
         machine) or ``"nominal_expansion"`` (to be corrected with the coefficients of scales and gauge); default: as the
         recording says
+    correct_drift : take off a drift with time that the repeats show; default: it is remarked
 
     Returns
     -------
@@ -67,4 +69,4 @@ def evaluate(
     whole = tables[0] if len(tables) == 1 else join_recordings(tables)
     whole = state_convention(whole, temperature_convention)
     whole = whole.with_comments(measured_at=measured_at, machine=machine_name)
-    return evaluate_recording(whole, steps, section, origin, lies)
+    return evaluate_recording(whole, steps, section, origin, lies, correct_drift)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.conditions import NOTHING, Conditions
+from stepgauge.conditions.channels import channel_conditions
 from stepgauge.errors import InputError
 from stepgauge.files.tables import Rows, read_rows
 from stepgauge.gauge.certified import Gauge
@@ -146,7 +147,8 @@ def read_drift(path: str) -> Drift:
     if not um:
         found = ",".join(rows.header)
         raise InputError(path, "no displacement", found=found, expected="columns like x_um beside time_s")
-    return Drift(path, rows.numbers(["time_s"])[:, 0], um, degrees, _comments(path))
+    time_s = rows.numbers(["time_s"])[:, 0]
+    return Drift(path, time_s, um, degrees, _comments(path), conditions=channel_conditions(um, degrees))
 
 
 def _ending(rows: Rows, end: str) -> dict[str, Array]:
@@ -173,6 +175,9 @@ def drift_of_recording(recording: Recording, gauge: Gauge) -> Drift:
     :class:`InputError` without times or with fewer than two blocks.
     """
     check_recording(recording, gauge)
+    if len(recording.placements) > 1:
+        found = f"placements {', '.join(map(str, recording.placements))}"
+        raise InputError(recording.path, "a drift test is one placement of the gauge", found=found, expected="one")
     if "time_s" not in recording.frame:
         raise InputError(recording.path, "a drift needs times", found="no column time_s", expected="time_s")
     number = recording.placements[0]
@@ -192,7 +197,12 @@ def drift_of_recording(recording: Recording, gauge: Gauge) -> Drift:
     degrees = frame.groupby("cycle")[columns].mean().reindex(table.cycles)
     temperatures = {name.removesuffix("_temperature_C"): degrees[name].to_numpy(float) for name in columns}
     span = float(gauge.block_centre_mm[fronts[-1] // 2] - gauge.block_centre_mm[fronts[0] // 2])
-    return Drift(recording.path, times, um, temperatures, recording.comments, span, table.conditions)
+    return Drift(recording.path, times, um, temperatures, recording.comments, span, _of_drift(table.conditions))
+
+
+def _of_drift(conditions: Conditions) -> Conditions:
+    """Those of the recording without the drift, which is what is measured here."""
+    return Conditions(tuple(one for one in conditions if one.name != "drift"))
 
 
 def _ends(first: int, last: int, against: bool) -> dict[str, int]:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stepgauge.conditions import NOTHING, Conditions, gate
+from stepgauge.conditions.sphere import sphere_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.text import read_text
 from stepgauge.physics.sphere import SphereFit, fit_sphere
@@ -193,7 +194,9 @@ def probing_test(
     styli = tuple(_stylus(one, sphere, tip) for one, tip in zip(points, diameters, strict=True))
     together_mm = np.vstack([one.surface_mm for one in styli])
     comments = {key: value for one in points for key, value in read_comments(one.rows.path).items()}
-    return ProbingTest(sphere, limits or ProbingLimits(), styli, fit_sphere(together_mm), comments)
+    found = [sphere_conditions(one.position_mm, one.rows.path) for one in points]
+    conditions = sum(found, Conditions())
+    return ProbingTest(sphere, limits or ProbingLimits(), styli, fit_sphere(together_mm), comments, conditions)
 
 
 def read_comments(path: str) -> dict[str, str]:

@@ -8,6 +8,7 @@ positions: certified faces or gauge blocks.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -19,6 +20,7 @@ from stepgauge.axis.recording import AxisRecording, places_of, ways_doubt
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.axis.units import BASE
 from stepgauge.conditions import Conditions
+from stepgauge.conditions.axis import axis_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.standards.iso230 import AxisParameters, Direction, OneWay
 from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement, parameters_um
@@ -122,6 +124,23 @@ def _axis_test(recording: AxisRecording, rows: pd.DataFrame, placement: int, act
         excluded,
         f"{name}, setting up {placement}" if several else name,
         units,
+        _conditions(recording, rows, temperatures),
+    )
+
+
+def _conditions(recording: AxisRecording, rows: pd.DataFrame, temperatures: Sequence[str]) -> Conditions:
+    """What was found of the readings, whether they are used or not."""
+    target = rows["target"].to_numpy(float) * recording.units.base_position
+    reading = rows["reading"].to_numpy(float) * recording.units.base_position
+    rotary = recording.units.axis == "rotary"
+    return axis_conditions(
+        (reading - target) * BASE[recording.units.axis][1],
+        target,
+        places_of(target),
+        rows["way"].to_numpy(np.int64),
+        rows["cycle"].to_numpy(np.int64),
+        {name: rows[name].to_numpy(float) for name in temperatures},
+        "arcsec" if rotary else "um",
     )
 
 

@@ -1,0 +1,174 @@
+"""The conditions of readings of one axis at its targets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from stepgauge.conditions.condition import Condition, Conditions, State
+from stepgauge.conditions.drift import SURE, drift_rate
+from stepgauge.conditions.outliers import find_outliers
+from stepgauge.conditions.resolution import step_of
+from stepgauge.conditions.series import thermometer_conditions
+from stepgauge.files.notation import rounded
+from stepgauge.recording.by_face import ByFace
+
+Array = NDArray[np.float64]
+Columns = dict[tuple[int, int], pd.Series]
+"""Deviations of every run and way, by place."""
+SMALLEST, LARGE, LARGEST = 0.3e-6, 1e-3, 2e-2
+"""Range of all deviations over the travel: below the first no axis and no instrument is; beyond the second it is
+remarked, for only an axis that nobody ever adjusted is so wrong; beyond the third it is another unit."""
+SAME_SLOPE = 0.02
+"""Deviations in um that rise with the targets in mm by one to so much are the positions themselves."""
+WILD_SHARE = 1e-3
+"""A single reading so far from its repeats, over the travel, is a slip and no error of an axis."""
+LEAST_COPIED, SURELY_COPIED, LEVELS = 5, 8, 20.0
+"""Readings of a run from which it may be a copy, and surely is one; steps in the range of all, below which it is not
+sure."""
+TURNED = 0.3
+"""A run whose sum with the others is so much of its difference has its sign turned."""
+NOTABLE_UM = 0.1
+
+
+def axis_conditions(
+    deviation_um: Array,
+    target_mm: Array,
+    place: NDArray[np.int64],
+    way: NDArray[np.int64],
+    run: NDArray[np.int64],
+    temperatures_C: Mapping[str, Array],
+    unit: str = "um",
+) -> Conditions:
+    """What was found of the readings of one setting up, each ``(n,)`` in the order in which they were taken.
+
+    Parameters
+    ----------
+    deviation_um : reading minus target; of a rotary axis arcsec, with targets in deg
+    target_mm : target positions
+    place, way, run : number of the target along the axis, sense of travel, number of the run
+    temperatures_C : recorded besides, by name
+    unit : of the deviations, for sentences
+    """
+    group = 2 * place + (way > 0) + 2
+    found = [
+        *_units(deviation_um, target_mm, unit),
+        *_runs(deviation_um, group, way, run),
+        *_single(deviation_um, target_mm, group, way, run, unit),
+        *_resolution(deviation_um, unit),
+        *_drift(deviation_um, group, unit),
+        *thermometer_conditions(temperatures_C),
+    ]
+    return Conditions(tuple(found))
+
+
+def _units(um: Array, target_mm: Array, unit: str) -> Iterator[Condition]:
+    """The size of the deviations beside the travel; single slips do not count."""
+    travel = float(np.ptp(target_mm)) * (1e3 if unit == "um" else 3600.0)
+    low, high = (float(v) for v in np.quantile(um, (0.02, 0.98)))
+    share = (high - low) / travel if travel > 0.0 else np.nan
+    found = f"deviations of {rounded(low, 3)} to {rounded(high, 3)} {unit} over {np.ptp(target_mm):g}"
+    slope = float(np.polyfit(target_mm, um, 1)[0]) if travel > 0.0 else 0.0
+    if unit == "um" and abs(abs(slope) - 1.0) < SAME_SLOPE:
+        words = f"the deviations rise like the targets themselves: positions under the name of deviations? {found}"
+        yield Condition("units", "prevents", words, found, "reading minus target", high - low)
+    elif share < SMALLEST:
+        words = f"no axis is so good: {found}; in a larger unit than stated?"
+        yield Condition("units", "prevents", words, found, f"{SMALLEST * travel:.2g} {unit} or more")
+    elif share > LARGEST:
+        words = f"no axis is so wrong: {found}; in a smaller unit than stated?"
+        yield Condition("units", "prevents", words, found, f"{LARGEST * travel:.3g} {unit} at most", high - low)
+    elif share > LARGE:
+        words = f"very large deviations: {found}; is the unit right?"
+        yield Condition("units", "contribution", words, found, "", high - low)
+
+
+def _runs(um: Array, group: NDArray[np.int64], way: NDArray[np.int64], run: NDArray[np.int64]) -> Iterator[Condition]:
+    """Runs that are those of another run or way: copied, turned in sign, or stuck at one value."""
+    frame = pd.DataFrame({"place": group // 2, "way": way, "run": run, "um": um})
+    table = frame.pivot_table(index="place", columns=["run", "way"], values="um", aggfunc="first")
+    columns: Columns = {(int(key[0]), int(key[1])): table[key].dropna() for key in table.columns.to_list()}
+    usual = float(np.median([np.ptp(one) for one in columns.values()])) if columns else 0.0
+    step = 1e3 * step_of(um * 1e-3)
+    yield from _copied(columns, fine=float(np.ptp(um)) >= LEVELS * step)
+    for key, values in columns.items():
+        if len(values) >= LEAST_COPIED and np.ptp(values) == 0.0 and usual > 5.0 * step > 0.0:
+            words = f"{_name(key)} reads the same everywhere: {rounded(float(values.iloc[0]), 3)}: frozen"
+            yield Condition("channel", "prevents", words, _name(key), "a reading that changes")
+    yield from _turned(columns, usual)
+
+
+def _name(key: tuple[int, int]) -> str:
+    return f"run {key[0]} {'up' if key[1] > 0 else 'down'}"
+
+
+def _copied(columns: Columns, fine: bool) -> Iterator[Condition]:
+    """Runs that have every reading of an earlier one; few readings, or those that are not ``fine`` but of coarse steps,
+    may agree by chance."""
+    seen: dict[bytes, tuple[int, int]] = {}
+    found, sure = list[str](), False
+    for key, values in columns.items():
+        first = seen.setdefault(values.to_numpy().tobytes() + values.index.to_numpy().tobytes(), key)
+        if first != key and len(values) >= LEAST_COPIED and np.ptp(values) > 0.0:
+            found.append(f"{_name(key)} (those of {_name(first)})")
+            sure = sure or (fine and (len(values) >= SURELY_COPIED or len(np.unique(values)) >= LEAST_COPIED))
+    if found:
+        shown = ", ".join(found[:5]) + (f" and {len(found) - 5} more" if len(found) > 5 else "")
+        words = (
+            f"every reading is that of another run: {shown}: copied{'' if fine else ', or the steps are too coarse'}"
+        )
+        yield Condition("duplicates", "prevents" if sure else "contribution", words, shown, "every run measured")
+
+
+def _turned(columns: Columns, usual: float) -> Iterator[Condition]:
+    for key, values in columns.items():
+        others = [one for other, one in columns.items() if other != key and other[1] == key[1]]
+        if len(others) < 1 or len(values) < LEAST_COPIED:
+            continue
+        middle = pd.concat(others, axis=1).median(axis=1).reindex(values.index)
+        own, rest = values - values.mean(), middle - middle.mean()
+        apart, together = float((own - rest).abs().median()), float((own + rest).abs().median())
+        if together < TURNED * apart and apart > 0.2 * usual:
+            words = f"{_name(key)} is like the others with the sign turned"
+            yield Condition("units", "prevents", words, _name(key), "one sign for all runs")
+
+
+def _single(
+    um: Array, target_mm: Array, group: NDArray[np.int64], way: NDArray[np.int64], run: NDArray[np.int64], unit: str
+) -> Iterator[Condition]:
+    """Readings that their repeats contradict. A standard judges what was measured: they are used."""
+    cycle = np.unique(np.column_stack([run, way]), axis=0, return_inverse=True)[1].ravel()
+    found = find_outliers(ByFace.of(um * 1e-3, group), cycle, step_of(um * 1e-3))
+    if not found.rows.size and not found.unclear:
+        return
+    shown = [
+        f"target {target_mm[row]:g}, run {run[row]} {'up' if way[row] > 0 else 'down'}"
+        f" ({rounded(float(off), 4, plus=True)} {unit})"
+        for row, off in zip(found.rows[:5], found.off_um[:5], strict=True)
+    ]
+    shown += [f"target {target_mm[group == one][0]:g}" for one in found.unclear[:3]]
+    size = float(np.abs(found.off_um).max(initial=0.0))
+    travel = float(np.ptp(target_mm)) * (1e3 if unit == "um" else 3600.0)
+    state: State = "prevents" if size > WILD_SHARE * travel else "contribution"
+    words = f"far from their repeats, and used: {'; '.join(shown)}"
+    yield Condition("outliers", state, words, "; ".join(shown), "readings without slips", size)
+
+
+def _resolution(um: Array, unit: str) -> Iterator[Condition]:
+    step = 1e3 * step_of(um * 1e-3)
+    if step > NOTABLE_UM and step > 0.02 * float(np.ptp(um)):
+        words = f"the readings have steps of {rounded(step, 3)} {unit}: each is rounded by up to half of it"
+        yield Condition("resolution", "contribution", words, f"{rounded(step, 3)} {unit}", "", step / 2.0)
+
+
+def _drift(um: Array, group: NDArray[np.int64], unit: str) -> Iterator[Condition]:
+    """What all targets move alike while the test goes on, by the order of the readings."""
+    order = np.arange(len(um), dtype=float)
+    rate, u = drift_rate(um, group, order)
+    size = abs(rate) * len(um) if np.isfinite(rate) else 0.0
+    if size > NOTABLE_UM and abs(rate) > SURE * u:
+        words = f"the readings drift by {rounded(rate * len(um), 3, plus=True)} {unit} in the course of the test"
+        yield Condition("drift", "contribution", words, words, "no drift", size)
