@@ -15,7 +15,7 @@ from stepgauge.physics.sphere import fit_sphere
 Array = NDArray[np.float64]
 EXACT_UM = 0.01
 """No probe reads a sphere so well: points nearer to one were computed."""
-TIMES, LEAST_UM = 8.0, 5.0
+TIMES, LEAST_UM = 6.0, 3.0
 """A point stands out beyond so many times the scatter of the others, and beyond so much."""
 WILD_UM = 500.0
 """No error of a probe is so large: such a point is a slip."""
@@ -72,20 +72,17 @@ def _form(position_mm: Array, name: str) -> Iterator[Condition]:
 def outstanding(position_mm: Array) -> list[tuple[int, float]]:
     """Points (row from 0) outside the sphere through the others by more than their scatter, and how far, um.
 
-    The point whose absence makes the sphere best is set aside, and so on; fewer than a quarter may be.
+    The others are what is left when the points are set aside, one after the other, without which the rest is the best
+    sphere: two that stand out hide each other as long as both are in the fit.
     """
-    rows, found = list(range(len(position_mm))), list[tuple[int, float]]()
-    for _ in range(min(TRIED, (len(rows) - LEAST_POINTS) // 2 + 1)):
-        tried = [(_rest(position_mm[[r for r in rows if r != one]]), one) for one in rows]
-        scatter, one = min(tried)
-        kept = [row for row in rows if row != one]
-        fit = fit_sphere(position_mm[kept])
-        off = 1e3 * (float(np.linalg.norm(position_mm[one] - fit.centre_mm)) - fit.radius_mm)
-        if abs(off) <= max(TIMES * scatter, LEAST_UM):
-            break
-        found.append((one, off))
-        rows = kept
-    return sorted(found)
+    rows = list(range(len(position_mm)))
+    for _ in range(min(TRIED, (len(rows) - LEAST_POINTS) // 2)):
+        _, worst = min((_rest(position_mm[[row for row in rows if row != one]]), one) for one in rows)
+        rows.remove(worst)
+    fit = fit_sphere(position_mm[rows])
+    off = 1e3 * (np.linalg.norm(position_mm - fit.centre_mm, axis=1) - fit.radius_mm)
+    limit = max(TIMES * _rest(position_mm[rows]), LEAST_UM)
+    return [(int(row), float(off[row])) for row in np.flatnonzero(np.abs(off) > limit)]
 
 
 def _rest(position_mm: Array) -> float:

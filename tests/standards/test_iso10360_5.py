@@ -108,7 +108,8 @@ def test_decisions_need_the_uncertainty_of_the_sphere() -> None:
     assert bare.outcome is None
     assert len(bare.missing) == 2
     assert "Conformity is not proven" in overall(bare)
-    assert "No statement of conformity" in overall(probing_test([probed()], SPHERE, [TIP_MM]))
+    assert "No statement of conformity" in overall(probing_test([probed(off)], SPHERE, [TIP_MM]))
+    assert "computed, not measured" in overall(probing_test([probed()], SPHERE, [TIP_MM], limits))
     assert overall(test).startswith(INCOMPLETE)
     whole = probing_test([probed(off)], replace(SPHERE, another=True), [TIP_MM], limits)
     assert overall(whole).startswith("The probing performance conforms.")
