@@ -39,6 +39,11 @@ PATH = (
         help="Front and back block by block; all fronts then all backs; or cycles up and down the gauge in turn.",
     ),
     click.option("--cycles", type=click.IntRange(1, 1000), help="Repetitions of every face. [default: 5]"),
+    click.option(
+        "--first-again",
+        is_flag=True,
+        help="Touch the first face again at the end of every cycle, to show a drift; up-down comes back by itself.",
+    ),
     click.option("--blocks", metavar="A:B|A,B,...", help="First and last block to measure, or a list. Default: all."),
     click.option(
         "--standoff",
@@ -92,6 +97,7 @@ KEYWORDS = {
     "route": "route",
     "around": "around",
     "order": "order",
+    "first_again": "first_again",
     "clearance": "clearance_mm",
     "margin": "margin_mm",
     "height": "height_mm",
@@ -155,6 +161,7 @@ def plan_options(options: dict[str, Any], gauge: Gauge) -> PlanOptions:
         margin_mm=options["margin"],
         height_mm=options["height"],
         around=1 if options["around"] == "+s" else -1,
+        first_again=options["first_again"],
     )
 
 

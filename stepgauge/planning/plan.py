@@ -33,7 +33,9 @@ class PlanOptions:
     ``blocks`` (every block front then back), ``fronts-backs`` (all fronts, then all backs), ``up-down`` (odd cycles
     from the first face to the last, even cycles back); ``clearance_mm``: gap between tip ball and the blocks' side or
     top on the path; ``height_mm``: probing point above the blocks' middle height; ``home_mm``: where the program starts
-    and ends, machine coordinates; ``only_blocks``: measure these blocks of the section and pass the others by.
+    and ends, machine coordinates; ``only_blocks``: measure these blocks of the section and pass the others by;
+    ``first_again``: touch the first face of every cycle again at its end, so that a drift shows within it
+    (``up-down`` comes back by itself).
     """
 
     first_block: int
@@ -47,6 +49,7 @@ class PlanOptions:
     around: int = 1
     home_mm: tuple[float, float, float] | None = None
     only_blocks: tuple[int, ...] | None = None
+    first_again: bool = False
 
     @property
     def blocks(self) -> NDArray[np.int64]:
@@ -82,7 +85,8 @@ def faces_in_order(options: PlanOptions) -> Iterator[tuple[int, int]]:
             faces = every[::-1]
         else:
             faces = every
-        yield from ((cycle, int(face)) for face in faces)
+        again = faces[:1] if options.first_again and options.order != "up-down" else faces[:0]
+        yield from ((cycle, int(face)) for face in np.concatenate([faces, again]))
 
 
 def make_program(placement: Placement, gauge: Gauge, options: PlanOptions, settings: ProbingSettings) -> Program:

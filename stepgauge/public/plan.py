@@ -30,6 +30,7 @@ def plan(
     machine: File | Machine | None = None,
     *,
     cycles: int = 5,
+    first_again: bool = False,
     blocks: Blocks = None,
     route: str = "side",
     around: str = "+s",
@@ -57,6 +58,7 @@ def plan(
     blocks : first and last block, ``"1:21"`` or ``(1, 21)``, or a list ``"1,2,13"``; default: all
     route, around : from face to face around the ``"side"`` (right ``"+s"``, left ``"-s"``) or ``"over"`` the top
     order : ``"blocks"``, ``"fronts-backs"`` or ``"up-down"``
+    first_again : touch the first face of every cycle again at its end, so that a drift shows within it
     clearance_mm : gap between ball and blocks on the way
     margin_mm : smallest gap that the check accepts
     height_mm : probing point above the middle of the faces
@@ -103,6 +105,7 @@ def plan(
         around=SIDES[one_of("around", around, SIDES)],
         home_mm=_home(home_mm),
         only_blocks=only,
+        first_again=first_again,
     )
     return Plan(checked_program(lies, steps, cmm, options, settings), cmm is not None)
 

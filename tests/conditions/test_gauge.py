@@ -6,6 +6,7 @@ import datetime
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from stepgauge.conditions import Conditions, State
@@ -14,9 +15,12 @@ from stepgauge.conditions.resolution import step_of
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import PlacementResult, evaluate
 from stepgauge.gauge.certified import Gauge
+from stepgauge.importing.faces import cycles_of
+from stepgauge.planning.plan import PlanOptions, faces_in_order
 from stepgauge.recording import Recording
 from stepgauge.recording.conventions import with_convention
 from stepgauge.standards.iso230_decision import Requirement
+from stepgauge.standards.lengths import face_table
 from stepgauge.standards.positioning import positioning_test
 from tests.build import make_machine
 from tests.conditions.test_outliers import GAUGE, measured
@@ -205,3 +209,26 @@ def test_the_decision_that_a_slip_would_have_turned() -> None:
     assert decision(wrong) == "does not conform"
     hidden = moved(wrong, y=5.0 * (wrong.frame["x_mm"] - wrong.frame["x_mm"].iloc[0]))
     assert decision(hidden) == "no statement"
+
+
+def test_the_first_face_touched_again_belongs_to_its_cycle_and_shows_the_drift() -> None:
+    """A plan of it, its faces counted as a log is read, and a standard that reads every length once."""
+    options = PlanOptions(1, 6, cycles=3, first_again=True)
+    planned = np.array(list(faces_in_order(options)))
+    assert [tuple(row) for row in planned[11:14]] == [(1, 12), (1, 1), (2, 1)]
+    np.testing.assert_array_equal(cycles_of(planned[:, 1]), planned[:, 0])
+    noise = np.random.default_rng(12).normal(0.0, 0.2, len(planned))
+    rows = [
+        made(GAUGE, lambda c, f, i=i: 0.2 * i + noise[i], cycles=1, faces=[int(f)]).frame
+        for i, (_, f) in enumerate(planned)
+    ]
+    frame = pd.concat(rows, ignore_index=True).assign(cycle=planned[:, 0])
+    found = result(Recording(frame, {}, "again.csv"))
+    (drift,) = found.conditions.of("drift")
+    assert drift.state == "contribution"
+    assert drift.size_um == pytest.approx(0.2 * 10, rel=0.1)  # the first face is read, in the mean, amid its cycles
+    table = face_table(Recording(frame, {}, "again.csv"), GAUGE, 1)
+    assert table.off_mm.shape == (3, 12)
+    twice = frame.drop(index=frame.index[-1]).iloc[[*range(5), *range(4, len(frame) - 1)]].reset_index(drop=True)
+    with pytest.raises(InputError, match="probed twice"):
+        face_table(Recording(twice.assign(x_mm=twice["x_mm"] + 1e-6 * np.arange(len(twice))), {}, "t.csv"), GAUGE, 1)
