@@ -152,7 +152,7 @@ def _check_names(log: ProbeLog) -> None:
     there = {*log.columns, *(["time_s"] if log.time_s is not None else [])}
     absent = [name for name in OPTIONAL if name not in there]
     for name in log.columns:
-        near = None if name in (*OPTIONAL, "cycle", "face") else near_miss(name, absent)
+        near = None if name in (*OPTIONAL, "cycle", "face", "temperature_C") else near_miss(name, absent)
         if near is not None:
             expected = naming("columns", words=f'{{}} {near}="{name}" if it is that, or another name if it is not')
             raise InputError(log.path, f"column {name!r} looks like {near}", found=name, expected=expected)

@@ -7,7 +7,6 @@ stepgauge are kept as covariates.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError, naming
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.log import ProbeLog, unit_vectors
-from stepgauge.importing.tables.clock import Clock, counted_clock, is_date, joined, read_clock
+from stepgauge.importing.tables.clock import is_date
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.names import (
     DIRECTIONS,
@@ -33,12 +32,11 @@ from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.read import TableLayout, choose_table, read_file
 from stepgauge.importing.tables.rivals import MOST_OF_SPOT
 from stepgauge.importing.tables.source import Given, read_source
+from stepgauge.importing.tables.values import beside, clock_of, finite, scaled
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, comment_lines
 
 Array = NDArray[np.float64]
 _UNIT_LENGTH = 0.01
-DECIMALS = 9
-"""Of mm, deg C and mm/s that were turned from other units: a picometre, and no digits of the machine's arithmetic."""
 
 
 @dataclass(frozen=True)
@@ -76,12 +74,13 @@ def read_points(given: Given, kind: str, layout: TableLayout) -> ProbeLog:
     assert position is not None
     approach, words = _approach(points)
     time = points.column("time_s")
-    clock = None if time is None else _clock(points, time)
+    date = _date(points)
+    clock = None if time is None else clock_of(table, [one for one in (date, time) if one is not None])
     comments = comment_lines(file.comments)
     start = None if clock is None else clock.start
     if start is not None:
         comments.setdefault("measured_at", start)
-    columns, kept, left_out = _further(points, None if start is None else _date(points), decisions)
+    columns, kept, left_out = _further(points, None if start is None else date)
     decisions.settle()
     return ProbeLog(
         source.name,
@@ -173,21 +172,7 @@ def _unit(column: Column, points: _Points) -> Unit:
 
 def _numbers(points: _Points, column: Column) -> Array:
     """A column that must be numbers, in the recording's unit."""
-    values = points.values(column)
-    wrong = ~np.isfinite(values)
-    if wrong.any():
-        row = int(wrong.argmax())
-        cell = points.texts(column)[row]
-        raise InputError(
-            points.table.at(row),
-            f"column {column.header!r} is not a number",
-            found="nothing" if cell == "" else repr(cell if isinstance(cell, str) else str(cell)),
-            expected=f"a number with decimal {'comma' if points.table.decimal == ',' else 'point'}",
-        )
-    unit = _unit(column, points)
-    if unit.factor == 1.0 and unit.offset == 0.0:
-        return values
-    return np.round(values * unit.factor + unit.offset, DECIMALS)
+    return scaled(finite(points.table, column), _unit(column, points))
 
 
 def _vector(points: _Points, names: Sequence[str]) -> Array | None:
@@ -217,56 +202,29 @@ def _approach(points: _Points) -> tuple[Array | None, tuple[str, ...]]:
     return None, ()
 
 
-def _clock(points: _Points, column: Column) -> Clock:
-    """Seconds: numbers in the column's unit, or the time since the first row where they are dates or times of day."""
-    values = points.values(column)
-    if np.isfinite(values).all():
-        if column.unit is not None and column.unit.quantity == "time":
-            return Clock(values * column.unit.factor, None, ())
-        seconds, words = counted_clock(values)
-        return Clock(seconds, None, () if words is None else (words,))
-    texts, date = points.texts(column), _date(points)
-    if date is not None:
-        with suppress(InputError):  # what is no date is left out, and said to be
-            return read_clock(joined(points.texts(date), texts), points.table.at, date.header)
-    return read_clock(texts, points.table.at, column.header)
-
-
 def _date(points: _Points) -> Column | None:
     """The column of dates beside one of times of day."""
     return next((one for one in points.columns if one.target is None and is_date(one.header)), None)
 
 
-def _further(
-    points: _Points, date: Column | None, decisions: Decisions
-) -> tuple[dict[str, Array], tuple[str, ...], tuple[str, ...]]:
+def _further(points: _Points, date: Column | None) -> tuple[dict[str, Array], tuple[str, ...], tuple[str, ...]]:
     """Columns of a recording besides position, direction, time and ``date``; covariates; what was kept and dropped.
 
     A column without any cell is none.
     """
     columns: dict[str, Any] = {}
-    kept, dropped, nameless = [], [], 0
     for name in [*COUNTS, *OPTIONAL[2:]]:
         column = points.column(name)
         if column is not None and any(cell != "" for cell in points.texts(column)):
             columns[name] = _counts(points, column) if name in COUNTS else _numbers(points, column)
-    for column in points.columns:
-        if column.target is not None or column is date:
-            continue
-        if not column.header:
-            nameless += any(cell != "" for cell in points.texts(column))
-            continue
-        values = points.values(column)
-        name = column.header.replace(",", " ").replace('"', " ").strip()
-        if np.isfinite(values).all() and name not in (*columns, *POSITION, *APPROACH, "time_s"):
-            columns[name] = values
-            kept.append(name)
-        else:
-            dropped.append(column.header)
+    free = [one for one in points.columns if one.target is None and one is not date]
+    nameless = [one for one in free if not one.header and any(cell != "" for cell in points.texts(one))]
+    named = [one for one in free if one.header]
+    kept, dropped = beside(points.table, named, (*columns, *POSITION, *APPROACH, "time_s"))
     words = (f"kept as covariates: {', '.join(kept)}",) if kept else ()
     left_out = [f"dropped: columns {', '.join(dropped)} (not numbers in every row)"] if dropped else []
-    left_out += [f"dropped: {nameless} columns without a name"] if nameless else []
-    return columns, words, tuple(left_out)
+    left_out += [f"dropped: {len(nameless)} columns without a name"] if nameless else []
+    return {**columns, **kept}, words, tuple(left_out)
 
 
 def _counts(points: _Points, column: Column) -> NDArray[np.int64]:

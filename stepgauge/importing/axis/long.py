@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 
 from stepgauge.axis.recording import places_of
 from stepgauge.errors import InputError, naming
-from stepgauge.files.units import Unit, find_unit
+from stepgauge.files.units import Unit
 from stepgauge.importing.axis.travel import cycles_of_repeats
-from stepgauge.importing.tables.clock import Clock, counted_clock, is_date, joined, read_clock
+from stepgauge.importing.tables.clock import Clock
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.labels import LABEL, Label, parse_label, way_of
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.roles import (
     CYCLE,
     DEVIATIONS,
+    DROPPED,
     FROM,
     PLACEMENT,
     READING,
@@ -31,17 +32,11 @@ from stepgauge.importing.tables.roles import (
     VALUE_ROLES,
     WAY,
     Role,
-    split_name,
 )
+from stepgauge.importing.tables.values import beside, check_finite, clock_of, finite
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
-_PARTS = {
-    3600.0: "hour hours hr hrs stunde stunden heure heures h",
-    60.0: "minute minutes minuten min mins",
-    1.0: "second seconds sekunde sekunden sec secs",
-}
-"""Names of columns that are parts of a time, by what one of them is in s."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +78,10 @@ def to_long(table: Table, roles: Sequence[Role], missing: bool, decisions: Decis
     row, value, way, cycle = _taken(table, roles, columns, missing)
     target = _only(roles, TARGET)
     u_target = _only(roles, U_TARGET)
-    others, dropped = _others(table, roles)
-    clock = _clock(table, roles)
+    others, dropped = beside(table, [one for one in roles if one.role is None and one.header])
+    dropped += [one.header for one in roles if one.role == DROPPED and one.header]
+    dropped += [one.header for one in roles if one.role in DEVIATIONS and any(r.role == READING for r in roles)]
+    clock = clock_of(table, [one for one in roles if one.role == TIME])
     return Long(
         row,
         value,
@@ -93,7 +90,7 @@ def to_long(table: Table, roles: Sequence[Role], missing: bool, decisions: Decis
         columns[0].header,
         None if target is None else _targets(table, target)[row],
         None if target is None else target.unit,
-        None if u_target is None else _numbers(table, u_target)[row],
+        None if u_target is None else finite(table, u_target)[row],
         way,
         cycle,
         np.maximum(_of_rows(table, roles, PLACEMENT, [LABEL] * len(table.titles))[row], 1),
@@ -238,9 +235,9 @@ def _picked(table: Table, column: Role, rising: bool, missing: bool) -> tuple[Wh
         return (rows[::-1], values[::-1]) if column.label.way < 0 and rising else (rows, values)
     empty = np.array([cell in ("", "-", "--") for cell in table.cells(column.place)])
     if not missing:
-        _check_numbers(table, column, values, naming("accept", words="a number (empty: {} missing)"))
+        check_finite(table, column, values, naming("accept", words="a number (empty: {} missing)"))
     rows = np.flatnonzero(~empty & np.isfinite(values)) if missing else np.arange(len(values))
-    _check_numbers(table, column, np.where(empty, 0.0, values), "a number")
+    check_finite(table, column, np.where(empty, 0.0, values), "a number")
     if column.label.way < 0 and rising:
         rows = rows[::-1]
     return rows, values[rows]
@@ -258,26 +255,11 @@ def _targets(table: Table, column: Role) -> Array:
     there = np.flatnonzero(np.isfinite(values))
     empty = np.array([cell == "" for cell in table.cells(column.place)]) if len(there) < len(values) else None
     if empty is None or not len(there) or not empty[~np.isfinite(values)].all():
-        return _numbers(table, column)
+        return finite(table, column)
     each = len(values) / len(there)
     if there[0] or each != int(each) or not (np.diff(np.r_[there, len(values)]) == each).all():
-        return _numbers(table, column)
+        return finite(table, column)
     return np.repeat(values[there], int(each))
-
-
-def _numbers(table: Table, column: Role) -> Array:
-    values = table.numbers(column.place)
-    _check_numbers(table, column, values, f"a number with decimal {'comma' if table.decimal == ',' else 'point'}")
-    return values
-
-
-def _check_numbers(table: Table, column: Role, values: Array, expected: object) -> None:
-    wrong = ~np.isfinite(values)
-    if wrong.any():
-        row = int(wrong.argmax())
-        cell = table.cells(column.place)[row]
-        found = "nothing" if cell == "" else repr(str(cell))
-        raise InputError(table.at(row), f"column {column.header!r} is not a number", found=found, expected=expected)
 
 
 def _only(roles: Sequence[Role], role: str) -> Role | None:
@@ -308,76 +290,9 @@ def _way(text: str) -> int:
     return plain.get(text.strip()) or way_of(text) or parse_label(text).way
 
 
-def _clock(table: Table, roles: Sequence[Role]) -> Clock | None:
-    """Seconds: numbers in the column's unit, also hours, minutes and seconds apart; or dates and times of day."""
-    columns = [one for one in roles if one.role == TIME]
-    columns = [one for one in columns if any(cell != "" for cell in table.cells(one.place)[:1000])]
-    if not columns:
-        return None
-    values = {one.place: table.numbers(one.place) for one in columns}
-    counted = [one for one in columns if np.isfinite(values[one.place]).all() and _part_of_time(one) is not None]
-    if counted and len(counted) == len(columns):
-        finest = min(counted, key=lambda one: _part_of_time(one) or 0.0)
-        parts = [values[one.place] * (_part_of_time(one) or 0.0) for one in counted]
-        apart = len(counted) > 1 and float(values[finest.place].max()) < 60.0
-        seconds = np.sum(parts, axis=0) if apart else parts[counted.index(finest)]
-        return Clock(_past_midnight(seconds) if apart else seconds, None, ())
-    if len(columns) == 1 and np.isfinite(values[columns[0].place]).all():
-        seconds, words = counted_clock(values[columns[0].place])
-        return Clock(seconds, None, () if words is None else (words,))
-    columns = [one for one in columns if one not in counted or len(columns) == 1]
-    columns = sorted(columns, key=lambda one: not is_date(one.header))[:2]
-    cells = [table.cells(one.place) for one in columns]
-    return read_clock(cells[0] if len(columns) == 1 else joined(*cells), table.at, columns[0].header)
-
-
-def _part_of_time(one: Role) -> float | None:
-    """Seconds of one of a column of time: by its unit, or by its name."""
-    if one.unit is not None and one.unit.quantity == "time" and "epoch" not in one.header.casefold():
-        return one.unit.factor
-    name = split_name(one.header)[0].casefold()
-    return next((seconds for seconds, names in _PARTS.items() if name in names.split()), None)
-
-
-def _past_midnight(seconds: Array) -> Array:
-    """Times of day in hours, minutes and seconds, from the first one on."""
-    found = seconds + 86400.0 * np.cumsum(np.r_[0, np.diff(seconds) < -43200.0])
-    return np.asarray(found - found[0])
-
-
 def _stations(table: Table, roles: Sequence[Role], row: Whole) -> tuple[list[str], list[str]] | None:
     near, far = _only(roles, FROM), _only(roles, TO)
     if near is None or far is None:
         return None
     names = [[f"{c:g}" if isinstance(c, float) else str(c) for c in table.cells(one.place)] for one in (near, far)]
     return [names[0][n] for n in row], [names[1][n] for n in row]
-
-
-def _others(table: Table, roles: Sequence[Role]) -> tuple[dict[str, Array], list[str]]:
-    """Numbers in every row that were recorded besides, and the columns that were not kept.
-
-    A temperature is in deg C, under a name that says so: the laws know it by that.
-    """
-    kept: dict[str, Array] = {}
-    dropped = []
-    for one in roles:
-        if one.role is not None or not one.header:
-            dropped += [one.header] if one.role == "dropped" and one.header else []
-            continue
-        values, unit = table.numbers(one.place), one.unit or split_name(one.header)[1]
-        unit = unit or (find_unit(one.header.strip("[]()")) if one.header[0] in "[(" else None)
-        name = one.header.replace(",", " ").replace('"', " ").strip()
-        if unit is not None and unit.quantity == "temperature":
-            values, name = np.round(values * unit.factor + unit.offset, 9), temperature_name(one.header)
-        if np.isfinite(values).all() and name not in kept:
-            kept[name] = values
-        else:
-            dropped.append(one.header)
-    unused = [one.header for one in roles if one.role in DEVIATIONS and any(r.role == READING for r in roles)]
-    return kept, dropped + unused
-
-
-def temperature_name(header: str) -> str:
-    """The name of a column of temperatures in a recording: ``Material_C`` for ``Material [degC]``."""
-    name = split_name(header)[0].replace(",", " ").replace('"', " ").strip(" []()")
-    return f"{'temperature' if find_unit(name) else name}_C"

@@ -20,12 +20,18 @@ from stepgauge.files.numerals import Numerals, looks_numeric
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.tables.cells import Cell, Cells, is_units, mark_of, value_of
 from stepgauge.importing.tables.clock import is_moment
-from stepgauge.importing.tables.names import joined_headers
+from stepgauge.importing.tables.header import (
+    behind_header,
+    commented_header,
+    find_header,
+    is_number,
+    refuse_slip,
+    split_names,
+    text_of,
+)
 from stepgauge.importing.tables.questions import Decisions
 
 Array = NDArray[np.float64]
-MOST_HEADERS = 3
-"""Rows above the numbers that may be a header, beside one of units."""
 FEW_SLIPS = 0.02
 """Share of the cells of a column of numbers that may be text by mistake, one in fifty; one cell always may.
 
@@ -168,9 +174,9 @@ def _goes_on(cells: Cells, run: _Run, n: int, width: int) -> bool:
         return width <= max(run.width, _filled(cells, run))
     if width > run.width:
         return False
-    names = [_text(cell) for cell in cells.rows[run.first - 1] if cell != ""] if run.first else []
+    names = [text_of(cell) for cell in cells.rows[run.first - 1] if cell != ""] if run.first else []
     rows = [row for row in between if len([c for c in row if c != ""]) > max(run.width / 2.0, 1.0)]
-    texts = [[_text(cell) for cell in row if cell != ""] for row in rows if not is_units(row)]
+    texts = [[text_of(cell) for cell in row if cell != ""] for row in rows if not is_units(row)]
     return all(text == names or any(map(looks_numeric, text)) for text in texts) or not names
 
 
@@ -190,9 +196,9 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
         raise InputError(cells.path, "no table of numbers is found", expected="a row of numbers per reading")
     first, last = body[0], body[-1]
     _check_left_out(cells, first, last, len(kind))
-    named = _without_title(cells, first, len(kind), start)
-    names, unit_row, above = ([], [], named) if header else _header(cells, named, len(kind), start)
-    headers = split_names(header) if header else names or _commented(cells, len(kind))
+    named = behind_header(cells, first, len(kind), start)
+    names, unit_row, above = ([], [], named) if header else find_header(cells, named, len(kind), start)
+    headers = split_names(header) if header else names or commented_header(cells, len(kind))
     titles, block = _titles(cells, body, names, kind, first if named < first else above)
     units = [find_unit(text.strip("[]()")) if text else None for text in unit_row] + [None] * len(headers)
     rows, lines = [list(cells.rows[n]) for n in body], [cells.lines[n] for n in body]
@@ -230,13 +236,9 @@ def _with_bulk(table: Table, cells: Cells, body: Sequence[int]) -> Table:
 # kinds of rows
 
 
-def _is_number(cell: Cell) -> bool:
-    return not isinstance(cell, str) or looks_numeric(cell) or is_moment(cell)
-
-
 def _kind(row: Sequence[Cell]) -> str:
     """``n`` for a number or a time, ``t`` for text, ``e`` for nothing, cell by cell."""
-    return "".join("e" if cell == "" else "n" if _is_number(cell) else "t" for cell in row).rstrip("e")
+    return "".join("e" if cell == "" else "n" if is_number(cell) else "t" for cell in row).rstrip("e")
 
 
 def _frequent_kind(kinds: Sequence[str]) -> str:
@@ -265,98 +267,6 @@ def _fits(row: Sequence[Cell], kind: str) -> bool:
     return all(mine in ("n", "e") for mine, his in zip(own, kind, strict=False) if his == "n") and "n" in own
 
 
-# the header
-
-
-def _without_title(cells: Cells, first: int, width: int, start: int) -> int:
-    """The row behind the header: the first row of numbers, or a line between both that names the block."""
-    at = first - 1
-    alone = at > start and width > 1 and sum(cell != "" for cell in cells.rows[at]) == 1
-    return at if alone and not is_units(cells.rows[at]) and _may_name(cells.rows[at - 1], width) else first
-
-
-def _header(cells: Cells, first: int, width: int, start: int) -> tuple[list[str], list[str], int]:
-    """Names, the row of units, and the first row of both."""
-    at, units = first - 1, list[str]()
-    if at > start and is_units(cells.rows[at]):
-        units, at = [str(cell) for cell in cells.rows[at]], at - 1
-    if at > start and _is_slip(cells.rows[at], cells.rows[at - 1], width):
-        _refuse_slip(cells, at, _texts(cells.rows[at - 1], width))
-    if at < start or not _may_name(cells.rows[at], width):
-        return [], units, at + 1
-    names = _texts(cells.rows[at], max(width, len(cells.rows[at])))
-    for _ in range(MOST_HEADERS - 1):
-        upper = _upper(cells.rows[at - 1], names) if at > start else []
-        if not upper:
-            break
-        names, at = joined_headers(upper, names), at - 1
-    return names, units, at
-
-
-def _upper(row: Sequence[Cell], names: Sequence[str]) -> list[str]:
-    """The texts of a row above a header, where it may name what that leaves without a name or alike; else empty."""
-    texts = _texts(row, len(names))
-    named = [name for name in names if name]
-    fills = len(set(named)) < len(named)
-    fills |= any(text and (not name or find_unit(name.strip("[]()"))) for text, name in zip(texts, names, strict=True))
-    numbers = any(cell != "" and (not isinstance(cell, str) or looks_numeric(cell)) for cell in row)
-    return texts if fills and len({text for text in texts if text}) > 1 and not numbers else []
-
-
-def _is_slip(row: Sequence[Cell], above: Sequence[Cell], width: int) -> bool:
-    """Whether a row is one of the table in which a number is none, below the header and not the header itself."""
-    parts = [cell for cell in row if cell != "" and not (isinstance(cell, str) and not _is_number(cell))]
-    fractions = any(not str(cell).strip("+- ").removesuffix(".0").isdigit() for cell in parts)
-    return (
-        bool(parts)
-        and fractions
-        and _may_name(above, width)
-        and not any(_is_number(cell) for cell in above if cell != "")
-    )
-
-
-def _refuse_slip(cells: Cells, n: int, header: Sequence[str]) -> None:
-    row = cells.rows[n]
-    wrong = next(place for place, cell in enumerate(row) if cell != "" and not _is_number(cell))
-    name = repr(header[wrong]) if wrong < len(header) else str(wrong + 1)
-    where = f"{cells.path}:{cells.lines[n]}"
-    raise InputError(where, f"column {name} is not a number", found=repr(str(row[wrong])), expected="a number")
-
-
-def _may_name(row: Sequence[Cell], width: int) -> bool:
-    """Whether a row may name columns: as many cells as the table, not numbers alone, and none but numbers of runs."""
-    there = [cell for cell in row if cell != ""]
-    numbers = [_text(cell).lstrip("+-") for cell in there if _is_number(cell) and not is_moment(cell)]
-    if any(not text.isdigit() or len(text) > 4 for text in numbers):
-        return False
-    return len(there) > (width - 1) / 2.0 and any(isinstance(c, str) and not _is_number(c) for c in there)
-
-
-def _texts(row: Sequence[Cell], width: int) -> list[str]:
-    texts = [_text(cell) for cell in row[:width]]
-    return [*texts, *[""] * (width - len(texts))]
-
-
-def _text(cell: Cell) -> str:
-    return f"{cell:g}" if isinstance(cell, float) else str(cell)
-
-
-def _commented(cells: Cells, width: int) -> list[str]:
-    """A header in a comment, as numerical programs write it."""
-    for line in reversed(cells.comments):
-        text = line.lstrip("#/%!$ ")
-        for mark in (";", "\t", "|", ",", r"\s{2,}", r"\s+"):
-            names = [name.strip() for name in (re.split(mark, text) if "s" in mark else text.split(mark))]
-            if len(names) == width and not any(looks_numeric(name) for name in names):
-                return names
-    return []
-
-
-def split_names(text: str) -> list[str]:
-    """The names of columns in one text, divided by semicolons or commas."""
-    return [name.strip() for name in text.split(";" if ";" in text else ",")]
-
-
 # what is between the rows, and around them
 
 
@@ -364,7 +274,7 @@ def _titles(
     cells: Cells, body: Sequence[int], header: Sequence[str], kind: str, above: int
 ) -> tuple[list[str], list[int]]:
     """The lines above the blocks of numbers, and the number of the block of every row."""
-    first = " ".join(_text(cell) for cell in cells.rows[above - 1] if cell != "") if above else ""
+    first = " ".join(text_of(cell) for cell in cells.rows[above - 1] if cell != "") if above else ""
     titles, block, inside = [first], [], set(body)
     fresh = False
     for n in range(body[0], body[-1] + 1):
@@ -388,15 +298,15 @@ def _title(cells: Cells, n: int, header: Sequence[str], kind: str) -> str:
     numbers = [place for place, letter in enumerate(kind) if letter == "n"]
     wrong = [place for place in numbers if place < len(own) and own[place] == "t"]
     if wrong and own.count("n") and len(own) == len(kind) and n >= 0:
-        _refuse_slip(cells, n, header)
-    texts = [_text(cell) for cell in row if cell != ""]
+        refuse_slip(cells, n, header)
+    texts = [text_of(cell) for cell in row if cell != ""]
     return "" if texts == [name for name in header if name] or is_units(row) else " ".join(texts)
 
 
 def _facts(rows: Sequence[Sequence[Cell]], comments: Sequence[str], titles: Sequence[str]) -> dict[str, str]:
     """What a file states of itself beside its numbers: ``key: value``, or a key and its value in two cells."""
     found: dict[str, str] = {}
-    lines = [[_text(cell) for cell in row if cell != ""] for row in rows]
+    lines = [[text_of(cell) for cell in row if cell != ""] for row in rows]
     lines += [[line.lstrip("#/%!$ ")] for line in comments]
     for parts in lines:
         match = _FACT.fullmatch(" ".join(parts))

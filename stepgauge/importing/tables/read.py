@@ -10,7 +10,8 @@ import numpy as np
 from stepgauge.errors import InputError, Naming, naming
 from stepgauge.importing.tables.cells import Cells, read_text_cells
 from stepgauge.importing.tables.console import console_cells
-from stepgauge.importing.tables.grid import Table, find_tables, split_names
+from stepgauge.importing.tables.grid import Table, find_tables
+from stepgauge.importing.tables.header import split_names
 from stepgauge.importing.tables.laserfile import is_laser_file, read_laser_file
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.records import frame_cells, is_json, read_json_cells

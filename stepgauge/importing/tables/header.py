@@ -1,0 +1,112 @@
+"""The rows above the numbers of a table that name its columns: one to three, with merged names, and one of units."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from stepgauge.errors import InputError
+from stepgauge.files.numerals import looks_numeric
+from stepgauge.files.units import find_unit
+from stepgauge.importing.tables.cells import Cell, Cells, is_units
+from stepgauge.importing.tables.clock import is_moment
+from stepgauge.importing.tables.names import joined_headers
+
+MOST_HEADERS = 3
+"""Rows above the numbers that may be a header, beside one of units."""
+
+
+def is_number(cell: Cell) -> bool:
+    """Whether a cell is a number or a time."""
+    return not isinstance(cell, str) or looks_numeric(cell) or is_moment(cell)
+
+
+def behind_header(cells: Cells, first: int, width: int, start: int) -> int:
+    """The row behind the header: the first row of numbers, or a line between both that names the block."""
+    at = first - 1
+    alone = at > start and width > 1 and sum(cell != "" for cell in cells.rows[at]) == 1
+    return at if alone and not is_units(cells.rows[at]) and _may_name(cells.rows[at - 1], width) else first
+
+
+def find_header(cells: Cells, first: int, width: int, start: int) -> tuple[list[str], list[str], int]:
+    """Names, the row of units, and the first row of both."""
+    at, units = first - 1, list[str]()
+    if at > start and is_units(cells.rows[at]):
+        units, at = [str(cell) for cell in cells.rows[at]], at - 1
+    if at > start and _is_slip(cells.rows[at], cells.rows[at - 1], width):
+        refuse_slip(cells, at, _texts(cells.rows[at - 1], width))
+    if at < start or not _may_name(cells.rows[at], width):
+        return [], units, at + 1
+    names = _texts(cells.rows[at], max(width, len(cells.rows[at])))
+    for _ in range(MOST_HEADERS - 1):
+        upper = _upper(cells.rows[at - 1], names) if at > start else []
+        if not upper:
+            break
+        names, at = joined_headers(upper, names), at - 1
+    return names, units, at
+
+
+def _upper(row: Sequence[Cell], names: Sequence[str]) -> list[str]:
+    """The texts of a row above a header, where it may name what that leaves without a name or alike; else empty."""
+    texts = _texts(row, len(names))
+    named = [name for name in names if name]
+    fills = len(set(named)) < len(named)
+    fills |= any(text and (not name or find_unit(name.strip("[]()"))) for text, name in zip(texts, names, strict=True))
+    numbers = any(cell != "" and (not isinstance(cell, str) or looks_numeric(cell)) for cell in row)
+    return texts if fills and len({text for text in texts if text}) > 1 and not numbers else []
+
+
+def _is_slip(row: Sequence[Cell], above: Sequence[Cell], width: int) -> bool:
+    """Whether a row is one of the table in which a number is none, below the header and not the header itself."""
+    parts = [cell for cell in row if cell != "" and not (isinstance(cell, str) and not is_number(cell))]
+    fractions = any(not str(cell).strip("+- ").removesuffix(".0").isdigit() for cell in parts)
+    return (
+        bool(parts)
+        and fractions
+        and _may_name(above, width)
+        and not any(is_number(cell) for cell in above if cell != "")
+    )
+
+
+def refuse_slip(cells: Cells, n: int, header: Sequence[str]) -> None:
+    """:class:`InputError` for a row in which a number is none."""
+    row = cells.rows[n]
+    wrong = next(place for place, cell in enumerate(row) if cell != "" and not is_number(cell))
+    name = repr(header[wrong]) if wrong < len(header) else str(wrong + 1)
+    where = f"{cells.path}:{cells.lines[n]}"
+    raise InputError(where, f"column {name} is not a number", found=repr(str(row[wrong])), expected="a number")
+
+
+def _may_name(row: Sequence[Cell], width: int) -> bool:
+    """Whether a row may name columns: as many cells as the table, not numbers alone, and none but numbers of runs."""
+    there = [cell for cell in row if cell != ""]
+    numbers = [text_of(cell).lstrip("+-") for cell in there if is_number(cell) and not is_moment(cell)]
+    if any(not text.isdigit() or len(text) > 4 for text in numbers):
+        return False
+    return len(there) > (width - 1) / 2.0 and any(isinstance(c, str) and not is_number(c) for c in there)
+
+
+def _texts(row: Sequence[Cell], width: int) -> list[str]:
+    texts = [text_of(cell) for cell in row[:width]]
+    return [*texts, *[""] * (width - len(texts))]
+
+
+def text_of(cell: Cell) -> str:
+    """The text of a cell."""
+    return f"{cell:g}" if isinstance(cell, float) else str(cell)
+
+
+def commented_header(cells: Cells, width: int) -> list[str]:
+    """A header in a comment, as numerical programs write it."""
+    for line in reversed(cells.comments):
+        text = line.lstrip("#/%!$ ")
+        for mark in (";", "\t", "|", ",", r"\s{2,}", r"\s+"):
+            names = [name.strip() for name in (re.split(mark, text) if "s" in mark else text.split(mark))]
+            if len(names) == width and not any(looks_numeric(name) for name in names):
+                return names
+    return []
+
+
+def split_names(text: str) -> list[str]:
+    """The names of columns in one text, divided by semicolons or commas."""
+    return [name.strip() for name in text.split(";" if ";" in text else ",")]

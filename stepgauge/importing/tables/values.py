@@ -1,0 +1,131 @@
+"""The cells of columns as numbers, times and what is recorded besides: the same for points and for an axis."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from contextlib import suppress
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.files.units import Unit, find_unit
+from stepgauge.importing.tables.clock import Clock, counted_clock, is_date, joined, read_clock
+from stepgauge.importing.tables.grid import Table
+from stepgauge.importing.tables.roles import split_name
+
+Array = NDArray[np.float64]
+_PARTS = {
+    3600.0: "hour hours hr hrs stunde stunden heure heures h",
+    60.0: "minute minutes minuten min mins",
+    1.0: "second seconds sekunde sekunden sec secs",
+}
+"""Names of columns that are parts of a time, by what one of them is in s."""
+DECIMALS = 9
+"""Of mm, deg C and mm/s that were turned from other units: a picometre, and no digits of the machine's arithmetic."""
+
+
+class Field(Protocol):
+    """A column of a table, whatever it is taken for."""
+
+    @property
+    def place(self) -> int: ...
+
+    @property
+    def header(self) -> str: ...
+
+    @property
+    def unit(self) -> Unit | None: ...
+
+
+def finite(table: Table, column: Field) -> Array:
+    """A column that must be numbers; :class:`InputError` names the cell that is none."""
+    values = table.numbers(column.place)
+    mark = "comma" if table.decimal == "," else "point"
+    check_finite(table, column, values, f"a number with decimal {mark}")
+    return values
+
+
+def check_finite(table: Table, column: Field, values: Array, expected: object) -> None:
+    """:class:`InputError` for the first cell of a column that is no number."""
+    wrong = ~np.isfinite(values)
+    if wrong.any():
+        row = int(wrong.argmax())
+        cell = table.cells(column.place)[row]
+        found = "nothing" if cell == "" else repr(str(cell))
+        raise InputError(table.at(row), f"column {column.header!r} is not a number", found=found, expected=expected)
+
+
+def scaled(values: Array, unit: Unit) -> Array:
+    """Numbers in the unit of a recording."""
+    same = unit.factor == 1.0 and unit.offset == 0.0
+    return values if same else np.round(values * unit.factor + unit.offset, DECIMALS)
+
+
+def clock_of(table: Table, columns: Sequence[Field]) -> Clock | None:
+    """Seconds: numbers in the column's unit, also hours, minutes and seconds apart; or dates and times of day.
+
+    None for columns without cells. A column of dates beside one of times of day is left out where it has none.
+    """
+    columns = [one for one in columns if any(cell != "" for cell in table.cells(one.place)[:1000])]
+    if not columns:
+        return None
+    values = {one.place: table.numbers(one.place) for one in columns}
+    counted = [one for one in columns if np.isfinite(values[one.place]).all() and _part_of_time(one) is not None]
+    if counted and len(counted) == len(columns):
+        finest = min(counted, key=lambda one: _part_of_time(one) or 0.0)
+        parts = [values[one.place] * (_part_of_time(one) or 0.0) for one in counted]
+        apart = len(counted) > 1 and float(values[finest.place].max()) < 60.0
+        seconds = np.sum(parts, axis=0) if apart else parts[counted.index(finest)]
+        return Clock(_past_midnight(seconds) if apart else seconds, None, ())
+    if len(columns) == 1 and np.isfinite(values[columns[0].place]).all():
+        seconds, words = counted_clock(values[columns[0].place])
+        return Clock(seconds, None, () if words is None else (words,))
+    columns = [one for one in columns if one not in counted or len(columns) == 1]
+    columns = sorted(columns, key=lambda one: not is_date(one.header))[:2]
+    cells = [table.cells(one.place) for one in columns]
+    if len(columns) == 2:
+        with suppress(InputError):
+            return read_clock(joined(*cells), table.at, columns[0].header)
+    return read_clock(cells[-1], table.at, columns[-1].header)
+
+
+def _part_of_time(one: Field) -> float | None:
+    """Seconds of one of a column of time: by its unit, or by its name."""
+    if one.unit is not None and one.unit.quantity == "time" and "epoch" not in one.header.casefold():
+        return one.unit.factor
+    name = split_name(one.header)[0].casefold()
+    return next((seconds for seconds, names in _PARTS.items() if name in names.split()), None)
+
+
+def _past_midnight(seconds: Array) -> Array:
+    """Times of day in hours, minutes and seconds, from the first one on."""
+    found = seconds + 86400.0 * np.cumsum(np.r_[0, np.diff(seconds) < -43200.0])
+    return np.asarray(found - found[0])
+
+
+def beside(table: Table, columns: Sequence[Field], taken: Collection[str] = ()) -> tuple[dict[str, Array], list[str]]:
+    """Numbers in every row that were recorded besides, by name, and the headers of columns that are none.
+
+    A temperature is in deg C, under a name that says so: the laws know it by that. ``taken``: names that are used.
+    """
+    kept: dict[str, Array] = {}
+    dropped = []
+    for one in columns:
+        values, unit = table.numbers(one.place), one.unit or split_name(one.header)[1]
+        unit = unit or (find_unit(one.header.strip("[]()")) if one.header[0] in "[(" else None)
+        name = one.header.replace(",", " ").replace('"', " ").strip()
+        if unit is not None and unit.quantity == "temperature":
+            values, name = scaled(values, unit), _temperature_name(name)
+        if np.isfinite(values).all() and name not in kept and name not in taken:
+            kept[name] = values
+        else:
+            dropped.append(one.header)
+    return kept, dropped
+
+
+def _temperature_name(header: str) -> str:
+    """The name of a column of temperatures in a recording: ``Material_C`` for ``Material [degC]``."""
+    name = split_name(header)[0].strip(" []()")
+    return f"{'temperature' if find_unit(name) else name}_C"
