@@ -296,3 +296,17 @@ def test_points_without_a_header_and_positions_of_faces() -> None:
     faces = rows(np.arange(1, 10), TARGETS, READINGS, header="Face,Nominal,Measured")
     with pytest.raises(InputError, match="sensor touch and gauge for one axis"):
         read_points(io.StringIO(faces), "csv", TableLayout())
+
+
+REPORT = "DIM LOC{0}= LOCATION OF POINT PNT{0}  UNITS=MM\nAX    NOMINAL    MEAS\nX   {1}.0   {1}.002\nY   5.0   5.03\n"
+
+
+def test_a_report_of_a_coordinate_measuring_machine() -> None:
+    """One option, for the unit stands in the line above every block."""
+    text = "".join(REPORT.format(n, 10 * n) for n in range(1, 6))
+    error = asked(text, AxisOptions("touch")).as_typed()
+    assert '--rows "X"' in error
+    assert "--unit" not in error
+    found = read(text, AxisOptions("touch"), rows=("X",)).recording
+    np.testing.assert_allclose(found.deviation, 2.0, atol=1e-6)
+    assert len(read(text, AxisOptions("touch"), rows=("AX=*", "title=*")).recording) == 10

@@ -206,7 +206,10 @@ def _splitter(lines: Sequence[str], delimiter: str | None, columns: int | None, 
     best = max(range(len(known)), key=lambda n: rated[n])
     body = sample[len(sample) // 2 :]
     divided = known[best](body)
+    white = known[best].name in (*SPACES, FIXED)
     for n, one in enumerate(known):
+        if white and one.name in (*SPACES, FIXED):
+            continue
         if n != best and rated[n][0] >= CLOSE * rated[best][0] > 0.0 and one(body) != divided:
             decisions.reject(f"{one.name} between columns", f"{known[best].name} divides more rows alike")
     return known[best]

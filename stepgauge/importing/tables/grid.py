@@ -39,7 +39,7 @@ It decides only how a cell is told that is no number: as a slip, with its row, a
 of its kind, as a name, and the column is one of text. No reading comes out otherwise.
 """
 _FACT = re.compile(r"\s*([^:=;]{2,60}?)\s*(?:::?|=)\s*(\S.*?)\s*")
-_SEVERAL = re.compile(r"([A-Za-z][\w ]*?)\s*[:=]\s*(\S+)")
+_SEVERAL = re.compile(r"([A-Za-z]\w*)\s*[:=]\s*(\S+)")
 
 
 @dataclass(frozen=True)

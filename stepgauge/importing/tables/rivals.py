@@ -49,6 +49,7 @@ what was measured."""
 _COORDINATES = ("x", "y", "z", "height")
 MOST_OF_SPOT = 1.0
 """Span, in the unit of a table, of the readings of one spot where other coordinates stand beside them."""
+_KINDS_ASKED = "rows are of several kinds"
 MOST_SHOWN = 4
 
 
@@ -202,7 +203,8 @@ def _check_kinds(table: Table, roles: Sequence[Role], layout: TableLayout, decis
         cells = _kinds_in(table, one)
         if cells is not None and not _names_targets(cells, target):
             _ask_rows(table, repr(one.header), sorted(set(cells)), _called(one), decisions)
-    if len(table.titles) > 1 and "title" not in every:
+    asked = any(str(one.what).startswith(_KINDS_ASKED) for one in decisions.questions)
+    if len(table.titles) > 1 and "title" not in every and not asked:
         _check_titles(table, roles, decisions)
 
 
@@ -243,7 +245,7 @@ def _names_targets(texts: Sequence[str], target: Array | None) -> bool:
 
 
 def _ask_rows(table: Table, where: str, texts: Sequence[str], name: str, decisions: Decisions) -> None:
-    what = f"rows are of several kinds, by {where}"
+    what = f"{_KINDS_ASKED}, by {where}"
     words = f'{{}} "{texts[0]}" for the rows of one kind, or {{}} "{name}=*" for all of them'
     found = ", ".join(texts[:MOST_SHOWN]) + (f" and {len(texts) - MOST_SHOWN} more" if len(texts) > MOST_SHOWN else "")
     decisions.ask(table.path, what, naming("rows", "rows", words=words), found)
