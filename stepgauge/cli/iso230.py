@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -60,6 +61,13 @@ if TYPE_CHECKING:
     help="Tolerance of a parameter, um (of a rotary axis arcsec), e.g. A=10 or R_up=4; may be given for several.",
 )
 @click.option(
+    "--also",
+    "further",
+    multiple=True,
+    type=click.Choice(["vdi3441", "b5.54"]),
+    help="Evaluate the same deviations by VDI/DGQ 3441 or ASME B5.54, too; repeatable.",
+)
+@click.option(
     "--expanded-uncertainty",
     type=POSITIVE,
     metavar="UM",
@@ -98,6 +106,7 @@ def command(recordings: tuple[str, ...], gauge: str | None, output: str, machine
     if of_axis and is_typed("gauge"):
         raise click.UsageError("--gauge is for recordings of a step gauge; a recording of one axis has its own targets")
     test = _axis_test(recordings, options) if of_axis else _gauge_test(recordings, gauge, cmm, options)
+    test = replace(test, further=options["further"])
     written, notes = report_positioning(output, test, stated_from(options), cmm, options["template"], options["suffix"])
     for note in (*test.conditions.notes, *notes):
         say(f"note: {note}")
@@ -143,11 +152,16 @@ def _axis_test(recordings: tuple[str, ...], options: dict[str, Any]) -> Position
 def _tell(test: PositioningTest) -> None:
     from stepgauge.standards.iso230_decision import parameters_um
     from stepgauge.standards.iso230_files import statements
+    from stepgauge.standards.positioning_further import LABELS, further_um
 
     unit = test.units.deviation
     for one in test.axes:
         told = ", ".join(f"{name} {value:.2f} {unit}" for name, value in parameters_um(one.parameters).items())
         say(f"placement {one.placement}, {one.name}: {told}; {len(one.targets.block)} targets, {len(one.runs)} runs")
     say(test.requirement.text([(one.name, parameters_um(one.parameters)) for one in test.axes]))
+    for one in test.axes:
+        for name, found in further_um(one.parameters, test.further).items():
+            told = ", ".join(f"{known} {value:.2f} {unit}" for known, value in found["parameters_um"].items())
+            say(f"{one.name} by {LABELS[name]}: {told} (unconfirmed)")
     for text in statements(test):
         say(f"- {text}")

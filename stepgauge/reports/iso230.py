@@ -23,6 +23,7 @@ from stepgauge.reports.standards import (
 from stepgauge.standards.iso230_decision import PARAMETERS, parameters_um
 from stepgauge.standards.iso230_files import as_linear, assumptions, positioning_to_dict, write_positioning
 from stepgauge.standards.positioning import AxisTest, PositioningTest, Units
+from stepgauge.standards.positioning_further import LABELS as FURTHER_LABELS
 
 LABELS = {"A_up": "A↑", "A_down": "A↓", "E_up": "E↑", "E_down": "E↓", "R_up": "R↑", "R_down": "R↓", "mean_B": "mean B"}
 METHOD = (
@@ -50,7 +51,7 @@ def positioning_content(test: PositioningTest, stated: Stated, machine: Machine 
         statements=[*said_of(test.conditions), *unmet(rules)],
         figures=[(figure_svg(positioning_figure(one)), caption(one)) for one in test.axes],
         sections=[reference, _conditions(data), _recording(data, machine, units)],
-        tables=[rules_table(rules, excluded), *(_targets(one, units) for one in data["axes"])],
+        tables=[*_further(data, units), rules_table(rules, excluded), *(_targets(one, units) for one in data["axes"])],
         lists=[("What the results rest on", assumptions(test))],
         method=METHOD,
         not_stated=[] if test.requirement.expanded_um is not None else ["measurement uncertainty of the parameters"],
@@ -107,6 +108,24 @@ def _summary(data: dict[str, Any], units: Units) -> PrintedTable:
     return PrintedTable(
         "Result" if data["complete"] else "Result; not every rule of the standard is met", columns, rows, stripe=0
     )
+
+
+def _further(data: dict[str, Any], units: Units) -> list[PrintedTable]:
+    """A table for each further standard, with what of it is unconfirmed."""
+    tables = []
+    for name, title in FURTHER_LABELS.items():
+        axes = [one for one in data["axes"] if name in one["further"]]
+        if axes:
+            parameters = list(axes[0]["further"][name]["parameters_um"])
+            columns = [Column("Axis", words=True)]
+            columns += [Column(known.replace("_", " "), units.deviation_symbol) for known in parameters]
+            rows = [
+                [one["name"], *(number(one["further"][name]["parameters_um"][known], 2) for known in parameters)]
+                for one in axes
+            ]
+            note = f"{axes[0]['further'][name]['note']}. No requirement is judged by it."
+            tables.append(PrintedTable(f"By {title}", columns, rows, note, stripe=0))
+    return tables
 
 
 def _conditions(data: dict[str, Any]) -> Section:

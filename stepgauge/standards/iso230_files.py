@@ -13,6 +13,7 @@ from stepgauge.standards.gauge_table import gauge_to_dict
 from stepgauge.standards.iso230 import AxisParameters
 from stepgauge.standards.iso230_decision import parameters_um
 from stepgauge.standards.positioning import PAIRINGS, AxisTest, PositioningTest, Units
+from stepgauge.standards.positioning_further import further_um
 from stepgauge.standards.rules import incomplete
 
 STANDARD = "ISO 230-2:2014 with Amendment 1:2016"
@@ -71,7 +72,7 @@ def as_linear(test: PositioningTest) -> dict[str, Any]:
         "expanded_uncertainty_um": test.requirement.expanded_um,
         "overall": test.requirement.text([(one.name, parameters_um(one.parameters)) for one in test.axes]),
         "statements": statements(test),
-        "axes": [axis_to_dict(one) for one in test.axes],
+        "axes": [axis_to_dict(one, test.further) for one in test.axes],
     }
 
 
@@ -88,8 +89,8 @@ def _reference(test: PositioningTest) -> dict[str, Any]:
     }
 
 
-def axis_to_dict(one: AxisTest) -> dict[str, Any]:
-    """One axis: its parameters in um, its targets and all deviations."""
+def axis_to_dict(one: AxisTest, further: tuple[str, ...] = ()) -> dict[str, Any]:
+    """One axis: its parameters in um, also by ``further`` standards, its targets and all deviations."""
     p = one.parameters
     return {
         "placement": one.placement,
@@ -102,6 +103,7 @@ def axis_to_dict(one: AxisTest) -> dict[str, Any]:
         "axis_travel_mm": one.travel_mm,
         "gauge_temperature_C": one.temperature_C,
         "parameters_um": parameters_um(p),
+        "further": further_um(p, further),
         "targets": target_rows(one),
         **{f"deviations_{way}_um": direction.x_um.tolist() for way, direction in p.directions.items()},
         "rules": [rule.as_dict() for rule in one.rules],

@@ -107,7 +107,7 @@ class PositioningTest:
     """Positioning from all placements of a recording.
 
     ``gauge``, ``tip``, ``pairing``: None where an instrument read the axis; ``instrument`` then says what it was, what
-    its targets were, and the sign.
+    its targets were, and the sign. ``further``: other standards that the deviations are evaluated by, too.
     """
 
     gauge: Gauge | None
@@ -118,6 +118,7 @@ class PositioningTest:
     comments: Mapping[str, str] = field(default_factory=dict)
     requirement: Requirement = NO_REQUIREMENT
     instrument: Mapping[str, str] = field(default_factory=dict)
+    further: tuple[str, ...] = ()
 
     @property
     def conditions(self) -> Conditions:
