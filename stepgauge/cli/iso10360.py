@@ -100,6 +100,12 @@ if TYPE_CHECKING:
     metavar="UM",
     help="Standard uncertainty by the gauge's fixture, um. Default: not evaluated, and listed.",
 )
+@click.option(
+    "--also",
+    multiple=True,
+    type=click.Choice(["b89", "vdi2617"]),
+    help="Judge the same errors by ASME B89.4.10360.2 or VDI/VDE 2617, too; repeatable; unconfirmed.",
+)
 @coverage_option("in the decision")
 @TEMPERATURE_CONVENTION
 @SUFFIX
@@ -198,7 +204,11 @@ def _test(
     return length_test(
         recording,
         gauge,
-        Specification(limit, options["mpe_repeatability"] if series is None else None),
+        Specification(
+            limit,
+            options["mpe_repeatability"] if series is None else None,
+            tuple(options["also"]) if series is None else (),
+        ),
         TestConditions(*(options[name] for name in names)),
         Choices(
             options["tip_diameter"], options["side"], _lengths(options["lengths"]), options["normal_file"] is not None

@@ -55,10 +55,14 @@ REMEASURE_SOURCE = (
 
 @dataclass(frozen=True)
 class Specification:
-    """What is tested against: the permissible error, and the limit of the repeatability range in um (None: none)."""
+    """What is tested against: the permissible error, and the limit of the repeatability range in um (None: none).
+
+    ``also``: other standards that the same errors are judged by, too.
+    """
 
     mpe: Mpe
     repeatability_um: float | None = None
+    also: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from stepgauge.recording.conventions import convention_words
 from stepgauge.standards.decision import DECISION_SOURCE
 from stepgauge.standards.gauge_table import gauge_to_dict
 from stepgauge.standards.iso10360 import KINDS, LengthTest
+from stepgauge.standards.iso10360_further import further_to_dict
 from stepgauge.standards.iso10360_positions import Position, TestLength
 from stepgauge.standards.iso10360_rules import describe
 from stepgauge.standards.iso10360_series import E0
@@ -75,6 +76,7 @@ def length_test_to_dict(test: LengthTest, further: Sequence[LengthTest] = ()) ->
         "excluded": [part.as_dict() for part in test.excluded],
         "results": {kind: _result(test, kind) for kind in KINDS},
         "overall": overall([test, *further]).as_dict() if test.series is E0 else None,
+        "also": further_to_dict(test, specification.also),
         "statements": statements(test),
         "positions": [_position(position) for position in test.positions],
         "lengths": [_length(one) for kind in KINDS for one in test.lengths(kind)],

@@ -10,6 +10,7 @@ from typing import Any
 from stepgauge.conditions import Conditions
 from stepgauge.standards.decision import DECISION_SOURCE, Outcome, stated, together
 from stepgauge.standards.iso10360 import KINDS, REMEASURE_SOURCE, LengthTest
+from stepgauge.standards.iso10360_further import further_statements
 from stepgauge.standards.iso10360_rules import describe
 from stepgauge.standards.iso10360_series import E0, E150
 from stepgauge.standards.length_uncertainty import SOURCE as UNCERTAINTY_SOURCE
@@ -102,6 +103,7 @@ def verdicts(test: LengthTest) -> list[str]:
     said += [text for kind in KINDS for text in _remeasure(test, kind)]
     if test.missing:
         said.append(f"The test value uncertainty ({UNCERTAINTY_SOURCE}) is too small by what was not stated.")
+    said += further_statements(test, test.specification.also)
     if test.series.unconfirmed:
         said.append(f"{test.series.symbol}: {test.series.unconfirmed}.")
     return said

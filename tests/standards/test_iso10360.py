@@ -283,6 +283,27 @@ def test_the_tip_from_a_block_hides_an_error_of_size() -> None:
     assert "tip diameter" not in hidden.lengths("unidirectional")[0].uncertainty.parts_um
 
 
+@pytest.mark.parametrize(
+    ("ppm", "conditions", "b89", "within"),
+    [
+        (0.0, SURE, "conforms", 1.0),
+        (20.0, SURE, "does not conform", 0.2),
+        (0.0, replace(SURE, fixture_um=0.5), "not decidable", 1.0),
+        (0.0, TestConditions(), "not decidable", 1.0),
+    ],
+)
+def test_other_standards_judge_the_same_errors(ppm: float, conditions: TestConditions, b89: str, within: float) -> None:
+    """Simple acceptance needs U of a quarter of the limit; 20 um/m pass at 30 mm alone of five lengths."""
+    specification = replace(SPEC, also=("b89", "vdi2617"))
+    recording = made(GAUGE, lambda _, face: ppm * 1e-3 * GAUGE.position_mm[face - 1])
+    test = length_test(recording, GAUGE, specification, conditions, STATED)
+    found = length_test_to_dict(test)["also"]
+    assert found["b89"]["outcome"] == b89
+    assert found["vdi2617"]["share_within"] == pytest.approx(within)
+    assert found["vdi2617"]["outcome"] == test.outcome("bidirectional")
+    assert sum("unconfirmed" in text for text in statements(test)) >= 2
+
+
 def test_fronts_alone_are_unidirectional_only() -> None:
     test = length_test(made(GAUGE, faces=range(1, 42, 2)), GAUGE, SPEC, ALL)
     assert test.tip is None
