@@ -64,7 +64,10 @@ def _dates(recording: Recording, gauge: Gauge) -> Iterator[Condition]:
     said = recording.comments.get("measured_at")
     days = [parse_moment(one, recording.path).date() for one in moments(said)] if said else [datetime.date.today()]
     calibrated = gauge.certificate.date
-    years = (max(days) - calibrated).days / YEAR_DAYS
+    years, recall = (max(days) - calibrated).days / YEAR_DAYS, gauge.certificate.recall
+    if recall is not None and max(days) > recall:
+        words = f"the gauge was due for calibration on {recall}, and measured with on {max(days)}"
+        yield Condition("dates", "contribution", words, str(max(days)), f"{recall} or before")
     if said and min(days) < calibrated:
         words = f"measured on {min(days)}, before the gauge was calibrated on {calibrated}"
         yield Condition("dates", "prevents", words, str(min(days)), f"{calibrated} or later")
@@ -72,5 +75,5 @@ def _dates(recording: Recording, gauge: Gauge) -> Iterator[Condition]:
         words = f"the gauge was calibrated {years:.0f} years before ({calibrated}): nobody knows its lengths today"
         yield Condition("dates", "prevents", words, str(calibrated), "a calibration of the last years")
     elif years > OLD_YEARS:
-        words = f"the gauge was calibrated {years:.0f} years before ({calibrated}): its drift since is not in any U"
+        words = f"the gauge was calibrated {years:.0f} years before ({calibrated}): its drift since counts in U only where the gauge file states it"
         yield Condition("dates", "contribution", words, str(calibrated), f"within {OLD_YEARS:g} years")

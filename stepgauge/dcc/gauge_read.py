@@ -199,6 +199,9 @@ def _faces(document: Document, wanted: Wanted, found: GaugeImport) -> None:
         found.report.append(f"{measured.name!r} are deviations, {SUBTRACTIONS[sign].replace('-', ' minus ')}")
     expanded_um, k = measured.expanded_scaled(LENGTH, 1e-6), measured.k
     assert k is not None
+    if not expanded_um.any():
+        expected = "expanded uncertainties above 0, for no calibration is without"
+        raise InputError(measured.where, "all uncertainties of the positions are zero", expected=expected)
     found.report.append(f"positions, uncertainties and k: {measured.name!r}, {_short(measured)}")
     if nominal_mm is None:
         nominal_mm = np.round(position_mm)

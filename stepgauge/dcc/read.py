@@ -113,6 +113,14 @@ def read_document(path: str | Path) -> Document:
     return parse_document(read_xml(path), path)
 
 
+def _check_performed(core: Element | None, path: str | Path) -> None:
+    """:class:`InputError` for a calibration that ends before it begins."""
+    begin, end = (_date(core, f"dcc:{name}PerformanceDate", path) for name in ("begin", "end"))
+    if begin is not None and end is not None and end < begin:
+        what = "the calibration ends before it begins"
+        raise InputError(path, what, found=f"endPerformanceDate {end}", expected=f"{begin} or later")
+
+
 def parse_document(root: Element, path: str | Path) -> Document:
     """As :func:`read_document`, from the root of a tree."""
     if root.tag != f"{{{DCC}}}digitalCalibrationCertificate":
@@ -124,6 +132,7 @@ def parse_document(root: Element, path: str | Path) -> Document:
     quantities = _quantities(root, path)
     _check_results(quantities)
     core, data = find(root, "dcc:administrativeData/dcc:coreData"), find(root, "dcc:administrativeData")
+    _check_performed(core, path)
     item = find(root, "dcc:administrativeData/dcc:items/dcc:item")
     statements = find_all(root, "dcc:administrativeData/dcc:statements/dcc:statement")
     return Document(

@@ -32,6 +32,8 @@ Kind = Literal["etve", "axis"]
 STANDARD = "ISO 230-3:2020"
 FIRST_S = 3600.0
 """The first 60 min, that of d_60."""
+LATER, FEWEST_LATER, TIMES, LEAST_UM = 20, 3, 8.0, 2.0
+"""Steps that the first one is held against, the fewest of them, how many times them it is, and at least so much, um."""
 LONGEST_AXIS_MM = 2000.0
 SETTLED_SHARE = 0.15
 UNCONFIRMED = {
@@ -125,11 +127,22 @@ def drift_test(drift: Drift, kind: Kind, requirement: Requirement = NO_REQUIREME
     return DriftTest(kind, drift, channels, replace(requirement, conditions=drift.conditions))
 
 
+def beginning(um: Array) -> float:
+    """Where a series in um begins: its first reading, or the second where the first stands out.
+
+    It stands out where the first step is many times those that follow it, of which the largest tenth is left aside.
+    """
+    steps = np.abs(np.diff(um))
+    later = steps[1 : 1 + LATER]
+    bad = len(later) >= FEWEST_LATER and steps[0] > max(TIMES * float(np.quantile(later, 0.9)), LEAST_UM)
+    return float(um[1] if bad else um[0])
+
+
 def _channel(name: str, since_s: Array, um: Array) -> Channel:
     """Ranges of one displacement; ``since_s`` counts from the first reading."""
     first = float(np.ptp(um[since_s <= FIRST_S]))
     last = float(np.ptp(um[since_s >= since_s[-1] - FIRST_S])) if since_s[-1] >= 2.0 * FIRST_S else None
-    return Channel(name, float(np.ptp(um)), first, float(um[-1] - um[0]), last)
+    return Channel(name, float(np.ptp(um)), first, float(um[-1]) - beginning(um), last)
 
 
 def read_drift(path: str) -> Drift:
@@ -170,8 +183,9 @@ def drift_of_recording(recording: Recording, gauge: Gauge) -> Drift:
     All is told along the machine axis that the gauge lies along, either way round. The complete blocks at the low and
     at the high end of it are the targets ``P1`` and ``P2``; of their faces one is approached in its positive and one in
     its negative direction: ``P1 +``, ``P1 -``, ``P2 +``, ``P2 -``, and ``P2 - P1`` is the change of their distance. A
-    displacement is what the indicated position of a face has changed since the first cycle; certified positions are
-    brought to the recorded gauge temperature first, so that the gauge's own expansion is no drift of the machine.
+    displacement is what the indicated position of a face has changed since the first cycle (:func:`beginning`);
+    certified positions are brought to the recorded gauge temperature first, so that the gauge's own expansion is no
+    drift of the machine.
     :class:`InputError` without times or with fewer than two blocks.
     """
     check_recording(recording, gauge)
@@ -189,7 +203,7 @@ def drift_of_recording(recording: Recording, gauge: Gauge) -> Drift:
         raise InputError(recording.path, "too few complete blocks", found=len(fronts), expected="2, one at each end")
     along = float(np.sign(table.axis[nearest_axis(table.axis)[0]]))
     um = {
-        name: along * 1e3 * (table.of_face(face) - table.of_face(face)[0])
+        name: along * _since_beginning(table.of_face(face) * 1e3)
         for name, face in _ends(fronts[0], fronts[-1], along < 0.0).items()
     }
     um["P2 − P1"] = (um["P2 +"] + um["P2 −"] - um["P1 +"] - um["P1 −"]) / 2.0
@@ -203,6 +217,10 @@ def drift_of_recording(recording: Recording, gauge: Gauge) -> Drift:
 def _of_drift(conditions: Conditions) -> Conditions:
     """Those of the recording without the drift, which is what is measured here."""
     return Conditions(tuple(one for one in conditions if one.name != "drift"))
+
+
+def _since_beginning(um: Array) -> Array:
+    return um - beginning(um)
 
 
 def _ends(first: int, last: int, against: bool) -> dict[str, int]:

@@ -290,6 +290,16 @@ def test_without_nominal_positions_whole_mm_are_taken_and_said(tmp_path: Path) -
             "<dcc:endPerformanceDate>soon",
             "endPerformanceDate is not a date; found 'soon'",
         ),
+        (
+            r"<dcc:beginPerformanceDate>[^<]*",
+            "<dcc:beginPerformanceDate>2027-03-02",
+            "the calibration ends before it begins; found endPerformanceDate 2026-03-02",
+        ),
+        (
+            r"(basic_measuredValue.*?<si:uncertaintyXMLList>).*?(</si:uncertaintyXMLList>)",
+            r"\g<1>0\2",
+            "all uncertainties of the positions are zero",
+        ),
     ],
 )
 def test_files_that_lie(tmp_path: Path, pattern: str, new: str, message: str) -> None:

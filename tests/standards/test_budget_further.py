@@ -12,6 +12,7 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.conditions import Condition, Conditions
+from stepgauge.conditions.certificate import certificate_conditions
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import EarlierCalibration, Gauge
 from stepgauge.machine.contribution import Contribution, parse_contribution
@@ -177,3 +178,9 @@ def test_the_temperature_of_the_scales_is_in_u_only_at_20_degrees() -> None:
     u = [one.find("xf", 1, last - 1).u_um for one in (as_is, at_20)]  # type: ignore[union-attr]
     scales = 0.5 * machine.table.scale_expansion_per_K * gauge_.position_mm[last - 2] * 1e3
     assert u[1] == pytest.approx(math.hypot(u[0], scales), rel=1e-3)
+
+
+def test_a_gauge_that_is_due_for_calibration_is_remarked() -> None:
+    late = [one.sentence for one in certificate_conditions(REAL, gauge(recall=datetime.date(2026, 8, 1)))]
+    assert any("due for calibration on 2026-08-01, and measured with on 2026-09-01" in text for text in late)
+    assert not any("due" in one.sentence for one in certificate_conditions(REAL, gauge()))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
 from stepgauge.recording import Recording
-from stepgauge.standards.drift import Drift, drift_of_recording, drift_test
+from stepgauge.standards.drift import Drift, beginning, drift_of_recording, drift_test
 from stepgauge.standards.drift_rules import rules_of
 from tests.build import make_gauge
 from tests.standards.made import made
@@ -97,6 +97,17 @@ def test_all_is_told_along_the_axis_whichever_way_the_gauge_lies(way: float) -> 
         assert found[f"{name} +"] == pytest.approx(-24e-3 * (y_mm - half), abs=2e-3)
         assert found[f"{name} −"] == pytest.approx(-24e-3 * (y_mm + half) - 1.2, abs=2e-3)
     assert found["P2 − P1"] == pytest.approx(-24e-3 * (high - low), abs=1e-5)
+
+
+def test_a_bad_first_reading_moves_no_other() -> None:
+    """50 um off at the first cycle: the others stay as they are, and a warm-up that begins fast is not taken for it."""
+    calm = 0.1 * np.sin(np.arange(12.0))
+    bad = calm.copy()
+    bad[0] += 50.0
+    assert beginning(bad) == calm[1]
+    assert beginning(calm) == calm[0]
+    warm = 40.0 * (1.0 - np.exp(-np.arange(12.0) / 3.0))
+    assert beginning(warm) == 0.0
 
 
 def test_what_is_no_drift() -> None:
