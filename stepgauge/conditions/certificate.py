@@ -75,5 +75,6 @@ def _dates(recording: Recording, gauge: Gauge) -> Iterator[Condition]:
         words = f"the gauge was calibrated {years:.0f} years before ({calibrated}): nobody knows its lengths today"
         yield Condition("dates", "prevents", words, str(calibrated), "a calibration of the last years")
     elif years > OLD_YEARS:
-        words = f"the gauge was calibrated {years:.0f} years before ({calibrated}): a drift since counts only where it is stated"
+        tail = "a drift since counts only where it is stated"
+        words = f"the gauge was calibrated {years:.0f} years before ({calibrated}): {tail}"
         yield Condition("dates", "contribution", words, str(calibrated), f"within {OLD_YEARS:g} years")
