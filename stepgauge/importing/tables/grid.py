@@ -177,7 +177,7 @@ def _goes_on(cells: Cells, run: _Run, n: int, width: int) -> bool:
     names = [text_of(cell) for cell in cells.rows[run.first - 1] if cell != ""] if run.first else []
     rows = [row for row in between if len([c for c in row if c != ""]) > max(run.width / 2.0, 1.0)]
     texts = [[text_of(cell) for cell in row if cell != ""] for row in rows if not is_units(row)]
-    return all(text == names or any(map(looks_numeric, text)) for text in texts) or not names
+    return not names or names in texts or all(any(map(looks_numeric, text)) for text in texts)
 
 
 def _filled(cells: Cells, run: _Run) -> int:
