@@ -68,10 +68,12 @@ def command(
     speeds of the program. From wherever the machine stands a safe way to the path is looked for; if there is none,
     nothing moves.
 
-    Every point is in the journal, PATH.journal, before the next one is measured. After Ctrl-C (the machine stops, draws
-    back and ends the session), an error of the machine, or the loss of the connection, the same command with --resume
-    goes on: no point is lost, none measured twice. Times are the server's where it tells its own, else those of this
-    computer; temperatures are the server's, or --gauge-temperature.
+    Every answer is judged as it comes, by the rules of 'stepgauge import'; at one that is no reading of its point the
+    measurement stops, and the machine is drawn back. Every point is in the journal, PATH.journal, before the next one
+    is measured. After Ctrl-C (the machine stops, draws back and ends the session), an error of the machine, a false
+    answer, or the loss of the connection, the same command with --resume goes on: no point is lost, none measured
+    twice. Times are the server's where it tells its own, else those of this computer; temperatures are the server's, or
+    --gauge-temperature.
 
     \b
     stepgauge plan placement.toml -g step-gauge-420 -m bridge-cmm -d ippdme -o gauge.ipp

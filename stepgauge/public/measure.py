@@ -82,8 +82,8 @@ def measure(
     Raises
     ------
     InputError
-        what is refused before the machine moves; an error of the machine or the loss of the connection, after which
-        the measurement can be resumed
+        what is refused before the machine moves; an error of the machine, an answer that is no reading of its point, or
+        the loss of the connection, after which the measurement can be resumed
     """
     at_least("placement_number", placement_number, 1)
     at_least("search_mm", search_mm, 0.0, "mm", beyond=True)
