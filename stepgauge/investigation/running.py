@@ -87,9 +87,19 @@ class Runner:
         own = self.station.wishes
         return own if self.mounted == 1 else replace(own, tool=self.machine.probe.tool or own.tool)
 
+    def _once(self, name: str, make: Callable[[], Any]) -> Any:
+        """What a step gave: from the journal where it is done. A station that repeats does it again all the same."""
+        if self.station.repeats and name in self.steps.done:
+            asked, self.ask = self.ask, lambda _: bool(self.steps.done[name])
+            try:
+                make()
+            finally:
+                self.ask = asked
+        return self.steps.once(name, make)
+
     def placed_by_hand(self, tell: Callable[[str], None]) -> Placement:
         """How the gauge lies, from 16 points that a person measures by hand and the server sends; asked for once."""
-        return placement_of_json(self.steps.once("placed by hand", lambda: placement_json(self._by_hand(tell))))
+        return placement_of_json(self._once("placed by hand", lambda: placement_json(self._by_hand(tell))))
 
     def _by_hand(self, tell: Callable[[str], None]) -> Placement:
         """:class:`InputError` where the points contradict each other, and on LinuxCNC, which sends none."""
@@ -114,7 +124,7 @@ class Runner:
         placement_number : of the placement that the gauge has in this run
         """
         if not run.stays:
-            self.steps.once(f"parked {number}", self._park)
+            self._once(f"parked {number}", self._park)
         said = ""
         for attempt in range(1, ATTEMPTS + 1):
             name = f"{number}" if attempt == 1 else f"{number}-{attempt}"
@@ -130,20 +140,20 @@ class Runner:
     ) -> Made | str | None:
         """The run; why it has to be laid again, where it does not lie as asked; None where it cannot be laid so."""
         located: dict[str, Any] = {"lies": placement_json(lies), "minutes": 0.0}
-        if not run.stays and not self.steps.once(f"laid {name}, {run.words}", lambda: self._prepared(run, said)):
+        if not run.stays and not self._once(f"laid {name}, {run.words}", lambda: self._prepared(run, said)):
             return None
         self.mounted = run.stylus
         if self.laid is None or run.is_laid:
             self.laid = (placement_number, run.placement)
         self._stand()
         if not run.stays:
-            located = self.steps.once(f"located {name}", lambda: self._located(run.placement))
+            located = self._once(f"located {name}", lambda: self._located(run.placement))
         elif run.wait_s > 0.0:
-            self.steps.once(f"waited {name}", lambda: self.station.wait(run.wait_s))
+            self._once(f"waited {name}", lambda: self.station.wait(run.wait_s))
         if "refused" in located:
             return str(located["refused"])
         found = placement_of_json(located["lies"])
-        measured = self.steps.once(f"measured {name}", lambda: self._measured(name, run, found, placement_number))
+        measured = self._once(f"measured {name}", lambda: self._measured(name, run, found, placement_number))
         if "refused" in measured:
             return str(measured["refused"])
         return self._made(run, found, placement_number, located, measured)
@@ -177,8 +187,6 @@ class Runner:
     def _stand(self) -> None:
         """The station has the gauge and the stylus as they are now."""
         assert self.laid is not None
-        if self.standing == 0 and self.last is not None:
-            self.station.go_on(float(read_recording(self.last.path).frame["time_s"].max()))
         if self.standing != self.laid[0]:
             self.station.stand(*self.laid)
             self.standing = self.laid[0]
@@ -199,7 +207,7 @@ class Runner:
         case = self.case
         program = program_of(run, case.gauge, case.machine, lies)
         job = make_job(program, self.machine, case.gauge, lies, placement_number=placement_number)
-        own_clock = self.steps.once("clock", self._has_clock)
+        own_clock = self._once("clock", self._has_clock)
         recording, began_s = self._points(job, self.folder / f"run-{name}.journal")
         if not run.stays:
             try:
@@ -257,6 +265,9 @@ class Runner:
 
     def _journal(self, path: Path, job: Job) -> Journal:
         begun = path.is_file() and path.stat().st_size > 0
+        if begun and self.station.repeats:
+            path.unlink()
+            begun = False
         return (resume if begun else start)(path, job.head())
 
     def _made(

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,15 +35,14 @@ class Station(Protocol):
     """A machine to measure on, and whoever lays the gauge."""
 
     wishes: Wishes
+    repeats: ClassVar[bool]
+    """Whether it does the same again, by its seed: so an investigation that goes on brings it to where it was."""
 
     def stand(self, number: int, lies: Placement) -> None:
         """From now on the gauge lies nearly so; ``number``: of the placement, from 1."""
 
     def mount(self, stylus: int) -> None:
         """From now on the machine has the stylus of this number; the gauge lies as it did."""
-
-    def go_on(self, time_s: float) -> None:
-        """An investigation goes on that was broken off after this time of the machine's clock."""
 
     def wait(self, seconds: float) -> None:
         """Nothing for so long."""
@@ -60,15 +59,13 @@ class Served:
     machine: Machine
     wishes: Wishes = field(default_factory=Wishes)
     stop: Stop | None = None
+    repeats: ClassVar[bool] = False
 
     def stand(self, number: int, lies: Placement) -> None:
         """The person has laid it."""
 
     def mount(self, stylus: int) -> None:
         """The person or the machine has changed it."""
-
-    def go_on(self, time_s: float) -> None:
-        """Its clock has gone on by itself."""
 
     def wait(self, seconds: float) -> None:
         """Real time passes; a wish to stop ends it."""
@@ -95,6 +92,8 @@ class Simulated:
     seed : of the repeatability and of how exactly the gauge is laid
     gauge_temperature_C : true and indicated
     """
+
+    repeats: ClassVar[bool] = True
 
     def __init__(
         self,
@@ -125,10 +124,6 @@ class Simulated:
         self.stylus = stylus
         if self._cmm is not None:
             self._cmm.mount(stylus)
-
-    def go_on(self, time_s: float) -> None:
-        """The clock shows this time at least."""
-        self.clock.advance_to(time_s)
 
     def wait(self, seconds: float) -> None:
         """The clock goes on."""

@@ -143,12 +143,15 @@ class Counting(InProcess):
 
 
 class Fragile(Simulated):
-    """A virtual CMM whose process is killed at a probing, and on which the gauge is laid wrong first."""
+    """A machine whose process is killed at a probing, and on which the gauge is laid wrong first; its clock goes on."""
+
+    repeats = False
 
     def __init__(self, count: Counter[str], stop_at: int) -> None:
         case = small_case()
-        super().__init__(case.machine, case.gauge, with_effects(REVERSAL), 1)
+        super().__init__(case.machine, case.gauge, with_effects(REVERSAL), 4)
         self.count, self.stop_at = count, stop_at
+        self.clock = vars(count).setdefault("clock", self.clock)
 
     def stand(self, number: int, lies: Placement) -> None:
         """Whoever lays the gauge lays it far off at first."""
@@ -186,6 +189,39 @@ def test_what_is_done_is_never_done_again(tmp_path: Path) -> None:
     with begun(tmp_path, Fragile(count, 0), Person(), True, case) as found:
         found.go_through()
         assert story_of(found) == last
+
+
+class Killed(Simulated):
+    """The virtual CMM, whose process is killed at a probing."""
+
+    def __init__(self, stop_at: int) -> None:
+        case = small_case()
+        super().__init__(case.machine, case.gauge, with_effects(REVERSAL), 1)
+        self.count, self.stop_at = Counter[str](), stop_at
+
+    @contextmanager
+    def linked(self, settings: ProbingSettings) -> Iterator[Link]:
+        with super().linked(settings) as inner:
+            yield Counting(inner, settings, self.count, self.stop_at)
+
+
+def test_a_simulated_investigation_is_the_same_after_kills(tmp_path: Path) -> None:
+    """Killed in the first run, while the gauge is located, in the second run, and once more: to the last digit."""
+    person, case = Person(), small_case(**SHORT)
+    with begun(tmp_path / "whole", Killed(10**6), Person(), False, case) as found:
+        found.go_through()
+        whole, story = found.recording.frame, story_of(found)
+    for number, stop_at in enumerate((5, 19, 30, 31)):
+        with (
+            begun(tmp_path / "cut", Killed(stop_at), person, number > 0, case) as found,
+            pytest.raises(StoppedError),
+        ):
+            found.go_through()
+    with begun(tmp_path / "cut", Killed(10**6), person, True, case) as found:
+        found.go_through()
+        assert found.recording.frame.to_csv() == whole.to_csv()
+        assert story_of(found) == story
+    assert len(person.asked) == len(set(person.asked)), "nobody is asked twice"
 
 
 def test_more_minutes_go_on_with_what_had_ended(tmp_path: Path) -> None:

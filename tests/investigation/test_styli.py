@@ -227,11 +227,14 @@ def case_with(machine: Machine) -> Case:
 
 
 class Breaking(Simulated):
-    """A virtual CMM whose process is killed at a probing with the second stylus, while the gauge is located."""
+    """A machine whose process is killed at a probing with the second stylus, while the gauge is located."""
+
+    repeats = False
 
     def __init__(self, machine: Machine, count: Counter[str], stop_at: int) -> None:
         super().__init__(machine, small_gauge(), with_effects(PITCH), 9203)
         self.count, self.stop_at = count, stop_at
+        self.clock = vars(count).setdefault("clock", self.clock)
 
     @contextmanager
     def linked(self, settings: ProbingSettings) -> Iterator[Link]:
