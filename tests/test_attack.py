@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.attack import disk, kill
+from benchmarks.attack import disk, flips, kill
 from benchmarks.attack.constructs import FAMILIES, constructs
 from benchmarks.attack.executed import run_by
 from benchmarks.attack.fuzz import run as fuzz
@@ -46,6 +46,12 @@ def test_a_killed_verb_leaves_the_old_files_or_the_new_ones(measurement: Path, v
 def test_a_full_disk_changes_nothing_and_is_said(measurement: Path, verb: str) -> None:
     with contextlib.chdir(measurement):
         assert disk.attack(measurement, verb, sizes=(100,)) == []
+
+
+def test_no_flipped_bit_is_read_as_another_thing(tmp_path: Path) -> None:
+    count = flips.attack(flips.make_kinds(tmp_path / "m"), 66, seed=5)
+    assert count.bad == []
+    assert count.outcome["refused"] > 50
 
 
 def test_an_input_follows_from_its_number() -> None:

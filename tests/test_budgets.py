@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+import resource
 import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from stepgauge.cli import cli, main
 from stepgauge.errors import InputError
-from stepgauge.files.budget import Budget, work_within
+from stepgauge.files.budget import Budget, within, work_within
 from stepgauge.fleet.query import query
 from stepgauge.reports.render import render_html, render_pdf
 from tests.fleet.made import make_fleet
@@ -168,3 +170,44 @@ def test_a_question_ends(fleet: Any, monkeypatch: pytest.MonkeyPatch, sql: str) 
 @pytest.fixture(scope="module")
 def fleet(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return make_fleet(tmp_path_factory.mktemp("budget") / "fleet", 2, 1)
+
+
+def test_the_reading_of_a_file_in_this_process_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A verb's own process gets the budget; afterwards it is as it was."""
+    limits = resource.getrlimit(resource.RLIMIT_CPU), resource.getrlimit(resource.RLIMIT_DATA)
+    said = r"^a.csv: this file: it did not come to an end; expected at most 0 s"
+    with pytest.raises(InputError, match=said), within(Budget(0.0, 10**6, "this file"), "a.csv"):
+        run_on({})
+    with pytest.raises(InputError, match="did not come to an end"), within(Budget(60.0, 1.0, "this file"), "a.csv"):
+        grow({"bytes": 10**9})
+    assert (resource.getrlimit(resource.RLIMIT_CPU), resource.getrlimit(resource.RLIMIT_DATA)) == limits
+
+
+@pytest.mark.parametrize("verb", ["import", "locate"])
+def test_a_verb_that_reads_a_foreign_file_has_a_budget(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], verb: str
+) -> None:
+    monkeypatch.setattr("stepgauge.files.budget.FILE_SECONDS", -1.0)
+    monkeypatch.setattr("stepgauge.cli.import_._is_of_axis", lambda *_: run_on({}))
+    monkeypatch.setattr("stepgauge.public.locate.locate", lambda *_, **__: run_on({}))
+    (tmp_path / "log.csv").write_text("a,b\n1,2\n")
+    monkeypatch.setattr("sys.argv", ["stepgauge", verb, str(tmp_path / "log.csv"), "-g", "step-gauge-420", "-o", "x"])
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = capsys.readouterr().err
+    assert (ended.value.code, len(said.splitlines())) == (2, 1)
+    assert "log.csv: this file: it did not come to an end" in said
+
+
+@pytest.mark.parametrize("place", ["header", "cell"])
+def test_a_cell_that_is_too_long_for_the_reader_is_one_line(tmp_path: Path, place: str) -> None:
+    long = "1" * 140_000
+    text = f"time_s,{long}\n0,1\n1,2\n" if place == "header" else f"time_s,reading_mm\n0,{long}\n1,2\n"
+    (tmp_path / "log.csv").write_text(text)
+    with pytest.raises(InputError, match=r"log\.csv.*: "):
+        stepgauge_import(tmp_path / "log.csv", "--sensor", "laser", "-o", tmp_path / "axis.csv")
+
+
+def stepgauge_import(*words: object) -> None:
+    cli.main(args=["import", *map(str, words)], prog_name="stepgauge", standalone_mode=False)

@@ -216,6 +216,7 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
     stepgauge import points.csv -g step-gauge-420 -p placement.toml --column x_mm="Messwert X" -o recording.csv
     stepgauge import positioning.xlsx --sensor laser -o axis.csv
     """
+    from stepgauge.files.budget import file_budget, within
     from stepgauge.files.text import check_output
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.gauge.placement import read_placement
@@ -226,6 +227,7 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
 
     check_output(output, log, options["program"], options["gauge"], options["placement"], options["machine"])
     _check_options(options)
+    click.get_current_context().with_resource(within(file_budget(log), log))
     if _is_of_axis(log, source, options):
         _import_axis(log, output, options)
         return

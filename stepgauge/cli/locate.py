@@ -73,10 +73,12 @@ def command(
     \b
     stepgauge locate points.csv --gauge step-gauge-420 -o placement.toml
     """
+    from stepgauge.files.budget import file_budget, within
     from stepgauge.files.text import check_output
     from stepgauge.public.locate import locate
 
     check_output(output, points, gauge, machine)
+    click.get_current_context().with_resource(within(file_budget(points), points))
     placement = locate(
         points,
         gauge,

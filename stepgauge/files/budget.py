@@ -7,13 +7,14 @@ none. What is over the budget ends with one line.
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -27,6 +28,7 @@ _WAIT = 10.0
 """Seconds of a busy machine per second of processor time."""
 _OUT_OF = (-24, -9, -6, -11)
 """SIGXCPU, and what a library does that gets no memory: SIGKILL, SIGABRT, SIGSEGV."""
+FILE_SECONDS, FILE_MEMORY_MB = 120.0, 2000.0
 Content = dict[str, Any]
 Function = Callable[[Content], bytes]
 
@@ -109,12 +111,49 @@ def main() -> None:
         out.flush()
 
 
-@contextlib.contextmanager
+@contextmanager
 def _stdout_alone() -> Iterator[Any]:
     """The real stdout for the answer: what a library prints goes to stderr, and nobody takes it for the answer."""
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(2, 1)
         yield out
+
+
+def file_budget(*paths: str | Path) -> Budget:
+    """What the reading of somebody else's files may use: 2 minutes and 2 GB, and more of both for large ones."""
+    size = sum(os.path.getsize(path) for path in paths if os.path.isfile(path)) / MB
+    return Budget(FILE_SECONDS + 20.0 * size, FILE_MEMORY_MB + 100.0 * size, "this file")
+
+
+@contextmanager
+def within(budget: Budget, where: str | Path) -> Iterator[None]:
+    """The same budget for work in this process, where the system can give it one (in the main thread)."""
+    try:
+        import resource
+        import signal
+    except ImportError:
+        yield
+        return
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def spent(*_: object) -> None:
+        raise budget.spent(where)
+
+    kinds = (resource.RLIMIT_CPU, resource.RLIMIT_DATA)
+    before, handler = [resource.getrlimit(kind) for kind in kinds], signal.signal(signal.SIGXCPU, spent)
+    wanted = (time.process_time() + 1.0 + budget.seconds, budget.memory_MB * MB)
+    try:
+        for kind, most, (soft, hard) in zip(kinds, wanted, before, strict=True):
+            resource.setrlimit(kind, (int(most) if soft == resource.RLIM_INFINITY else min(int(most), soft), hard))
+        yield
+    except MemoryError:
+        raise budget.spent(where) from None
+    finally:
+        for kind, limits in zip(kinds, before, strict=True):
+            resource.setrlimit(kind, limits)
+        signal.signal(signal.SIGXCPU, handler)
 
 
 def limit_process(seconds: float, memory_MB: float) -> None:

@@ -8,8 +8,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from stepgauge.errors import InputError
+from stepgauge.files.text import read_result, write_json
 
 SUFFIX = ".asked.json"
+KIND = "measurement as asked"
+WRONG = "this is not what a measurement was asked for"
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,10 @@ class Asked:
         """One line for the process that measures."""
         return json.dumps(asdict(self))
 
+    def write(self, path: Path) -> None:
+        """Beside the recording, for whoever goes on with it."""
+        write_json(path, {"format": f"stepgauge {KIND} 1", **asdict(self)}, at_once=True)
+
     def command(self) -> str:
         """What one would type for the same, with ``stepgauge serve`` in another window for the virtual CMM."""
         words = ["stepgauge", "measure", *([self.program] if self.program else ["--cycles", str(self.cycles)])]
@@ -56,9 +63,18 @@ def asked_of(output: Path) -> Path:
     return Path(f"{output}{SUFFIX}")
 
 
-def read_asked(text: str, where: object = "asked") -> Asked:
+def parse_asked(text: str) -> Asked:
     """As :meth:`Asked.as_json` wrote it."""
     try:
         return Asked(**json.loads(text))
     except (ValueError, TypeError):
-        raise InputError(str(where), "this is not what a measurement was asked for") from None
+        raise InputError("asked", WRONG) from None
+
+
+def read_asked(path: Path) -> Asked:
+    """As :meth:`Asked.write` wrote it (:class:`InputError` where it is not as it was written)."""
+    said = read_result(path, KIND, with_inputs=False)
+    try:
+        return Asked(**{key: value for key, value in said.items() if key not in ("format", "checksum")})
+    except TypeError:
+        raise InputError(path, WRONG) from None

@@ -109,7 +109,7 @@ class Runs:
                     asked.output, "is begun and not finished", expected="another name, or to go on with it"
                 )
             output.parent.mkdir(parents=True, exist_ok=True)
-            asked_of(output).write_text(replace(asked, resume=True).as_json(), encoding="utf-8")
+            replace(asked, resume=True).write(asked_of(output))
             self._all[asked.output] = self._begin(asked)
             return self._all[asked.output]
 
@@ -124,7 +124,7 @@ class Runs:
     def asked(self, output: str) -> Asked | None:
         """What an unfinished measurement was asked for, None where the page did not begin it."""
         path = asked_of(self._folder / output)
-        return read_asked(path.read_text(encoding="utf-8"), path.name) if path.is_file() else None
+        return read_asked(path) if path.is_file() else None
 
     def _begin(self, asked: Asked) -> Run:
         said = tempfile.TemporaryFile()  # noqa: SIM115  for as long as the process lives
@@ -154,7 +154,8 @@ class Runs:
             output = path.relative_to(self._folder).as_posix().removesuffix(SUFFIX)
             run = self._all.get(output)
             if not (self._folder / output).exists() and not (run and run.is_running):
-                found.append((output, *_counted(path)))
+                done, total = _counted(path)
+                found += [(output, done, total)] if done or not total else []
         return found
 
     def close(self) -> None:
@@ -179,10 +180,11 @@ def _is_begun(output: Path) -> bool:
 
 
 def _counted(path: Path) -> tuple[int, int]:
-    """Points done and points of the program, by the lines of a journal."""
-    with path.open("rb") as file:
-        try:
-            total = int(json.loads(file.readline() or b"{}").get("points", 0))
-        except (ValueError, AttributeError):
-            total = 0
-        return sum(1 for line in file if line.startswith(b'{"point"') and line.endswith(b"\n")), total
+    """Points done and points of the program, by a journal; none of one that is damaged: to go on with it says why."""
+    from stepgauge.live.journal import look
+
+    try:
+        journal = look(path)
+    except InputError:
+        return 0, 0
+    return len(journal.rows), int(journal.head.get("points", 0))

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
-from stepgauge.web.asked import Asked, asked_of, read_asked
+from stepgauge.web.asked import Asked, asked_of, parse_asked
 
 if TYPE_CHECKING:
     from stepgauge.evaluation.evaluate import Evaluation
@@ -79,14 +79,25 @@ class Control:
 def main() -> None:
     """Measure what the first line asks for."""
     control = Control()
-    asked = read_asked(sys.stdin.readline())
+    asked = parse_asked(sys.stdin.readline())
     threading.Thread(target=control.listen, daemon=True).start()
     try:
         _measure(asked, control)
     except InputError as error:
+        _forget_if_empty(asked)
         control.say("status", state="failed", error=error.as_typed())
     except KeyboardInterrupt:
         control.say("status", state="stopped")
+
+
+def _forget_if_empty(asked: Asked) -> None:
+    """A start that failed before its first point leaves nothing that one could go on with."""
+    from stepgauge.live.journal import journal_of, look
+
+    journal = journal_of(asked.output)
+    if not asked.resume and not (journal.exists() and look(journal).rows):
+        journal.unlink(missing_ok=True)
+        asked_of(Path(asked.output)).unlink(missing_ok=True)
 
 
 def _measure(asked: Asked, control: Control) -> None:

@@ -12,8 +12,10 @@ from urllib.parse import urlencode
 
 import pytest
 
+from stepgauge.errors import InputError
 from stepgauge.live.journal import look
 from stepgauge.recording import read_recording
+from stepgauge.web.asked import Asked, read_asked
 from tests.conftest import ROOT
 from tests.web.conftest import Served, Watched, make_project
 
@@ -64,6 +66,25 @@ def test_points_of_one_block_twice_are_an_answer(tmp_path: Path) -> None:
         status, body = post(server, "/locate", pasted=pasted)
     assert status == 200
     assert "points 9 to 16 are the same as points 1 to 8" in body.decode()
+
+
+def test_a_start_that_failed_stays_in_no_list(tmp_path: Path) -> None:
+    folder = located(tmp_path / "project")
+    with Served(folder) as server:
+        post(server, "/run", machine="live", server="127.0.0.1:9", output=NAME)
+        wait(lambda: b"failed" in server.ask(f"/run?recording={NAME}")[2])
+        assert NAME.encode() not in server.ask("/run")[2].partition(b"</form>")[2]
+        assert not list(folder.glob("recordings/*"))
+
+
+def test_what_was_asked_is_read_as_it_was_written(tmp_path: Path) -> None:
+    asked = Asked("r.csv", "gauge.toml", "machine.toml", "placement.toml", cycles=3, speed=None, seed=7)
+    asked.write(tmp_path / "r.csv.asked.json")
+    assert read_asked(tmp_path / "r.csv.asked.json") == asked
+    text = (tmp_path / "r.csv.asked.json").read_text()
+    (tmp_path / "r.csv.asked.json").write_text(text.replace('"cycles": 3', '"cycles": 2'))
+    with pytest.raises(InputError, match=r"was changed after it was written"):
+        read_asked(tmp_path / "r.csv.asked.json")
 
 
 def test_nothing_is_lost_when_the_server_is_killed(tmp_path: Path, watched: Watched) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stepgauge.errors import InputError, Naming, naming
+from stepgauge.errors import InputError, Naming, naming, reading
 from stepgauge.importing.tables.cells import Cells, read_text_cells
 from stepgauge.importing.tables.console import console_cells
 from stepgauge.importing.tables.grid import Table, find_tables
@@ -56,7 +56,12 @@ class File:
 
 
 def read_file(source: Source, layout: TableLayout, decisions: Decisions) -> File:
-    """All tables of a file; :class:`InputError` where there is none."""
+    """All tables of a file; :class:`InputError` where there is none, and for what no table is."""
+    with reading(source.name, "table"):
+        return _read_file(source, layout, decisions)
+
+
+def _read_file(source: Source, layout: TableLayout, decisions: Decisions) -> File:
     if source.frame is None and source.data[:2] != b"PK" and is_laser_file(source.decoded[0]):
         table = read_laser_file(source, decisions)
         return File([table], (), 0, ("file of laser software with targets and deviations",))
