@@ -32,7 +32,7 @@ def located(folder: Path) -> Path:
     return folder
 
 
-def post(server: Served, path: str, **fields: str) -> tuple[int, bytes]:
+def post(server: Served, path: str, /, **fields: str) -> tuple[int, bytes]:
     kind = "application/x-www-form-urlencoded"
     status, _, body = server.ask(path, "POST", urlencode(fields), Origin=server.address, Content_Type=kind)
     return status, body
