@@ -72,7 +72,7 @@ def test_a_start_that_failed_stays_in_no_list(tmp_path: Path) -> None:
     folder = located(tmp_path / "project")
     with Served(folder) as server:
         post(server, "/run", machine="live", server="127.0.0.1:9", output=NAME)
-        wait(lambda: b"failed" in server.ask(f"/run?recording={NAME}")[2])
+        wait(lambda: b'data-state="failed"' in server.ask(f"/run?recording={NAME}")[2])
         assert b"?recording=" not in server.ask("/run")[2]
         assert not list(folder.glob("recordings/*"))
 
