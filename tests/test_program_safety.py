@@ -351,6 +351,7 @@ Q114 = +5
 (LOGOPEN,../x.ngc)
 (MSG,x)
 ; py,import os
+%
 (py,1)
 (abort,x)
 o1 call

@@ -42,7 +42,7 @@ class Control:
     def run(self, text: str) -> None:
         """Execute a program text; :class:`stepgauge.errors.InputError` names the line."""
         self.blocks = read_blocks(text, self.table, self.reader)
-        self._check_frame()
+        self._check_frame(next((n for n, line in enumerate(text.split("\n"), 1) if line.strip()), 0))
         self._check_expressions()
         self.targets = self.find_targets()
         self._check_branches()
@@ -194,14 +194,15 @@ class Control:
         vars(self.reader).update(reader, states=states, dry=False)
         del self.reader.log[printed:]
 
-    def _check_frame(self) -> None:
+    def _check_frame(self, first_line: int) -> None:
         """What must be first and last is, and what follows a certain statement follows it."""
         blocks, last = self.blocks, len(self.blocks) - 1
         follows = {one.after: one for one in self.table.forms if one.after}
         head = next((n for n, one in enumerate(blocks) if one.when not in (FIRST, FRAME)), last + 1)
         tail = next((n for n in range(last, -1, -1) if blocks[n].when not in (LAST, FRAME)), -1)
         for place, block in enumerate(blocks):
-            if (block.when == FIRST and place > head) or (block.when == FRAME and 0 < place < last):
+            within = 0 < place < last or (place == 0 and block.line > first_line)
+            if (block.when == FIRST and place > head) or (block.when == FRAME and within):
                 self._fail_at(place, "this belongs at the beginning of the program", block.text)
             if block.when == LAST and place < tail:
                 self._fail_at(place + 1, "statement after the end of the program", blocks[place + 1].text)
