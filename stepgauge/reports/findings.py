@@ -219,7 +219,7 @@ def _row(first: str, name: str, one: Said, p: float | None, told: Words) -> list
 
 def _form_row(row: Said, number: int) -> list[str]:
     text = f"{row['where']}. Its cause is not known."
-    name = row["form"] if row["form"] in SCATTER else f"{UNKNOWN_NAME}: {row['covariate']}"
+    name = row["form"] if row.get("form") in SCATTER else f"{UNKNOWN_NAME}: {row['covariate']}"
     return [str(number), name, "", "", probability(row["probability"]), text]
 
 
