@@ -6,7 +6,7 @@ A result carries the :class:`Conditions` of the readings that it was made from, 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Final, Literal, TypeVar, get_args
 
 from stepgauge.errors import InputError, Place
@@ -41,6 +41,8 @@ NO_STATEMENT: Final = "no statement"
 """The decision where a condition prevents any."""
 SHOWN = 3
 """Reasons that the sentence of page 1 names; the others are notes."""
+OF_RESULTS: tuple[Name, ...] = ("alignment", "drift", "resolution", "temperature convention")
+"""Conditions whose size moves all results, so that an uncertainty must hold it."""
 Decision = TypeVar("Decision")
 
 
@@ -61,6 +63,13 @@ class Condition:
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON types."""
         return asdict(self)
+
+
+def _beyond(one: Condition, expanded_um: float) -> Condition:
+    larger = one.size_um is not None and one.size_um > expanded_um
+    if one.state != "contribution" or one.name not in OF_RESULTS or not larger:
+        return one
+    return replace(one, state="prevents", sentence=f"{one.sentence} (more than U = {expanded_um:.2g})")
 
 
 @dataclass(frozen=True)
@@ -89,6 +98,13 @@ class Conditions:
     def preventing(self) -> tuple[Condition, ...]:
         """What prevents a statement."""
         return tuple(one for one in self.entries if one.state == "prevents")
+
+    def weighed(self, expanded_um: float | None) -> Conditions:
+        """The same where results have an expanded uncertainty: what moves them by more, and is no part of it, prevents
+        a statement. None: no uncertainty is stated, and nothing is decided anyway."""
+        if expanded_um is None:
+            return self
+        return Conditions(tuple(_beyond(one, expanded_um) for one in self.entries))
 
     @property
     def no_statement(self) -> str:

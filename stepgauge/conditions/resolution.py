@@ -33,7 +33,7 @@ def step_of(values: Array) -> float:
         if step > 1.01 * nearest:
             continue
         count = (some - some[0]) / step
-        if (np.abs(count - np.round(count)) * step < 2e-8 + 1e-3 * step).all():
+        if (np.abs(count - np.round(count)) * step < 6e-8 + 1e-6 * step).all():
             return float(step)
     return 0.0
 

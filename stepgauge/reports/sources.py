@@ -67,7 +67,8 @@ def read_sources(
         check_given(sure.given, name, steps, cmm, list(zip(lies, names, strict=True)))
     said = read_laboratory(laboratory) if laboratory else None
     if said is not None:
-        require_statement(stored_conditions(evaluation), evaluation["recording"])
+        largest = None if sure is None else max(line.expanded_um for line in sure.quantities)
+        require_statement(stored_conditions(evaluation).weighed(largest), evaluation["recording"])
         check_filled(said)
         check_days(said, evaluation)
         check_simulated(said, evaluation)

@@ -84,7 +84,8 @@ def conformity(evaluation: Mapping[str, Any], budget: StoredBudget | None, mpe: 
     ``evaluation``: content of an ``evaluation.json`` (:mod:`stepgauge.evaluation.files`).
     """
     missing = ("the uncertainty budget",) if budget is None else tuple(gap.what for gap in budget.not_included)
-    conditions = stored_conditions(evaluation)
+    largest = None if budget is None else max(line.expanded_um for line in budget.quantities)
+    conditions = stored_conditions(evaluation).weighed(largest)
     faces = tuple(
         _decided(row, placed["placement"], float(length), budget, mpe, missing, conditions)
         for placed in evaluation["placements"]

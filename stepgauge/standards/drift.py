@@ -124,7 +124,9 @@ def drift_test(drift: Drift, kind: Kind, requirement: Requirement = NO_REQUIREME
         found = f"{time[wrong[0] + 1]:g} s after {time[wrong[0]]:g} s"
         raise InputError(drift.path, "time_s does not rise", found=found, expected="readings in the order of time")
     channels = tuple(_channel(name, time - time[0], um) for name, um in drift.displacement_um.items())
-    return DriftTest(kind, drift, channels, replace(requirement, conditions=drift.conditions))
+    return DriftTest(
+        kind, drift, channels, replace(requirement, conditions=drift.conditions.weighed(requirement.expanded_um))
+    )
 
 
 def beginning(um: Array) -> float:

@@ -96,8 +96,9 @@ class LengthTest:
 
     @property
     def conditions(self) -> Conditions:
-        """Those of the readings in all positions, each once."""
-        return sum((one.table.conditions for one in self.positions), Conditions())
+        """Those of the readings in all positions, each once, beside the uncertainty of the longest length."""
+        largest = max((one.expanded_um for position in self.positions for one in position.lengths), default=None)
+        return sum((one.table.conditions for one in self.positions), Conditions()).weighed(largest)
 
     def lengths(self, kind: Kind) -> list[TestLength]:
         """All test lengths of one kind."""

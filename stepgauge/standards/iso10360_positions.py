@@ -41,7 +41,8 @@ class TestLength:
             return [None] * len(self.error_um)
         missing = self.uncertainty.missing
         decided = (decide(float(error), self.mpe_um, self.expanded_um, missing) for error in self.error_um)
-        return [gate(self.conditions, one) for one in decided]
+        conditions = self.conditions.weighed(self.expanded_um)
+        return [gate(conditions, one) for one in decided]
 
     @property
     def conformity_probability(self) -> float | None:

@@ -178,7 +178,8 @@ def positioning_test(
         _axis_test(face_table(recording, gauge, number, place), gauge, tip, pairing, machine)
         for number, place in zip(numbers, lies, strict=True)
     )
-    wanted = replace(requirement, conditions=sum((one.conditions for one in axes), Conditions()))
+    conditions = sum((one.conditions for one in axes), Conditions())
+    wanted = replace(requirement, conditions=conditions.weighed(requirement.expanded_um))
     return PositioningTest(gauge, tip, pairing, axes, recording.path, recording.comments, wanted)
 
 

@@ -73,7 +73,9 @@ def axis_positioning_test(
     for one in axes:
         _check_tolerances(requirement, one)
     conditions = sum((one.conditions for one in axes), Conditions())
-    wanted = replace(requirement, unit=axes[0].units.deviation_symbol, conditions=conditions)
+    wanted = replace(
+        requirement, unit=axes[0].units.deviation_symbol, conditions=conditions.weighed(requirement.expanded_um)
+    )
     return PositioningTest(None, None, None, axes, recording.path, recording.comments, wanted, _words(recording, known))
 
 

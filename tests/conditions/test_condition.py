@@ -32,6 +32,14 @@ def test_what_needs_a_statement_is_refused_with_what_was_found() -> None:
         require_statement(Conditions((MET, TILT)), "recording.csv")
 
 
+def test_what_moves_a_result_by_more_than_its_uncertainty_prevents_a_statement() -> None:
+    small, large = Conditions((DRIFT,)).weighed(1.2), Conditions((DRIFT, MET)).weighed(0.8)
+    assert gate(small, "conforms") == "conforms"
+    assert gate(large, "conforms") == "no statement"
+    assert "more than U = 0.8" in large.no_statement
+    assert gate(Conditions((DRIFT,)).weighed(None), "conforms") == "conforms"
+
+
 def test_conditions_come_back_from_json_of_a_result_and_of_its_placements() -> None:
     result = {"conditions": [DRIFT.as_dict()], "placements": [{"conditions": [TILT.as_dict(), DRIFT.as_dict()]}, {}]}
     assert stored_conditions(json.loads(json.dumps(result))) == Conditions((DRIFT, TILT))
