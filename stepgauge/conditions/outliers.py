@@ -155,7 +155,7 @@ def _named(from_middle: Array, readings: ByFace, limit_mm: dict[int, float]) -> 
             rows += here[out].tolist()
             off += (value[out] - np.median(value[~out])).tolist()
             limit += [most] * int(out.sum())
-        elif len(here) < 5 and np.ptp(value) > most:
+        elif len(here) < 5 and (out.any() or (len(here) == 2 and np.ptp(value) > most)):
             unclear.append(one)
     order = np.argsort(rows, kind="stable")
     off_um, limit_um = (np.array(numbers, float)[order] * 1e3 for numbers in (off, limit))
