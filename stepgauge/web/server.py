@@ -102,4 +102,5 @@ async def _run(server: uvicorn.Server, taken: socket.socket, ready: Callable[[],
 
 def _warm() -> None:
     """Import what most pages need, while the person looks at the first one."""
+    import stepgauge.history
     import stepgauge.project.status  # noqa: F401
