@@ -25,11 +25,20 @@ from stepgauge.machine.file import Machine, StandardUncertainty, UncertaintyTabl
 from stepgauge.recording import APPROACH, POSITION, Recording
 
 Array = NDArray[np.float64]
-CYCLES, TIP_MM, BLOCKS = 3, 1.997, 21
+CYCLES, TIP_MM, BLOCKS = 3, 1.997, 6
+OF_GAUGE = (1, 2, 10, 11, 20, 21)
+"""Blocks of the shipped gauge that are measured: a gauge of so many, for the cost grows with their number."""
 START_MM = np.array([100.0, 300.0, 200.0])
 U_T_K, U_PROBING_UM, STEP_UM, U_TILT_RAD, NOISE_UM = 0.1, 0.2, 0.1, 300e-6, 0.4
-WANTED = {"r_eff": (None,), "xf": (21, 41), "xb": (22, 42), "xm": (3, 21, 40), "xr": (3, 21, 40)}
+WANTED = {"r_eff": (None,), "xf": (3, 11), "xb": (4, 12), "xm": (2, 11), "xr": (4, 10)}
 """Quantities and faces, near to the reference and far from it."""
+
+
+def some_blocks(gauge: Gauge) -> Gauge:
+    """A gauge of some of the blocks alone."""
+    faces = np.array([face for block in OF_GAUGE for face in (2 * block - 2, 2 * block - 1)])
+    columns = {name: getattr(gauge, name)[faces] for name in ("nominal_mm", "position_mm", "u_um")}
+    return replace(gauge, **columns)
 
 
 def stated(gauge: Gauge, machine: Machine) -> tuple[Machine, Placement]:
@@ -72,7 +81,7 @@ def recorded(gauge: Gauge, random: np.random.Generator | None, scales_ppm: float
 
 def coverage(runs: int, seed: int, u_scales_K: float = 0.0) -> dict[str, float]:
     """Share of runs in which the truth is within U, by quantity and face; scales off 20 deg C by ``u_scales_K``."""
-    gauge = sg.read_gauge("step-gauge-420")
+    gauge = some_blocks(sg.read_gauge("step-gauge-420"))
     machine, placement = stated(gauge, sg.read_machine("bridge-cmm"))
     hits: Counter[str] = Counter()
     for run in range(runs):
