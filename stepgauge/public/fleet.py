@@ -170,8 +170,9 @@ def budget_fleet(
     Parameters
     ----------
     store : its folder
-    blocks, r_eff, u_gauge_temperature_K, certificate_correlation, repeats, coverage_percent, runs, seed, measurand,
-    contributions, measured_at : as of :func:`stepgauge.budget`, the same for all recordings
+    blocks, r_eff, u_gauge_temperature_K, certificate_correlation, repeats, coverage_percent, runs, seed : as of
+        :func:`stepgauge.budget`, the same for all recordings
+    measurand, contributions, measured_at : as of :func:`stepgauge.budget`, too
     jobs, scheduler, memory_MB, progress : as of :func:`evaluate_fleet`
 
     Returns

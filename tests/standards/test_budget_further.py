@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import stepgauge as sg
+from benchmarks.coverage import coverage
 from stepgauge.conditions import Condition, Conditions
 from stepgauge.conditions.certificate import certificate_conditions
 from stepgauge.errors import InputError
@@ -184,3 +185,13 @@ def test_a_gauge_that_is_due_for_calibration_is_remarked() -> None:
     late = [one.sentence for one in certificate_conditions(REAL, gauge(recall=datetime.date(2026, 8, 1)))]
     assert any("due for calibration on 2026-08-01, and measured with on 2026-09-01" in text for text in late)
     assert not any("due" in one.sentence for one in certificate_conditions(REAL, gauge()))
+
+
+def test_u_covers_the_truth_as_often_as_it_says() -> None:
+    """A small part of ``benchmarks.coverage``, with scales as they are: 95 % of 20 are 16 at least, by chance 1 in 200.
+
+    With the temperature of the scales in U, XM at the far face was covered in every run.
+    """
+    found = coverage(20, seed=2, u_scales_K=0.5)
+    assert min(found.values()) >= 16 / 20
+    assert np.mean(list(found.values())) == pytest.approx(0.955, abs=0.06)
