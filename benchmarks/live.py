@@ -204,7 +204,13 @@ def mad(rng: random.Random, number: int) -> bytes:
     """Random bytes, or a command with characters put in, taken out or exchanged."""
     if rng.random() < 0.3:
         return rng.randbytes(rng.randrange(80)).replace(b"\n", b"?")
-    line = bytearray(b"%05d " % (number % 99999 + 1) + rng.choice(COMMANDS))
+    command = rng.choice(COMMANDS)
+    tag = (
+        b"E%04d " % (number % 9998 + 1)
+        if command.partition(b"(")[0].endswith(b"E")
+        else b"%05d " % (number % 99999 + 1)
+    )
+    line = bytearray(tag + command)
     for _ in range(rng.choice([0, 0, 1, 3])):
         at = rng.randrange(len(line))
         line[at : at + rng.randrange(2)] = bytes([rng.randrange(32, 127)]) * rng.randrange(3)

@@ -17,7 +17,7 @@ import pytest
 
 from stepgauge.ippdme.codes import CODES
 from tests.build import heed_interrupts
-from tests.live.made import Raw, events, lying, make_state, serving, small_gauge, small_machine, write_files
+from tests.live.made import Raw, events, lying, make_state, serving, small_gauge, small_machine, tag_of, write_files
 
 RANDOM_LINES = 3000
 """Of the 1e5 that benchmarks/live.py sends."""
@@ -193,7 +193,8 @@ def mad_lines(count: int, seed: int) -> list[bytes]:
         if rng.random() < 0.3:
             lines.append(rng.randbytes(rng.randrange(60)).replace(b"\n", b"?"))
             continue
-        line = bytearray(b"%05d " % (number % 99999 + 1) + rng.choice(good))
+        command = rng.choice(good).decode()
+        line = bytearray(f"{tag_of(command, number % 9998 + 1)} {command}".encode())
         for _ in range(rng.choice([0, 0, 1, 3])):
             at = rng.randrange(len(line))
             line[at : at + rng.randrange(2)] = bytes([rng.randrange(32, 127)]) * rng.randrange(3)
