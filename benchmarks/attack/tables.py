@@ -78,7 +78,8 @@ def sheet_of(text: str) -> Sheet | None:
             body = cells[first + 1 :]
             count = next((n for n, row in enumerate(body) if len(row) != width or not _is_row(row)), len(body))
             alone = not any(len(row) == width and _is_row(row) for row in body[count:])
-            if width > 1 and count >= 4 and alone and not any(_NUMBER.fullmatch(cell) for cell in cells[first]):
+            named = any(letter.isalpha() for letter in lines[first])  # not the rule below a header
+            if width > 1 and count >= 4 and alone and named and not any(map(_NUMBER.fullmatch, cells[first])):
                 return Sheet(lines[:first], cells[first], body[:count], lines[first + 1 + count :], mark)
     return None
 
@@ -231,11 +232,13 @@ def wrong(layout: Layout, folder: Path, verdict: Verdict) -> str:
         return "a file that nobody can read"
     name = "result.toml" if layout.kind == CERTIFICATE else "result.csv"
     found, off = read_back(layout, folder / name)
-    one_spot = layout.kind == AXIS and layout.truth["target"].nunique() == 1
-    if off and not one_spot:
+    truth, by = layout.truth, list(_PAIR.get(layout.kind, ()))
+    if off and layout.kind == AXIS and truth["target"].nunique() == 1:  # one target is one spot
+        truth, by, off = truth.assign(reading=truth["target"] + truth["deviation"] * 1e-3), ["reading"], ""
+    if off:
         return off
-    by = [one for one in _PAIR.get(layout.kind, ()) if one in layout.truth and one in found]
-    have, want = (Counter(map(tuple, table[by].astype(float).round(3).to_numpy())) for table in (found, layout.truth))
+    by = [one for one in by if one in truth]
+    have, want = (Counter(map(tuple, table[by].astype(float).round(3).to_numpy())) for table in (found, truth))
     extra = have - want
     return f"{sum(extra.values())} readings such as {next(iter(extra))} of {tuple(by)}" if extra else ""
 

@@ -8,7 +8,7 @@ whose names come again in the same order are the cells of one row.
 from __future__ import annotations
 
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from dataclasses import dataclass
 
 from stepgauge.errors import InputError
@@ -62,8 +62,10 @@ def _as_cells(path: str, found: _Lines, encoding: str, count: int) -> Cells:
 def _blocks(lines: list[str], path: str) -> _Lines:
     """Rows of names that stand below one another, and come again in the same order."""
     found = [(n, match) for n, line in enumerate(lines, 1) if (match := _ONE.fullmatch(line))]
+    count = Counter(match[1] for _, match in found)
+    found = [(n, match) for n, match in found if 2 * count[match[1]] >= max(count.values())]
     names = [match[1] for _, match in found]
-    width = names[1:].index(names[0]) + 1 if len(names) > 1 and names[0] in names[1:] else 0
+    width = len(set(names))
     if width < 2 or len(names) < FEWEST * width:
         return _Lines((), [])
     whole = names[:width] * (len(names) // width + 1)
@@ -77,7 +79,8 @@ def _blocks(lines: list[str], path: str) -> _Lines:
 
 def _alike(lines: list[str], path: str) -> _Lines:
     """The most frequent lines that are alike but for their numbers."""
-    shapes: dict[tuple[str, ...], list[tuple[int, list[str], str | None]]] = defaultdict(list)
+    shapes: dict[str, list[tuple[int, list[str], str | None]]] = defaultdict(list)
+    names_of: dict[str, tuple[str, ...]] = {}
     for number, line in enumerate(lines, 1):
         bare, stamp = _bare(line), stamp_in(line)
         if not (_NAMED.search(bare) or _ALONE.fullmatch(bare)) or _POSITION.search(bare):
@@ -87,9 +90,11 @@ def _alike(lines: list[str], path: str) -> _Lines:
             before = re.findall(r"[A-Za-z]\w*", bare[: match.start()])
             names.append(before[-1] if before else "")
             values.append(match[0])
-        shapes[tuple(_numbered(names))].append((number, values, stamp))
-    names_of, rows = max(shapes.items(), key=lambda one: len(one[1]), default=((), []))
-    return _Lines(_places(names_of), rows)
+        words = _ANY.sub("#", bare)
+        names_of[words] = tuple(_numbered(names))
+        shapes[words].append((number, values, stamp))
+    words, rows = max(shapes.items(), key=lambda one: len(one[1]), default=("", []))
+    return _Lines(_places(names_of.get(words, ())), rows)
 
 
 def _bare(line: str) -> str:
