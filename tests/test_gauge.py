@@ -120,7 +120,7 @@ def test_a_block_of_another_size_is_named(tmp_path: Path) -> None:
         ("2026-03-02", '"2 March"', ["certificate.date", "2 March"]),
         ("coverage_factor = 2.0", "coverage_factor = 20", ["certificate.coverage_factor", "20"]),
         ("[certificate]", "[certificat]", ["certificat", "not known"]),
-        ("faces.csv", "none.csv", ["none.csv", "no such file"]),
+        ("faces.csv", "none.csv", ["gauge.toml: key gauge.faces: no such file; found none.csv"]),
         ("[gauge]", "[gauge", ["not valid TOML", "line 2"]),
     ],
 )

@@ -11,6 +11,7 @@ import numpy as np
 from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.reversal import STANDSTILL
+from stepgauge.files.config import file_beside
 from stepgauge.files.tables import read_numbers
 
 COLUMNS = ("position_mm", "error_positive_um", "error_negative_um", "u_positive_um", "u_negative_um")
@@ -33,7 +34,7 @@ class AxisCompensation(Effect):
 
     def prepared(self, where: str | Path) -> Self:
         """Finds the file beside the machine file and reads it."""
-        path = (Path(where).parent / self.file).resolve()
+        path = file_beside(where, "effect.file", self.file).resolve()
         read_compensation(str(path))
         return self.model_copy(update={"file": str(path)})
 

@@ -11,7 +11,7 @@ import numpy as np
 from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
 from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
-from stepgauge.files.config import Vector3
+from stepgauge.files.config import Vector3, file_beside
 from stepgauge.files.tables import read_numbers
 
 COLUMNS = ("coordinate_mm", "error")
@@ -36,7 +36,7 @@ class ErrorMap(Effect):
 
     def prepared(self, where: str | Path) -> Self:
         """Finds the file beside the machine file and reads it."""
-        path = (Path(where).parent / self.file).resolve()
+        path = file_beside(where, "effect.file", self.file).resolve()
         read_map(str(path))
         return self.model_copy(update={"file": str(path)})
 

@@ -10,6 +10,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from stepgauge.errors import InputError, reading
+from stepgauge.files.outputs import place_of
 from stepgauge.files.text import LARGEST_NUMBER, read_text
 
 LEAST_NUMBER = 1e-30
@@ -54,6 +55,16 @@ def _check_finite(value: object, path: str | Path, key: str) -> None:
     if isinstance(value, list):
         for number, one in enumerate(value, 1):
             _check_finite(one, path, f"{key}[{number}]")
+
+
+def file_beside(where: str | Path, key: str, name: str) -> Path:
+    """The path of a file that the file ``where`` names (:class:`InputError` with its key where it is not there)."""
+    path = Path(where).parent / name
+    if not place_of(path).is_file():
+        raise InputError(
+            where, f"key {key}: no such file", found=name, expected="its path from the folder of this file"
+        )
+    return path
 
 
 def check_table(model: type[Model], data: object, where: str | Path, key: str = "") -> Model:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from stepgauge.errors import InputError, naming, reader
-from stepgauge.files.config import Table, check_table, read_toml
+from stepgauge.files.config import Table, check_table, file_beside, read_toml
 from stepgauge.files.dates import check_past
 from stepgauge.files.resources import find_data
 from stepgauge.files.shown import Shown, as_lines
@@ -201,7 +201,7 @@ def read_gauge(name: str | Path) -> Gauge:
     table = check_table(GaugeTable, data.get("gauge"), path, "gauge")
     certificate = check_table(CertificateTable, data.get("certificate"), path, "certificate")
     check_past(certificate.date, path, "key certificate.date")
-    faces = read_numbers(path.parent / table.faces, FACE_COLUMNS)
+    faces = read_numbers(file_beside(path, "gauge.faces", table.faces), FACE_COLUMNS)
     _check_faces(faces)
     u_um = faces["uncertainty_um"] / certificate.coverage_factor
     _check_proportional(faces, certificate)

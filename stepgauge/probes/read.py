@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.errors import InputError
-from stepgauge.files.config import check_table, read_toml
+from stepgauge.files.config import check_table, file_beside, read_toml
 from stepgauge.files.resources import find_data
 from stepgauge.physics import contact, stylus
 from stepgauge.physics.pretravel import Elasticity
@@ -68,7 +68,7 @@ def _of_model(table: ProbeTable, where: str | Path) -> Probe:
         phase = float(np.radians(table.phase_deg))
         return LobedProbe(mean_um=table.pretravel_um, amplitude_um=table.amplitude_um, phase_rad=phase, **common)
     if isinstance(table, MapTable):
-        return TableProbe(map=read_map(Path(where).parent / table.map, table.symmetry), **common)
+        return TableProbe(map=read_map(file_beside(where, "probe.map", table.map), table.symmetry), **common)
     assert isinstance(table, ConstantTable)
     return ConstantProbe(constant_um=table.pretravel_um, **common)
 
