@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,9 @@ from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.budget_terms import Source, Term, independent
 
 Array = NDArray[np.float64]
-GAUGE_DRIFT, READINGS_DRIFT = "drift of the gauge", "drift of the readings"
+GAUGE_DRIFT = "drift of the gauge"
+SHOWN = {"drift": "drift of the readings", "temperature convention": "temperature convention of the readings"}
+"""Conditions of readings that grow along the gauge, and the sources that they are while they are not corrected."""
 YEAR_DAYS = 365.25
 DRIFT_STATED_BY = "gauge file: drift_um_per_m_per_year of [certificate], or [[certificate.earlier]]"
 
@@ -71,15 +73,15 @@ def gauge_drift(model: Model, part: Part, measured_at: str | None) -> Term | Non
     return common_by_position(model, part, u, source)
 
 
-def readings_drift(model: Model, part: Part) -> Term | None:
-    """What a drift with time does that the repeats show and that was not corrected: up to its size, rectangular."""
-    size_um = condition_um(model, part, "drift")
+def shown_by_readings(model: Model, part: Part) -> Iterator[Term]:
+    """What the readings show and nobody corrected or stated: up to its size at the far end, rectangular."""
     span_m = float(np.ptp(model.gauge.position_mm[part.readings.faces - 1])) * 1e-3
-    if size_um == 0.0 or span_m == 0.0:
-        return None
-    u = size_um / math.sqrt(3.0) / span_m
-    source = Source(READINGS_DRIFT, READINGS_DRIFT, "B", (u, u), "um/m", math.inf, "recording: its repeats")
-    return common_by_position(model, part, u, source)
+    for condition, name in SHOWN.items():
+        size_um = condition_um(model, part, condition)
+        if size_um and span_m:
+            u = size_um / math.sqrt(3.0) / span_m
+            source = Source(name, name, "B", (u, u), "um/m", math.inf, f"recording: up to {size_um:.3g} um")
+            yield common_by_position(model, part, u, source)
 
 
 def condition_um(model: Model, part: Part, name: Any) -> float:

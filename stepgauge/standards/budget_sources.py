@@ -31,7 +31,7 @@ from stepgauge.standards.budget_further import (
     gauge_drift,
     measured_on,
     own_contributions,
-    readings_drift,
+    shown_by_readings,
 )
 from stepgauge.standards.budget_terms import Source, Term, independent
 from stepgauge.standards.coverage import APPROXIMATELY_95
@@ -70,7 +70,7 @@ def terms(model: Model, part: Part, asked: Asked, placement: Placement | None) -
     found = [_certificate(model, part), _repeatability(model, part, asked.repeats)]
     found += [_scalar(model, part, index) for index in range(len(model.inputs.scalars))]
     found += [_probing(model, part), _resolution(model, part), _alignment(model, part, placement)]
-    found += [gauge_drift(model, part, asked.measured_at), readings_drift(model, part)]
+    found += [gauge_drift(model, part, asked.measured_at), *shown_by_readings(model, part)]
     return [term for term in found if term is not None] + own_contributions(model, part, asked.contributions)
 
 

@@ -113,6 +113,8 @@ def test_what_the_readings_show_of_alignment_resolution_and_drift_counts() -> No
     assert u_of("drift of the readings", drifting)[last] == pytest.approx(
         3.0 / math.sqrt(3.0) * of.gauge.position_mm[last - 1] * 1e3 / span_um, rel=1e-3
     )
+    unsaid = with_condition(of, Condition("temperature convention", "contribution", "nobody says", size_um=3.0))
+    assert u_of("temperature convention of the readings", unsaid) == u_of("drift of the readings", drifting)
     corrected = with_condition(of, Condition("drift", "corrected", "drifts", size_um=3.0))
     assert not any(u_of("drift of the readings", corrected).values())
 
