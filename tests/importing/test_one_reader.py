@@ -310,3 +310,24 @@ def test_a_report_of_a_coordinate_measuring_machine() -> None:
     found = read(text, AxisOptions("touch"), rows=("X",)).recording
     np.testing.assert_allclose(found.deviation, 2.0, atol=1e-6)
     assert len(read(text, AxisOptions("touch"), rows=("AX=*", "title=*")).recording) == 10
+
+
+def test_lines_of_two_kinds_as_frequent_as_one_another_are_no_recording() -> None:
+    """As where a log of blocks is cut: neither kind of line is the table."""
+    lines = [f"{name} VALUE : {10.0 * n:.4f}" for n in range(2) for name in ("NOMINAL", "ACTUAL")]
+    assert "no table of numbers" in str(asked("\n".join([*lines, "NOMINAL VALUE : 20.0"])))
+    whole = [f"{name} : {10.0 * n + d}" for n in range(4) for name, d in (("NOMINAL", 0.0), ("ACTUAL", 0.002))]
+    assert read("\n".join(whole), AxisOptions("touch", "mm")).recording.form == "axis"
+    assert "a block of the log is not whole" in str(asked("\n".join([*whole[:4], *whole[5:]])))
+
+
+def test_columns_beyond_the_header_are_refused() -> None:
+    text = rows(TARGETS, READINGS + 3.0, READINGS, header="Target [mm],Reading [mm]")
+    assert "the row has more cells than the header" in str(asked(text))
+    assert "the row has more cells" in str(asked("Target [mm],Reading [mm]\n" + rows(TARGETS, READINGS) + "1,2,3\n"))
+
+
+def test_a_target_that_nothing_names_beside_readings_near_it_is_asked_for() -> None:
+    text = rows([50.0] * 10, 50.0 + 1e-3 * np.arange(10), header="Foo [mm],Reading [mm]")
+    assert 'target="Foo [mm]"' in asked(text).as_typed()
+    assert read(text, columns={"target": "Foo [mm]"}).recording.form == "axis"

@@ -79,8 +79,7 @@ def _blocks(lines: list[str], path: str) -> _Lines:
 
 def _alike(lines: list[str], path: str) -> _Lines:
     """The most frequent lines that are alike but for their numbers."""
-    shapes: dict[str, list[tuple[int, list[str], str | None]]] = defaultdict(list)
-    names_of: dict[str, tuple[str, ...]] = {}
+    shapes: dict[tuple[str, tuple[str, ...]], list[tuple[int, list[str], str | None]]] = defaultdict(list)
     for number, line in enumerate(lines, 1):
         bare, stamp = _bare(line), stamp_in(line)
         if not (_NAMED.search(bare) or _ALONE.fullmatch(bare)) or _POSITION.search(bare):
@@ -90,11 +89,11 @@ def _alike(lines: list[str], path: str) -> _Lines:
             before = re.findall(r"[A-Za-z]\w*", bare[: match.start()])
             names.append(before[-1] if before else "")
             values.append(match[0])
-        words = _ANY.sub("#", bare)
-        names_of[words] = tuple(_numbered(names))
-        shapes[words].append((number, values, stamp))
-    words, rows = max(shapes.items(), key=lambda one: len(one[1]), default=("", []))
-    return _Lines(_places(names_of.get(words, ())), rows)
+        shapes[_ANY.sub("#", bare).strip(), tuple(_numbered(names))].append((number, values, stamp))
+    ordered = sorted(shapes.items(), key=lambda one: -len(one[1]))
+    if not ordered or (len(ordered) > 1 and 2 * len(ordered[1][1]) > len(ordered[0][1])):  # rivals: which one is it?
+        return _Lines((), [])
+    return _Lines(_places(ordered[0][0][1]), ordered[0][1])
 
 
 def _bare(line: str) -> str:

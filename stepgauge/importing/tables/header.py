@@ -37,7 +37,7 @@ def find_header(cells: Cells, first: int, width: int, start: int) -> tuple[list[
         refuse_slip(cells, at, _texts(cells.rows[at - 1], width))
     if at < start or not _may_name(cells.rows[at], width):
         return [], units, at + 1
-    names = _texts(cells.rows[at], max(width, len(cells.rows[at])))
+    names = [text_of(cell) for cell in cells.rows[at]]
     for _ in range(MOST_HEADERS - 1):
         upper = _upper(cells.rows[at - 1], names) if at > start else []
         if not upper:

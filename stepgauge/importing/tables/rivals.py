@@ -50,6 +50,8 @@ _COORDINATES = ("x", "y", "z", "height")
 MOST_OF_SPOT = 1.0
 """Span, in the unit of a table, of the readings of one spot where other coordinates stand beside them."""
 _KINDS_ASKED = "rows are of several kinds"
+NEAR = 0.01
+"""Of a column that is the same in every row: readings that are as near to it may be those of one target."""
 MOST_SHOWN = 4
 
 
@@ -164,7 +166,8 @@ def _with_vacant(table: Table, roles: list[Role], chosen: Mapping[str, str], dec
     of_stations = any(one.role == FROM for one in roles)
     values = [one for one in roles if one.role in VALUE_ROLES]
     targets = [one for one in roles if one.role == TARGET]
-    free = [one for one in roles if one.role is None and _may_be_place(table, one)]
+    readings = table.numbers(values[0].place) if values else np.zeros(1)
+    free = [one for one in roles if one.role is None and _may_be_place(table, one, readings)]
     if values and not targets and not of_stations and free and TARGET not in chosen:
         names = ", ".join(repr(_called(one)) for one in free[:MOST_SHOWN])
         words = f'{{}} target="{_called(free[0])}", or {{}} ignore="{_called(free[0])}" if it is something else'
@@ -173,8 +176,11 @@ def _with_vacant(table: Table, roles: list[Role], chosen: Mapping[str, str], dec
     return roles
 
 
-def _may_be_place(table: Table, one: Role) -> bool:
-    """Whether a column that nothing names may hold positions: numbers that differ, in no other unit, no row numbers."""
+def _may_be_place(table: Table, one: Role, readings: Array) -> bool:
+    """Whether a column that nothing names may hold positions: numbers that differ, or one that the readings are near.
+
+    In no other unit, and no row numbers.
+    """
     name, unit = split_name(one.header)
     if (
         (unit is not None and unit.quantity not in ("length", "angle"))
@@ -185,8 +191,10 @@ def _may_be_place(table: Table, one: Role) -> bool:
     if name.endswith(("]", ")")):  # a unit that is none of length
         return False
     values = table.numbers(one.place)
-    if not np.isfinite(values).all() or not np.ptp(values):
+    if not np.isfinite(values).all():
         return False
+    if not np.ptp(values):
+        return bool(np.abs(readings - values).max() < NEAR * abs(values[0]))
     return not (len(values) > 1 and (np.diff(values) == 1.0).all() and values[0] in (0.0, 1.0))
 
 
