@@ -7,6 +7,7 @@ owners of each recording. Nothing that a question says can change a file.
 from __future__ import annotations
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -93,7 +94,8 @@ def _open(connection: Any, fleet: Fleet, named: set[str] | None) -> None:
     index, folder = fleet.index(), fleet.folder.resolve()
     connection.register("recordings", index)
     if named is None or "probings" in named:
-        paths = [check_name(folder / name) for name in sorted(set(index["file"].to_pylist()))]
+        with ThreadPoolExecutor() as pool:  # a checksum of much is taken by all processors
+            paths = list(pool.map(check_name, [folder / name for name in sorted(set(index["file"].to_pylist()))]))
         _view(connection, "probings", paths, PROBINGS)
     kept = {table.folder.name: table for table in tables_of(fleet)}
     for name in dict.fromkeys((*RESULTS, *kept)):
