@@ -513,6 +513,7 @@ OPTIONS = [
     ("heidenhain", "folder", "TNC:\\A\\..\\", "TNC:"),
     ("heidenhain", "file", "OUT.H", "ends in .TXT or .LOG"),
     ("dmis", "file", "x'y", "a file name"),
+    ("dmis", "file", "A.DMI", "a file name"),
     ("dmis", "device", "A)=B", "a letter, then"),
     ("dmis", "sphere", "25 mm", "a number from 1 to 100 mm"),
     ("siemens", "file", "L9000_SPF", "the name of the log"),

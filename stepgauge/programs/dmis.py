@@ -25,7 +25,7 @@ NIST = "NIST, IMTS_M_clean.dmi"
 SPEED_UNITS = {"MPM": 1000.0 / 60.0, "MMPS": 1.0}
 SAME_MM = 1e-5
 """A feature and its measurement are printed from the same numbers."""
-DEVICE_NAME, FILE_NAME = r"[A-Za-z][A-Za-z0-9_-]{0,15}", r"[A-Za-z0-9_-]{1,40}(?:\.[A-Za-z0-9]{1,4})?"
+DEVICE_NAME, FILE_NAME = r"[A-Za-z][A-Za-z0-9_-]{0,15}", r"[A-Za-z0-9_-]{1,40}(?:\.(?i:DMO|TXT|LOG|OUT))?"
 _XYZ, _IJK = "{number},{number},{number}", "{number},{number},{number}"
 
 TABLE = Table(
@@ -71,7 +71,10 @@ TABLE = Table(
         "version": Slot(r"\d{1,2}\.\d", "05.2"),
         "name": Slot(r"[A-Za-z0-9_-]{1,32}", "letters, digits, _ and -"),
         "device": Slot(DEVICE_NAME, "a letter, then letters, digits, _ and -"),
-        "file": Slot(FILE_NAME, "the file of the results, one in a program, without a folder"),
+        "file": Slot(
+            FILE_NAME,
+            "the file of the results, one in a program, without a folder: .DMO, .TXT, .LOG, .OUT or no ending",
+        ),
         "distance": Slot("APPRCH|SEARCH|RETRCT", "APPRCH, SEARCH or RETRCT"),
         "speed": Slot("MESVEL|POSVEL", "MESVEL or POSVEL"),
         "unit": Slot("MPM|MMPS", "MPM (m/min) or MMPS (mm/s)"),
@@ -298,7 +301,9 @@ DIALECTS = (
             "device": Option("RESULTS", Name(DEVICE_NAME, TABLE.slot("device").what), "label of the file of results"),
             "file": Option(
                 "STEPGAUGE.DMO",
-                Name(FILE_NAME, "a file name without a folder, or nothing", may_be_left_out=True),
+                Name(
+                    FILE_NAME, "a file name without a folder (.DMO, .TXT, .LOG, .OUT), or nothing", may_be_left_out=True
+                ),
                 "file of the results; empty: no DID, OPEN, CLOSE",
             ),
             "sphere": Option(
