@@ -15,7 +15,7 @@ from stepgauge.files.numerals import number
 from stepgauge.files.units import find_unit, unit_hint
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.importing.conventions import settle
+from stepgauge.importing.conventions import count_placements, settle
 from stepgauge.importing.expected import Expected, expected_by_log, expected_by_program
 from stepgauge.importing.faces import nearest_faces, tip_distance_mm
 from stepgauge.importing.log import ProbeLog
@@ -34,8 +34,6 @@ CLEAR = 0.25
 """Points are at the surface, or a tip radius before it, if they are nearer to that than this share of the radius."""
 SURFACE_MM = 0.1
 """Points nearer to their faces than the smallest tip radius are surface points."""
-ONE_AXIS = 0.7
-"""Smallest cosine between approaches of one placement: two placements are at right angles, or in diagonals."""
 SAME_K = 0.05
 """Difference of a stated temperature from the recorded ones within which it is the same, rounded."""
 
@@ -131,7 +129,7 @@ def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) ->
                 words="{} and {} (faces follow from the positions), and {} where it is known",
             ),
         )
-    log, placements = _with_placements(log, options.accept)
+    log, placements = count_placements(log, options.accept)
     assert log.approach is not None
     radius = options.tip_radius_mm or log.tip_radius_mm
     found = _is_surface(log, _width_radius_mm(log, gauge), options, radius)
@@ -256,38 +254,17 @@ def _certified(face: Array, gauge: Gauge) -> Array:
     return gauge.position_mm[face[known].astype(int) - 1] if known.any() else np.zeros(1)
 
 
-def _with_placements(log: ProbeLog, accept: Sequence[str]) -> tuple[ProbeLog, list[str]]:
-    """The log with its placements counted, where it states none, its approaches turn, and that is accepted; words."""
-    assert log.approach is not None
-    turns = np.abs(np.einsum("ij,ij->i", log.approach[1:], log.approach[:-1])) < ONE_AXIS
-    if "placement" in log.columns or not turns.any():
-        return log, []
-    number = 1 + np.cumsum(np.r_[False, turns])
-    if "placements" not in accept:
-        raise InputError(
-            log.at(int(turns.argmax()) + 1),
-            "the approaches turn to another axis: the file has several placements of the gauge, and does not say so",
-            found=f"{number[-1]} by the axes",
-            expected=naming("accept", words="a column placement, or {} placements, which counts them by the axes"),
-        )
-    words = f"placements: {number[-1]}, counted by the axes of the approaches (the file states none)"
-    return replace(log, columns={**log.columns, "placement": number}), [words]
-
-
 def _width_radius_mm(log: ProbeLog, gauge: Gauge | None) -> float:
     """Half of how much wider than certified the blocks are read: the tip radius for tip centres; NaN if unknown."""
     face = log.columns["face"].astype(np.int64)
     sides = [face % 2 == side for side in (1, 0)]
     if gauge is None or log.approach is None or face.max() > gauge.n_faces or not all(side.any() for side in sides):
         return float("nan")
-    first = log.columns.get("placement", face) == log.columns.get("placement", face)[0]
-    if "placement" in log.columns and not first.all():  # the blocks are as wide in every placement
-        own = {name: values[first] for name, values in log.columns.items()}
-        return _width_radius_mm(replace(log, position_mm=log.position_mm[first], approach=log.approach[first],
-                                        columns=own), gauge)  # fmt: skip
-    axis = axis_from_approaches(list(log.approach.T), face, log.path)
+    placement = log.columns.get("placement", np.zeros(len(log)))
+    first = placement == placement[0]  # the blocks are as wide in every placement
+    axis = axis_from_approaches(list(log.approach[first].T), face[first], log.path)
     off_mm = log.position_mm @ axis - gauge.position_mm[face - 1]
-    front, back = (float(np.median(off_mm[side])) for side in sides)
+    front, back = (float(np.median(off_mm[side & first])) for side in sides)
     return (back - front) / 2.0
 
 

@@ -39,6 +39,8 @@ MOST = 0.9
 """Share of the points for which a convention holds; the others are departures, named one by one."""
 CHANCE = 0.75
 """Share of differences of one sign up to which they are chance; between this and :data:`MOST` nobody can tell."""
+ONE_AXIS = 0.7
+"""Smallest cosine between approaches of one placement: two placements are at right angles, or in diagonals."""
 FEWEST = 4
 """Points of a side from which differences that all have one sign are no chance (1 in 8, of both sides 1 in 64)."""
 
@@ -213,3 +215,21 @@ def _is_chance(difference: Array) -> bool:
 
 def _alike(difference: Array) -> float:
     return float(max((difference > 0.0).mean(), (difference < 0.0).mean()))
+
+
+def count_placements(log: ProbeLog, accept: Sequence[str]) -> tuple[ProbeLog, list[str]]:
+    """The log with its placements counted, where it states none, its approaches turn, and that is accepted; words."""
+    assert log.approach is not None
+    turns = np.abs(np.einsum("ij,ij->i", log.approach[1:], log.approach[:-1])) < ONE_AXIS
+    if "placement" in log.columns or not turns.any():
+        return log, []
+    number = 1 + np.cumsum(np.r_[False, turns])
+    if "placements" not in accept:
+        raise InputError(
+            log.at(int(turns.argmax()) + 1),
+            "the approaches turn to another axis: the file has several placements of the gauge, and does not say so",
+            found=f"{number[-1]} by the axes",
+            expected=naming("accept", words="a column placement, or {} placements, which counts them by the axes"),
+        )
+    words = f"placements: {number[-1]}, counted by the axes of the approaches (the file states none)"
+    return replace(log, columns={**log.columns, "placement": number}), [words]

@@ -56,7 +56,7 @@ def match(log: ProbeLog, expected: Expected, accept: Sequence[str] = ()) -> Matc
     accept : what may be, of ``KINDS``: points ``missing`` (also a log that ends early), ``doubled`` rows (the last
         touch is kept), rows out of ``order``, ``foreign`` rows that are no points of the program (left out), ``runs``:
         the program several times in one log, whose cycles count on; ``alarm``, ``shift``, ``repeats`` and
-        ``placements`` are settled before (:mod:`stepgauge.importing.conventions`, :mod:`stepgauge.importing.build`)
+        ``placements`` are settled before (:mod:`stepgauge.importing.conventions`)
 
     Raises
     ------
