@@ -314,8 +314,8 @@ def main(count: int = 100, seed: int = 47) -> int:
     """All verbs; the number of slips that were silent."""
     total, bad = 0, 0
     with tempfile.TemporaryDirectory() as folder:
-        for name, verb in VERBS.items():
-            outcomes, silent = attack(verb, count, seed, Path(folder))
+        for place, (name, verb) in enumerate(VERBS.items()):
+            outcomes, silent = attack(verb, count, seed + 1000 * place, Path(folder))
             total, bad = total + count, bad + len(silent)
             print(f"{name}: {', '.join(f'{n} {what}' for what, n in sorted(outcomes.items()))}", flush=True)
             for line in silent:

@@ -47,7 +47,7 @@ def logs(tmp_path: Path) -> Path:
     folder = tmp_path / "logs"
     gauge = read_gauge(GAUGE)
     for number in range(6):
-        said = {"machine_id": f"M{number % 3}", "measured_at": f"2026-0{1 + number}-05"}
+        said = {"machine_id": f"M{number % 3}", "measured_at": f"2026-0{4 + number}-05"}
         write_recording(folder / f"{number}.csv", make_recording(gauge, number, 2, ppm=number, **said))
     text = (folder / "5.csv").read_text().replace("# tip_radius_mm: 2\n", "# tip_radius_mm:   2\n# by: hand\n")
     (folder / "5.csv").write_text(text.replace(",0.0,", ",0.00,").replace("# probings: 84\n", ""), newline="\r\n")
@@ -104,7 +104,7 @@ def test_placements_and_recordings_of_one_name_are_kept_apart(tmp_path: Path) ->
     lies = [make_placement([100, 300, 100], [500, 300 + dy, 100], 1, gauge.n_blocks) for dy in (0.0, 0.4)]
     for number, one in enumerate(lies):
         write_placement(tmp_path / f"p{number}.toml", one)
-    add = ("fleet", "add", fleet, "-g", GAUGE, "--machine-id", "M", "--measured-at", "2026-02-03")
+    add = ("fleet", "add", fleet, "-g", GAUGE, "--machine-id", "M", "--measured-at", "2026-04-03")
     with pytest.raises(InputError, match="one placement file per placement; found 1; expected 2 or none"):
         verb(*add, tmp_path / "one/a.csv", "-p", tmp_path / "p0.toml")
     verb(*add, tmp_path / "one/a.csv", "-p", tmp_path / "p0.toml", "-p", tmp_path / "p1.toml")
