@@ -61,15 +61,11 @@ def test_an_input_follows_from_its_number() -> None:
         assert one == again != other
 
 
-OPEN = {"O2000", "A.DMI", "ENDMES\nMEAS/POINT,F(C1F1),1"}
-"""Accepted, and told to be: a second program number in the header, a log called as a program, an empty measurement."""
-
-
 @pytest.mark.parametrize("dialect", FAMILIES)
 def test_no_hazardous_construct_is_accepted_at_any_kind_of_place(dialect: str) -> None:
     """Of the corpus a fiftieth; the whole: python -m benchmarks.attack.hazards."""
     count = attack(dialect, seed=11, share=0.02)
-    assert {one.text for _, one, _ in count.accepted} <= OPEN
+    assert count.accepted == []
     assert count.outcome["traceback"] == 0
     assert count.outcome["refused"] > 20
 

@@ -112,6 +112,7 @@ class Dmis(Control):
         self.spheres: set[str] = set()
         self.calibrated: set[str] = set()
         self.calibrating = self.measuring = self.tool = ""
+        self.touched = False
         self.features: dict[str, list[float]] = {}
         self.measured: dict[str, list[str]] = {}
         self.devices: dict[str, bool] = {}
@@ -200,7 +201,7 @@ class Dmis(Control):
         """The measurement of a feature begins."""
         if self.measuring or self.calibrating:
             self.reader.fail("MEAS inside a MEAS or CALIB block", expected="ENDMES first")
-        self.measuring = block.fields[0].upper()
+        self.measuring, self.touched = block.fields[0].upper(), False
         if self.measuring not in self.features:
             found, expected = block.text, f"F({self.measuring})=FEAT/POINT,CART,.. before"
             self.reader.fail("the feature is not defined", found=found, expected=expected)
@@ -209,6 +210,8 @@ class Dmis(Control):
         """It ends."""
         if not self.measuring and not self.calibrating:
             self.reader.fail("ENDMES without MEAS")
+        if self.measuring and not self.touched:
+            self.reader.fail("a measurement without PTMEAS, which a software may make by itself", found=block.text)
         self.calibrated |= {self.calibrating} - {""}
         self.measuring = self.calibrating = ""
 
@@ -233,6 +236,7 @@ class Dmis(Control):
         contact = self.reader.touch(tip, [-n for n in normal], name=self.measuring)
         if not contact.hit:
             self.reader.alarm(f"no contact in the search of {self.measuring}")
+        self.touched = True
         centre = ",".join(fixed(value, 7) for value in contact.position)
         ijk = ",".join(fixed(value, 10) for value in normal)
         self.measured[self.measuring] = [f"FA({self.measuring})=FEAT/POINT,CART,{centre},$", ijk]

@@ -200,7 +200,11 @@ class Control:
         follows = {one.after: one for one in self.table.forms if one.after}
         head = next((n for n, one in enumerate(blocks) if one.when not in (FIRST, FRAME)), last + 1)
         tail = next((n for n in range(last, -1, -1) if blocks[n].when not in (LAST, FRAME)), -1)
+        named: set[str] = set()
         for place, block in enumerate(blocks):
+            if block.when == FIRST and block.form.text in named:
+                self._fail_at(place, "a second program begins", block.text)
+            named |= {block.form.text} if block.when == FIRST else set()
             within = 0 < place < last or (place == 0 and block.line > first_line)
             if (block.when == FIRST and place > head) or (block.when == FRAME and within):
                 self._fail_at(place, "this belongs at the beginning of the program", block.text)
