@@ -89,6 +89,10 @@ class Conditions:
         """Those with one of the names."""
         return tuple(one for one in self.entries if one.name in names)
 
+    def without(self, *names: Name) -> Conditions:
+        """Those with none of the names: a trend, in which the certificate cancels, does not rest on its date."""
+        return Conditions(tuple(one for one in self.entries if one.name not in names))
+
     @property
     def notes(self) -> tuple[str, ...]:
         """The sentences of all that is not as it has to be, for page 1 and the command line."""

@@ -61,7 +61,7 @@ def _evaluated(batch: Batch, one: Stored, blocks: str | None, r_eff: REffOrigin)
         gauge = batch.gauge(one)
         section = parse_blocks(blocks, gauge) if blocks else None
         found = evaluate(one.recording(), gauge, section, r_eff, batch.placements(one))
-        require_statement(found.conditions, found.path)
+        require_statement(found.conditions.without("dates"), found.path)
     except InputError as error:
         yield {"recording": one.key, "placement": 0, "error": error.as_typed(), "notes": [], "face": []}
         return
