@@ -126,7 +126,8 @@ def test_certificate_and_expansion_are_in_the_uncertainty() -> None:
     recording = measured(gauge, lambda x: 0.0 * x)
     table = table_of(gauge, recording, travel="positive")
     np.testing.assert_allclose(table.u_positive_um[1:], 0.3 * np.sqrt(2), rtol=1e-9)
-    warm = Recording(recording.frame.assign(gauge_temperature_C=26.0), {"temperature_convention": "as_read"}, "warm.csv")
+    warm_frame = recording.frame.assign(gauge_temperature_C=26.0)
+    warm = Recording(warm_frame, {"temperature_convention": "as_read"}, "warm.csv")
     warmer = table_of(gauge, warm, travel="positive")
     expansion = 0.5e-6 * 6.0 * (warmer.position_mm - warmer.position_mm[0]) * 1e3
     np.testing.assert_allclose(warmer.u_positive_um[1:], np.hypot(0.3 * np.sqrt(2), expansion[1:]), rtol=1e-6)
