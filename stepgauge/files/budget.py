@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import threading
@@ -143,7 +144,7 @@ def within(budget: Budget, where: str | Path) -> Iterator[None]:
 
     kinds = (resource.RLIMIT_CPU, resource.RLIMIT_DATA)
     before, handler = [resource.getrlimit(kind) for kind in kinds], signal.signal(signal.SIGXCPU, spent)
-    wanted = (time.process_time() + 1.0 + budget.seconds, budget.memory_MB * MB)
+    wanted = (time.process_time() + 1.0 + budget.seconds, _data_in_use() + budget.memory_MB * MB)
     try:
         for kind, most, (soft, hard) in zip(kinds, wanted, before, strict=True):
             resource.setrlimit(kind, (int(most) if soft == resource.RLIM_INFINITY else min(int(most), soft), hard))
@@ -154,6 +155,16 @@ def within(budget: Budget, where: str | Path) -> Iterator[None]:
         for kind, limits in zip(kinds, before, strict=True):
             resource.setrlimit(kind, limits)
         signal.signal(signal.SIGXCPU, handler)
+
+
+def _data_in_use() -> int:
+    """Bytes of data that this process has already, its libraries' threads among them, as RLIMIT_DATA counts them."""
+    try:
+        status = Path("/proc/self/status").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return 0
+    found = re.search(r"^VmData:\s*(\d+) kB", status, re.MULTILINE)
+    return int(found[1]) * 1024 if found else 0
 
 
 def limit_process(seconds: float, memory_MB: float) -> None:
