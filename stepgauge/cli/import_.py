@@ -183,7 +183,12 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
     metavar="NAMES",
     help='Of a table: names of all columns, e.g. "target_mm,reading_mm" or "x_mm,y_mm,z_mm". Default: those of LOG.',
 )
-@click.option("--table", type=click.IntRange(1), metavar="N", help="Of a file with several tables: the one to read.")
+@click.option(
+    "--table",
+    type=click.IntRange(1),
+    metavar="N",
+    help="Of a file with several tables: the one to read (without it, one that fits).",
+)
 @click.option(
     "--rows",
     multiple=True,

@@ -10,6 +10,7 @@ from stepgauge.diagnosis.maps.data import MapData, Measured, read_map_data
 from stepgauge.diagnosis.maps.model import MapModel
 from stepgauge.diagnosis.probe_map import diagnose_map, diagnose_probe_map
 from stepgauge.importing.axis import AxisOptions, import_axis
+from stepgauge.importing.tables.read import TableLayout
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes import read_probe
 
@@ -83,7 +84,7 @@ PUBLISHED_SLOPE, PUBLISHED_OFFSET_UM, ODD_RUN = 0.987, 0.24, 2
 
 def spacings(**columns):
     """The worksheet as an axis: certified spacings as targets, observed ones as readings."""
-    return import_axis(SPACING / "spacings.csv", AxisOptions("optical", columns=columns)).recording
+    return import_axis(SPACING / "spacings.csv", AxisOptions("optical"), TableLayout(columns=columns)).recording
 
 
 def test_line_spacings_keep_the_published_fit_and_the_odd_run():
