@@ -8,6 +8,7 @@ positions are brought to the recorded gauge temperature; readings are left as th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
@@ -112,13 +113,20 @@ class LengthTest:
     def repeatability_outcome(self, kind: Kind) -> Outcome | None:
         """The decision on the repeatability ranges; None without a limit or repeats, and of unidirectional lengths.
 
-        What makes a test value uncertain is the same in all repeats of a length, so nothing is subtracted from the
-        limit.
+        What makes a test value uncertain is the same in all repeats of a length, so nothing but the rounding of
+        readings with coarse steps is subtracted from the limit.
         """
         ranges = [one.range_um for one in self.lengths(kind) if np.isfinite(one.range_um)]
         limit = self.specification.repeatability_um
-        undecided = limit is None or not ranges or kind == "unidirectional"
-        return None if limit is None or undecided else gate(self.conditions, decide(max(ranges), limit, 0.0))
+        if limit is None or not ranges or kind == "unidirectional":
+            return None
+        return gate(self.conditions, decide(max(ranges), limit, self._range_expanded_um))
+
+    @property
+    def _range_expanded_um(self) -> float:
+        """U (k = 2) of a range from the rounding of its four readings, each by half a step at most (GUM F.2.2.1)."""
+        coarse = [one.size_um or 0.0 for one in self.conditions.of("resolution") if one.state != "met"]
+        return 2.0 * math.sqrt(4.0 / 3.0) * max(coarse, default=0.0)
 
     def remeasure(self, kind: Kind) -> list[TestLength]:
         """Lengths whose single error outside the conformance zone the standard lets be measured again.

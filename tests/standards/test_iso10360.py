@@ -241,6 +241,31 @@ def test_e150_is_a_series_of_its_own() -> None:
     assert "unconfirmed" in " ".join(statements(test))
 
 
+@pytest.mark.parametrize(
+    ("limit_um", "expected"), [(1.5, "not decidable"), (11.5, "not decidable"), (11.6, "conforms")]
+)
+def test_a_range_is_not_known_better_than_the_steps_of_its_readings(limit_um: float, expected: str) -> None:
+    """U of four roundings by 10 um is 2 * 10 um / sqrt(3) = 11.547 um, whatever U the errors have."""
+    recording = made(GAUGE, lambda _, face: 20.0 * np.sin(face))
+    recording.frame["x_mm"] = np.round(recording.frame["x_mm"], 2)
+    asked, vague = replace(SPEC, repeatability_um=limit_um), replace(ALL, fixture_um=200.0)
+    test = length_test(recording, GAUGE, asked, vague, Choices(tip_diameter_mm=TIP_MM))
+    assert max(one.range_um for one in test.lengths("bidirectional")) < 1e-6
+    assert test.repeatability_outcome("bidirectional") == expected
+    sure = length_test(recording, GAUGE, asked, ALL, Choices(tip_diameter_mm=TIP_MM))
+    assert sure.repeatability_outcome("bidirectional") == sure.outcome("bidirectional") == "no statement"
+    assert "steps of 10 um" in overall([sure]).text
+
+
+def test_readings_off_the_axis_decide_nothing() -> None:
+    """A machine 12 um/m short is hidden by 5 mrad that nobody stated: the cosine error is 5 um over 410 mm."""
+    recording = made(GAUGE, lambda _, face: -12.5e-3 * GAUGE.position_mm[face - 1])
+    recording.frame["y_mm"] += 5e-3 * (recording.frame["x_mm"] - recording.frame["x_mm"].iloc[0])
+    test = length_test(recording, GAUGE, SPEC, ALL, Choices(tip_diameter_mm=TIP_MM))
+    assert test.outcome("bidirectional") == test.repeatability_outcome("bidirectional") == "no statement"
+    assert "5.00 mrad off the axis" in overall([test]).text
+
+
 def test_one_statement_for_the_machine_with_its_decision_rule() -> None:
     """Errors within and ranges beyond their limits are no conformity: the worst characteristic decides."""
     wide = seven(lambda cycle, face: 2.0 * (cycle == 2) * (face == 42))
