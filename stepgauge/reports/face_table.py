@@ -7,7 +7,7 @@ from typing import Any
 from stepgauge.files.notation import UNDEFINED, aligned, number, uncertain
 from stepgauge.reports.page import BETWEEN, Column, PrintedTable
 from stepgauge.standards.budget_files import StoredBudget
-from stepgauge.standards.conformity import SHORT, Conformity
+from stepgauge.standards.conformity import Conformity
 
 ERRORS = ("xf", "xb", "xm", "xr")
 NOTE = (
@@ -36,7 +36,7 @@ def faces_table(result: dict[str, Any], budget: StoredBudget | None, judged: Con
 
 def _decision(judged: Conformity, placement: int, face: int) -> list[str]:
     one = judged.of(placement, face)
-    return [UNDEFINED, UNDEFINED] if one is None else [number(one.limit_um, 2), SHORT[one.outcome]]
+    return [UNDEFINED, UNDEFINED] if one is None else [number(one.limit_um, 2), one.word]
 
 
 def _head() -> list[Column]:

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from stepgauge.conditions import Conditions, gate, stored_conditions
 from stepgauge.files.notation import quantity
+from stepgauge.machine.file import check_recorded, read_machine
 from stepgauge.standards.budget_files import StoredBudget
 from stepgauge.standards.decision import DECISION_SOURCE, Outcome, conformity_probability, decide, together
 from stepgauge.standards.mpe import Mpe
@@ -36,6 +38,11 @@ class FaceDecision:
     expanded_um: float | None
     probability: float | None
     outcome: Outcome
+
+    @property
+    def word(self) -> str:
+        """As a table has it."""
+        return SHORT[self.outcome]
 
 
 @dataclass(frozen=True)
@@ -76,6 +83,19 @@ class Conformity:
 
 def _percent(share: float) -> str:
     return "above 99.9 %" if share > 0.999 else "below 0.1 %" if share < 0.001 else f"{100.0 * share:.1f} %"
+
+
+def machine_limit(name: str | Path, comments: Mapping[str, str]) -> Mpe | None:
+    """Maximum permissible error that a machine file states; None where it states none.
+
+    Errors as :func:`~stepgauge.machine.file.read_machine` and, where it states one, as
+    :func:`~stepgauge.machine.file.check_recorded`.
+    """
+    machine = read_machine(name)
+    if machine.table.mpe is None:
+        return None
+    check_recorded(comments, machine)
+    return Mpe.parse(machine.table.mpe)
 
 
 def conformity(evaluation: Mapping[str, Any], budget: StoredBudget | None, mpe: Mpe) -> Conformity:

@@ -17,6 +17,7 @@ from starlette.routing import Route
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, inside, listed, relative
 from stepgauge.web.forms import Form, asked_form, with_form
+from stepgauge.web.limit import decided
 from stepgauge.web.render import json_answer, render, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
@@ -154,8 +155,20 @@ class Shown:
 
 def errors(request: Request) -> Response:
     """Main numbers, notes, the chart, and the table of all faces."""
-    shown = Shown.of(request)
-    return render(request, "result_errors.html.j2", shown=shown, placement=shown.placement, gauge=shown.data["gauge"])
+    shown, site = Shown.of(request), site_of(request)
+    judged, why = decided(site, shown.data, _stored_budget(site, shown))
+    number = shown.placement["placement"]
+    rows = [(row, judged.of(number, row["face"]) if judged else None) for row in shown.placement["faces"]]
+    return render(
+        request,
+        "result_errors.html.j2",
+        shown=shown,
+        placement=shown.placement,
+        gauge=shown.data["gauge"],
+        rows=rows,
+        judged=judged,
+        why=why,
+    )
 
 
 def errors_chart(request: Request) -> Response:
@@ -181,20 +194,26 @@ def _expanded(site: Site, shown: Shown) -> NDArray[np.float64] | None:
     """Expanded uncertainty of XM by face from the budget of this evaluation, where the project has it."""
     import numpy as np
 
+    found, number = _stored_budget(site, shown), shown.placement["placement"]
+    if found is None:
+        return None
+    lines = {one.face: one.expanded_um for one in found.quantities if (one.quantity, one.placement) == ("xm", number)}
+    return np.array([lines.get(row["face"], np.nan) for row in shown.placement["faces"]])
+
+
+def _stored_budget(site: Site, shown: Shown) -> StoredBudget | None:
+    """The budget of this evaluation that the project has; of several the one that lacks least."""
     from stepgauge.standards.budget_files import check_budget, read_budget
 
+    there = []
     for path in _files(site, "budget.json")[:MOST_BUDGETS]:
         try:
             found = read_budget(path)
             check_budget(found, dict(shown.data), path)
         except InputError:
             continue
-        number = shown.placement["placement"]
-        lines = {
-            one.face: one.expanded_um for one in found.quantities if (one.quantity, one.placement) == ("xm", number)
-        }
-        return np.array([lines.get(row["face"], np.nan) for row in shown.placement["faces"]])
-    return None
+        there.append(found)
+    return min(there, key=lambda one: len(one.not_included), default=None)
 
 
 def _inputs(site: Site, name: str) -> tuple[list[Path], str]:

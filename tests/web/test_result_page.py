@@ -1,0 +1,107 @@
+"""Pass, fail or undecidable on the page of a result, by the limit that the project or its machine file states."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from starlette.requests import Request
+
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.standards.budget_files import StoredGap, write_budget
+from stepgauge.standards.conformity import conformity
+from stepgauge.standards.mpe import Mpe
+from stepgauge.web.app import make_app
+from stepgauge.web.pages.result import errors
+from stepgauge.web.site import Site
+from tests.dcc.made import evaluated, one_recording
+from tests.measured import shipped
+from tests.web.conftest import make_project
+
+
+VERBS = ("locate", "simulate", "import", "evaluate", "budget", "report", "diagnose")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A project with one evaluation, from whose folder the server runs."""
+    folder = make_project(tmp_path / "project")
+    monkeypatch.chdir(folder)
+    one_recording().write(folder / "recordings/one.csv")
+    evaluate(one_recording(), shipped()[0]).write(folder / "results/evaluation")
+    return folder
+
+
+def limit(folder: Path, text: str) -> None:
+    """Stated in the project file."""
+    path = folder / "stepgauge.toml"
+    path.write_text(f'mpe = "{text}"\n{path.read_text("utf-8")}', "utf-8")
+
+
+def of_machine(folder: Path, text: str, name: str = "") -> None:
+    """Stated in the machine file; ``name``: of another machine."""
+    path = folder / "machine/bridge-cmm.toml"
+    said = path.read_text("utf-8").replace("[machine]\n", f'[machine]\nmpe = "{text}"\n', 1)
+    path.write_text(said.replace('name = "', f'name = "{name}', 1), "utf-8")
+
+
+def budget(folder: Path, gaps: list[str]) -> None:
+    """A budget of the evaluation with a U that is small against 30 um."""
+    found = evaluated(1)[1]
+    sure = [
+        one.model_copy(update={"u_um": one.u_um / 9, "expanded_um": one.expanded_um / 9}) for one in found.quantities
+    ]
+    left = [StoredGap(what=gap, state_by="-") for gap in gaps]
+    where = folder / f"results/budget-{len(gaps)}"
+    where.mkdir()
+    write_budget(where, found.model_copy(update={"quantities": sure, "not_included": left}))
+
+
+def page(folder: Path) -> str:
+    app = make_app(Site(folder, VERBS, 1, "-"))
+    scope = {"type": "http", "app": app, "headers": [], "query_string": b"evaluation=results/evaluation"}
+    return bytes(errors(Request({**scope, "method": "GET", "path": "/result/errors"})).body).decode()
+
+
+@pytest.mark.parametrize(
+    ("mpe", "gaps", "said", "word"),
+    [("30", [], "Pass", "pass"), ("0.01", [], "Fail", "fail"), ("0.01", ["probing"], "Undecidable", "undecidable")],
+)
+def test_the_page_decides_as_the_report_does(folder: Path, mpe: str, gaps: list[str], said: str, word: str) -> None:
+    limit(folder, mpe)
+    budget(folder, gaps)
+    shown = page(folder)
+    assert f"<p>{said}: MPE = ± {mpe} µm" in shown
+    assert ("U lacks probing" in shown) is bool(gaps)
+    judged = conformity(evaluated(1)[0], None, Mpe.parse(mpe))
+    assert shown.count("</td></tr>") >= len(judged.faces) > 0
+    assert f"<td>{word}</td></tr>" in shown
+
+
+def test_of_two_budgets_the_complete_one_counts(folder: Path) -> None:
+    limit(folder, "30")
+    budget(folder, ["probing"])
+    budget(folder, [])
+    assert "<p>Pass: MPE" in page(folder)
+
+
+def test_without_a_budget_nothing_is_decided_and_without_a_limit_nothing_is_said(folder: Path) -> None:
+    shown = page(folder)
+    assert "MPE" not in shown
+    of_machine(folder, "25")
+    shown = page(folder)
+    assert "<p>Undecidable: MPE = ± 25 µm" in shown
+    assert "U lacks the uncertainty budget" in shown
+    limit(folder, "30")
+    assert "<p>Undecidable: MPE = ± 30 µm" in page(folder)
+
+
+def test_the_limit_of_another_machine_and_a_wrong_one_decide_nothing(folder: Path) -> None:
+    of_machine(folder, "25", "Another ")
+    shown = page(folder)
+    assert "Undecidable:" in shown
+    assert "not the machine of this recording" in shown
+    limit(folder, "nothing")
+    shown = page(folder)
+    assert "this is no maximum permissible error" in shown
+    assert "Range of XM" in shown
