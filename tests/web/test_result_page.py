@@ -18,7 +18,6 @@ from tests.dcc.made import evaluated, one_recording
 from tests.measured import shipped
 from tests.web.conftest import make_project
 
-
 VERBS = ("locate", "simulate", "import", "evaluate", "budget", "report", "diagnose")
 
 
