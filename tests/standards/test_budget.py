@@ -314,9 +314,8 @@ def test_monte_carlo_of_the_same_model_agrees(tmp_path: Path, r: float, per_m: f
     (tmp_path / "machine.toml").write_text(source + UNCERTAIN, encoding="utf-8")
     machine = read_machine(tmp_path / "machine.toml")
     assert "machine.temperature_C" in [one.key for one in machine.uncertain]
-    recording = Recording(
-        run(3, axis=ALONG_X).recording.frame.assign(gauge_temperature_C=21.0), {}, "recording.csv"
-    )  # fmt: skip
+    frame = run(3, axis=ALONG_X).recording.frame.assign(gauge_temperature_C=21.0)
+    recording = Recording(frame, {"temperature_convention": "as_read"}, "recording.csv")
     gauge = replace(quiet_gauge(r), table=shipped()[0].table)
     gauge = replace(gauge, certificate=gauge.certificate.model_copy(update={"proportional_um_per_m": per_m}))
     model = modelled(gauge, machine, recording, 0.1, origin)
