@@ -29,7 +29,7 @@ from stepgauge.files.notation import uncertain
 from stepgauge.files.resources import folder
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.reports.certificate import closing_sections, identity_sections, not_stated
-from stepgauge.reports.certificate_file import check_days, check_room, read_laboratory
+from stepgauge.reports.certificate_file import check_days, check_item, check_room, read_laboratory
 from stepgauge.reports.content import Sources, make_content
 from stepgauge.reports.page import Stated
 from stepgauge.reports.render import render_html, render_pdf
@@ -511,3 +511,38 @@ def test_command_line_refuses_what_does_not_belong_together(
     assert call(capsys, *report, "--budget", results / "result", "-c", SAID)[0] == 0
     text = "\n".join(texts((tmp_path / "c.pdf").read_bytes()))
     assert "Issued\n2026-05-06" in text or "Issued 2026-05-06" in text
+
+
+@pytest.mark.parametrize(
+    ("name", "serial", "item", "expected"),
+    [
+        (
+            "Bridge CMM",
+            None,
+            {"name": "Horizontal arm", "model": "H 7"},
+            r"found name 'Horizontal arm'.*'Bridge CMM' \(",
+        ),
+        ("CMM 3", None, {"name": "CMM 4", "model": None}, "names another machine.*'CMM 3'"),
+        (
+            "Bridge CMM",
+            None,
+            {"name": None, "model": "Gantry"},
+            "found manufacturer 'Example Machines', model 'Gantry'",
+        ),
+        ("Bridge 700", None, {"name": "Measuring machine", "model": "BRIDGE 700"}, None),
+        ("Bridge CMM", "B700-0043", {}, "another serial number.*'B700-0042'.*expected serial 'B700-0043'"),
+        ("Bridge CMM", "inv-1138", {}, None),
+        ("Bridge CMM", "B700-0042", {}, None),
+        ("Bridge CMM", None, {"name": None, "model": None}, None),
+    ],
+)
+@pytest.mark.parametrize("recorded", [True, False])
+def test_form_machine_file_and_recording_are_of_one_machine(
+    recorded: bool, name: str, serial: str | None, item: dict[str, str | None], expected: str | None
+) -> None:
+    said, (evaluation, _), (_, machine) = laboratory(), evaluated(1), shipped()
+    said = replace(said, item=said.item.model_copy(update=item))
+    machine = replace(machine, table=machine.table.model_copy(update={"name": name, "serial": serial}))
+    evaluation = {**evaluation, "comments": {"machine": name} if recorded else {}}
+    with nullcontext() if expected is None else pytest.raises(InputError, match=expected):
+        check_item(said, evaluation, None if recorded and serial is None else machine)

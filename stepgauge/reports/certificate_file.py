@@ -8,6 +8,7 @@ A Digital Calibration Certificate demands its own keys and names those.
 from __future__ import annotations
 
 import datetime
+import re
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -19,6 +20,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.config import Table, check_table, read_toml
 from stepgauge.files.dates import check_past, moments, parse_moment
 from stepgauge.files.text import read_text
+from stepgauge.machine.file import Machine
 from stepgauge.recording.simulated import is_simulated
 
 
@@ -251,6 +253,37 @@ def check_room(said: Laboratory, evaluation: dict[str, Any]) -> None:
             what = "key conditions.temperature_C contradicts the recorded temperature of the gauge"
             expected = f"air near the {gauge_C:.2f} deg C of the gauge, to {ROOM_K:g} K"
             raise InputError(said.path, what, found=f"{air[0]:g} to {air[1]:g} deg C", expected=expected)
+
+
+def check_item(said: Laboratory, evaluation: dict[str, Any], machine: Machine | None) -> None:
+    """:class:`InputError` where the form and the machine file, or the recording, are of different machines.
+
+    A name says the same machine if ``[item]`` has one of its words, and all of them that hold a digit (``CMM 3``); a
+    serial number if it is that of the manufacturer or of the owner. A form that names its item by nothing but a maker
+    is filled by the name of the machine.
+    """
+    item, comments = said.item, evaluation["comments"]
+    stated = {key: getattr(item, key) for key in ("name", "manufacturer", "model", "serial", "owner_number")}
+    stated = {key: text for key, text in stated.items() if text}
+    names = {"the recording": comments.get("machine"), "the machine file": machine.table.name if machine else None}
+    found = ", ".join(f"{key} {text!r}" for key, text in stated.items())
+    for where, name in names.items():
+        if name and (item.name or item.model) and not _names(" ".join(stated.values()), name):
+            what = "table [item] names another machine than the one that was measured"
+            expected = f"the words of {name!r} ({where}), e.g. as item.name"
+            raise InputError(said.path, what, found=found, expected=expected)
+    serial = machine.table.serial if machine else None
+    numbers = [text.casefold() for text in (item.serial, item.owner_number) if text]
+    if serial and numbers and serial.casefold() not in numbers:
+        what = "table [item] has another serial number than the machine file"
+        raise InputError(said.path, what, found=found, expected=f"serial {serial!r} ({machine and machine.path})")
+
+
+def _names(text: str, name: str) -> bool:
+    """Whether a text speaks of the machine of a name."""
+    there, words = (set(re.findall(r"\w+", one.casefold())) for one in (text, name))
+    marked = {word for word in words if any(map(str.isdigit, word))}
+    return marked <= there and bool(words & there or not words)
 
 
 def check_simulated(said: Laboratory, evaluation: dict[str, Any]) -> None:

@@ -14,6 +14,7 @@ from stepgauge.reports.certificate_file import (
     Laboratory,
     check_days,
     check_filled,
+    check_item,
     check_room,
     check_simulated,
     read_laboratory,
@@ -70,6 +71,7 @@ def read_sources(
         largest = None if sure is None else max(line.expanded_um for line in sure.quantities)
         require_statement(stored_conditions(evaluation).weighed(largest), evaluation["recording"])
         check_filled(said)
+        check_item(said, evaluation, cmm)
         check_days(said, evaluation)
         check_simulated(said, evaluation)
         check_room(said, evaluation)
