@@ -8,19 +8,24 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pypdf import PdfReader
+from click.testing import CliRunner
 
+from stepgauge.cli import cli
 from stepgauge.errors import InputError
 from stepgauge.figures.evaluation import draw_evaluations
+from stepgauge.fleet.crossed.watch import Watched
+from stepgauge.fleet.crossed.watching import FleetWatch
 from stepgauge.importing.ippdme import read as read_log
 from stepgauge.live.connection import Spy
 from stepgauge.recording import join_recordings, read_recording
+from stepgauge.recording.lines import read_comments
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.reports.certificate_file import check_simulated
 from stepgauge.reports.content import Sources, make_content
 from stepgauge.reports.diagnosis import story
 from stepgauge.reports.page import Stated
 from tests.dcc.made import evaluated, laboratory
+from tests.drawn import text_of
 from tests.live.made import serving
 from tests.live.test_measure import make, run
 from tests.measured import one_placement, shipped
@@ -85,7 +90,38 @@ def test_figures_beside_the_page_say_so(tmp_path: Path) -> None:
     evaluation = one_placement()
     for comments, expected in ((evaluation.comments, True), ({"machine": "Bridge CMM"}, False)):
         (path,) = draw_evaluations(tmp_path, replace(evaluation, comments=comments), "pdf")
-        assert ("no machine was measured" in PdfReader(path).pages[0].extract_text()) is expected
+        assert ("no machine was measured" in text_of(path)) is expected
+
+
+@pytest.mark.parametrize(("comment", "expected"), [("", False), ("# seed: 3\n", True)])
+def test_figures_of_a_probe_that_was_simulated_say_so(tmp_path: Path, comment: str, expected: bool) -> None:
+    """Of its points, and of points that were corrected with what was found from simulated ones."""
+    made, points, real = tmp_path / "made.csv", tmp_path / "points.csv", tmp_path / "real.csv"
+    command = CliRunner().invoke
+    sphere = ("omp40-2-50mm", "--sphere-diameter", "25", "-o", str(made))
+    assert command(cli, ["probe", "sphere", *sphere]).exit_code == 0
+    assert is_simulated(read_comments(made)[0])
+    rows = "".join(line for line in made.read_text().splitlines(True) if line[0] != "#")
+    points.write_text(comment + rows)
+    real.write_text(rows)
+    found, drawn = tmp_path / "q.json", [tmp_path / f"{name}.pdf" for name in ("qualified", "taken", "sphere")]
+    qualify = ["--sphere-diameter", "25", "--tip-diameter", "6", "-o", str(found), "--plot", str(drawn[0])]
+    taken = [str(real), "-q", str(found), "-o", str(tmp_path / "c.csv"), "--plot"]
+    for line in (
+        ["qualify", str(points), *qualify],
+        ["compensate", *taken, str(drawn[1])],
+        ["compensate", *taken, str(drawn[2]), "--on-sphere"],
+    ):
+        done = command(cli, ["probe", *line])
+        assert done.exit_code == 0, done.output
+    assert ["no machine was measured" in text_of(one) for one in drawn] == [expected] * 3
+
+
+def test_figures_of_a_fleet_with_simulated_recordings_say_so(tmp_path: Path) -> None:
+    watched = Watched("machine", "M", "scale x", "um/m", (100.0, 200.0), (0.0, 1.0), (0.1, 0.1), 0.0, 0.1, ())
+    for simulated in (False, True):
+        FleetWatch((watched,), {}, 0.05, simulated=simulated).write(tmp_path, "pdf")
+        assert ("no machine was measured" in text_of(tmp_path / "watch.pdf")) is simulated
 
 
 def test_a_diagnosis_says_so() -> None:

@@ -142,6 +142,7 @@ def command(evaluation: str, axis: str | None, to: str, output: str, **options: 
     from stepgauge.compensation import FORMATS, axis_faces, make_table, render_table, write_table
     from stepgauge.compensation.formats import check_confirmed
     from stepgauge.files.text import check_output
+    from stepgauge.recording.simulated import is_simulated
     from stepgauge.reports.reading import find_evaluation, read_checked_evaluation
 
     path = find_evaluation(evaluation)
@@ -152,8 +153,9 @@ def command(evaluation: str, axis: str | None, to: str, output: str, **options: 
         return
     known = FORMATS[to]
     check_confirmed(known, options["unconfirmed_sense"])
+    read = read_checked_evaluation(path)
     faces = axis_faces(
-        read_checked_evaluation(path),
+        read,
         path,
         axis,
         _tip(options),
@@ -168,7 +170,7 @@ def command(evaluation: str, axis: str | None, to: str, output: str, **options: 
     if options["plot"]:
         from stepgauge.figures.compensation import draw_compensation
 
-        draw_compensation(options["plot"], table)
+        draw_compensation(options["plot"], table, is_simulated(read["comments"]))
         written.append(Path(options["plot"]))
     _tell(table)
     say(f"note: {to} needs: {known.convention.needs}")

@@ -31,9 +31,9 @@ class Curve(NamedTuple):
     measured: NDArray[np.bool_]
 
 
-def draw_compensation(path: str | Path, table: CompensationTable) -> None:
-    """Draw a table into a file (png, svg or pdf)."""
-    save_figure(compensation_figure(table), path)
+def draw_compensation(path: str | Path, table: CompensationTable, simulated: bool = False) -> None:
+    """Draw a table into a file (png, svg or pdf); ``simulated``: it is from the recording of no machine."""
+    save_figure(compensation_figure(table), path, simulated)
 
 
 def compensation_figure(table: CompensationTable) -> Figure:

@@ -34,9 +34,9 @@ MOST_CAUSES, ROW_MM, AXIS_MM = 30, 4.6, 13.0
 DAY_0 = datetime.date(1970, 1, 1)
 
 
-def draw_watch(path: str | Path, watched: Sequence[Watched]) -> None:
-    """Draw all quantities into a file (png, svg or pdf)."""
-    save_figure(watch_figure(watched), path)
+def draw_watch(path: str | Path, watched: Sequence[Watched], simulated: bool = False) -> None:
+    """Draw all quantities into a file (png, svg or pdf); ``simulated``: a recording in it is of no machine."""
+    save_figure(watch_figure(watched), path, simulated)
 
 
 def watch_figure(watched: Sequence[Watched]) -> Figure:

@@ -44,10 +44,10 @@ class Section:
     sigma_um: float = 0.0
 
 
-def draw_sections(sections: Sequence[Section], path: str | Path, columns: int = 2) -> None:
+def draw_sections(sections: Sequence[Section], path: str | Path, columns: int = 2, simulated: bool = False) -> None:
     """Polar plots of errors before and after compensation, each row on one radial scale (Wozniak Fig 5)."""
     rows = -(-len(sections) // columns)
-    with _drawing(path, 82.0 * columns, 80.0 * rows + 8.0) as fig:
+    with _drawing(path, 82.0 * columns, 80.0 * rows + 8.0, simulated=simulated) as fig:
         for i, section in enumerate(sections):
             limits = _radial_limits(sections[i - i % columns :][:columns])
             _draw_section(fig.add_subplot(rows, columns, i + 1, projection="polar"), section, limits)
@@ -61,7 +61,7 @@ def draw_qualification(approach: Array, result: Qualification, path: str | Path)
     series = [("mean effective radius", "o", "before", result.residuals_um)]
     if result.residuals_compensated_um is not None:
         series.append(("corrected for the lobes", "*", "after", result.residuals_compensated_um))
-    with _drawing(path, 160.0, 75.0, title_mm=0.0) as fig:
+    with _drawing(path, 160.0, 75.0, title_mm=0.0, simulated=result.simulated) as fig:
         left, right = fig.subplots(1, 2, sharey=True)
         for axes, angle, name in ((left, azimuth, "azimuth"), (right, elevation, "elevation")):
             axes.axhline(0.0, color=COLORS["grey"], linewidth=0.6)
@@ -72,10 +72,12 @@ def draw_qualification(approach: Array, result: Qualification, path: str | Path)
         fig.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
 
 
-def draw_compensation(approach: Array, pretravel_um: Array, stylus_axis: Sequence[float], path: str | Path) -> None:
+def draw_compensation(
+    approach: Array, pretravel_um: Array, stylus_axis: Sequence[float], path: str | Path, simulated: bool = False
+) -> None:
     """The pre-travel taken off each point, about the stylus and from equator to pole."""
     azimuth, elevation = angles_rad(-approach @ probe_frame(stylus_axis).T)
-    with _drawing(path, 164.0, 80.0) as fig:
+    with _drawing(path, 164.0, 80.0, simulated=simulated) as fig:
         about, up = fig.add_gridspec(1, 2)
         axes = fig.add_subplot(about, projection="polar")
         dots = axes.scatter(azimuth, pretravel_um, c=np.degrees(elevation), s=9, cmap="viridis", vmin=0.0, vmax=90.0)
@@ -89,7 +91,11 @@ def draw_compensation(approach: Array, pretravel_um: Array, stylus_axis: Sequenc
 
 
 def draw_sphere_errors(
-    approach: Array, fits: Mapping[str, SphereFit], stylus_axis: Sequence[float], path: str | Path
+    approach: Array,
+    fits: Mapping[str, SphereFit],
+    stylus_axis: Sequence[float],
+    path: str | Path,
+    simulated: bool = False,
 ) -> None:
     """Radial errors of a sphere across and along the stylus; the first fit is before, the second after compensation.
 
@@ -98,7 +104,8 @@ def draw_sphere_errors(
     azimuth, elevation = angles_rad(-approach @ probe_frame(stylus_axis).T)
     before, after = (-fit.residuals_um for fit in fits.values())
     sections = _sphere_sections(azimuth, elevation, before, after)
-    draw_sections(sections or [Section("all points, error (\N{MICRO SIGN}m)", azimuth, before, after)], path)
+    whole = [Section("all points, error (\N{MICRO SIGN}m)", azimuth, before, after)]
+    draw_sections(sections or whole, path, simulated=simulated)
 
 
 def draw_bench(
@@ -112,7 +119,9 @@ def draw_bench(
 
 
 @contextmanager
-def _drawing(path: str | Path, width_mm: float, height_mm: float, title_mm: float = _TITLE_MM) -> Iterator[Any]:
+def _drawing(
+    path: str | Path, width_mm: float, height_mm: float, title_mm: float = _TITLE_MM, simulated: bool = False
+) -> Iterator[Any]:
     """A figure in the common style, saved when it is drawn."""
     with figure_style():
         fig = new_figure(width_mm, height_mm)
@@ -121,7 +130,7 @@ def _drawing(path: str | Path, width_mm: float, height_mm: float, title_mm: floa
         if layout is not None:
             layout.set(rect=(0.0, 0.0, 1.0, 1.0 - title_mm / height_mm))  # type: ignore[call-arg]
         yield fig
-    save_figure(fig, path)
+    save_figure(fig, path, simulated)
 
 
 def _polar_title(axes: Any, text: str) -> None:

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.files.tables import Rows, read_rows
+from stepgauge.recording.lines import read_comments
+from stepgauge.recording.simulated import is_simulated
 
 Array = NDArray[np.float64]
 
@@ -24,11 +26,15 @@ _UNIT_TOLERANCE = 0.01
 
 @dataclass(frozen=True)
 class ProbedPoints:
-    """Recorded tip centres (n, 3) in mm and unit approaches (n, 3), with the table they came from."""
+    """Recorded tip centres (n, 3) in mm and unit approaches (n, 3), with the table they came from.
+
+    ``simulated``: the comments of the table say that no machine was measured.
+    """
 
     rows: Rows
     position_mm: Array
     approach: Array
+    simulated: bool = False
 
 
 @dataclass(frozen=True)
@@ -54,7 +60,8 @@ def read_points(path: str | Path) -> ProbedPoints:
         raise InputError(
             rows.at(wrong[0]), "the approach is not a unit vector", found=f"length {length[wrong[0]]:.4g}", expected=1
         )
-    return ProbedPoints(rows, rows.numbers(POSITION), approach / length[:, None])
+    simulated = is_simulated(read_comments(path)[0])
+    return ProbedPoints(rows, rows.numbers(POSITION), approach / length[:, None], simulated)
 
 
 def read_bench(path: str | Path) -> list[BenchSeries]:

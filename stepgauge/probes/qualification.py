@@ -84,6 +84,7 @@ class Qualification(Table):
     residuals_um: list[float]
     residuals_compensated_um: list[float] | None
     lobes: LobeTable | None
+    simulated: bool = Field(False, description="no machine was measured")
 
     @property
     def worse_by_um(self) -> float:
@@ -119,7 +120,8 @@ def qualify(
         lobes = _lobes(points, reference, model, fit_lobe_azimuth)
     except ValueError as error:
         raise InputError(points.rows.path, str(error)) from None
-    return _as_qualification(reference, radius, lobes, fit_lobe_azimuth)
+    found = _as_qualification(reference, radius, lobes, fit_lobe_azimuth)
+    return found.model_copy(update={"simulated": points.simulated})
 
 
 def _check_radius(points: ProbedPoints, reference: Reference, r_eff_mm: float) -> None:

@@ -16,6 +16,7 @@ from stepgauge.files.text import write_json
 from stepgauge.recording import read_recording, write_recording
 from tests.cli.conftest import Result, Run
 from tests.conftest import ROOT
+from tests.drawn import text_of
 
 EXAMPLE = ROOT / "examples" / "compensation"
 GAUGE = ("-g", "step-gauge-420")
@@ -76,6 +77,12 @@ def test_measured_again_with_the_table_applied_xm_is_noise(run: Run, tmp_path: P
     assert np.abs(mean_um(after) - mean_um(after).mean()).max() < 3.0 * noise_um + chord_um
     assert np.ptp(mean_um(after)) < np.ptp(mean_um(before)) / 15
     assert abs(after["r_eff_mm"] - 1.997) < 3e-4 < abs(before["r_eff_mm"] - 1.997)
+
+
+def test_the_figure_says_that_no_machine_was_measured(run: Run, tmp_path: Path, before: dict) -> None:
+    line = ("compensate", tmp_path / "before", "--axis", "x", "--to", "csv", "-o", tmp_path / "x.csv")
+    assert run(*line, "--plot", tmp_path / "x.pdf").code == 0
+    assert "no machine was measured" in text_of(tmp_path / "x.pdf")
 
 
 def test_every_format_with_what_it_says(run: Run, tmp_path: Path, before: dict) -> None:

@@ -157,7 +157,9 @@ def test_infer_and_watch_on_a_store(tmp_path: Path) -> None:
     assert {one.owner for one in feed.quantities} >= {"M1", "M2", "M/3"}
     assert json.loads((tmp_path / "watch.schema.json").read_text()) == feed_schema()
     assert (tmp_path / "watch.png").stat().st_size > 10_000
-    table = sg.watch_fleet(store, limits={"scale": 5.0}).to_frame().set_index(["owner", "quantity"])
+    seen = sg.watch_fleet(store, limits={"scale": 5.0})
+    assert not seen.simulated
+    table = seen.to_frame().set_index(["owner", "quantity"])
     for one in feed.quantities:
         assert table.loc[(one.owner, one.quantity), "level"] == one.level
         if one.limit is not None:

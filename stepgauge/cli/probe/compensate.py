@@ -56,10 +56,11 @@ def command(points: str, qualification: str, method: Method, on_sphere: bool, ou
     if plot is not None:
         from stepgauge.figures.qualification import draw_compensation, draw_sphere_errors
 
+        simulated = probed.simulated or found.simulated
         if fits:
-            draw_sphere_errors(probed.approach, fits, found.stylus_axis, plot)
+            draw_sphere_errors(probed.approach, fits, found.stylus_axis, plot, simulated)
         else:
-            draw_compensation(probed.approach, result.pretravel_um, found.stylus_axis, plot)
+            draw_compensation(probed.approach, result.pretravel_um, found.stylus_axis, plot, simulated)
     taken = result.pretravel_um
     show(f"{len(taken)} points; corrected by a pre-travel of {taken.min():.2f} to {taken.max():.2f} um")
     for name, fit in fits.items():

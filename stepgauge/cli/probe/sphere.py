@@ -54,10 +54,12 @@ def command(probe: str, output: str, **options: Any) -> None:
     from stepgauge.files.text import write_text
     from stepgauge.probes import read_probe
     from stepgauge.probes.files import APPROACH, POSITION
+    from stepgauge.recording.simulated import SIMULATED_COMMENT
 
     held = read_probe(probe, options["stylus_direction"])
     rows = probed_sphere(held, options["sphere_diameter"], options["count"], options["scatter"], options["seed"])
-    head = f"# probe: {held.name or probe}\n# seed: {options['seed']}\n"
+    about = {"probe": held.name or probe, "seed": options["seed"], **SIMULATED_COMMENT}
+    head = "".join(f"# {key}: {value}\n" for key, value in about.items())
     write_text(output, head + csv_text([*POSITION, *APPROACH], (rows.round(7) + 0.0).tolist()))
     say_written(output)
 

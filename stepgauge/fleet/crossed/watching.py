@@ -33,6 +33,8 @@ class FleetWatch(Summarized):
     risk: float
     left_out: tuple[str, ...] = ()
     histories: tuple[MachineDrift, ...] = ()
+    simulated: bool = False
+    """Whether any recording is of a virtual machine."""
 
     @classmethod
     def of(
@@ -44,7 +46,8 @@ class FleetWatch(Summarized):
     ) -> FleetWatch:
         """What an inference leaves of every visit, watched over the years; ``entries``: evaluations of the store."""
         drifts = tuple(machine_drifts(entries))
-        return cls(tuple(watch(found, limits, risk)), dict(limits), risk, found.left_out, drifts)
+        simulated = any(one.simulated for one in entries)
+        return cls(tuple(watch(found, limits, risk)), dict(limits), risk, found.left_out, drifts, simulated)
 
     def summary(self) -> str:
         """What changed, drifts, is beside its peers or out of limits, and the next that are due."""
@@ -67,7 +70,7 @@ class FleetWatch(Summarized):
         """Write ``watch.json``, its schema, ``watch.csv`` and the figure (png, svg, pdf); returns the paths."""
         with open_set():
             path = Path(folder) / f"watch.{figure}"
-            figures("fleet").draw_watch(path, self.watched)
+            figures("fleet").draw_watch(path, self.watched, self.simulated)
             return [*write_feed(folder, self.feed()), path]
 
     def feed(self) -> Feed:
