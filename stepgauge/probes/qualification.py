@@ -120,8 +120,8 @@ def qualify(
         lobes = _lobes(points, reference, model, fit_lobe_azimuth)
     except ValueError as error:
         raise InputError(points.rows.path, str(error)) from None
-    found = _as_qualification(reference, radius, lobes, fit_lobe_azimuth)
-    return found.model_copy(update={"simulated": points.simulated})
+    result = _as_qualification(reference, radius, lobes, fit_lobe_azimuth)
+    return result.model_copy(update={"simulated": points.simulated})
 
 
 def _check_radius(points: ProbedPoints, reference: Reference, r_eff_mm: float) -> None:
