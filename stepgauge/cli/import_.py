@@ -21,6 +21,7 @@ from stepgauge.cli.options import (
 if TYPE_CHECKING:
     from stepgauge.gauge.placement import Placement
     from stepgauge.importing import TableLayout
+    from stepgauge.machine.file import Machine
     from stepgauge.motion.moves import Program
 
 FORMATS = ["linuxcnc", "dmis", "ippdme", "control", "grbl", "inspection", "csv", "xlsx"]
@@ -239,7 +240,8 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
     steps = read_gauge(options["gauge"]) if options["gauge"] else None
     lies = read_placement(options["placement"], steps) if steps is not None and options["placement"] else None
     layout = _layout(options, False)
-    program, radius = _read_program(options, lies)
+    cmm = read_machine(options["machine"]) if options["machine"] else None
+    program, radius = _read_program(options, lies, cmm)
     choice = ImportOptions(
         options["placement_number"],
         options["gauge_temperature"],
@@ -250,8 +252,7 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
     imported = import_log(log, source or recognise_log(log), steps, lies, program, choice, layout)
     recording = imported.recording.with_comments(sensor=options["sensor"])
     recording = state_convention(recording, options["temperature_convention"])
-    if options["machine"]:
-        cmm = read_machine(options["machine"])
+    if cmm is not None:
         check_recorded(recording.comments, cmm)
         recording = with_convention(recording, cmm.table)
     write_recording(output, recording)
@@ -343,12 +344,16 @@ def _import_axis(log: str, output: str, options: dict[str, Any]) -> None:
     say(f"wrote {output}: {len(imported.recording)} readings")
 
 
-def _read_program(options: dict[str, Any], placement: Placement | None) -> tuple[Program | None, float | None]:
+def _read_program(
+    options: dict[str, Any], placement: Placement | None, machine: Machine | None
+) -> tuple[Program | None, float | None]:
     """The program, and the tip radius of the person or, where the program's text states it, of the program."""
     from stepgauge.importing import read_run_program
 
     radius = options["tip_radius"]
     if options["program"] is None:
         return None, radius
-    program, stated = read_run_program(options["program"], radius or (placement.tip_radius_mm if placement else None))
+    located = placement.tip_radius_mm if placement else None
+    known = radius or located or (machine.probe.tip_radius_mm if machine else None)
+    program, stated = read_run_program(options["program"], known)
     return program, radius or stated

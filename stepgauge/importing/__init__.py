@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
+
 from stepgauge.errors import InputError, naming, reading
 from stepgauge.files.text import read_text
 from stepgauge.gauge.certified import Gauge
@@ -196,11 +198,16 @@ def import_log(
 def read_run_program(path: str | Path, tip_radius_mm: float | None) -> tuple[Program, float | None]:
     """The program that was run, and the tip radius where its text states one.
 
-    ``tip_radius_mm`` turns the surface points of programs that leave the radius to the controller into tip centres.
+    ``tip_radius_mm`` turns the surface points of programs that leave the radius to the controller into tip centres;
+    :class:`InputError` where such a program comes without one (None), for none is assumed.
     """
     text = read_text(path)
     dialect = recognise(gist(text), path)
-    settings = ProbingSettings() if tip_radius_mm is None else ProbingSettings(tip_radius_mm=tip_radius_mm)
+    known = float("nan") if tip_radius_mm is None else tip_radius_mm
     with reading(path, "measuring program"):
-        program = dialect.read(text, path, settings)
+        program = dialect.read(text, path, ProbingSettings(tip_radius_mm=known))
+    if not np.isfinite(program.position_mm).all():
+        what = "the program has surface points, and nothing states the radius of the tip that turns them into centres"
+        expected = naming("tip_radius_mm", "placement", words="{}, or tip_radius_mm in the machine file or that of {}")
+        raise InputError(path, what, expected=expected)
     return program, program.settings.tip_radius_mm if "tip_radius_mm" in dialect.carries else None

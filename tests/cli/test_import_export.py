@@ -163,6 +163,30 @@ def test_the_tip_of_a_servers_log_is_compared_with_the_machine_file(run: Run, fi
     assert "1.6 mm, as recorded" in done.err
 
 
+def test_no_tip_is_assumed_for_a_program_of_surface_points(run: Run, files: Path) -> None:
+    """An I++ program leaves the radius to the server: an option, the placement or the machine file must state it."""
+    placement, program, log = files / "bare.toml", files / "program.ipp", files / "session.ipp"
+    text = (files / "placement.toml").read_text()
+    kept = (line for line in text.splitlines(True) if not line.startswith(("tip_radius_mm", "# checksum")))
+    placement.write_text("".join(kept))
+    machine = ("-m", files / "machine.toml")
+    assert (
+        run("plan", placement, *GAUGE, *machine, "-d", "ippdme", "--blocks", "1:4", "--cycles", "2", "-o", program).code
+        == 0
+    )
+    assert run("export", files / "recording.csv", "--to", "ippdme", "-o", log).code == 0
+    common = ("import", log, *GAUGE, "-p", placement, "--program", program, "-o", files / "back.csv")
+    done = run(*common)
+    assert done.code == 2
+    assert "the program has surface points, and nothing states the radius of the tip" in done.err
+    assert "expected --tip-radius, or tip_radius_mm in the machine file or that of --placement" in done.err
+    assert not (files / "back.csv").exists()
+    for stated in (("--tip-radius", "2"), machine):
+        assert run(*common, *stated).code == 0
+        assert (files / "back.csv").exists()
+        (files / "back.csv").unlink()
+
+
 def test_a_recording_of_another_tip_is_no_recording_of_this_machine(run: Run, files: Path) -> None:
     other = files / "other-machine.toml"
     other.write_text((files / "machine.toml").read_text().replace("tip_radius_mm = 2.0", "tip_radius_mm = 1.5"))
