@@ -13,6 +13,7 @@ from stepgauge.cli.options import (
     R_EFF,
     SUFFIX,
     TEMPERATURE_CONVENTION,
+    machine_option,
     mpe_from,
     mpe_options,
     output,
@@ -33,7 +34,8 @@ if TYPE_CHECKING:
 @PLACEMENTS
 @BLOCKS
 @R_EFF
-@mpe_options(False, "Draw the lines of a maximum permissible error")
+@mpe_options(False, "Draw the lines of a maximum permissible error. Default: that of the machine file")
+@machine_option(False, "Machine file: the maximum permissible error that it states.")
 @click.option("--measured-at", metavar="DATE", help="When it was measured, 2026-03-02 or with time; for the history.")
 @click.option("--machine-name", metavar="NAME", help="Machine that measured it, where the recording does not say.")
 @TEMPERATURE_CONVENTION
@@ -54,7 +56,7 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any
     """
     from stepgauge.public.evaluate import evaluate
 
-    limit = mpe_from(options)
+    stated = mpe_from(options)
     result = evaluate(
         list(recordings),
         gauge,
@@ -66,11 +68,19 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any
         temperature_convention=options["temperature_convention"],
         correct_drift=options["correct_drift"],
     )
+    limit = stated or _of_machine(options["machine"], result)
     written = result.write(output, options["suffix"], limit)
     say_lines(result.summary())
     if limit is not None:
         say(_against(result, limit))
     say_written(*written)
+
+
+def _of_machine(machine: str | None, result: Evaluation) -> Mpe | None:
+    """The limit of the machine file; one of another machine is refused before anything is written."""
+    from stepgauge.standards.conformity import machine_limit
+
+    return machine_limit(machine, result.comments) if machine else None
 
 
 def _against(result: Evaluation, limit: Mpe) -> str:

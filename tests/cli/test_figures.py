@@ -60,3 +60,19 @@ def test_evaluate_counts_what_is_beyond_the_mpe(run: Run, files: Path) -> None:
     assert "0 of 7 errors are beyond the limit" in said
     assert "errors are beyond the limit" in run(*line, "--mpe", "0.001 + L/1000000").err
     assert run(*line, "--mpe", "no").code == 2
+
+
+def test_evaluate_takes_the_mpe_of_the_machine_file_where_no_other_is_stated(run: Run, files: Path) -> None:
+    """And not that of another machine: nothing is written then."""
+    own, other = files / "limited.toml", files / "other.toml"
+    said = (files / "machine.toml").read_text()
+    own.write_text(said.replace("[machine]\n", '[machine]\nmpe = "40"\n', 1))
+    other.write_text(own.read_text().replace('name = "', 'name = "Another ', 1))
+    line = ("evaluate", files / "recording.csv", *GAUGE, "-o", files / "limited")
+    refused = run(*line, "-m", other)
+    assert refused.code == 2
+    assert "not the machine of this recording" in refused.err
+    assert not (files / "limited").exists()
+    assert "MPE" not in run(*line, "-m", files / "machine.toml").err
+    assert "Undecidable: MPE = ± 40 µm" in run(*line, "-m", own).err
+    assert "Undecidable: MPE = ± 50 µm" in run(*line, "-m", own, "--mpe", "50").err
