@@ -24,7 +24,7 @@ from stepgauge.importing.search_line import from_target
 from stepgauge.motion.moves import Program
 from stepgauge.recording import APPROACH, OPTIONAL, POSITION, Recording
 from stepgauge.recording.columns import near_miss
-from stepgauge.recording.identity import LARGEST_RADIUS_MM, axis_from_approaches, stated_serial
+from stepgauge.recording.identity import LARGEST_RADIUS_MM, axis_from_approaches, stated_serials
 from stepgauge.recording.temperatures import no_temperature
 
 Array = NDArray[np.float64]
@@ -169,7 +169,7 @@ def _finish(
         comments["tip_radius_mm"] = f"{radius:g}"
     said = {key: value for key, value in log.comments.items() if key not in (*OPTIONAL, *_OURS)}
     ours: dict[str, str] = {}
-    if gauge is not None and stated_serial(said) is None:  # else it is compared with the gauge that was given
+    if gauge is not None and not stated_serials(said):  # else it is compared with the gauge that was given
         ours = {"gauge": gauge.table.name, "gauge_serial": gauge.table.serial}
     report = [*report, *_doubtful(log, frame)]
     comments = {**ours, **said, **comments, "import": "\n".join(report)}

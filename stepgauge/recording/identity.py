@@ -57,14 +57,14 @@ def check_recording(recording: Recording, gauge: Gauge) -> None:
 
 def check_gauge(recording: Recording, gauge: Gauge) -> None:
     """Serial number and highest face of the recording against the gauge's."""
-    serial = stated_serial(recording.comments)
-    if serial not in (None, gauge.table.serial):
-        raise InputError(
-            recording.path,
-            "this is the recording of another gauge",
-            found=f"gauge_serial {serial}",
-            expected=f"{gauge.table.serial} ({gauge.table.name})",
-        )
+    for key, serial in stated_serials(recording.comments).items():
+        if serial != gauge.table.serial:
+            raise InputError(
+                recording.path,
+                "this is the recording of another gauge",
+                found=f"{key} {serial}",
+                expected=f"{gauge.table.serial} ({gauge.table.name})",
+            )
     highest = int(recording.columns["face"].max())
     if highest > gauge.n_faces:
         raise InputError(
@@ -75,13 +75,11 @@ def check_gauge(recording: Recording, gauge: Gauge) -> None:
         )
 
 
-def stated_serial(comments: Mapping[str, str]) -> str | None:
-    """The gauge's serial number that a recording states in its comments (``gauge_serial`` or ``serial``)."""
-    for key in ("gauge_serial", "serial"):
-        if key in comments:
-            return comments[key].strip()
-    match = re.search(r"\bserial[: ]+(\S+)", comments.get("gauge", ""))
-    return match[1] if match else None
+def stated_serials(comments: Mapping[str, str]) -> dict[str, str]:
+    """The gauge's serial number by the comment that states it: ``gauge_serial``, ``serial``, ``gauge``."""
+    found = {key: comments[key].strip() for key in ("gauge_serial", "serial") if key in comments}
+    match = re.search(r"\bserial(?: number| no\.?)?[: ]+(\S+)", comments.get("gauge", ""))
+    return {**found, "gauge: serial": match[1].rstrip(",;.)")} if match else found
 
 
 def axis_from_approaches(approach: Sequence[Array], face: NDArray[np.int64], path: str) -> Array:

@@ -47,9 +47,17 @@ LIES: dict[str, tuple[Lie, str]] = {
         lambda case: stated(case, gauge_serial="T-9"),
         r"recording of another gauge; found gauge_serial T-9; expected T-1 \(Test gauge\)",
     ),
+    "serial twice": (
+        lambda case: stated(case, gauge_serial="T-1", serial="T-9"),
+        r"recording of another gauge; found serial T-9; expected T-1",
+    ),
+    "serial twice, once in words": (
+        lambda case: stated(case, gauge_serial="T-1", gauge="Test gauge (serial number T-9), steel"),
+        r"recording of another gauge; found gauge: serial T-9; expected T-1",
+    ),
     "serial in words": (
         lambda case: stated(case, gauge="Old gauge, serial X/17"),
-        "recording of another gauge; found gauge_serial X/17",
+        "recording of another gauge; found gauge: serial X/17",
     ),
     "longer gauge": (
         lambda _: make_case(gauge=make_gauge(7), comments={}).recording,
@@ -129,7 +137,7 @@ def test_a_large_pretravel_is_no_lie(tmp_path: Path) -> None:
 
 def test_the_truth_passes(tmp_path: Path) -> None:
     path = tmp_path / "recording.csv"
-    comments = {"gauge_serial": "T-1", "gauge": "Test gauge, serial T-1", "tip_radius_mm": "1.5"}
+    comments = {"gauge_serial": "T-1", "gauge": "Test gauge (serial no. T-1), steel", "tip_radius_mm": "1.5"}
     write_recording(path, stated(CASE, **comments))
     recording = read_recording(path)
     assert evaluate(recording, CASE.gauge).results[0].left_out == ()
