@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +11,7 @@ import pytest
 from stepgauge.diagnosis.output.files import FORMAT
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
+from stepgauge.files.text import write_json
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import read_placement
 from tests.conftest import ROOT
@@ -70,7 +70,7 @@ def diagnosis(tmp_path: Path, verdict: str, *effects: dict[str, object]) -> Path
     told = [{"confounded_with": [], "alternatives": [], **effect} for effect in effects]
     path = tmp_path / "diagnosis.json"
     said = {"format": FORMAT, "verdict": verdict, "effects": told, "unexplained": [], "fit": {}, "inputs": {}}
-    path.write_text(json.dumps(said))
+    write_json(path, said)
     return path
 
 
