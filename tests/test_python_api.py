@@ -32,14 +32,15 @@ add_to_fleet(store, recordings, gauge=None, machine=None, *, placements=(), rost
     machine_type=None, hall=None, probe_id=None, gauge_id=None, measured_at=None, progress=None)
 budget(sources, gauge, machine, *, placements=(), blocks=None, r_eff="first", u_gauge_temperature_K=None,
     certificate_correlation=None, repeats="pooled", coverage_percent=95.45, runs=10000, seed=0,
-    gauge_temperature_C=None, search_mm=2.0, progress=None)
+    gauge_temperature_C=None, search_mm=2.0, measurand="as-is", contributions=(), measured_at=None, progress=None)
 budget_fleet(store, *, blocks=None, r_eff="first", u_gauge_temperature_K=None, certificate_correlation=None,
-    repeats="pooled", coverage_percent=95.45, runs=10000, seed=0, jobs=1, scheduler=None, memory_MB=None,
-    progress=None)
+    repeats="pooled", coverage_percent=95.45, runs=10000, seed=0, measurand="as-is", contributions=(),
+    measured_at=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
 diagnose(recordings, gauge=None, machine=None, *, styli=(), without=(), priors=None)
 diagnose_fleet(store, *, without=(), priors=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
 diagnose_probe_map(probe_map, probe, *, columns=None, priors=None)
-evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff="first", measured_at=None, machine_name=None)
+evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff="first", measured_at=None, machine_name=None,
+    temperature_convention=None, correct_drift=False)
 evaluate_fleet(store, *, blocks=None, r_eff="first", jobs=1, scheduler=None, memory_MB=None, progress=None)
 export_fleet(store, folder, where="true")
 infer_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None)
@@ -50,8 +51,8 @@ locate(points, gauge, *, machine=None, blocks=None, tip_radius_mm=None, repeatab
 measure(program, machine, gauge, placement, *, server, journal, resume=False, homing=False,
     tool="StepGaugeProbe", gauge_temperature_C=None, placement_number=1, dialect=None, search_mm=2.0, spy=None,
     progress=None, stop=None)
-plan(placement, gauge, machine=None, *, cycles=5, blocks=None, route="side", around="+s", order="blocks",
-    clearance_mm=5.0, margin_mm=0.5, height_mm=0.0, home_mm=None, standoff_mm=None, search_mm=2.0,
+plan(placement, gauge, machine=None, *, cycles=5, first_again=False, blocks=None, route="side", around="+s",
+    order="blocks", clearance_mm=5.0, margin_mm=0.5, height_mm=0.0, home_mm=None, standoff_mm=None, search_mm=2.0,
     measuring_speed_mm_s=None, travel_speed_mm_s=None, tip_radius_mm=None, points_on=None, teach=False)
 probe_map(probe, *, polar_deg="10:90:10", azimuth_deg="0:360:10", stylus_direction=None)
 query_fleet(store, sql)
@@ -65,7 +66,7 @@ read_placement(path, gauge)
 read_probe_map(path)
 read_recording(path)
 report(result, path, *, gauge=None, placements=(), machine=None, budget=None, certificate=None, number=None,
-    customer=None, location=None, operator=None, date=None, remarks=None, template=None, interactive=False,
+    customer=None, location=None, operator=None, date=None, remarks=None, mpe=None, template=None, interactive=False,
     recordings=())
 simulate(program, machine, gauge, placement, *, true_placement=None, seed=0, gauge_temperature_C=None,
     placement_number=1, start_s=0.0, dialect=None, search_mm=2.0, explain=False, keep_stopped=False,
