@@ -75,7 +75,7 @@ class LinuxCNC(GCode):
 
     def __init__(self, reader: Reader) -> None:
         super().__init__(reader)
-        self.opened = False
+        self.logs, self.opened = False, False
 
     def tape(self, block: Block) -> None:
         """The second one ends the program."""
@@ -95,6 +95,7 @@ class LinuxCNC(GCode):
     def open_log(self, block: Block) -> None:
         """The file of the log."""
         self.reader.once("log", block.fields[0])
+        self.logs = True
 
     def open_points(self, block: Block) -> None:
         """From here on every contact is written."""
@@ -122,11 +123,11 @@ class LinuxCNC(GCode):
         return self.contact.time_s if name == "#5399" else super().look_up(name)
 
     def settle(self, contact: Contact, measuring: bool) -> None:
-        """A miss halts the program; an open file gets the point."""
+        """A miss halts the program; an open file gets the point. Beside a log of the program it is a second file."""
         super().settle(contact, measuring)
         if not contact.hit:
             self.reader.alarm("G38.2 move finished without making contact.")
-        if self.opened:
+        if self.opened and not self.logs:
             self.reader.log.append(" ".join([*(fixed(v, 6) for v in contact.position), *["0.000000"] * 6]))
 
 
