@@ -52,7 +52,16 @@ def main(output: Path, file_type: int) -> None:
 def measure(folder: Path, placement: Path, blocks: str, drives: Drives) -> None:
     """Plan, run on LinuxCNC with the hidden screw, import and evaluate."""
     program, recording = str(folder / "program.ngc"), str(folder / "recording.csv")
-    where = ["-g", GAUGE, "-m", MACHINE, "--blocks", blocks, "--cycles", "2"]
+    where = [
+        "-g",
+        GAUGE,
+        "-m",
+        MACHINE,
+        "--blocks",
+        blocks,
+        "--cycles",
+        "1",
+    ]  # the simulated controller repeats exactly
     show_and_run("plan", str(placement), *where, "-d", "linuxcnc", "--standoff", str(STANDOFF_MM), "-o", program)
     click.echo(f"$ linuxcnc -r {folder / 'simulation.ini'}")
     moves = read_program(program, ProbingSettings(standoff_mm=STANDOFF_MM))

@@ -24,12 +24,12 @@ class _KnownContacts(Probe):
         self.contacts: list[list[float]] = []
 
     def answer(self, move: int, measuring: bool, end: Sequence[float], target: Sequence[float]) -> Contact:
-        """A contact of a search; nothing on the way."""
+        """A contact of a search; nothing on the way; a second for every move."""
         if not measuring:
-            return Contact(end, False)
+            return Contact(end, False, float(move))
         step = 1.0 + len(self.contacts) % 7
         self.contacts.append([value + step * d for value, d in zip(target, (0.0031, -0.0052, 0.0073), strict=True)])
-        return Contact(self.contacts[-1], True)
+        return Contact(self.contacts[-1], True, float(move))
 
 
 def log_difference(text: str, program: Program, dialect: Dialect) -> str | None:
