@@ -543,7 +543,8 @@ def test_shipped_templates_with_any_options_are_read(dialect: str) -> None:
 def test_names_that_a_controller_would_execute_are_words_in_a_comment() -> None:
     for name in ("PROBEOPEN x", "Layer 5", "MSG,hello", "x" * 300, "printing object", "%"):
         for dialect in DIALECTS:
-            program_text(Program(**{**plan().__dict__, "name": name}), dialect)
+            text = program_text(Program(**{**plan().__dict__, "name": name}), dialect)
+            assert len(text.text.splitlines()) > plan().n_points
 
 
 def _relaid(dialect: str, text: str) -> str:

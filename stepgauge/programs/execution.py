@@ -94,9 +94,13 @@ class Control:
         """Whether a condition is true."""
         return bool(self.number(block.fields[0]))
 
-    def stops_if(self, block: Block, held: bool) -> bool:
-        """Whether the branch at hand ends the program without a move if its condition were this."""
-        return self._stops(self.targets[self.at] if held else self.at + 1)
+    def stops_with(self, block: Block, state: str, other: float) -> bool:
+        """Whether the branch at hand ends the program without a move if an attribute had another value."""
+        held, value = bool(self.number(block.fields[0])), getattr(self, state)
+        setattr(self, state, other)
+        changed = bool(self.number(block.fields[0])) != held
+        setattr(self, state, value)
+        return changed and self._stops(self.at + 1 if held else self.targets[self.at])
 
     def value(self, text: str) -> Value:
         """An expression of the text."""

@@ -207,12 +207,9 @@ class Fanuc(GCode):
 
     def holds(self, block: Block) -> bool:
         """A condition; one that stops the program without G43 states the tool length."""
-        found = super().holds(block)
-        self.tool_length = 49.0
-        if super().holds(block) != found and self.stops_if(block, not found):
+        if self.stops_with(block, "tool_length", 49.0):
             self.reader.states["tool length"] = "G43"
-        self.tool_length = 43.0
-        return found
+        return super().holds(block)
 
     def measures(self, code: str) -> bool:
         """A skip whose registers are printed before the next move."""

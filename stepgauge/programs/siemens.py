@@ -166,12 +166,9 @@ class Siemens(GCode):
 
     def holds(self, block: Block) -> bool:
         """A condition; one that stops the program without a tool has checked its length."""
-        found = super().holds(block)
-        self.tool = 0.0
-        if super().holds(block) != found and self.stops_if(block, not found):
+        if self.stops_with(block, "tool", 0.0):
             self.reader.states["tool length"] = "checked"
-        self.tool = 1.0
-        return found
+        return super().holds(block)
 
     def measures(self, code: str) -> bool:
         """A measuring block whose registers are read before the next move."""

@@ -99,6 +99,7 @@ def test_the_start_link_leads_a_browser_in(browser: Any, served: Served) -> None
     page.goto(served.start)
     page.wait_for_url(f"{served.address}/**")
     page.locator("h1").first.wait_for()
+    assert page.locator("h1").first.is_visible()
     page.close()
 
 
