@@ -1,13 +1,21 @@
-"""``stepgauge demo``: the whole loop on a shipped example."""
+"""``stepgauge demo``: the whole loop on a shipped example, then a concealed fault that the diagnosis has to find."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from stepgauge.cli.options import say
+from stepgauge.demonstration.faults import NAMES
+
+if TYPE_CHECKING:
+    from stepgauge.demonstration.conceal import Concealed
 
 GAUGE = "step-gauge-420"
 STEPS = (
@@ -36,32 +44,95 @@ STEPS = (
 )
 
 
+SECOND = (
+    "plan the same measurement with the gauge along x",
+    "plan {d}/along-x.toml -g {g} -m {d}/machine.toml -d dmis --cycles 3 -o {d}/program-x.dmi",
+)
+DIAGNOSE = (
+    "diagnose: what do the recordings show that the machine file does not know?",
+    "diagnose {d}/faulty-1.csv {d}/faulty-2.csv -g {g} -m {d}/machine.toml -o {d}/diagnosis",
+)
+COUNT = len(STEPS) + 4
+
+
 @click.command("demo")
 @click.option(
     "-o", "--output", default="stepgauge-demo", show_default=True, metavar="FOLDER", help="Folder for the results."
 )
-def command(output: str) -> None:
-    """Run the whole loop on a shipped example, from 16 probed points to a report to sign.
+@click.option(
+    "--conceal", type=click.Choice(NAMES), help="Fault to conceal in the virtual machine. Default: one at random."
+)
+@click.option("--seed", type=click.IntRange(0), help="Of the fault, its size and the scatter. Default: new each time.")
+def command(output: str, conceal: str | None, seed: int | None) -> None:
+    """Run the whole loop on a shipped example, then find a fault that is concealed in the machine.
 
-    Every step is a command of its own that is shown as it runs, so that it can be repeated and changed. The y scale of
-    the example's machine is 14 ppm too long and has a wave of 0.8 um every 160 mm: FOLDER/result/evaluation.png shows
-    both.
+    From 16 probed points to a report to sign: every step is a command of its own that is shown as it runs, so that it
+    can be repeated and changed. The y scale of the example's machine is 14 ppm too long and has a wave of 0.8 um every
+    160 mm; its machine file states both.
+
+    Then a fault that the machine file does not state is concealed in the virtual machine: what it is stands in a sealed
+    file. The gauge is measured again, the diagnosis names what it finds, and the seal is opened. FOLDER/story.html and
+    FOLDER/story.png show truth and answer side by side.
+
+    \b
+    stepgauge demo
+    stepgauge demo --conceal backlash
     """
+    from stepgauge.demonstration.reveal import reveal
+    from stepgauge.files.outputs import one_set
+
+    folder = Path(output)
+    _copy_inputs(folder)
+    numbers = count(1)
+    for purpose, line in (*STEPS, SECOND):
+        with _step(next(numbers), purpose):
+            _run(line, folder)
+    with _step(next(numbers), "conceal a fault in the machine, and measure the gauge twice, along y and along x"):
+        with one_set():
+            concealed = _conceal(folder, conceal, seed)
+        say(f"{folder}/sealed.txt says what it is (SHA-256 {concealed.checksum[:16]}..); nothing else knows it")
+    with _step(next(numbers), DIAGNOSE[0]):
+        _run(DIAGNOSE[1], folder)
+        say(f"{folder}/diagnosis/machine.diagnosed.toml is the machine file with what was found")
+    with _step(next(numbers), "open the seal"):
+        with one_set():
+            revealed = reveal(folder, concealed, folder / "diagnosis")
+        for line in revealed.lines():
+            say(line)
+    say(f"look at {output}/report.pdf, {output}/result/evaluation.png and, in a browser, {output}/story.html")
+
+
+@contextmanager
+def _step(number: int, purpose: str) -> Iterator[None]:
+    say(f"[{number}/{COUNT}] {purpose}")
+    began = time.perf_counter()
+    yield
+    say(f"  done in {time.perf_counter() - began:.1f} s")
+
+
+def _run(line: str, folder: Path) -> None:
     from stepgauge.cli import show_and_run
 
-    _copy_inputs(Path(output))
-    for number, (purpose, line) in enumerate(STEPS, 1):
-        arguments = [part.format(d=output, g=GAUGE) for part in line.split()]
-        say(f"[{number}/{len(STEPS)}] {purpose}")
-        began = time.perf_counter()
-        show_and_run(*arguments)
-        say(f"  done in {time.perf_counter() - began:.1f} s")
-    say(f"look at {output}/report.pdf, {output}/result/evaluation.png and, in a browser, {output}/path.html")
+    show_and_run(*(part.format(d=folder, g=GAUGE) for part in line.split()))
+
+
+def _conceal(folder: Path, name: str | None, seed: int | None) -> Concealed:
+    from stepgauge.demonstration.conceal import conceal_fault
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placement
+    from stepgauge.machine.file import read_machine
+
+    gauge = read_gauge(GAUGE)
+    programs = [
+        (folder / program, read_placement(folder / placement, gauge))
+        for program, placement in (("program.dmi", "placement.toml"), ("program-x.dmi", "along-x.toml"))
+    ]
+    return conceal_fault(folder, read_machine(folder / "machine.toml"), gauge, programs, name, seed)
 
 
 def _copy_inputs(target: Path) -> None:
     from stepgauge.files.resources import folder
     from stepgauge.files.text import read_text, write_text
 
-    for name in ("points.csv", "machine.toml"):
+    for name in ("points.csv", "machine.toml", "along-x.toml"):
         write_text(target / name, read_text(folder("examples/demo") / name))

@@ -15,9 +15,9 @@ from tests.conftest import ROOT
 
 
 def test_the_demo_ends_in_a_report_and_a_figure_with_progress(run: Run, tmp_path: Path) -> None:
-    result = run("demo", "-o", tmp_path / "demo")
+    result = run("demo", "-o", tmp_path / "demo", "--conceal", "backlash", "--seed", 7)
     assert result.code == 0, result.err
-    steps = re.findall(r"^\[(\d)/(\d)\]", result.err, re.MULTILINE)
+    steps = re.findall(r"^\[(\d+)/(\d+)\]", result.err, re.MULTILINE)
     assert [int(n) for n, _ in steps] == list(range(1, int(steps[0][1]) + 1))
     folder = tmp_path / "demo"
     data = json.loads((folder / "result/evaluation.json").read_text())
@@ -28,6 +28,10 @@ def test_the_demo_ends_in_a_report_and_a_figure_with_progress(run: Run, tmp_path
     assert "EXAMPLE-2026-0420" in text
     assert (folder / "result/evaluation.png").stat().st_size > 10_000
     assert (folder / "report.html").exists()
+    told = result.err[result.err.index("open the seal") :]
+    assert "concealed was backlash of the y axis" in told
+    assert "The diagnosis named it" in told
+    assert all((folder / name).stat().st_size > 50_000 for name in ("story.html", "story.png"))
 
 
 def example(run: Run, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict:

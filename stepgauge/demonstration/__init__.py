@@ -1,0 +1,1 @@
+"""A fault concealed in the virtual machine, found from its recordings, and compared with what was concealed."""

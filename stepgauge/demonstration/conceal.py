@@ -1,0 +1,73 @@
+"""A machine with a fault that its file does not state, and what it records of the gauge."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from stepgauge.demonstration.faults import choose_fault
+from stepgauge.demonstration.seal import close_seal
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import Machine
+from stepgauge.public.simulate import simulate
+
+SEALED = "sealed.txt"
+GAUGE_TEMPERATURE_C = 20.4
+
+
+@dataclass(frozen=True)
+class Concealed:
+    """``checksum`` of the sealed file; ``recordings``: one file per placement."""
+
+    checksum: str
+    recordings: tuple[Path, ...]
+
+
+def conceal_fault(
+    folder: Path,
+    machine: Machine,
+    gauge: Gauge,
+    programs: Sequence[tuple[Path, Placement]],
+    name: str | None = None,
+    seed: int | None = None,
+) -> Concealed:
+    """Run the programs on the machine with one more fault; what it is stands in a sealed file only.
+
+    Parameters
+    ----------
+    folder : where sealed file and recordings go
+    machine : as its file describes it, without the fault
+    gauge : the certified gauge
+    programs : files of measuring programs, each with the placement of its gauge
+    name : one of ``faults.NAMES``; default: one at random
+    seed : of fault, size and scatter; default: another one at each call
+
+    Raises
+    ------
+    InputError
+        a name that is no fault, or a program that cannot be read
+    """
+    random = np.random.default_rng(seed)
+    truth = choose_fault(name, random).draw(random)
+    salt = secrets.token_hex(8) if seed is None else str(seed)
+    checksum = close_seal(folder / SEALED, truth, salt)
+    faulty = replace(machine, effects=(*machine.effects, truth))
+    recordings = []
+    for number, (program, placement) in enumerate(programs, 1):
+        run = simulate(
+            program,
+            faulty,
+            gauge,
+            placement,
+            seed=int(random.integers(2**31)),
+            placement_number=number,
+            gauge_temperature_C=GAUGE_TEMPERATURE_C,
+        )
+        recordings.append(folder / f"faulty-{number}.csv")
+        run.write(recordings[-1])
+    return Concealed(checksum, tuple(recordings))
