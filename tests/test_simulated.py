@@ -3,32 +3,44 @@
 from __future__ import annotations
 
 import datetime
+import hashlib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import stepgauge as sg
 from stepgauge.cli import cli
+from stepgauge.diagnosis.axis.diagnosis import diagnose_axes
 from stepgauge.errors import InputError
 from stepgauge.figures.evaluation import draw_evaluations
+from stepgauge.files.checksum import file_digest
+from stepgauge.fleet.content import recording_key
+from stepgauge.fleet.crossed.answer import FleetInference
+from stepgauge.fleet.crossed.visits import Crossing
 from stepgauge.fleet.crossed.watch import Watched
 from stepgauge.fleet.crossed.watching import FleetWatch
 from stepgauge.importing.ippdme import read as read_log
 from stepgauge.live.connection import Spy
 from stepgauge.recording import join_recordings, read_recording
 from stepgauge.recording.lines import read_comments
-from stepgauge.recording.simulated import is_simulated
+from stepgauge.recording.simulated import SIMULATED_COMMENT, SIMULATED_LINE, is_simulated
 from stepgauge.reports.certificate_file import check_simulated
 from stepgauge.reports.content import Sources, make_content
 from stepgauge.reports.diagnosis import story
+from stepgauge.reports.fleet import fleet_story
 from stepgauge.reports.page import Stated
+from stepgauge.reports.render import markdown
+from tests.axis.made import axis
+from tests.cli.probe_files import bench_series
 from tests.dcc.made import evaluated, laboratory
 from tests.drawn import text_of
 from tests.live.made import serving
 from tests.live.test_measure import make, run
-from tests.measured import one_placement, shipped
+from tests.measured import lay, one_placement, shipped
 from tests.measured import run as simulated_run
 
 
@@ -128,3 +140,71 @@ def test_a_diagnosis_says_so() -> None:
     said = {"verdict": "adequate", "checks": [], "inputs": {"simulated": True}, "effects": [], "noise": {}}
     said |= {"stepgauge": "", "fit": {}, "remarks": []}
     assert "no machine was measured" in story(said, "t", "s", [])["warnings"][0]
+
+
+def test_a_simulation_has_date_and_time_and_equal_seeds_are_known_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The clock is no input: the checksum of the file and the key of its content leave it out, and nothing else."""
+    gauge, machine = shipped()
+    lies = lay(gauge)
+    program = sg.plan(lies, gauge, machine, blocks=(1, 3), cycles=1)
+    recordings, digests = [], []
+    for name, seed, when in (
+        ("a", 3, "2026-11-27T10:00:00+00:00"),
+        ("b", 3, "2026-11-27T11:30:00+00:00"),
+        ("c", 4, "2026-11-27T11:30:00+00:00"),
+    ):
+        monkeypatch.setattr("stepgauge.public.simulate.moment_now", lambda when=when: when)
+        path = tmp_path / f"{name}.csv"
+        sg.simulate(program, machine, gauge, lies, seed=seed).write(path)
+        recordings.append(read_recording(path))
+        digests.append(file_digest(path))
+        assert recordings[-1].comments["measured_at"] == when
+        assert file_digest(path) == file_digest(path.read_bytes())
+    keys = [recording_key(one) for one in recordings]
+    assert digests[0] == digests[1] != digests[2]
+    assert keys[0] == keys[1] != keys[2]
+    real = [one.with_comments() for one in recordings[:2]]
+    real = [replace(one, comments={"measured_at": one.comments["measured_at"]}) for one in real]
+    assert recording_key(real[0]) != recording_key(real[1])
+    (tmp_path / "real.csv").write_bytes(b"# measured_at: 2026-11-27\nx\n1\n")
+    assert file_digest(tmp_path / "real.csv") == hashlib.sha256((tmp_path / "real.csv").read_bytes()).hexdigest()
+
+
+def test_the_figure_and_table_of_a_bench_say_so(tmp_path: Path) -> None:
+    series = bench_series(tmp_path / "s.csv", {0.0: 3.0, 90.0: 3.2})
+    for comment, expected in (("", False), (SIMULATED_LINE, True)):
+        (tmp_path / "t.csv").write_text(comment + series.read_text())
+        files = [str(tmp_path / name) for name in ("t.csv", "b.csv", "b.pdf")]
+        assert CliRunner().invoke(cli, ["probe", "bench", files[0], "-o", files[1], "--plot", files[2]]).exit_code == 0
+        assert ("no machine was measured" in text_of(tmp_path / "b.pdf")) is expected
+        assert is_simulated(read_comments(tmp_path / "b.csv")[0]) is expected
+
+
+def test_a_probe_map_of_a_model_says_so_in_its_table_figure_and_diagnosis(tmp_path: Path) -> None:
+    table, drawn = tmp_path / "map.csv", tmp_path / "map.pdf"
+    grid = ["--polar", "90,60", "--azimuth", "0:360:60", "-o", str(table), "--polar-plot", str(drawn)]
+    assert CliRunner().invoke(cli, ["probe", "map", "omp40-2-50mm", *grid]).exit_code == 0
+    assert "no machine was measured" in text_of(drawn)
+    assert is_simulated(read_comments(table)[0])
+    assert sg.read_probe_map(table).simulated
+    sg.diagnose_probe_map(table, "omp40-2-50mm").write(tmp_path / "d", "pdf")
+    assert "no machine was measured" in (tmp_path / "d" / "diagnosis.md").read_text()
+    assert "no machine was measured" in text_of(tmp_path / "d" / "residuals.pdf")
+
+
+@pytest.mark.parametrize("simulated", [False, True])
+def test_the_diagnosis_of_a_simulated_axis_says_so(tmp_path: Path, simulated: bool) -> None:
+    made = axis(np.arange(0.0, 301.0, 50.0), lambda t, w: 0.01 * t)
+    diagnose_axes([replace(made, comments=SIMULATED_COMMENT if simulated else {})]).write(tmp_path, "pdf")
+    assert ("no machine was measured" in (tmp_path / "diagnosis.md").read_text()) is simulated
+    assert ("no machine was measured" in text_of(tmp_path / "residuals.pdf")) is simulated
+
+
+def test_the_report_of_a_fleet_with_simulated_recordings_says_so() -> None:
+    for simulated in (False, True):
+        said = FleetInference(
+            (), 0.0, {}, Crossing([], [], {}, {}, np.zeros(0), np.zeros(0)), simulated=simulated
+        ).as_dict()
+        assert ("no machine was measured" in markdown(fleet_story(said, drawn=False))) is simulated

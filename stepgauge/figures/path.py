@@ -76,7 +76,7 @@ def draw_path(
     title : printed above
     """
     figure_format(file)
-    save_figure(path_figure(run_path, gauge, placement, tip_radius_mm, stop_piece, title), file)
+    save_figure(path_figure(run_path, gauge, placement, tip_radius_mm, stop_piece, title), file, simulated=True)
     return FilePath(file)
 
 

@@ -44,7 +44,7 @@ def draw_polar(found: DirectionMap, path: str | Path) -> None:
         _label_rings(axes)
         axes.set_title(label)
     _explain(fig, found)
-    save_figure(fig, path)
+    save_figure(fig, path, found.simulated)
 
 
 @figure_style()
@@ -60,7 +60,7 @@ def draw_curves(found: DirectionMap, path: str | Path) -> None:
         if np.ptp(found.azimuth_deg) > 180.0:
             axes.set_xticks(np.arange(0.0, 361.0, 60.0))
     _explain(fig, found)
-    save_figure(fig, path)
+    save_figure(fig, path, found.simulated)
 
 
 def draw_pretravel(axes: Axes, found: DirectionMap) -> None:
@@ -89,7 +89,7 @@ def draw_body(probe: Probe, path: str | Path) -> None:
     _equal_axes(axes, 1.02 * float(size.max()), float(body[..., 2].max()))
     _draw_scale(fig, size)
     fig.text(0.04, 0.94, probe.name, fontsize="large")
-    save_figure(fig, path)
+    save_figure(fig, path, simulated=True)
 
 
 def _draw_surface(axes: Any, body: Array, size: Array) -> None:

@@ -66,7 +66,7 @@ def draw_map_diagnosis(folder: str | Path, found: MapDiagnosis, suffix: str = "p
     figures = [residual_figure(found), direction_figure(found), *([effect_figure(found)] if panels(found) else [])]
     paths = [target / name for name in figure_names(found, suffix)]
     for figure, path in zip(figures, paths, strict=True):
-        save_figure(figure, path)
+        save_figure(figure, path, found.data.simulated)
     for stale in {target / f"{name}.{kind}" for name in (RESIDUALS, DIRECTIONS, EFFECTS) for kind in FORMATS}:
         if stale not in paths:
             stale.unlink(missing_ok=True)

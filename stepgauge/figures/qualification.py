@@ -109,10 +109,10 @@ def draw_sphere_errors(
 
 
 def draw_bench(
-    channels: Mapping[str, Array], events: Events, results: Sequence[DirectionResult], path: str | Path
+    channels: Mapping[str, Array], events: Events, results: Sequence[DirectionResult], path: str | Path, simulated: bool
 ) -> None:
     """One push over time with its four readings (Ren Fig 4), and the pre-travel over the directions (Ren Fig 8)."""
-    with _drawing(path, 170.0, 85.0) as fig:
+    with _drawing(path, 170.0, 85.0, simulated=simulated) as fig:
         push, directions = fig.add_gridspec(1, 2, width_ratios=[3, 2])
         _draw_push(fig.add_subplot(push), channels, events)
         _draw_directions(fig.add_subplot(directions, projection="polar"), results)

@@ -45,7 +45,7 @@ def draw_shares(path: str | Path, shares: pd.DataFrame, face: Array, position_mm
         figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
         if title:
             figure.suptitle(title)
-        save_figure(figure, path)
+        save_figure(figure, path, simulated=True)
 
 
 def _largest(shares: pd.DataFrame) -> pd.DataFrame:

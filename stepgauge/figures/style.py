@@ -126,10 +126,10 @@ def figure_format(path: str | Path) -> str:
     return suffix
 
 
-def save_figure(fig: Figure, path: str | Path, simulated: bool = False) -> None:
+def save_figure(fig: Figure, path: str | Path, simulated: bool) -> None:
     """Write a figure as PNG, PDF or SVG by the extension of ``path``, whole or not at all.
 
-    ``simulated``: no machine was measured, and the figure says so.
+    ``simulated``: no machine was measured, and the figure says so; nobody draws without knowing.
 
     Raises :class:`InputError` for another extension or where the file cannot be written.
     """

@@ -22,6 +22,9 @@ DIGITS = 32
 """Of a name by content: 128 bits."""
 _LAST_LINE = re.compile(rf"# {KEY}: ([0-9a-f]{{64}})\n")
 _ONE = re.compile(rf"^# {KEY}", re.MULTILINE)
+_WHEN = re.compile(rb"# measured_at:[^\n]*\n")
+_HEAD = re.compile(rb"(?:#[^\n]*\n)+")
+_SIMULATED = re.compile(rb"^# simulated:", re.MULTILINE)
 
 
 def checksum(data: Mapping[str, Any], before: str = "") -> str:
@@ -65,12 +68,30 @@ def check_text(text: str, path: str | Path) -> str:
     return whole
 
 
+def file_digest(content: bytes | Path) -> str:
+    """SHA-256 by which results know the files again that they were made from, in hexadecimal digits.
+
+    When the virtual CMM ran is nothing that its recording depends on: the line that says so does not count (as in
+    :func:`stepgauge.recording.simulated.content_comments`), so that the same program, machine and seed give what is
+    known again. Every other file counts as it is.
+    """
+    if isinstance(content, Path):
+        with content.open("rb") as file:
+            if file.read(1) != b"#":
+                file.seek(0)
+                return hashlib.file_digest(file, "sha256").hexdigest()
+        content = content.read_bytes()
+    head = _HEAD.match(content)
+    if head is None or not _SIMULATED.search(head[0]):
+        return hashlib.sha256(content).hexdigest()
+    digest = hashlib.sha256(_WHEN.sub(b"", head[0]))
+    digest.update(content[head.end() :])
+    return digest.hexdigest()
+
+
 def content_name(content: bytes | Path) -> str:
-    """What a file of a store is called by: the first digits of the SHA-256 of its content."""
-    if isinstance(content, bytes):
-        return hashlib.sha256(content).hexdigest()[:DIGITS]
-    with content.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()[:DIGITS]
+    """What a file of a store is called by: the first digits of its :func:`file_digest`."""
+    return file_digest(content)[:DIGITS]
 
 
 def check_name(path: Path, again: str = "a copy of the store, made when it was whole") -> Path:

@@ -33,6 +33,11 @@ def parse_moment(text: str, where: Place) -> datetime.datetime:
     return moment
 
 
+def moment_now() -> str:
+    """The time of the computer's clock, to the second and with its zone, as recordings carry it."""
+    return datetime.datetime.now().astimezone().isoformat(timespec="seconds")
+
+
 def check_past(day: datetime.date, where: Place, what: str) -> None:
     """:class:`InputError` for a day that has not come yet, or is before :data:`EARLIEST`."""
     if day.year < EARLIEST:

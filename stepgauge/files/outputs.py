@@ -7,7 +7,6 @@ made, so that every result can say what it was made from, and that nothing of it
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 import shutil
@@ -18,6 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from stepgauge.errors import InputError, PartlyDoneError
+from stepgauge.files.checksum import file_digest
 
 UNFINISHED = ".stepgauge-unfinished"
 """Folder of files that are not whole yet, with one folder per process inside."""
@@ -155,7 +155,7 @@ def was_read(path: str | Path, data: bytes | None = None) -> None:
     files = _current()
     place = Path(os.path.realpath(path))
     if files is not None and place not in files.staged:
-        files.read[place] = None if data is None else hashlib.sha256(data).hexdigest()
+        files.read[place] = None if data is None else file_digest(data)
 
 
 def is_source(path: str | Path) -> None:
@@ -201,8 +201,7 @@ def inputs() -> dict[Path, str]:
         return {}
     for place, known in files.read.items():
         if known is None:
-            with place.open("rb") as file:
-                files.read[place] = hashlib.file_digest(file, "sha256").hexdigest()
+            files.read[place] = file_digest(place)
     return {place: str(known) for place, known in files.read.items()}
 
 

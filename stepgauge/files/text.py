@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import stat
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError, reader, reading
-from stepgauge.files.checksum import check_text, is_whole, seal_text, with_checksum
+from stepgauge.files.checksum import check_text, file_digest, is_whole, seal_text, with_checksum
 from stepgauge.files.outputs import inputs, is_source, one_set, place_of, replacing, was_read
 
 __all__ = [
@@ -149,8 +148,8 @@ def check_inputs(data: dict[str, Any], path: str | Path) -> None:
         place = Path(path).parent / str(one["file"])
         if place.is_file():
             is_source(place)
-            with reading(place), place.open("rb") as file:
-                found = hashlib.file_digest(file, "sha256").hexdigest()
+            with reading(place):
+                found = file_digest(place)
             if found != one.get("sha256"):
                 what = f"{one['file']} has changed since this was made from it"
                 raise InputError(path, what, expected="the same verb again, with what is there now")

@@ -13,11 +13,12 @@ from typing import TypeVar
 import numpy as np
 
 from stepgauge.errors import InputError
-from stepgauge.files.checksum import DIGITS, content_name
+from stepgauge.files.checksum import DIGITS, content_name, file_digest
 from stepgauge.files.lines import sync_folder
 from stepgauge.files.names import is_inside
 from stepgauge.files.outputs import one_set
 from stepgauge.recording import COUNTS, Recording
+from stepgauge.recording.simulated import content_comments
 
 MANIFEST = "manifest.json"
 """Names of the files of a key, the main one first, with the SHA-256 of their content; its own is the key."""
@@ -27,7 +28,9 @@ T = TypeVar("T")
 def recording_key(recording: Recording) -> str:
     """The first digits of the SHA-256 of comments and columns, whatever the order and the form of the file."""
     columns = recording.columns
-    digest = hashlib.sha256(json.dumps(sorted(recording.comments.items())).encode("utf-8", "surrogatepass"))
+    digest = hashlib.sha256(
+        json.dumps(sorted(content_comments(recording.comments).items())).encode("utf-8", "surrogatepass")
+    )
     for name in sorted(columns):
         kind = "<i8" if name in COUNTS else "<f8"
         digest.update(f"\n{name} {len(recording)} {kind}\n".encode())
@@ -56,7 +59,7 @@ def keep(folder: Path, files: Mapping[Path, bytes]) -> str:
     for name in named:
         if not is_inside(name):
             raise InputError(root / name, "a file of this name cannot be kept", expected="a name for every system")
-    listed = [[name, hashlib.sha256(data).hexdigest()] for name, data in named.items()]
+    listed = [[name, file_digest(data)] for name, data in named.items()]
     manifest = json.dumps(listed).encode()
     key = content_name(manifest)
     target = folder / key
@@ -99,7 +102,7 @@ def kept_files(folder: Path, key: str) -> dict[str, bytes]:
         listed = json.loads(manifest)
         found = {str(name): (folder / key / name).read_bytes() for name, _ in listed if is_inside(str(name))}
         whole = content_name(manifest) == key
-        whole = whole and listed == [[name, hashlib.sha256(data).hexdigest()] for name, data in found.items()]
+        whole = whole and listed == [[name, file_digest(data)] for name, data in found.items()]
     except (OSError, ValueError, TypeError):
         found, whole = {}, False
     if not (whole and found):

@@ -15,6 +15,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.checksum import file_digest
 from stepgauge.files.outputs import place_of, replacing
 from stepgauge.history.entries import DateFrom, HistoryEntry, read_entries
 
@@ -158,7 +159,7 @@ def _refresh(
     known = {name: (sha, how) for name, sha, how in connection.execute("SELECT path, sha256, date_from FROM file")}
     present, read = set(), 0
     for number, path in enumerate(files, 1):
-        name, sha256 = path.relative_to(folder).as_posix(), hashlib.sha256(path.read_bytes()).hexdigest()
+        name, sha256 = path.relative_to(folder).as_posix(), file_digest(path)
         present.add(name)
         if known.get(name) != (sha256, date_from):
             if name in known:

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError, naming
-from stepgauge.files.tables import write_table
-from stepgauge.files.text import write_json
+from stepgauge.files.tables import csv_text
+from stepgauge.files.text import write_json, write_text
 from stepgauge.physics.bench import (
     Anisotropy,
     ContactFrom,
@@ -24,6 +24,7 @@ from stepgauge.physics.bench import (
 )
 from stepgauge.physics.probe_budget import with_repeatability
 from stepgauge.probes.files import BenchSeries
+from stepgauge.recording.simulated import SIMULATED_LINE
 
 PUSH_COLUMNS = (
     *("direction_deg", "push", "r0_mm", "r1_mm", "r2_mm", "r3_mm"),
@@ -33,12 +34,13 @@ PUSH_COLUMNS = (
 
 @dataclass(frozen=True)
 class BenchSession:
-    """The pushes with what happened in each, and the results by direction."""
+    """The pushes with what happened in each, and the results by direction; ``simulated``: no probe was measured."""
 
     pushes: Sequence[BenchSeries]
     events: Sequence[Events]
     directions: Sequence[DirectionResult]
     anisotropy: Anisotropy
+    simulated: bool = False
 
 
 def evaluate_bench(pushes: Sequence[BenchSeries], contact_from: ContactFrom = "signal") -> BenchSession:
@@ -52,7 +54,8 @@ def evaluate_bench(pushes: Sequence[BenchSeries], contact_from: ContactFrom = "s
     for push, found in zip(pushes, events, strict=True):
         groups.setdefault(push.direction_deg, []).append(found)
     results = [summarise(direction, group) for direction, group in sorted(groups.items())]
-    return BenchSession(pushes, events, results, anisotropy(results))
+    simulated = any(push.simulated for push in pushes)
+    return BenchSession(pushes, events, results, anisotropy(results), simulated)
 
 
 def _events(series: BenchSeries, contact_from: ContactFrom) -> Events:
@@ -74,7 +77,7 @@ def write_bench(path: str | Path, session: BenchSession, coverage_factor: float 
     """
     table = check_bench_output(path)
     rows = [_row(push, events) for push, events in zip(session.pushes, session.events, strict=True)]
-    write_table(table, PUSH_COLUMNS, rows)
+    write_text(table, (SIMULATED_LINE if session.simulated else "") + csv_text(PUSH_COLUMNS, rows))
     summary = table.with_suffix(".json")
     write_json(summary, session_to_dict(session, coverage_factor))
     return [table, summary]
@@ -101,6 +104,7 @@ def session_to_dict(session: BenchSession, coverage_factor: float) -> dict[str, 
         "directions": [dataclasses.asdict(result) for result in session.directions],
         "anisotropy": dataclasses.asdict(session.anisotropy),
         "uncertainty": _uncertainty(session, coverage_factor),
+        "simulated": session.simulated,
     }
 
 

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.files.shown import Shown
-from stepgauge.files.tables import Rows, read_rows, write_table
+from stepgauge.files.tables import Rows, csv_text, read_rows
+from stepgauge.files.text import write_text
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes.base import Probe
+from stepgauge.recording.simulated import SIMULATED_LINE, table_is_simulated
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,7 +27,10 @@ COLUMNS = ("polar_deg", "azimuth_deg", "trigger_force_N", "deflection_um", "pret
 
 @dataclass(frozen=True)
 class DirectionMap(Shown):
-    """Values over polar angle and azimuth of the contact normal in the probe's frame; arrays (polars, azimuths)."""
+    """Values over polar angle and azimuth of the contact normal in the probe's frame; arrays (polars, azimuths).
+
+    ``simulated``: computed from a model, no probe was measured.
+    """
 
     drawn_by: ClassVar[str] = "probe.draw_pretravel"
     polar_deg: Array
@@ -34,6 +39,7 @@ class DirectionMap(Shown):
     deflection_um: Array
     pretravel_um: Array
     name: str = "probe"
+    simulated: bool = True
 
     def summary(self) -> str:
         """Range and mean of force, deflection and pre-travel, and in how many directions the probe never triggers."""
@@ -105,7 +111,7 @@ def read_probe_map(path: str | Path) -> DirectionMap:
         raise InputError(path, "the directions are not a grid", found=f"{len(angles)} rows", expected=expected)
     shape = (len(polar), len(azimuth))
     force_N, deflection_um, pretravel_um = (_cells(rows, name).reshape(shape) for name in COLUMNS[2:])
-    return DirectionMap(polar, azimuth, force_N, deflection_um, pretravel_um, Path(path).stem)
+    return DirectionMap(polar, azimuth, force_N, deflection_um, pretravel_um, Path(path).stem, table_is_simulated(path))
 
 
 def _cells(rows: Rows, name: str) -> Array:
@@ -122,7 +128,7 @@ def _cells(rows: Rows, name: str) -> Array:
 
 def write_map(path: str | Path, found: DirectionMap) -> None:
     """The map as CSV with :data:`COLUMNS`; cells are empty if a model has no value, or never triggers."""
-    write_table(path, COLUMNS, map_rows(found))
+    write_text(path, (SIMULATED_LINE if found.simulated else "") + csv_text(COLUMNS, map_rows(found)))
 
 
 def map_rows(found: DirectionMap) -> list[list[str]]:

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.files.tables import Rows, read_rows
-from stepgauge.recording.lines import read_comments
-from stepgauge.recording.simulated import is_simulated
+from stepgauge.recording.simulated import table_is_simulated
 
 Array = NDArray[np.float64]
 
@@ -45,6 +44,7 @@ class BenchSeries:
     direction_deg: float
     push: int
     channels: Mapping[str, Array]
+    simulated: bool = False
 
 
 def read_points(path: str | Path) -> ProbedPoints:
@@ -60,8 +60,7 @@ def read_points(path: str | Path) -> ProbedPoints:
         raise InputError(
             rows.at(wrong[0]), "the approach is not a unit vector", found=f"length {length[wrong[0]]:.4g}", expected=1
         )
-    simulated = is_simulated(read_comments(path)[0])
-    return ProbedPoints(rows, rows.numbers(POSITION), approach / length[:, None], simulated)
+    return ProbedPoints(rows, rows.numbers(POSITION), approach / length[:, None], table_is_simulated(path))
 
 
 def read_bench(path: str | Path) -> list[BenchSeries]:
@@ -78,9 +77,10 @@ def read_bench(path: str | Path) -> list[BenchSeries]:
         found = values[row, 3 + column]
         raise InputError(rows.at(row), f"signal {SERIES[3 + column]} is wrong", found=found, expected="0 or 1")
     keys = [_optional(rows, name, default) for name, default in (("direction_deg", 0.0), ("push", 1.0))]
+    simulated = table_is_simulated(path)
     starts = np.flatnonzero(np.r_[True, (np.diff(keys[0]) != 0.0) | (np.diff(keys[1]) != 0.0)])
     return [
-        _one_push(rows, values, part, float(keys[0][part[0]]), int(keys[1][part[0]]))
+        _one_push(rows, values, part, float(keys[0][part[0]]), int(keys[1][part[0]]), simulated)
         for part in np.split(np.arange(len(values)), starts[1:])
     ]
 
@@ -89,10 +89,12 @@ def _optional(rows: Rows, name: str, default: float) -> Array:
     return rows.numbers([name])[:, 0] if name in rows.header else np.full(len(rows.cells), default)
 
 
-def _one_push(rows: Rows, values: Array, part: NDArray[np.intp], direction_deg: float, push: int) -> BenchSeries:
+def _one_push(
+    rows: Rows, values: Array, part: NDArray[np.intp], direction_deg: float, push: int, simulated: bool
+) -> BenchSeries:
     backwards = np.flatnonzero(np.diff(values[part, 0]) <= 0.0)
     if len(backwards):
         row = int(part[backwards[0] + 1])
         raise InputError(rows.at(row), "time_s does not grow within a push", found=values[row, 0])
     channels = {name: values[part, i] for i, name in enumerate(SERIES)}
-    return BenchSeries(rows.at(int(part[0])), direction_deg, push, channels)
+    return BenchSeries(rows.at(int(part[0])), direction_deg, push, channels, simulated)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import shlex
 from collections.abc import Callable, Iterator
@@ -14,6 +13,7 @@ from typing import Any
 from stepgauge.axis.recording import LONGEST_COMMENT, is_axis_recording, read_axis_recording
 from stepgauge.diagnosis.output.stored import read_diagnosis
 from stepgauge.errors import InputError
+from stepgauge.files.checksum import file_digest
 from stepgauge.files.notation import counted
 from stepgauge.files.text import read_result
 from stepgauge.gauge.certified import Gauge, read_gauge
@@ -127,13 +127,11 @@ def _recordings(project: Project) -> Iterator[Item]:
         if path.suffix.lower() in (".csv", ".parquet"):
             shown, of_axis = os.path.relpath(path), is_axis_recording(path)
             try:
-                yield Item("recording", shown, _recording_words(path), files=_digest(path), of_axis=of_axis)
+                yield Item(
+                    "recording", shown, _recording_words(path), files=frozenset([file_digest(path)]), of_axis=of_axis
+                )
             except InputError as error:
                 yield Item("recording", shown, error.as_typed(), wrong=True)
-
-
-def _digest(path: Path) -> frozenset[str]:
-    return frozenset([hashlib.sha256(path.read_bytes()).hexdigest()])
 
 
 def _is_recording(path: Path) -> bool:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.dates import moment_now
 from stepgauge.files.text import read_text, write_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -54,7 +56,7 @@ def simulate(
     gauge : the certified gauge, its file or shipped name
     placement : how the gauge is believed to lie
     true_placement : how it really lies, where that differs
-    seed : of the repeatability; the same seed gives the same recording
+    seed : of the repeatability; the same seed gives the same readings
     gauge_temperature_C : default: that of the certificate
     placement_number : which placing of the gauge this is
     start_s : time at the start, s
@@ -96,6 +98,7 @@ def simulate(
             raise InputError(naming("log"), "a plan has no text that writes a log", expected="the file of a program")
         moves = moves_of_plan(program)
     run = run_program(moves, cmm, steps, lies, seed, conditions, explain)
+    run = replace(run, recording=run.recording.with_comments(measured_at=moment_now()))
     if log is not None and isinstance(program, File):
         write_text(log, controller_log(text, str(program), known, settings, run).text)
     if run.stop is not None and not keep_stopped:

@@ -10,6 +10,7 @@ from typing import Any
 from stepgauge.files.notation import counted, rounded
 from stepgauge.files.text import read_result
 from stepgauge.fleet.crossed.answer import WORDS, began, owner_of, words_of
+from stepgauge.recording.simulated import SIMULATED_WARNING
 from stepgauge.reports.blocks import Block, bullets, figure, heading, part, table, words
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.diagnosis import STORY
@@ -33,7 +34,7 @@ def fleet_story(said: Said, drawn: bool = True) -> dict[str, Any]:
         "title": "What the fleet tells",
         "verdict": f"{counted(len(said['causes']), 'cause')} named",
         "summary": _sentence(said),
-        "warnings": [],
+        "warnings": [SIMULATED_WARNING] if said["simulated"] else [],
         "example": False,
         "parts": [
             part("Causes and their owners", *_causes(said)),

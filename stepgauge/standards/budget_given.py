@@ -6,13 +6,13 @@ order of the keys and where a file lies do not count.
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError
+from stepgauge.files.checksum import file_digest
 from stepgauge.files.config import parse_toml
 from stepgauge.files.text import read_bytes
 from stepgauge.gauge.certified import Gauge
@@ -69,7 +69,7 @@ def _with_tables(table: dict[str, Any], folder: Path) -> dict[str, Any]:
     """A table, with the checksum of each file that it names instead of the name."""
     named = {key: folder / table[key] for key in FILE_KEYS if isinstance(table.get(key), str)}
     there = {key: path for key, path in named.items() if path.is_file()}
-    return {**table, **{key: f"sha256 {hashlib.sha256(read_bytes(path)).hexdigest()}" for key, path in there.items()}}
+    return {**table, **{key: f"sha256 {file_digest(read_bytes(path))}" for key, path in there.items()}}
 
 
 def check_given(

@@ -56,7 +56,7 @@ def command(series: str, contact_from: ContactFrom, coverage_factor: float, outp
     if plot is not None:
         from stepgauge.figures.qualification import draw_bench
 
-        draw_bench(session.pushes[0].channels, session.events[0], session.directions, plot)
+        draw_bench(session.pushes[0].channels, session.events[0], session.directions, plot, session.simulated)
     _print(session)
     say_written(*written, plot)
 

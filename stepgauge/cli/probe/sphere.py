@@ -50,6 +50,7 @@ def command(probe: str, output: str, **options: Any) -> None:
     stepgauge probe sphere omp40-2-50mm --sphere-diameter 25 -o sphere.csv
     stepgauge probe qualify sphere.csv --sphere-diameter 25 --tip-diameter 6 -o qualification.json
     """
+    from stepgauge.files.dates import moment_now
     from stepgauge.files.tables import csv_text
     from stepgauge.files.text import write_text
     from stepgauge.probes import read_probe
@@ -58,7 +59,7 @@ def command(probe: str, output: str, **options: Any) -> None:
 
     held = read_probe(probe, options["stylus_direction"])
     rows = probed_sphere(held, options["sphere_diameter"], options["count"], options["scatter"], options["seed"])
-    about = {"probe": held.name or probe, "seed": options["seed"], **SIMULATED_COMMENT}
+    about = {"probe": held.name or probe, "seed": options["seed"], "measured_at": moment_now(), **SIMULATED_COMMENT}
     head = "".join(f"# {key}: {value}\n" for key, value in about.items())
     write_text(output, head + csv_text([*POSITION, *APPROACH], (rows.round(7) + 0.0).tolist()))
     say_written(output)

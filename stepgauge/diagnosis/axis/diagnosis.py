@@ -27,6 +27,7 @@ from stepgauge.effects import effect_kinds
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Shown, as_lines
 from stepgauge.files.text import write_json, write_text
+from stepgauge.recording.simulated import is_simulated
 
 OF_POSITION = ("position", "machine x", "face", WAY)
 """Covariates of forms that a law of the position may be a part of."""
@@ -104,12 +105,13 @@ def write_axis_diagnosis(output: str | Path, told: AxisDiagnosis, suffix: str = 
 
     target, figure = Path(output), f"residuals.{suffix}"
     files = [{"path": str(one.path), "sha256": checksum(one.path)} for one in told.recordings]
-    said = {**told.said, "inputs": {"recordings": files}}
+    simulated = any(is_simulated(one.comments) for one in told.recordings)
+    said = {**told.said, "inputs": {"recordings": files, "simulated": simulated}}
     write_json(target / "diagnosis.json", said)
     names = [(Path(one.path).name, len(one)) for one in told.recordings]
     write_text(target / ROWS_FILE, rows_csv(_rows(told, names)))
     write_text(target / "diagnosis.md", markdown(axis_story(said, [figure])))
-    save_figure(axis_figure(told.found, told.data), target / figure)
+    save_figure(axis_figure(told.found, told.data), target / figure, simulated)
     return [target / name for name in ("diagnosis.json", "diagnosis.md", ROWS_FILE, figure)]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.tables import Rows, read_rows
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes.directions_map import COLUMNS, DirectionMap, map_rows
+from stepgauge.recording.simulated import table_is_simulated
 
 Array = NDArray[np.float64]
 
@@ -44,7 +45,8 @@ class Measured:
 class MapData:
     """Rows of a map whose probe triggered: angles (n,) of the contact normal in deg, and the quantities measured.
 
-    ``dropped`` counts the rows without values; ``numbers (n,)``: of the rows in the file, from 1, if some are left out.
+    ``dropped`` counts the rows without values; ``numbers (n,)``: of the rows in the file, from 1, if some are left out;
+    ``simulated``: no probe was measured.
     """
 
     path: str
@@ -53,6 +55,7 @@ class MapData:
     measured: tuple[Measured, ...]
     dropped: int
     numbers: NDArray[np.intp] | None = None
+    simulated: bool = False
 
     def __len__(self) -> int:
         return len(self.polar_deg)
@@ -101,13 +104,14 @@ def read_map_data(path: str | Path, columns: Mapping[str, str] | None = None) ->
     chosen = _chosen(path, columns)
     angles = [chosen.get(name, name) for name in ANGLES]
     rows = read_rows(path, [*angles, *(name for key, name in chosen.items() if key not in ANGLES)])
-    return _data(rows, chosen, columns)
+    return replace(_data(rows, chosen, columns), simulated=table_is_simulated(path))
 
 
 def data_of_map(found: DirectionMap) -> MapData:
     """A map that was computed or read, as the data of a diagnosis: with the digits of its file."""
     rows = map_rows(found)
-    return _data(Rows(found.name, list(COLUMNS), rows, list(range(2, len(rows) + 2))), {}, None)
+    made = _data(Rows(found.name, list(COLUMNS), rows, list(range(2, len(rows) + 2))), {}, None)
+    return replace(made, simulated=found.simulated)
 
 
 def _data(rows: Rows, chosen: Mapping[str, str], columns: Mapping[str, str] | None) -> MapData:

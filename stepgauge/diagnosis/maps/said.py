@@ -37,6 +37,7 @@ def as_json(found: MapDiagnosis, probe_path: str, folder: str | Path = ".") -> d
         "remarks": list(found.remarks),
         "lacking": list(found.lacking),
         "inputs": {
+            "simulated": found.data.simulated,
             "map": {"path": found.data.path, "sha256": checksum(found.data.path)},
             "probe": {"path": probe_path, "sha256": checksum(probe_path), **_probe(found.table)},
         },

@@ -6,7 +6,6 @@ data give none) and ``unit``, choices (axis, plane, face, direction, ...) have `
 
 from __future__ import annotations
 
-import hashlib
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -26,6 +25,7 @@ from stepgauge.diagnosis.output.probe_file import probe_file
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Check, Diagnosis, Finding, FindingMember, Located
+from stepgauge.files.checksum import file_digest
 from stepgauge.files.text import write_json, write_sealed
 from stepgauge.inference.search import Step
 from stepgauge.recording import Recording
@@ -393,7 +393,7 @@ def _file(path: str | Path) -> dict[str, Any]:
 def checksum(path: str | Path) -> str | None:
     """Checksum of a file as it is now; None for data that were never in a file."""
     place = Path(path)
-    return hashlib.sha256(place.read_bytes()).hexdigest() if str(path) and place.is_file() else None
+    return file_digest(place) if str(path) and place.is_file() else None
 
 
 def without_nan(value: Any) -> Any:

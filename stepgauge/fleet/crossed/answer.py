@@ -90,6 +90,8 @@ class FleetInference(Summarized):
     sizes: Number | None = field(default=None, repr=False)
     left_out: tuple[str, ...] = ()
     looked_for: Mapping[tuple[str, str], int] = field(default_factory=dict, repr=False)
+    simulated: bool = False
+    """Whether any recording is of a virtual machine."""
 
     def summary(self) -> str:
         """How many visits, and every cause in a line."""
@@ -120,6 +122,7 @@ class FleetInference(Summarized):
             "alone": [_alone(one, self.fleet) for one in self.alone],
             "in_order": dict(self.scatter),
             "left_out": list(self.left_out),
+            "simulated": self.simulated,
         }
 
     def write(self, path: str | Path) -> list[Path]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import asdict, fields, replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from stepgauge.fleet.schema import arrow_library
 from stepgauge.fleet.store import Fleet
 from stepgauge.fleet.working import Progress, work_in_batches
 from stepgauge.gauge.certified import Gauge
+from stepgauge.recording.simulated import is_simulated
 from stepgauge.work.task import Engine
 
 TABLE = "statistics"
@@ -117,4 +119,5 @@ def infer_store(store: str | Path, engine: Engine, progress: Progress | None = N
     if not visits:
         reason = errors[0] if errors else "no recordings"
         raise InputError(store, reason, expected="recordings that were added with their machine file")
-    return replace(infer(visits, gauges), left_out=tuple(errors))
+    simulated = any(is_simulated(json.loads(row["comments"])) for row in fleet.index().to_pylist())
+    return replace(infer(visits, gauges), left_out=tuple(errors), simulated=simulated)

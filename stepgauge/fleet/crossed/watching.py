@@ -46,7 +46,7 @@ class FleetWatch(Summarized):
     ) -> FleetWatch:
         """What an inference leaves of every visit, watched over the years; ``entries``: evaluations of the store."""
         drifts = tuple(machine_drifts(entries))
-        simulated = any(one.simulated for one in entries)
+        simulated = found.simulated or any(one.simulated for one in entries)
         return cls(tuple(watch(found, limits, risk)), dict(limits), risk, found.left_out, drifts, simulated)
 
     def summary(self) -> str:
