@@ -16,14 +16,14 @@ def drawn():
 
 @pytest.mark.parametrize(("name", "magic"), [("a.png", b"\x89PNG"), ("a.PDF", b"%PDF"), ("a.svg", b"<?xml")])
 def test_format_by_extension(tmp_path, name, magic):
-    style.save_figure(drawn(), tmp_path / "new" / name)
+    style.save_figure(drawn(), tmp_path / "new" / name, simulated=False)
     assert (tmp_path / "new" / name).read_bytes().startswith(magic)
 
 
 @pytest.mark.parametrize("name", ["a.jpg", "a", "png"])
 def test_other_extensions_are_refused(tmp_path, name):
     with pytest.raises(InputError, match=r"cannot tell the figure's format.*expected .png, .pdf or .svg"):
-        style.save_figure(drawn(), tmp_path / name)
+        style.save_figure(drawn(), tmp_path / name, simulated=False)
     assert not list(tmp_path.iterdir())
 
 
@@ -33,13 +33,13 @@ def test_a_failed_save_leaves_the_old_figure(tmp_path, monkeypatch):
     figure = drawn()
     monkeypatch.setattr(figure, "draw", lambda *_, **__: 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        style.save_figure(figure, path)
+        style.save_figure(figure, path, simulated=False)
     assert path.read_bytes() == b"old"
     assert [p.name for p in tmp_path.iterdir()] == ["a.png"]
 
 
 def test_a_figure_that_is_drawn_once_is_that_of_matplotlib(tmp_path):
-    style.save_figure(drawn(), tmp_path / "a.png")
+    style.save_figure(drawn(), tmp_path / "a.png", simulated=False)
     with style.figure_style():
         drawn().savefig(tmp_path / "b.png", metadata={})
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
@@ -72,5 +72,5 @@ def test_style_ends_with_the_block():
 def test_the_same_figure_twice_is_the_same_file(tmp_path):
     for kind in style.FORMATS:
         for name in ("a", "b"):
-            style.save_figure(drawn(), tmp_path / f"{name}.{kind}")
+            style.save_figure(drawn(), tmp_path / f"{name}.{kind}", simulated=False)
         assert (tmp_path / f"a.{kind}").read_bytes() == (tmp_path / f"b.{kind}").read_bytes()

@@ -19,7 +19,7 @@ def run(*arguments):
 
 def read(path):
     with path.open() as file:
-        rows = list(csv.DictReader(file))
+        rows = list(csv.DictReader(line for line in file if line[0] != "#"))
     return rows, {name: np.array([float(row[name] or "nan") for row in rows]) for name in rows[0]}
 
 
@@ -34,7 +34,7 @@ def test_table_of_the_issue(tmp_path):
     out = tmp_path / "map.csv"
     result = run("omp40-2-50mm", "--polar", "90,80", "--azimuth", "0:360:10", "-o", out)
     assert result.exit_code == 0, result.output
-    assert out.read_text().splitlines()[0] == "polar_deg,azimuth_deg,trigger_force_N,deflection_um,pretravel_um"
+    assert out.read_text().splitlines()[1] == "polar_deg,azimuth_deg,trigger_force_N,deflection_um,pretravel_um"
     rows, columns = read(out)
     assert len(rows) == 72
     np.testing.assert_array_equal(columns["polar_deg"], [90] * 36 + [80] * 36)
@@ -69,13 +69,13 @@ def test_a_map_is_a_probe_again(tmp_path):
 def test_unknown_cells_are_empty(tmp_path):
     (tmp_path / "c.toml").write_text('[probe]\nmodel = "constant"\ntip_radius_mm = 2.0\npretravel_um = 3.0\n')
     run(tmp_path / "c.toml", "--polar", "90", "--azimuth", "0", "-o", tmp_path / "map.csv")
-    assert (tmp_path / "map.csv").read_text().splitlines()[1] == "90,0,,,3"
+    assert (tmp_path / "map.csv").read_text().splitlines()[2] == "90,0,,,3"
 
 
 def test_directions_that_never_trigger_are_empty_and_told(tmp_path):
     result = run("tp6-50mm", "--polar", "90,180", "--azimuth", "0", "-o", tmp_path / "map.csv")
     assert "in 1 directions the probe never triggers" in result.output
-    assert (tmp_path / "map.csv").read_text().splitlines()[2] == "180,0,,,"
+    assert (tmp_path / "map.csv").read_text().splitlines()[3] == "180,0,,,"
 
 
 def test_held_level_the_weight_acts_across(tmp_path):
@@ -165,7 +165,7 @@ def test_curves_show_the_numbers(tmp_path, monkeypatch):
     from stepgauge.figures import probe as figures
 
     drawn = []
-    monkeypatch.setattr(figures, "save_figure", lambda fig, path: drawn.append(fig))
+    monkeypatch.setattr(figures, "save_figure", lambda fig, path, simulated: drawn.append(fig))
     found = map_directions(read_probe("omp40-2-50mm"), [90.0, 60.0], np.arange(0.0, 360.0, 10.0))
     figures.draw_polar(found, tmp_path / "p.png")
     figures.draw_curves(found, tmp_path / "f.png")
