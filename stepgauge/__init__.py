@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from stepgauge.gauge.certified import Gauge as Gauge
     from stepgauge.gauge.certified import read_gauge as read_gauge
     from stepgauge.gauge.placement import Placement as Placement
+    from stepgauge.importing.result import Imported as Imported
     from stepgauge.machine.file import Machine as Machine
     from stepgauge.machine.file import read_machine as read_machine
     from stepgauge.machine.virtual import Run as Run
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from stepgauge.public.fleet import infer_fleet as infer_fleet
     from stepgauge.public.fleet import query_fleet as query_fleet
     from stepgauge.public.fleet import watch_fleet as watch_fleet
+    from stepgauge.public.import_recording import import_recording as import_recording
     from stepgauge.public.investigate import investigate as investigate
     from stepgauge.public.locate import locate as locate
     from stepgauge.public.measure import measure as measure
@@ -69,6 +71,7 @@ _PLACES = {
     "evaluate": "public.evaluate",
     "evaluate_fleet": "public.fleet",
     "export_fleet": "public.fleet",
+    "import_recording": "public.import_recording",
     "infer_fleet": "public.fleet",
     "investigate": "public.investigate",
     "locate": "public.locate",
@@ -96,6 +99,7 @@ _PLACES = {
     "FleetInference": "fleet.crossed.answer",
     "FleetWatch": "fleet.crossed.watching",
     "Gauge": "gauge.certified",
+    "Imported": "importing.result",
     "InputError": "errors",
     "Machine": "machine.file",
     "MapDiagnosis": "diagnosis.maps.result",

@@ -99,6 +99,11 @@ class InputError(Exception):
         where, what, found, expected = map(as_typed, self._parts)
         return _message(str(where), str(what), found, expected, self.longest)
 
+    @property
+    def namings(self) -> tuple[Naming, ...]:
+        """The parts of the message that name arguments, by which it can be settled."""
+        return tuple(part for part in self._parts[:0:-1] if isinstance(part, Naming))
+
     def __reduce__(self) -> tuple[object, ...]:
         """As it was made, for it crosses from one process to another."""
         return partial(type(self), found=self.found, expected=self.expected), self._parts[:2]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -18,15 +18,10 @@ from stepgauge.cli.options import (
     say,
 )
 
-if TYPE_CHECKING:
-    from stepgauge.gauge.placement import Placement
-    from stepgauge.importing import TableLayout
-    from stepgauge.machine.file import Machine
-    from stepgauge.motion.moves import Program
-
 FORMATS = ["linuxcnc", "dmis", "ippdme", "control", "grbl", "inspection", "csv", "xlsx"]
 KINDS = ["missing", "doubled", "order", "foreign", "runs", "alarm", "shift", "repeats", "placements"]
-DECIMALS = {"point": ".", "comma": ","}
+ARGUMENTS = {"tip_radius": "tip_radius_mm", "gauge_temperature": "gauge_temperature_C"}
+"""Options whose arguments of the function end in a unit."""
 SENSORS = [
     *("touch", "dial", "laser", "encoder", "autocollimator"),
     *("capacitive", "inductive", "optical", "edm", "other"),
@@ -35,7 +30,7 @@ SENSORS = [
 
 OF_POINTS = (
     *("gauge", "placement", "placement_number", "machine", "program", "points"),
-    *("gauge_temperature", "tip_radius", "length_unit", "temperature_unit"),
+    *("gauge_temperature", "tip_radius", "temperature_unit"),
 )
 """Options, by their Python names, of points of three coordinates."""
 
@@ -132,13 +127,8 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
 )
 @click.option(
     "--decimal",
-    type=click.Choice(list(DECIMALS)),
+    type=click.Choice(["point", "comma"]),
     help="Of a table: the decimal mark. Default: found from the numbers.",
-)
-@click.option(
-    "--length-unit",
-    type=click.Choice(["mm", "um", "m", "inch"]),
-    help="Of a table: unit of coordinates whose header states none. Default: what LOG states, else mm.",
 )
 @click.option(
     "--temperature-unit",
@@ -176,7 +166,8 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
     "--unit",
     type=UNIT,
     metavar="UNIT",
-    help=f"Of one axis: unit of targets and readings whose header states none: {UNIT.words}.",
+    help="Unit of coordinates, targets and readings whose header states none:"
+    f" {UNIT.words}. Default: of coordinates what LOG states, else mm.",
 )
 @click.option("--deviation-unit", type=UNIT, metavar="UNIT", help="Of one axis: the same of deviations.")
 @click.option(
@@ -224,46 +215,34 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
     """
     from stepgauge.files.budget import file_budget, within
     from stepgauge.files.text import check_output
-    from stepgauge.gauge.certified import read_gauge
-    from stepgauge.gauge.placement import read_placement
-    from stepgauge.importing import ImportOptions, import_log, recognise_log
-    from stepgauge.machine.file import check_recorded, read_machine
-    from stepgauge.recording import write_recording
-    from stepgauge.recording.conventions import state_convention, with_convention
+    from stepgauge.importing.tables.source import read_source
+    from stepgauge.public.import_recording import import_recording
 
     check_output(output, log, options["program"], options["gauge"], options["placement"], options["machine"])
     _check_options(options)
     click.get_current_context().with_resource(within(file_budget(log), log))
+    given = {ARGUMENTS.get(name, name): value for name, value in options.items()}
     if _is_of_axis(log, source, options):
-        _import_axis(log, output, options)
-        return
-    steps = read_gauge(options["gauge"]) if options["gauge"] else None
-    lies = read_placement(options["placement"], steps) if steps is not None and options["placement"] else None
-    layout = _layout(options, False)
-    cmm = read_machine(options["machine"]) if options["machine"] else None
-    program, radius = _read_program(options, lies, cmm)
-    choice = ImportOptions(
-        options["placement_number"],
-        options["gauge_temperature"],
-        radius,
-        None if options["points"] is None else options["points"] == "surface",
-        options["accept"],
-    )
-    imported = import_log(log, source or recognise_log(log), steps, lies, program, choice, layout)
-    recording = imported.recording.with_comments(sensor=options["sensor"])
-    recording = state_convention(recording, options["temperature_convention"])
-    if cmm is not None:
-        check_recorded(recording.comments, cmm)
-        recording = with_convention(recording, cmm.table)
-    write_recording(output, recording)
+        given |= dict.fromkeys(("placement", "program", "machine"))
+        given["gauge"] = given["gauge"] if is_typed("gauge") else None
+    imported = import_recording(read_source(log), format=source, **given)
+    imported.settled()
+    imported.write(output)
     for line in imported.report:
         say(line)
-    placements = ", ".join(map(str, imported.recording.placements))
-    say(f"wrote {output}: {len(imported.recording)} probings, placement {placements}")
+    say(f"wrote {output}: {imported.extent}")
 
 
 def _is_of_axis(log: str, source: str | None, options: dict[str, Any]) -> bool:
-    return bool(options["sensor"]) and not is_typed("placement") and not _names_points(log, source, options)
+    from stepgauge.importing.tables.read import TableLayout
+    from stepgauge.public.import_recording import DECIMALS, DELIMITERS, names_points, pairs_of
+
+    if not options["sensor"] or is_typed("placement"):
+        return False
+    decimal, delimiter = DECIMALS.get(options["decimal"] or ""), DELIMITERS.get(options["delimiter"] or "")
+    constants = pairs_of(options["constants"], "constants")
+    layout = TableLayout(delimiter, decimal, options["sheet"], {}, header=options["header"], constants=constants)
+    return not names_points(log, source, layout, options["columns"])
 
 
 def _check_options(options: dict[str, Any]) -> None:
@@ -271,89 +250,3 @@ def _check_options(options: dict[str, Any]) -> None:
         raise click.UsageError("--placement needs --gauge")
     if options["program"] and not options["placement"]:
         raise click.UsageError("--program needs --gauge and --placement")
-
-
-def _layout(options: dict[str, Any], of_axis: bool) -> TableLayout:
-    """How a table is to be read; its columns are named as those of an axis or of points."""
-    from stepgauge.importing import TableLayout
-    from stepgauge.importing.tables.cells import DELIMITERS
-    from stepgauge.importing.tables.names import parse_mapping
-    from stepgauge.importing.tables.roles import parse_roles
-
-    return TableLayout(
-        DELIMITERS.get(options["delimiter"] or ""),
-        DECIMALS.get(options["decimal"] or ""),
-        options["sheet"],
-        (parse_roles if of_axis else parse_mapping)(options["columns"]),
-        options["length_unit"],
-        options["temperature_unit"],
-        _constants(options),
-        options["header"],
-        options["table"],
-        options["rows"],
-    )
-
-
-def _constants(options: dict[str, Any]) -> dict[str, str]:
-    """``--set`` as names and texts."""
-    pairs = [text.partition("=") for text in options["constants"]]
-    for name, equals, value in pairs:
-        if not (name.strip() and equals and value.strip()):
-            raise click.UsageError(f"--set takes NAME=VALUE, not {name + equals + value!r}")
-    return {name.strip(): value.strip() for name, _, value in pairs}
-
-
-def _names_points(log: str, source: str | None, options: dict[str, Any]) -> bool:
-    """Whether a log has points of three coordinates: any but a table, and a table that names x, y and z."""
-    from stepgauge.errors import InputError
-    from stepgauge.importing import TABLES, recognise_log
-    from stepgauge.importing.points import has_points
-
-    kind = source or recognise_log(log)
-    if kind not in TABLES:
-        return True
-    try:
-        layout = _layout(options, False)
-    except InputError:  # columns named as those of an axis
-        return False
-    return has_points(log, layout)
-
-
-def _import_axis(log: str, output: str, options: dict[str, Any]) -> None:
-    """A table of one axis, one spot or distances."""
-    from stepgauge.axis.recording import write_axis_recording
-    from stepgauge.gauge.certified import read_gauge
-    from stepgauge.importing.axis import AxisOptions, import_axis
-    from stepgauge.importing.axis.targets import gauge_targets, parse_targets
-
-    targets = parse_targets(options["targets"]) if options["targets"] else None
-    if targets is None and is_typed("gauge"):
-        targets = gauge_targets(read_gauge(options["gauge"]))
-    choice = AxisOptions(
-        options["sensor"],
-        options["unit"],
-        options["deviation_unit"],
-        targets,
-        "missing" in options["accept"],
-        options["heights"],
-    )
-    imported = import_axis(log, choice, _layout(options, True))
-    write_axis_recording(output, imported.recording)
-    for line in imported.report:
-        say(line)
-    say(f"wrote {output}: {len(imported.recording)} readings")
-
-
-def _read_program(
-    options: dict[str, Any], placement: Placement | None, machine: Machine | None
-) -> tuple[Program | None, float | None]:
-    """The program, and the tip radius of the person or, where the program's text states it, of the program."""
-    from stepgauge.importing import read_run_program
-
-    radius = options["tip_radius"]
-    if options["program"] is None:
-        return None, radius
-    located = placement.tip_radius_mm if placement else None
-    known = radius or located or (machine.probe.tip_radius_mm if machine else None)
-    program, stated = read_run_program(options["program"], known)
-    return program, radius or stated

@@ -18,13 +18,16 @@ from stepgauge.errors import InputError, naming, reading
 from stepgauge.files.text import read_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.importing.build import Import, ImportOptions, build_recording
+from stepgauge.importing.build import ImportOptions, build_recording
 from stepgauge.importing.log import ProbeLog
 from stepgauge.importing.points import read_points
+from stepgauge.importing.result import Imported
+from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.programs import DIALECTS, check_lines, recognise
+from stepgauge.recording import Recording
 from stepgauge.recording.identity import check_recording
 
 
@@ -107,7 +110,9 @@ def recognise_log(path: Given) -> str:
     return "csv"
 
 
-def read_log(given: Given, source: str, layout: TableLayout | None = None) -> ProbeLog:
+def read_log(
+    given: Given, source: str, layout: TableLayout | None = None, decisions: Decisions | None = None
+) -> ProbeLog:
     """Read a probe log; ``source`` is a name in :data:`FORMATS`, ``layout`` says how a table is to be read.
 
     :class:`InputError` for a file of another kind, and for the first line that is not as the format wants it.
@@ -117,9 +122,9 @@ def read_log(given: Given, source: str, layout: TableLayout | None = None) -> Pr
     if source in TABLES:
         _check_layout(path, source, layout or TableLayout())
         with reading(path, FORMATS[source].title):
-            return read_points(content, source, layout or TableLayout())
+            return read_points(content, source, layout or TableLayout(), decisions)
     asked, plain = layout or TableLayout(), TableLayout()
-    if replace(asked, length_unit=plain.length_unit) != plain:
+    if replace(asked, unit=plain.unit) != plain:
         raise InputError(
             path,
             "delimiter, decimal mark, sheet, columns and temperature unit can be said of tables only",
@@ -137,13 +142,13 @@ def read_log(given: Given, source: str, layout: TableLayout | None = None) -> Pr
             found=repr(lines[first - 1].strip()[:60]) if first else "an empty file",
             expected=known.layout,
         )
-    return _in_mm(known.read(text, path), None if asked.length_unit == plain.length_unit else asked.length_unit)
+    return _in_mm(known.read(text, path), asked.unit)
 
 
 def _in_mm(log: ProbeLog, asked: str | None) -> ProbeLog:
     """The log in mm: its unit is the one that it states, else the one asked for."""
     if asked is not None and log.units and asked not in log.units:
-        what = naming("length_unit", words="{} is another unit than the log states")
+        what = naming("unit", words="{} is another unit than the log states")
         raise InputError(log.path, what, found=asked, expected=" or ".join(log.units))
     name = asked or (log.units[0] if len(log.units) == 1 else "mm")
     return log if name == "mm" else log.in_unit(name)
@@ -165,7 +170,8 @@ def import_log(
     program: Program | None = None,
     options: ImportOptions | None = None,
     layout: TableLayout | None = None,
-) -> Import:
+    decisions: Decisions | None = None,
+) -> Imported:
     """The recording of a run, from what the controller or a person wrote down.
 
     With the program every point is known beforehand; with gauge and placement alone the faces follow from the
@@ -180,6 +186,7 @@ def import_log(
     program : what the controller ran, read from its text (:func:`stepgauge.programs.read_program`)
     options : what the log does not state, and what may be wrong with it
     layout : how a table is to be read
+    decisions : takes what was decided about a table, also where something stays open
 
     Raises
     ------
@@ -188,11 +195,13 @@ def import_log(
         that another program made; the program's line where it does not measure this gauge as placed; and the evidence
         where numbers and statements contradict each other (serial, units, tip radius, swapped faces)
     """
-    log = read_log(path, source, layout)
+    decisions = decisions or Decisions()
+    log = read_log(path, source, layout, decisions)
     imported = build_recording(log, gauge, placement, program, options or ImportOptions())
     if gauge is not None:
+        assert isinstance(imported.recording, Recording)
         check_recording(imported.recording, gauge)
-    return imported
+    return replace(imported, columns=tuple(decisions.columns), rejected=tuple(decisions.rejected))
 
 
 def read_run_program(path: str | Path, tip_radius_mm: float | None) -> tuple[Program, float | None]:

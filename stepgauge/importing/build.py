@@ -20,6 +20,7 @@ from stepgauge.importing.expected import Expected, expected_by_log, expected_by_
 from stepgauge.importing.faces import nearest_faces, tip_distance_mm
 from stepgauge.importing.log import ProbeLog
 from stepgauge.importing.matching import Match, match
+from stepgauge.importing.result import Imported
 from stepgauge.importing.search_line import from_target
 from stepgauge.motion.moves import Program
 from stepgauge.recording import APPROACH, OPTIONAL, POSITION, Recording
@@ -54,21 +55,13 @@ class ImportOptions:
     accept: Sequence[str] = ()
 
 
-@dataclass(frozen=True)
-class Import:
-    """A recording, and in a few lines what was mapped and what was dropped."""
-
-    recording: Recording
-    report: tuple[str, ...]
-
-
 def build_recording(
     log: ProbeLog,
     gauge: Gauge | None,
     placement: Placement | None,
     program: Program | None,
     options: ImportOptions,
-) -> Import:
+) -> Imported:
     """The recording of a log (see :func:`stepgauge.importing.import_log`)."""
     stated = number(log.comments.get("tip_radius_mm", ""))
     if log.tip_radius_mm is None and np.isfinite(stated):
@@ -82,7 +75,7 @@ def build_recording(
 
 def _build_matched(
     log: ProbeLog, gauge: Gauge, placement: Placement, program: Program | None, options: ImportOptions
-) -> Import:
+) -> Imported:
     log, placement, program, settled = settle(_one_placement(log), gauge, placement, program, options.accept)
     _check_directions(log, gauge, placement)
     stated = options.tip_radius_mm or log.tip_radius_mm
@@ -114,7 +107,7 @@ def _build_matched(
     return _finish(log, frame, gauge, radius, comments, report)
 
 
-def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) -> Import:
+def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) -> Imported:
     """A log that states cycle, face and direction of every row needs nothing else."""
     lacking = [name for name in ("cycle", "face") if name not in log.columns]
     if lacking or log.approach is None:
@@ -163,7 +156,7 @@ def _finish(
     radius: float | None,
     comments: dict[str, str],
     report: list[str],
-) -> Import:
+) -> Imported:
     comments["log"] = f"{Path(log.path).name} ({log.form})"
     if radius is not None:
         comments["tip_radius_mm"] = f"{radius:g}"
@@ -173,7 +166,7 @@ def _finish(
         ours = {"gauge": gauge.table.name, "gauge_serial": gauge.table.serial}
     report = [*report, *_doubtful(log, frame)]
     comments = {**ours, **said, **comments, "import": "\n".join(report)}
-    return Import(Recording(frame, comments, log.path), tuple(report))
+    return Imported(Recording(frame, comments, log.path), tuple(report))
 
 
 def _doubtful(log: ProbeLog, frame: pd.DataFrame) -> list[str]:

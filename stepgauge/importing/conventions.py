@@ -101,7 +101,7 @@ def _settle_unit(log: ProbeLog, gauge: Gauge, placement: Placement) -> tuple[Pro
         log.at(0),
         f"the points are beside the gauge as placed, and on it where they are in {fitting[0]}",
         found="no unit in the log",
-        expected=naming("length_unit", words=f"{{}} {fitting[0]}, or the placement of this run"),
+        expected=naming("unit", words=f"{{}} {fitting[0]}, or the placement of this run"),
     )
 
 

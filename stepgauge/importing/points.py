@@ -29,7 +29,7 @@ from stepgauge.importing.tables.names import (
     read_header,
 )
 from stepgauge.importing.tables.questions import Decisions
-from stepgauge.importing.tables.read import TableLayout, choose_table, read_file
+from stepgauge.importing.tables.read import TableLayout, choose_table, read_file, taken_columns
 from stepgauge.importing.tables.rivals import MOST_OF_SPOT
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.importing.tables.values import beside, clock_of, finite, scaled
@@ -59,16 +59,17 @@ class _Points:
         return self.table.numbers(column.place)
 
 
-def read_points(given: Given, kind: str, layout: TableLayout) -> ProbeLog:
+def read_points(given: Given, kind: str, layout: TableLayout, decisions: Decisions | None = None) -> ProbeLog:
     """The points of a table; ``kind`` is ``csv`` or ``xlsx``.
 
     :class:`InputError` names the row and column of: headers without x, y and z, text and gaps among the numbers, units
     of another quantity, decimal marks and dates that may mean two things.
     """
-    source, decisions = read_source(given), Decisions()
+    source, decisions = read_source(given), decisions or Decisions()
     file = read_file(source, layout, decisions)
     table = choose_table(file, lambda one: _names_points(one, layout), layout, source.name, decisions)
     points = _points(table, layout, decisions)
+    decisions.columns = taken_columns(table, [(one.place, one.target, one.unit) for one in points.columns])
     decisions.settle()
     position = _vector(points, POSITION)
     assert position is not None
@@ -157,10 +158,10 @@ def _unit(column: Column, points: _Points) -> Unit:
     if column.unit is not None and column.unit.quantity != "none":
         return column.unit
     quantity, layout = QUANTITY.get(column.target or "", ""), points.layout
-    if quantity == "length" and layout.length_unit is None and points.stated is not None:
+    if quantity == "length" and layout.unit is None and points.stated is not None:
         return points.stated
     defaults = {
-        "length": layout.length_unit or "mm",
+        "length": layout.unit or "mm",
         "temperature": layout.temperature_unit,
         "time": "s",
         "speed": "mm/s",

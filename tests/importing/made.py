@@ -11,7 +11,8 @@ import pandas as pd
 
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.importing import Import, ImportOptions, TableLayout, import_log
+from stepgauge.importing import ImportOptions, TableLayout, import_log
+from stepgauge.importing.result import Imported
 from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.planning.plan import PlanOptions, make_program
 from stepgauge.programs import DIALECTS
@@ -31,11 +32,11 @@ class Case:
     placement: Placement
     recording: Recording
 
-    def imported(self, path: Path, source: str, program: Program | None = None, **options: object) -> Import:
+    def imported(self, path: Path, source: str, program: Program | None = None, **options: object) -> Imported:
         choice = ImportOptions(**options)  # type: ignore[arg-type]
         return import_log(path, source, self.gauge, self.placement, program, choice)
 
-    def stated(self, path: Path, source: str, layout: TableLayout | None = None) -> Import:
+    def stated(self, path: Path, source: str, layout: TableLayout | None = None) -> Imported:
         """Imported without a placement: the file states the faces."""
         return import_log(path, source, self.gauge, None, None, None, layout)
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from stepgauge.errors import InputError
-from stepgauge.importing import FORMATS, Import, TableLayout, import_log
+from stepgauge.importing import FORMATS, TableLayout, import_log
 from stepgauge.importing.build import ImportOptions
+from stepgauge.importing.result import Imported
 from tests.importing.made import RADIUS_MM, Case, make_case
 
 CASE = make_case(yaw=0.0, pitch=0.0, cycles=2)
@@ -35,15 +36,15 @@ def console(*touches_um: float, along: bool = True, shift: tuple[float, ...] = (
 
 def imported(
     tmp_path: Path, text: str, *accept: str, case: Case = CASE, program: bool = True, unit: str = ""
-) -> Import:
+) -> Imported:
     path = tmp_path / "console.log"
     path.write_text(text)
-    layout = replace(TableLayout(), length_unit=unit) if unit else None
+    layout = replace(TableLayout(), unit=unit) if unit else None
     options = ImportOptions(tip_radius_mm=RADIUS_MM, accept=accept)
     return import_log(path, "grbl", case.gauge, case.placement, PROGRAM if program else None, options, layout)
 
 
-def words(result: Import, what: str) -> list[str]:
+def words(result: Imported, what: str) -> list[str]:
     return [line for line in result.report if what in line]
 
 
@@ -224,7 +225,7 @@ def test_inches_are_read_where_they_are_stated(tmp_path: Path, stated: str, prog
 
 def test_inches_that_nothing_states_are_asked_for(tmp_path: Path) -> None:
     text = console(unit=25.4, digits=5)
-    with pytest.raises(InputError, match=r"on it where they are in inch; .*expected length_unit inch"):
+    with pytest.raises(InputError, match=r"on it where they are in inch; .*expected unit inch"):
         imported(tmp_path, text)
     result = imported(tmp_path, text, unit="inch")
     np.testing.assert_allclose(result.recording.position_mm, PRINTED, atol=2e-4)
@@ -236,7 +237,7 @@ def test_a_program_in_inches_does_not_make_reports_in_mm_inches(tmp_path: Path) 
 
 
 def test_a_unit_that_contradicts_the_log_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"length_unit is another unit than the log states; found inch; expected mm"):
+    with pytest.raises(InputError, match=r"unit is another unit than the log states; found inch; expected mm"):
         imported(tmp_path, "$13=0\n" + console(), unit="inch")
 
 

@@ -15,8 +15,9 @@ from stepgauge.cli.import_ import command
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, write_placement
-from stepgauge.importing import FORMATS, Import, ImportOptions, build_recording, read_log
+from stepgauge.importing import FORMATS, ImportOptions, build_recording, read_log
 from stepgauge.importing.faces import cycles_of, probed_faces
+from stepgauge.importing.result import Imported
 from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.planning.plan import ORDERS, ROUTES, PlanOptions, faces_in_order, make_program
 from stepgauge.programs import DIALECTS, read_program
@@ -45,7 +46,7 @@ class Setup:
         beyond = np.broadcast_to(beyond_mm, self.program.n_points)
         return self.program.position_mm[measure] + beyond[:, None] * self.program.approach[measure]
 
-    def read(self, text: str) -> Import:
+    def read(self, text: str) -> Imported:
         log = FORMATS["linuxcnc"].read(text, "log.txt")
         return build_recording(log, self.gauge, self.placement, self.program, ImportOptions())
 

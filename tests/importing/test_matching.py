@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from stepgauge.errors import InputError
 from stepgauge.exporting import export_recording
 from stepgauge.importing import ImportOptions, build_recording
-from stepgauge.importing.build import Import
 from stepgauge.importing.log import ProbeLog
+from stepgauge.importing.result import Imported
 from stepgauge.planning.plan import ORDERS, PlanOptions, faces_in_order
 from tests.importing.made import RADIUS_MM, Case, make_case
 
@@ -39,7 +39,7 @@ def log_of(case: Case, rows: list[int], mode: str) -> ProbeLog:
     )
 
 
-def read(log: ProbeLog, mode: str, *accept: str) -> Import:
+def read(log: ProbeLog, mode: str, *accept: str) -> Imported:
     program = {"program": PROGRAM, "names": NAMED, "none": None}[mode]
     return build_recording(log, CASE.gauge, CASE.placement, program, ImportOptions(accept=accept))
 
@@ -174,7 +174,7 @@ def test_a_log_in_another_unit_says_which() -> None:
     for case, mode in ((CASE, "program"), (far, "none")):
         inches = replace(log, position_mm=case.recording.position_mm / 25.4)
         program = PROGRAM if mode == "program" else None
-        with pytest.raises(InputError, match=r"on it where they are in inch; .*expected length_unit inch"):
+        with pytest.raises(InputError, match=r"on it where they are in inch; .*expected unit inch"):
             build_recording(inches, case.gauge, case.placement, program, ImportOptions())
 
 

@@ -12,8 +12,9 @@ import pytest
 
 from stepgauge.axis.recording import places_of
 from stepgauge.errors import InputError
-from stepgauge.importing.axis import AxisImport, AxisOptions, import_axis
+from stepgauge.importing.axis import AxisOptions, import_axis
 from stepgauge.importing.points import read_points
+from stepgauge.importing.result import Imported
 from stepgauge.importing.tables.questions import OpenQuestionsError
 from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.roles import parse_roles
@@ -29,7 +30,7 @@ def rows(*columns: object, header: str = "", delimiter: str = ",") -> str:
     return "\n".join([header, *lines, ""])
 
 
-def read(text: str | bytes, options: AxisOptions | None = None, **layout: object) -> AxisImport:
+def read(text: str | bytes, options: AxisOptions | None = None, **layout: object) -> Imported:
     data = text.encode() if isinstance(text, str) else text
     return import_axis(io.BytesIO(data), options or AxisOptions("laser"), TableLayout(**layout))  # type: ignore[arg-type]
 
@@ -40,7 +41,7 @@ def asked(text: str, options: AxisOptions | None = None, **layout: object) -> In
     return error.value
 
 
-def settled(text: str) -> AxisImport:
+def settled(text: str) -> Imported:
     """What comes of following every advice of every message, as typed: the first that each option is given."""
     columns, layout, unit, deviation = list[str](), dict[str, object](), None, None
     for _ in range(3):
@@ -52,7 +53,7 @@ def settled(text: str) -> AxisImport:
             columns = [one.replace('"', "") for one in columns]
             if rows_of := re.search(r"--rows \"([^\"]+)\"", said):
                 layout["rows"] = (rows_of[1],)
-            if table := re.search(r"--table N: (\d)", said):
+            if table := re.search(r"--table (\d)", said):
                 layout["table"] = int(table[1])
             unit = match[1] if (match := re.search(r"--unit (\w+)", said)) else unit
             deviation = match[1] if (match := re.search(r"--deviation-unit (\w+)", said)) else deviation

@@ -136,7 +136,7 @@ def test_units_are_turned_into_those_of_a_recording(tmp_path: Path, unit, factor
     np.testing.assert_allclose(back.frame["time_s"], case.recording.frame["time_s"], atol=1e-6)
     bare = write(tmp_path, table_of(written, XYZ | {"gauge_temperature_C": "T"}, digits=10))
     names = {"µm": "um", "°F": "F", "degC": "C"}
-    layout = TableLayout(length_unit=names.get(unit, unit), temperature_unit=names.get(temperature, temperature))
+    layout = TableLayout(unit=names.get(unit, unit), temperature_unit=names.get(temperature, temperature))
     assert np.abs(read(case, bare, layout).recording.position_mm - case.recording.position_mm).max() < 1e-6
 
 

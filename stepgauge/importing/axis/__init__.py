@@ -6,41 +6,36 @@ units and targets a recording (:mod:`.build`); what the file states of itself is
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from stepgauge.axis.recording import FORM, FORMS, AxisRecording, ways_doubt
-from stepgauge.errors import InputError, naming, reading
+from stepgauge.errors import InputError, reading
 from stepgauge.importing.axis.build import AxisOptions, build_axis
 from stepgauge.importing.axis.heights import read_heights, reduced
 from stepgauge.importing.axis.long import Long, to_long
 from stepgauge.importing.axis.stated import check_stated
+from stepgauge.importing.result import Imported
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.questions import Decisions
-from stepgauge.importing.tables.read import TableLayout, choose_table, read_file
+from stepgauge.importing.tables.questions import Choice, Decisions
+from stepgauge.importing.tables.read import TableLayout, choose_table, read_file, taken_columns
 from stepgauge.importing.tables.rivals import is_text, settled_roles
 from stepgauge.importing.tables.roles import IGNORE, VALUE_ROLES, Role, read_roles
 from stepgauge.importing.tables.scope import named_by_scope
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.recording import comment_lines
 
-__all__ = ["AxisImport", "AxisOptions", "import_axis"]
+__all__ = ["AxisOptions", "import_axis"]
 _OURS = (*FORMS, FORM, "sensor")
 """Comments of a recording that are made anew."""
 
 
-@dataclass(frozen=True)
-class AxisImport:
-    """A recording, and in a few lines what was mapped and what was left out."""
-
-    recording: AxisRecording
-    report: tuple[str, ...]
-
-
-def import_axis(given: Given, options: AxisOptions, layout: TableLayout | None = None) -> AxisImport:
+def import_axis(
+    given: Given, options: AxisOptions, layout: TableLayout | None = None, decisions: Decisions | None = None
+) -> Imported:
     """The recording of a table of one axis, one spot, or distances between stations.
 
     Parameters
@@ -55,12 +50,13 @@ def import_axis(given: Given, options: AxisOptions, layout: TableLayout | None =
     InputError
         names the row, or asks all that the table leaves open, with the options that settle it
     """
-    layout, source, decisions = layout or TableLayout(), read_source(given), Decisions()
+    layout, source, decisions = layout or TableLayout(), read_source(given), decisions or Decisions()
     with reading(source.name, "table"):
         file = read_file(source, layout, decisions)
         table = choose_table(file, lambda one: _has_readings(one, layout), layout, source.name, decisions)
         table = _named(named_by_scope(table), decisions)
         roles = settled_roles(table, layout, decisions)
+        decisions.columns = taken_columns(table, [(one.place, one.role, one.unit) for one in roles])
         _check_chosen(table, roles, layout)
         found = to_long(table, roles, options.missing, decisions)
         recording, targets = build_axis(found, table, options, decisions)
@@ -73,7 +69,8 @@ def import_axis(given: Given, options: AxisOptions, layout: TableLayout | None =
     comments = {key: value for key, value in comment_lines(file.comments).items() if key not in _OURS}
     name = Path(source.name).name
     said = {**recording.comments, **_date(found), **comments, "log": name, "import": "\n".join(report)}
-    return AxisImport(AxisRecording(recording.frame, recording.form, recording.units, recording.sensor, said), report)
+    whole = AxisRecording(recording.frame, recording.form, recording.units, recording.sensor, said)
+    return Imported(whole, report, tuple(decisions.columns), rejected=tuple(decisions.rejected))
 
 
 def _has_readings(table: Table, layout: TableLayout) -> bool:
@@ -91,9 +88,9 @@ def _named(table: Table, decisions: Decisions) -> Table:
     if kinds.count("reading") == 1:
         decisions.take("no header: the only numbers that are no times are taken as the readings")
         return replace(table, headers=kinds, units=[None] * width)
-    expected = naming("header", words='{} "target_mm,reading_mm": the names of all columns with their units')
     what, found = "no row above the numbers names the columns", f"{len(table.headers)} columns"
-    decisions.ask(table.at(0), what, expected, found)
+    wanted = Choice("header", words=": names of all columns with their units", suggestions=('"target_mm,reading_mm"',))
+    decisions.ask(table.at(0), what, wanted, found=found)
     decisions.settle()
     return table
 

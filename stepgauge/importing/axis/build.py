@@ -7,6 +7,7 @@ header states are not guessed: readings have the unit of their targets, anything
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -21,7 +22,7 @@ from stepgauge.importing.axis.long import Long
 from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.questions import Choice, Decisions
 from stepgauge.importing.tables.roles import CORRECTION, DEVIATION, DEVIATIONS, READING
 
 Array = NDArray[np.float64]
@@ -47,9 +48,9 @@ well: the unit of the deviations is then asked for.
 class AxisOptions:
     """What a table of an axis does not state.
 
-    ``sensor``: what read it (:data:`stepgauge.axis.sensors.SENSORS`); ``unit``, ``deviation_unit``: of columns that
-    state none; ``targets``: the artefact; ``missing``: whether readings may be missing; ``heights``: file of the
-    heights of stations, by which slope distances become horizontal ones.
+    ``sensor``: what read it (:data:`stepgauge.axis.sensors.SENSORS`); ``targets``: the artefact; ``missing``: whether
+    readings may be missing; ``heights``: file of the heights of stations, by which slope distances become horizontal
+    ones; ``unit``, ``deviation_unit``: of columns that state none.
     """
 
     sensor: str = "other"
@@ -57,7 +58,7 @@ class AxisOptions:
     deviation_unit: str | None = None
     targets: Targets | None = None
     missing: bool = False
-    heights: str | None = None
+    heights: str | Path | None = None
 
 
 def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decisions) -> tuple[AxisRecording, int]:
@@ -67,8 +68,8 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
     """
     form = "distances" if found.stations else "axis" if found.target is not None or options.targets else "spot"
     if form == "spot" and (found.way == 1).any() and (found.way == -1).any():
-        expected = naming("targets", words="a column of targets, or {} with the list of them")
-        decisions.ask(table.path, "readings of two directions have no targets", expected)
+        listed = Choice("targets", words=": the list of them", suggestions=("0:500:25",))
+        decisions.ask(table.path, "readings of two directions have no targets", listed)
         decisions.settle()
     target, index = _targets(found, table, options)
     role = _role(found, table, target, decisions) if form == "axis" else READING
@@ -161,19 +162,20 @@ def _units(
     if of_value is not None and not _is_possible(found, of_value, stated):
         if options.deviation_unit is None:
             what = f"the deviations are an unlikely part of the travel: is their unit {of_value.name}?"
-            words = f"{{}} {plain_name(of_value.name)} if it is, or {{}} with the right one"
-            expected = naming("deviation_unit", "deviation_unit", words=words)
-            decisions.ask(table.path, what, expected, found.value_header)
+            told = plain_name(of_value.name)
+            others = [Choice("deviation_unit", one) for one in ("um", "mm", "nm") if one != told]
+            decisions.ask(
+                table.path, what, Choice("deviation_unit", told, "if it is"), *others, found=found.value_header
+            )
         of_value = None
     deviation = _settled_unit(table, "deviation_unit", options.deviation_unit, of_value) or options.deviation_unit
     if not name:
         what = f"the unit of the {'target' if of_axis else 'reading'}s is not stated"
-        decisions.ask(
-            table.path, what, naming("unit", words="{} mm (um, m, inch, deg, arcsec, ..)"), found.value_header
-        )
+        units = Choice("unit", suggestions=("mm", "um", "m", "inch", "deg", "arcsec"))
+        decisions.ask(table.path, what, units, found=found.value_header)
     if role == DEVIATION and deviation is None:
-        expected = naming("deviation_unit", words="{} um (mm, uin, arcsec, ..)")
-        decisions.ask(table.path, "the unit of the deviations is not stated", expected, found.value_header)
+        units = Choice("deviation_unit", suggestions=("um", "mm", "nm", "uin", "arcsec"))
+        decisions.ask(table.path, "the unit of the deviations is not stated", units, found=found.value_header)
     return AxisUnits.of(name, deviation) if name else None
 
 

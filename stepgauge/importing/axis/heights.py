@@ -54,7 +54,7 @@ def _number(cell: str) -> float:
     return next((v for mark in ".," if np.isfinite(v := Numerals(mark).number(cell))), float("nan"))
 
 
-def reduced(recording: AxisRecording, height: Mapping[str, float], source: str) -> AxisRecording:
+def reduced(recording: AxisRecording, height: Mapping[str, float], source: str | Path) -> AxisRecording:
     """The recording with horizontal distances; ``height``: of the stations; ``source``: the file that states them.
 
     :class:`InputError` for a recording of anything else, a station without a height, and heights that differ by more
@@ -78,7 +78,7 @@ def reduced(recording: AxisRecording, height: Mapping[str, float], source: str) 
     return replace(recording, frame=frame.assign(reading=np.sqrt(slope**2 - rise**2)), comments=said)
 
 
-def _of(name: str, height: Mapping[str, float], source: str) -> float:
+def _of(name: str, height: Mapping[str, float], source: str | Path) -> float:
     if name not in height:
         raise InputError(source, f"station {name} has no height", found=", ".join(list(height)[:8]))
     return height[name]

@@ -16,7 +16,7 @@ from stepgauge.importing.axis.travel import cycles_of_repeats
 from stepgauge.importing.tables.clock import Clock
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.labels import LABEL, Label, parse_label, way_of
-from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.questions import Choice, Decisions
 from stepgauge.importing.tables.roles import (
     CYCLE,
     DEVIATIONS,
@@ -172,17 +172,19 @@ def _value_columns(table: Table, roles: Sequence[Role], decisions: Decisions) ->
             break
     found = found or _only_length(table, roles)
     if not found:
-        names = ", ".join(one.header for one in roles if one.header)
-        expected = naming("columns", words='{} reading="HEADER" (or deviation="HEADER")')
-        decisions.ask(table.path, "no column is named as the reading", expected, names)
+        named = [one for one in roles if one.header]
+        free = [one for one in named if one.role is None and np.isfinite(table.numbers(one.place)).all()]
+        ways = [Choice("columns", f"{role}={one.header}") for one in free or named for role in (READING, DEVIATIONS[0])]
+        names = ", ".join(one.header for one in named)
+        decisions.ask(table.path, "no column is named as the reading", *ways, found=names)
         decisions.settle()
     if len(found) > 1 and any(one.label == LABEL for one in found):
         if all(np.array_equal(table.numbers(one.place), table.numbers(found[0].place)) for one in found):
             return found[:1]
         names = " and ".join(repr(one.header) for one in found[:3])
-        words = f'{{}} {found[0].role}="{found[0].header}" for the right one'
         what = f"several columns may be the {found[0].role}"
-        decisions.ask(table.path, what, naming("columns", words=words), names)
+        ways = [Choice("columns", f"{one.role}={one.header}") for one in found]
+        decisions.ask(table.path, what, *ways, found=names)
         found = found[:1]
     _check_sign(table, found[0], decisions)
     _check_labels(table, found)
@@ -192,9 +194,11 @@ def _value_columns(table: Table, roles: Sequence[Role], decisions: Decisions) ->
 def _check_sign(table: Table, column: Role, decisions: Decisions) -> None:
     """The words of a name agree on the sign of its values."""
     if column.role == UNSIGNED:
-        words = '{} deviation="HEADER" (reading minus target) or {} correction="HEADER" (target minus reading)'
-        expected = naming("columns", "columns", words=words)
-        decisions.ask(table.path, "the name of a column contradicts itself", expected, column.header)
+        ways = [
+            Choice("columns", f"deviation={column.header}", "(reading minus target)"),
+            Choice("columns", f"correction={column.header}", "(target minus reading)"),
+        ]
+        decisions.ask(table.path, "the name of a column contradicts itself", *ways, found=column.header)
 
 
 def _check_labels(table: Table, columns: Sequence[Role]) -> None:

@@ -12,10 +12,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from stepgauge.errors import Naming, naming
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.labels import LABEL
-from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.questions import Choice, Decisions
 from stepgauge.importing.tables.roles import CORRECTION, DEVIATION, READING, TARGET, VALUES, WAY, Role, split_name
 
 Array = NDArray[np.float64]
@@ -64,8 +63,8 @@ def _check_difference(table: Table, target: Role, reading: Role, deviation: Role
     what = f"{deviation.header!r} is not {reading.header!r} minus {target.header!r}"
     what += ": its sign is the other one" if turned else ""
     found = f"{values[2][row]:g} beside {values[1][row]:g} and {values[0][row]:g}"
-    columns = [f'{{}} {READING}="{reading.header}"', f'{{}} {DEVIATION}="{deviation.header}"']
-    decisions.ask(table.at(row), what, naming("columns", "columns", words=" or ".join(columns)), found)
+    ways = [Choice("columns", f"{READING}={reading.header}"), Choice("columns", f"{DEVIATION}={deviation.header}")]
+    decisions.ask(table.at(row), what, *ways, found=found)
 
 
 def _scale(told: Array, stated: Array) -> float | None:
@@ -96,8 +95,11 @@ def _check_rounder(table: Table, target: Role, reading: Role, decisions: Decisio
     even = len(values) == len(different) > 2 and np.allclose(steps, steps[0], rtol=1e-9)
     if fewer or even:
         what = f"{target.header!r} has more digits than {reading.header!r}: are they exchanged?"
-        words = f'{{}} {TARGET}="{target.header}" if not, or {{}} {TARGET}="{reading.header}"'
-        decisions.ask(table.path, what, naming("columns", "columns", words=words))
+        ways = [
+            Choice("columns", f"{TARGET}={target.header}", "if not"),
+            Choice("columns", f"{TARGET}={reading.header}", "if so"),
+        ]
+        decisions.ask(table.path, what, *ways)
 
 
 def _check_temperature(table: Table, one: Role, decisions: Decisions) -> None:
@@ -107,8 +109,8 @@ def _check_temperature(table: Table, one: Role, decisions: Decisions) -> None:
     celsius = values * unit.factor + unit.offset
     if len(celsius) and not (TEMPERATURES_C[0] <= celsius.min() and celsius.max() <= TEMPERATURES_C[1]):
         what = f"{one.header!r} cannot be temperatures"
-        words = Naming(("columns",), f'{{}} ignore="{one.header}", or the right header')
-        decisions.ask(table.path, what, words, f"{celsius.min():g} to {celsius.max():g} deg C")
+        found = f"{celsius.min():g} to {celsius.max():g} deg C"
+        decisions.ask(table.path, what, Choice("columns", f"ignore={one.header}"), found=found)
 
 
 def _as_counted(table: Table, one: Role, roles: list[Role], chosen: Mapping[str, str], decisions: Decisions) -> Role:
@@ -118,9 +120,7 @@ def _as_counted(table: Table, one: Role, roles: list[Role], chosen: Mapping[str,
     if split_name(one.header)[1] is not None or not np.isin(values := table.numbers(one.place), (-1.0, 1.0)).all():
         return one
     if len(np.unique(values)) == 2 and WAY not in chosen:
-        words = (
-            f'{{}} {WAY}="{one.header or f"#{one.place + 1}"}", or {{}} ignore="{one.header or f"#{one.place + 1}"}"'
-        )
+        name = one.header or f"#{one.place + 1}"
         what = f"{one.header!r} holds 1 and -1, and may be the direction of travel"
-        decisions.ask(table.path, what, naming("columns", "columns", words=words))
+        decisions.ask(table.path, what, Choice("columns", f"{WAY}={name}"), Choice("columns", f"ignore={name}"))
     return one

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
 from stepgauge.files.units import Unit, find_unit
-from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.questions import Choice, Decisions
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION
 
 NORMAL = ["normal_i", "normal_j", "normal_k"]
@@ -205,8 +205,8 @@ def check_columns(
         first = seen.setdefault(column.target, column)
         if first is not column and not np.array_equal(numbers(first.place), numbers(column.place), equal_nan=True):
             found = f"{first.header!r} and {column.header!r}"
-            expected = naming("columns", words=f'{{}} {column.target}="HEADER" for the right one')
-            decisions.ask(where, f"two columns may be {column.target}", expected, found)
+            ways = [Choice("columns", f"{column.target}={one.header}") for one in (first, column)]
+            decisions.ask(where, f"two columns may be {column.target}", *ways, found=found)
         quantity = QUANTITY.get(column.target)
         if column.unit and column.unit.quantity not in (quantity, "none"):
             raise InputError(

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from stepgauge.errors import InputError, Naming, naming, reading
+from stepgauge.errors import InputError, naming, reading
+from stepgauge.files.units import Unit
 from stepgauge.importing.tables.cells import Cells, read_text_cells
 from stepgauge.importing.tables.console import console_cells
 from stepgauge.importing.tables.grid import Table, find_tables
-from stepgauge.importing.tables.header import split_names
+from stepgauge.importing.tables.header import split_names, text_of
 from stepgauge.importing.tables.laserfile import is_laser_file, read_laser_file
-from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.questions import Choice, Decisions, TakenColumn
 from stepgauge.importing.tables.records import frame_cells, is_json, read_json_cells
 from stepgauge.importing.tables.source import Source
 from stepgauge.importing.tables.turned import turned
 from stepgauge.importing.tables.workbook import read_workbook_cells
+
+MOST_PREVIEWED = 20
+"""Cells of a column that show what is in it."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +30,7 @@ class TableLayout:
 
     ``delimiter``: the mark between columns; ``decimal``: ``"."`` or ``","``; ``sheet``: of a workbook; ``columns``:
     headers by what stands under them (:data:`stepgauge.importing.tables.names.TARGETS` for points,
-    :data:`stepgauge.importing.tables.roles.ROLES` for an axis), or ``#3`` for the third column; ``length_unit``,
+    :data:`stepgauge.importing.tables.roles.ROLES` for an axis), or ``#3`` for the third column; ``unit``,
     ``temperature_unit``: of columns of points that state none (mm and deg C); ``constants``: columns that the table
     lacks, each with the text that holds in every row; ``header``: names of all columns in place of those of the file;
     ``table``: the number of the table in a file of several; ``rows``: texts (``TEXT``, or ``HEADER=TEXT``) in columns
@@ -37,7 +41,7 @@ class TableLayout:
     decimal: str | None = None
     sheet: str | None = None
     columns: Mapping[str, str] = field(default_factory=dict)
-    length_unit: str | None = None
+    unit: str | None = None
     temperature_unit: str = "C"
     constants: Mapping[str, str] = field(default_factory=dict)
     header: str | None = None
@@ -94,7 +98,12 @@ def choose_table(
         return _kept(ordered[layout.table - 1], layout.rows)
     fit = [one for one in file.tables if usable(one)]
     if len(fit) > 1:
-        decisions.ask(path, "the file has several tables", Naming(("table",), f"{{}} N: {_listed(ordered)}"))
+        ways = [
+            Choice("table", str(n), f"({len(one)} rows from line {one.lines[0]})")
+            for n, one in enumerate(ordered, 1)
+            if one in fit
+        ]
+        decisions.ask(path, "the file has several tables", *ways)
     chosen = fit[0] if fit else file.tables[0]
     for one in file.tables:
         if one is not chosen:
@@ -123,6 +132,20 @@ def _kept(table: Table, chosen: Sequence[str]) -> Table:
             known = ", ".join(one for one in table.headers if one)
             raise InputError(naming("rows"), f"no row has {text!r}", found=f"columns {known}", expected="a cell of it")
     return table
+
+
+def taken_columns(table: Table, columns: Iterable[tuple[int, str | None, Unit | None]]) -> list[TakenColumn]:
+    """What the columns of a table were taken for: place, role (None: recorded besides) and unit of each."""
+    return [
+        TakenColumn(
+            place + 1,
+            table.headers[place],
+            role or "covariate",
+            None if unit is None or not unit.name else unit.name,
+            tuple(text_of(cell) for cell in table.cells(place)[:MOST_PREVIEWED]),
+        )
+        for place, role, unit in columns
+    ]
 
 
 def _same(cell: object, text: str) -> bool:

@@ -11,14 +11,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import Naming, naming
 from stepgauge.files.numerals import looks_numeric
 from stepgauge.importing.tables.cells import Cell
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.consistent import check_consistent
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.labels import LABEL, parse_label, way_of
-from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.questions import Choice, Decisions
 from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.roles import (
     CYCLE,
@@ -128,15 +127,11 @@ def _one_target(table: Table, roles: list[Role], chosen: Mapping[str, str], deci
     else:
         why = "asked"
         names = " and ".join(repr(one.header) for one in targets[:MOST_SHOWN])
-        decisions.ask(table.path, "several columns may be the target", _columns(TARGET, targets), names)
+        ways = [Choice("columns", f"{TARGET}={_called(one)}") for one in targets]
+        decisions.ask(table.path, "several columns may be the target", *ways, found=names)
     for one in others:
         decisions.reject(f"{one.header!r} as the target", why)
     return [replace(one, role=None) if one in others else one for one in roles]
-
-
-def _columns(role: str, candidates: Sequence[Role]) -> Naming:
-    named = " or ".join(f'{{}} {role}="{_called(one)}"' for one in candidates[:MOST_SHOWN])
-    return naming(*["columns"] * min(len(candidates), MOST_SHOWN), words=named)
 
 
 def _called(one: Role) -> str:
@@ -170,9 +165,10 @@ def _with_vacant(table: Table, roles: list[Role], chosen: Mapping[str, str], dec
     free = [one for one in roles if one.role is None and _may_be_place(table, one, readings)]
     if values and not targets and not of_stations and free and TARGET not in chosen:
         names = ", ".join(repr(_called(one)) for one in free[:MOST_SHOWN])
-        words = f'{{}} target="{_called(free[0])}", or {{}} ignore="{_called(free[0])}" if it is something else'
+        ways = [Choice("columns", f"{TARGET}={_called(one)}") for one in free]
+        ways.insert(1, Choice("columns", f"ignore={_called(free[0])}", "if it is something else"))
         what = "readings without a target, and a column that may be the target"
-        decisions.ask(table.path, what, naming("columns", "columns", words=words), names)
+        decisions.ask(table.path, what, *ways, found=names)
     return roles
 
 
@@ -254,6 +250,7 @@ def _names_targets(texts: Sequence[str], target: Array | None) -> bool:
 
 def _ask_rows(table: Table, where: str, texts: Sequence[str], name: str, decisions: Decisions) -> None:
     what = f"{_KINDS_ASKED}, by {where}"
-    words = f'{{}} "{texts[0]}" for the rows of one kind, or {{}} "{name}=*" for all of them'
     found = ", ".join(texts[:MOST_SHOWN]) + (f" and {len(texts) - MOST_SHOWN} more" if len(texts) > MOST_SHOWN else "")
-    decisions.ask(table.path, what, naming("rows", "rows", words=words), found)
+    ways = [Choice("rows", text) for text in texts]
+    ways.insert(1, Choice("rows", f"{name}=*", "for all of them"))
+    decisions.ask(table.path, what, *ways, found=found)

@@ -90,7 +90,7 @@ def test_what_contradicts_itself_is_asked_for(run: Run, tmp_path: Path, header: 
     result = run("import", path, "--sensor", "laser", "-o", tmp_path / "axis.csv")
     assert result.code == 2
     assert "contradicts itself" in result.err
-    assert '--column deviation="HEADER"' in result.err
+    assert f'--column deviation="{header}"' in result.err
     assert '--column correction="HEADER"' in result.err
     assert not (tmp_path / "axis.csv").exists()
 

@@ -203,7 +203,7 @@ LAYOUTS = [
         ".log",
         beside=BESIDE,
         options=ON_GAUGE,
-        knows={**RADIUS, "--length-unit": "inch"},
+        knows={**RADIUS, "--unit": "inch"},
     ),
     Layout(
         "grbl, an alarm in the middle and the run taken up again",

@@ -1,0 +1,106 @@
+"""What an import gives: the recording, what every column was taken for, what was rejected, and what stays open."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeVar
+
+import pandas as pd
+
+from stepgauge.axis.recording import AxisRecording, write_axis_recording
+from stepgauge.axis.sensors import SENSORS
+from stepgauge.errors import InputError
+from stepgauge.files.shown import Summarized, as_lines
+from stepgauge.importing.tables.questions import Choice, Decisions, OpenQuestionsError, Question, TakenColumn
+from stepgauge.recording import Recording, write_recording
+
+_VALUES = {
+    "columns": re.compile(r' (\w+="(?!HEADER")[^"]+")'),
+    **{name: re.compile(" ([a-z]+)") for name in ("accept", "unit")},
+}
+"""What stands behind an argument in a message, where it is a value."""
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Imported(Summarized):
+    """``recording``: None as long as something is open; ``report``: in a few lines what was taken, kept and dropped.
+
+    ``columns``: of the table, with what each was taken for (empty for logs that are no tables); ``questions``: what is
+    open, each with its choices; ``rejected``: what else the file might have said, and the reason against it;
+    ``refusal``: the error by which the command line asks.
+    """
+
+    recording: Recording | AxisRecording | None
+    report: tuple[str, ...] = ()
+    columns: tuple[TakenColumn, ...] = ()
+    questions: tuple[Question, ...] = ()
+    rejected: tuple[str, ...] = ()
+    refusal: InputError | None = field(default=None, repr=False)
+
+    def settled(self) -> Recording | AxisRecording:
+        """The recording; the :class:`InputError` that asks what is open where there is none."""
+        if self.recording is None:
+            assert self.refusal is not None
+            raise self.refusal
+        return self.recording
+
+    @property
+    def extent(self) -> str:
+        """How much was read, in words."""
+        found = self.settled()
+        if isinstance(found, AxisRecording):
+            return f"{len(found)} readings"
+        return f"{len(found)} probings, placement {', '.join(map(str, found.placements))}"
+
+    def write(self, path: str | Path) -> None:
+        """Write the recording as CSV; errors as :meth:`settled`."""
+        found = self.settled()
+        if isinstance(found, AxisRecording):
+            write_axis_recording(path, found)
+        else:
+            write_recording(path, found)
+
+    def summary(self) -> str:
+        """What was taken for what, or the questions with their choices."""
+        asked = [f"open: {one.text}; {', or '.join(f'{c.argument} {c.typed}'.strip() for c in one.choices)}"
+                 for one in self.questions]  # fmt: skip
+        return as_lines(*self.report, *asked)
+
+    def to_frame(self) -> pd.DataFrame:
+        """A row per column of the table: its place, header, what it was taken for, its unit and its first cells."""
+        rows = [(one.place, one.header, one.taken, one.unit, ", ".join(one.cells[:3])) for one in self.columns]
+        return pd.DataFrame(rows, columns=["column", "header", "taken for", "unit", "first cells"])
+
+
+def imported_or_asked(work: Callable[[Decisions], Imported]) -> Imported:
+    """What ``work`` gives, or the questions with which it ended; :class:`InputError` for what no choice settles."""
+    decisions = Decisions()
+    refusal: InputError
+    try:
+        return work(decisions)
+    except OpenQuestionsError as error:
+        asked, refusal = error.questions, error
+    except InputError as error:
+        choices = choices_of(error)
+        if not choices:
+            raise
+        found = None if error.found is None else str(error.found)
+        asked, refusal = (Question(error.where, f"{error.what}; expected {error.expected}", found, choices),), error
+    columns, rejected = tuple(decisions.columns), tuple(decisions.rejected)
+    return Imported(None, tuple(decisions.taken), columns, asked, rejected, refusal)
+
+
+def choices_of(error: InputError) -> tuple[Choice, ...]:
+    """The choices that an error names in words: an argument, with the value that stands behind it."""
+    found = list[Choice]()
+    for part in error.namings:
+        for argument, behind in zip(part.names, part.words.split("{}")[1:], strict=False):
+            match = _VALUES[argument].match(behind) if argument in _VALUES else None
+            suggestions = tuple(SENSORS) if argument == "sensor" else ()
+            value = match[1].replace('"', "") if match and not suggestions else ""
+            found.append(Choice(argument, value, suggestions=suggestions))
+    return tuple(found)

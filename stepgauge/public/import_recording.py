@@ -1,0 +1,169 @@
+"""``import_recording``: what a controller or a person wrote down to a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from stepgauge.errors import InputError, naming
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.importing import TABLES, ImportOptions, import_log, read_run_program, recognise_log
+from stepgauge.importing.axis import AxisOptions, import_axis
+from stepgauge.importing.axis.targets import gauge_targets, parse_targets
+from stepgauge.importing.points import has_points
+from stepgauge.importing.result import Imported, imported_or_asked
+from stepgauge.importing.tables.cells import DELIMITERS
+from stepgauge.importing.tables.names import parse_mapping
+from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.read import TableLayout
+from stepgauge.importing.tables.roles import parse_roles
+from stepgauge.importing.tables.source import Given, read_source
+from stepgauge.machine.file import Machine, check_recorded
+from stepgauge.public.inputs import File, as_gauge, as_machine, as_placement
+from stepgauge.recording import Recording
+from stepgauge.recording.conventions import state_convention, with_convention
+
+DECIMALS = {"point": ".", "comma": ","}
+Pairs = Mapping[str, str] | Sequence[str]
+"""``{"target": "Soll"}``, or as typed, ``("target=Soll",)``."""
+
+
+def import_recording(
+    source: Given,
+    *,
+    sensor: str | None = None,
+    gauge: File | Gauge | None = None,
+    placement: File | Placement | None = None,
+    program: File | None = None,
+    machine: File | Machine | None = None,
+    format: str | None = None,
+    placement_number: int = 1,
+    tip_radius_mm: float | None = None,
+    points: str | None = None,
+    gauge_temperature_C: float | None = None,
+    temperature_convention: str | None = None,
+    unit: str | None = None,
+    deviation_unit: str | None = None,
+    temperature_unit: str = "C",
+    columns: Pairs = (),
+    rows: Sequence[str] = (),
+    constants: Pairs = (),
+    accept: Sequence[str] = (),
+    header: str | None = None,
+    table: int | str | None = None,
+    sheet: str | None = None,
+    delimiter: str | None = None,
+    decimal: str | None = None,
+    targets: str | None = None,
+    heights: File | None = None,
+) -> Imported:
+    """Read what somebody else wrote: a log, or a table of any make (``docs/import.md``).
+
+    Nothing is guessed that would give other numbers: what the file leaves open is a question of the result, with the
+    choices that settle it. Call again with a choice: ``argument=value``.
+
+    Parameters
+    ----------
+    source : a path, an open file (text or bytes), or a DataFrame
+    sensor : what read it; with it, tables of one axis, one spot or distances are read (``touch``, ``laser``, ..)
+    gauge, placement : whose faces the points are; of one axis the faces of ``gauge`` are the targets
+    program : what the controller ran; every point is compared with it
+    machine : name and tip radius in ``source`` are compared with it
+    format : of a log; default: by its content
+    placement_number : number of the placement in the recording
+    tip_radius_mm : radius of the tip, mm, where the log does not state it
+    points : ``"centres"`` or ``"surface"``, where the log does not say which
+    gauge_temperature_C : temperature of the gauge, deg C, where the log has none
+    temperature_convention : what the readings have been corrected for
+    unit, deviation_unit, temperature_unit : of columns whose header states none
+    columns : headers by quantity, ``{"target": "Soll"}``; ``"#3"`` is the third column
+    rows : texts in columns that tell rows apart, ``"X"`` or ``"AX=*"``
+    constants : columns that the table lacks, ``{"direction": "+"}``
+    accept : departures to accept, as ``--accept`` of the command line
+    header : names of all columns; ``table``: number of the table; ``sheet``: of a workbook
+    delimiter, decimal : ``"semicolon"``, ``"tab"``, ``"bar"``, ``"comma"``; ``"comma"`` or ``"point"``
+    targets : ``"0:500:25"``, a list or a file; ``heights``: file of the heights of stations
+
+    Returns
+    -------
+    The recording, what each column was taken for, what was rejected, and what stays open.
+
+    Raises
+    ------
+    InputError
+        a file that no choice makes right: damaged, cut, contradicting itself or the gauge
+    """
+    content = read_source(source)
+    layout = TableLayout(
+        None if delimiter is None else DELIMITERS.get(delimiter, delimiter),
+        None if decimal is None else DECIMALS.get(decimal, decimal),
+        sheet,
+        {},
+        unit,
+        temperature_unit,
+        pairs_of(constants, "constants"),
+        header,
+        None if table is None else int(table),
+        (rows,) if isinstance(rows, str) else tuple(rows),
+    )
+    chosen = [f"{name}={value}" for name, value in pairs_of(columns, "columns").items()]
+
+    def of_axis(decisions: Decisions) -> Imported:
+        known = None if targets is None else parse_targets(targets)
+        known = gauge_targets(as_gauge(gauge)) if known is None and gauge is not None else known
+        assert sensor is not None
+        options = AxisOptions(sensor, unit, deviation_unit, known, "missing" in accept, heights)
+        return import_axis(content, options, replace(layout, columns=parse_roles(chosen)), decisions)
+
+    def of_points(decisions: Decisions) -> Imported:
+        steps = None if gauge is None else as_gauge(gauge)
+        lies = None if placement is None or steps is None else as_placement(placement, steps)
+        cmm = None if machine is None else as_machine(machine)
+        ran, radius = None, tip_radius_mm
+        if program is not None:
+            known = (
+                tip_radius_mm or (lies.tip_radius_mm if lies else None) or (cmm.probe.tip_radius_mm if cmm else None)
+            )
+            ran, stated = read_run_program(program, known)
+            radius = tip_radius_mm or stated
+        surface = None if points is None else points == "surface"
+        options = ImportOptions(placement_number, gauge_temperature_C, radius, surface, tuple(accept))
+        known_layout = replace(layout, columns=parse_mapping(chosen))
+        kind = format or recognise_log(content)
+        found = import_log(content, kind, steps, lies, ran, options, known_layout, decisions)
+        recording = found.recording
+        assert isinstance(recording, Recording)
+        recording = state_convention(recording.with_comments(sensor=sensor), temperature_convention)
+        if cmm is not None:
+            check_recorded(recording.comments, cmm)
+            recording = with_convention(recording, cmm.table)
+        return replace(found, recording=recording)
+
+    axis = sensor is not None and placement is None and not names_points(content, format, layout, chosen)
+    return imported_or_asked(of_axis if axis else of_points)
+
+
+def pairs_of(given: Pairs, name: str) -> dict[str, str]:
+    """Names and values of an argument that takes pairs; of ``ignore`` several headers, one below the other."""
+    if isinstance(given, Mapping):
+        return {str(key): str(value) for key, value in given.items()}
+    found: dict[str, str] = {}
+    for text in (given,) if isinstance(given, str) else given:
+        key, equals, value = text.partition("=")
+        if not (key.strip() and equals and value.strip()):
+            raise InputError(naming(name), "not understood", found=repr(text), expected="NAME=VALUE")
+        before = f"{found[key.strip()]}\n" if key.strip() == "ignore" and "ignore" in found else ""
+        found[key.strip()] = before + value.strip()
+    return found
+
+
+def names_points(source: Given, format: str | None, layout: TableLayout, columns: Sequence[str]) -> bool:
+    """Whether a log has points of three coordinates: any but a table, and a table that names x, y and z."""
+    if (format or recognise_log(source)) not in TABLES:
+        return True
+    try:
+        mapping = parse_mapping(columns)
+    except InputError:  # columns named as those of an axis
+        return False
+    return has_points(source, replace(layout, columns=mapping))
