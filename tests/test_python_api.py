@@ -43,6 +43,10 @@ evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff="first", measur
     temperature_convention=None, correct_drift=False)
 evaluate_fleet(store, *, blocks=None, r_eff="first", jobs=1, scheduler=None, memory_MB=None, progress=None)
 export_fleet(store, folder, where="true")
+import_recording(source, *, sensor=None, gauge=None, placement=None, program=None, machine=None, format=None,
+    placement_number=1, tip_radius_mm=None, points=None, gauge_temperature_C=None, temperature_convention=None,
+    unit=None, deviation_unit=None, temperature_unit="C", columns=(), rows=(), constants=(), accept=(), header=None,
+    table=None, sheet=None, delimiter=None, decimal=None, targets=None, heights=None)
 infer_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None)
 investigate(placement, gauge, machine, folder, *, ask, server=None, faults=None, seed=0, minutes=60.0, odds=20.0,
     within_mm=None, level=False, hands_minutes=5.0, styli=(), cycles=2, without=(), priors=None, resume=False,

@@ -60,7 +60,7 @@ OPEN = [
     (
         "Forward (um);Reverse (um)\n" + PAIRS.replace(",", ";"),
         [],
-        "readings of two directions have no targets; expected a column of targets, or --targets with",
+        "readings of two directions have no targets; expected --targets 0:500:25",
     ),
     (
         "target_mm,error_um\n" + PAIRS,
@@ -120,7 +120,7 @@ def test_constants_stand_for_columns_that_a_table_lacks(run: Run, tmp_path: Path
     command = ("import", tmp_path / "t.csv", "--sensor", "dial", "--set", "direction=-", "-o", tmp_path / "axis.csv")
     assert run(*command).code == 0
     assert set(read_axis_recording(tmp_path / "axis.csv").frame["way"]) == {-1}
-    assert "--set takes NAME=VALUE" in run(*command[:4], "--set", "direction", *command[6:]).err
+    assert "expected NAME=VALUE" in run(*command[:4], "--set", "direction", *command[6:]).err
 
 
 def test_targets_that_a_reference_read_are_told_apart_by_place(run: Run, tmp_path: Path) -> None:

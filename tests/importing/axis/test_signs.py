@@ -91,7 +91,7 @@ def test_what_contradicts_itself_is_asked_for(run: Run, tmp_path: Path, header: 
     assert result.code == 2
     assert "contradicts itself" in result.err
     assert f'--column deviation="{header}"' in result.err
-    assert '--column correction="HEADER"' in result.err
+    assert f'--column correction="{header}"' in result.err
     assert not (tmp_path / "axis.csv").exists()
 
 
