@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from stepgauge.public.budget import budget as budget
     from stepgauge.public.diagnose import diagnose as diagnose
     from stepgauge.public.diagnose import diagnose_probe_map as diagnose_probe_map
-    from stepgauge.public.evaluate import evaluate as evaluate
     from stepgauge.public.fleet import add_to_fleet as add_to_fleet
     from stepgauge.public.fleet import budget_fleet as budget_fleet
     from stepgauge.public.fleet import diagnose_fleet as diagnose_fleet
@@ -46,7 +45,6 @@ if TYPE_CHECKING:
     from stepgauge.public.fleet import watch_fleet as watch_fleet
     from stepgauge.public.import_recording import import_recording as import_recording
     from stepgauge.public.investigate import investigate as investigate
-    from stepgauge.public.locate import locate as locate
     from stepgauge.public.measure import measure as measure
     from stepgauge.public.plan import plan as plan
     from stepgauge.public.probe_map import probe_map as probe_map
@@ -58,6 +56,8 @@ if TYPE_CHECKING:
     from stepgauge.recording import read_recording as read_recording
     from stepgauge.standards.budget_files import StoredBudget as StoredBudget
     from stepgauge.standards.budget_files import read_budget as read_budget
+    from stepgauge.verbs.evaluate import evaluate as evaluate
+    from stepgauge.verbs.locate import locate as locate
 
 __version__ = "0.1.0"
 
@@ -68,13 +68,13 @@ _PLACES = {
     "diagnose": "public.diagnose",
     "diagnose_fleet": "public.fleet",
     "diagnose_probe_map": "public.diagnose",
-    "evaluate": "public.evaluate",
+    "evaluate": "verbs.evaluate",
     "evaluate_fleet": "public.fleet",
     "export_fleet": "public.fleet",
     "import_recording": "public.import_recording",
     "infer_fleet": "public.fleet",
     "investigate": "public.investigate",
-    "locate": "public.locate",
+    "locate": "verbs.locate",
     "measure": "public.measure",
     "plan": "public.plan",
     "probe_map": "public.probe_map",
@@ -130,6 +130,10 @@ def __getattr__(name: str) -> Any:
     if name not in _PLACES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = getattr(import_module(f"{__name__}.{_PLACES[name]}"), name)
+    if hasattr(found, "verb"):
+        from stepgauge.verbs.define import document
+
+        document(found)
     globals()[name] = found
     return found
 

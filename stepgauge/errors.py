@@ -18,7 +18,7 @@ LONGEST = 300
 """Characters of a message."""
 _SHORTEST = 40
 """Characters that are left of a part of a message that is too long."""
-_UNIT = re.compile(r"_(mm|um|mm_s|s|C|K|deg|percent|MB)$")
+_UNIT = re.compile(r"_(mm|um|mm_s|s|C|K|deg|mrad|percent|MB)$")
 _CALLED = {
     "columns": "column",
     "placements": "placement",
@@ -31,6 +31,11 @@ _CALLED = {
 """Arguments whose options have other names: those of several values, which are repeated, and some that are shorter."""
 P = ParamSpec("P")
 T = TypeVar("T")
+
+
+def name_option(argument: str, option: str) -> None:
+    """State how the option of an argument of several values is called, which is repeated."""
+    _CALLED[argument] = option
 
 
 def option_of(name: str) -> str:

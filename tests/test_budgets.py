@@ -189,7 +189,7 @@ def test_a_verb_that_reads_a_foreign_file_has_a_budget(
 ) -> None:
     monkeypatch.setattr("stepgauge.files.budget.FILE_SECONDS", -1.0)
     monkeypatch.setattr("stepgauge.cli.import_._is_of_axis", lambda *_: run_on({}))
-    monkeypatch.setattr("stepgauge.public.locate.locate", lambda *_, **__: run_on({}))
+    monkeypatch.setattr("stepgauge.alignment.locate", lambda *_, **__: run_on({}))
     (tmp_path / "log.csv").write_text("a,b\n1,2\n")
     monkeypatch.setattr("sys.argv", ["stepgauge", verb, str(tmp_path / "log.csv"), "-g", "step-gauge-420", "-o", "x"])
     monkeypatch.chdir(tmp_path)

@@ -128,7 +128,7 @@ def test_summary_numbers_come_from_the_table() -> None:
 def test_a_pure_scale_error_is_a_straight_line_in_both_directions() -> None:
     gauge = make_gauge(6)
     error = {(1, k): 0.02 * gauge.position_mm[k - 1] for k in range(1, 13)}
-    result = evaluate(record(gauge, make_pose(0, 0), error), gauge, r_eff_from="first").results[0]
+    result = evaluate(record(gauge, make_pose(0, 0), error), gauge, r_eff_origin="first").results[0]
     np.testing.assert_allclose(result.xf_um[:-1], 0.02 * gauge.position_mm[:-1], atol=1e-9)
     # the first block is read 0.2 um too long, so every back face is taken 0.2 um too short
     np.testing.assert_allclose(result.xb_um[1:], 0.02 * gauge.position_mm[1:] - 0.2, atol=1e-9)
@@ -145,7 +145,7 @@ def test_backlash_passes_for_pretravel_and_the_reversal_is_left_at_zero() -> Non
 def test_effective_radius_from_all_blocks_is_their_mean_with_a_smaller_uncertainty() -> None:
     gauge, error = make_gauge(5), full(5, 4)
     recording = record(gauge, make_pose(1.0, 0.0), error)
-    first, every = (evaluate(recording, gauge, r_eff_from=origin).results[0].radius for origin in ("first", "all"))
+    first, every = (evaluate(recording, gauge, r_eff_origin=origin).results[0].radius for origin in ("first", "all"))
     each = [evaluate(recording, gauge, (b, b + 1)).results[0].radius.r_eff_mm for b in range(1, 5)]
     last = np.mean([error[c, 10] - error[c, 9] for c in range(1, 5)]) / 2e3 + 1.997
     assert first.blocks == (1,)
@@ -257,7 +257,7 @@ def test_a_scale_error_shows_as_a_reversal_of_half_a_pitch(pitch: float, width: 
     gauge = make_gauge(5, size=width, gap=pitch - width)
     for ppm, noted in ((50.0, True), (1.0, False)):
         error = {(c, k): ppm * 1e-3 * gauge.position_mm[k - 1] for c in (1, 2) for k in range(1, 11)}
-        result = evaluate(record(gauge, make_pose(0, 0), error), gauge, r_eff_from=origin).results[0]
+        result = evaluate(record(gauge, make_pose(0, 0), error), gauge, r_eff_origin=origin).results[0]
         np.testing.assert_allclose(result.xr_um[1:-1], -ppm * 1e-3 * pitch / 2, atol=2e-3)
         assert any(f"{-ppm * 1e-3 * pitch / 2:.2g} um of XR are of the scale" in one for one in result.notes) == noted
 

@@ -30,18 +30,18 @@ GAUGE = "step-gauge-420"
 SIGNATURES = """
 add_to_fleet(store, recordings, gauge=None, machine=None, *, placements=(), roster=None, machine_id=None,
     machine_type=None, hall=None, probe_id=None, gauge_id=None, measured_at=None, progress=None)
-budget(sources, gauge, machine, *, placements=(), blocks=None, r_eff="first", u_gauge_temperature_K=None,
+budget(sources, gauge, machine, *, placements=(), blocks=None, r_eff_origin="first", u_gauge_temperature_K=None,
     certificate_correlation=None, repeats="pooled", coverage_percent=95.45, runs=10000, seed=0,
     gauge_temperature_C=None, search_mm=2.0, measurand="as-is", contributions=(), measured_at=None, progress=None)
-budget_fleet(store, *, blocks=None, r_eff="first", u_gauge_temperature_K=None, certificate_correlation=None,
+budget_fleet(store, *, blocks=None, r_eff_origin="first", u_gauge_temperature_K=None, certificate_correlation=None,
     repeats="pooled", coverage_percent=95.45, runs=10000, seed=0, measurand="as-is", contributions=(),
     measured_at=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
 diagnose(recordings, gauge=None, machine=None, *, styli=(), without=(), priors=None)
 diagnose_fleet(store, *, without=(), priors=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
 diagnose_probe_map(probe_map, probe, *, columns=None, priors=None)
-evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff="first", measured_at=None, machine_name=None,
-    temperature_convention=None, correct_drift=False)
-evaluate_fleet(store, *, blocks=None, r_eff="first", jobs=1, scheduler=None, memory_MB=None, progress=None)
+evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff_origin="first", measured_at=None, machine_name=None,
+    temperature_convention=None, correct_drift=False, mpe=None, mpe_cap_um=None, machine=None)
+evaluate_fleet(store, *, blocks=None, r_eff_origin="first", jobs=1, scheduler=None, memory_MB=None, progress=None)
 export_fleet(store, folder, where="true")
 import_recording(source, *, sensor=None, gauge=None, placement=None, program=None, machine=None, format=None,
     placement_number=1, tip_radius_mm=None, points=None, gauge_temperature_C=None, temperature_convention=None,
@@ -97,7 +97,7 @@ DirectionMap.write(self, path)
 Evaluation.summary(self)
 Evaluation.to_frame(self)
 Evaluation.plot(self, axes=None, placement=None, *, before=None)
-Evaluation.write(self, folder, figure="png", mpe=None)
+Evaluation.write(self, folder, figure="png")
 FleetInference.summary(self)
 FleetInference.to_frame(self)
 FleetInference.write(self, path)
@@ -451,7 +451,7 @@ def test_a_report_of_an_object_says_what_that_of_its_files_says(tmp_path: Path, 
         (lambda m: m["plan"].write("program.txt"), "the suffix does not say the dialect"),
         (lambda m: sg.evaluate(m["gauge"], m["gauge"]), "this is no recording; found Gauge"),
         (lambda m: sg.evaluate([], m["gauge"]), "recordings: there is none"),
-        (lambda m: sg.evaluate(m["run"], m["gauge"], r_eff="last"), "r_eff: not a choice"),
+        (lambda m: sg.evaluate(m["run"], m["gauge"], r_eff_origin="last"), "r_eff_origin: not a choice"),
         (lambda m: m["evaluation"].plot(placement=4), "the evaluation does not have it; found 4; expected 1"),
         (lambda m: sg.locate([[0.0, 0.0, 0.0]], m["gauge"]), "points: not 16 points"),
         (lambda m: sg.report(m["evaluation"], "report.docx"), "not a kind of report"),

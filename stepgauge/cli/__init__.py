@@ -14,6 +14,7 @@ from stepgauge import __version__
 from stepgauge.cli.pipes import readers_may_leave
 from stepgauge.errors import LONGEST, InputError, one_line
 from stepgauge.project.find import find_project
+from stepgauge.verbs.catalogue import PLACES
 
 Tasks = dict[str, dict[str, tuple[str, str]]]
 
@@ -36,7 +37,10 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in self.verbs:
             return None
-        command: click.Command = importlib.import_module(self.verbs[cmd_name][0]).command
+        words = " ".join((*_words(ctx), cmd_name))
+        command = (
+            _command(words, cmd_name) if words in PLACES else importlib.import_module(self.verbs[cmd_name][0]).command
+        )
         path = None if ctx.resilient_parsing or cmd_name in NOT_IN_PROJECTS else find_project()
         return command if path is None else _in_project(command, ctx, path, cmd_name)
 
@@ -73,6 +77,14 @@ class LazyGroup(click.Group):
             near = difflib.get_close_matches(args[0], list(self.verbs), n=1)
             hint = f" Did you mean '{near[0]}'?" if near else ""
             raise click.UsageError(error.message + hint, ctx) from None
+
+
+def _command(words: str, name: str) -> click.Command:
+    """The command of a verb from its definition."""
+    from stepgauge.cli.build import make_command
+    from stepgauge.verbs.catalogue import find_verb
+
+    return make_command(name, find_verb(words))
 
 
 def _in_project(command: click.Command, ctx: click.Context, path: Path, name: str) -> click.Command:

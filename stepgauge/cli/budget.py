@@ -93,7 +93,7 @@ def chosen(options: dict[str, Any]) -> dict[str, Any]:
     same = ("blocks", "certificate_correlation", "repeats", "runs", "seed", "measurand", "measured_at")
     return {
         **{name: options[name] for name in same},
-        "r_eff": options["origin"],
+        "r_eff_origin": options["r_eff_origin"],
         "u_gauge_temperature_K": options["u_gauge_temperature"],
         "coverage_percent": options["coverage"],
         "contributions": list(options["contributions"]),

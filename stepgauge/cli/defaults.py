@@ -8,10 +8,13 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from stepgauge.cli.build import VerbCommand, VerbOption
 from stepgauge.cli.options import say
+from stepgauge.cli.running import left_names
 from stepgauge.errors import InputError
 from stepgauge.project.file import Project, check_file, check_options
 from stepgauge.project.find import NAME
+from stepgauge.verbs.kinds import Reads, Writes
 
 PATHS = {"FILE", "[FILE]", "FOLDER", "PATH", "GAUGE", "MACHINE", "PROBE", "P", "B", "BUDGET", "PDF", "XSD", "RECORDING"}
 """Placeholders of options that take a path, which the project file states as seen from its own folder."""
@@ -45,14 +48,22 @@ def _check(option: click.Option, key: str, value: Any, ctx: click.Context, proje
     """The value as the option takes it; what it refuses is told with the file and the key, not with the option."""
     try:
         option.type_cast_value(ctx, value)
-    except click.BadParameter as error:
+    except (click.BadParameter, InputError) as error:
         found = value if isinstance(value, str) else repr(value)
-        raise InputError(project.path, f"key {key} is wrong", found=found, expected=error.message) from None
+        expected = error.expected if isinstance(error, InputError) else error.message
+        raise InputError(project.path, f"key {key} is wrong", found=found, expected=expected) from None
+
+
+def _is_path(option: click.Option) -> bool:
+    """Whether a value is a path, which the project file states as seen from its own folder."""
+    if isinstance(option, VerbOption):
+        return isinstance(option.parameter.one, Reads | Writes)
+    return option.metavar in PATHS
 
 
 def _value(option: click.Option, key: str, value: Any, project: Project) -> Any:
     many = value if isinstance(value, list) else [value]
-    if option.metavar in PATHS:
+    if _is_path(option):
         many = [project.place(one) if isinstance(one, str) else one for one in many]
     if option.multiple:
         return many
@@ -70,7 +81,10 @@ def _telling(callback: Any, project: Project, verb: tuple[str, ...]) -> Any:
     def run(*args: Any, **kwargs: Any) -> Any:
         """The line, then the verb."""
         ctx = click.get_current_context()
-        left = getattr(callback, "leaves", lambda _: ())(ctx.params)
+        if isinstance(ctx.command, VerbCommand):
+            left = left_names(ctx.command.verb, ctx.params)
+        else:
+            left = getattr(callback, "leaves", lambda _: ())(ctx.params)
         taken = [
             option
             for option in ctx.command.params
@@ -80,7 +94,7 @@ def _telling(callback: Any, project: Project, verb: tuple[str, ...]) -> Any:
             and ctx.get_parameter_source(option.name) == ParameterSource.DEFAULT_MAP
         ]
         for option in taken:
-            if option.metavar in PATHS:
+            if _is_path(option):
                 check_file(project, verb, _long(option))
         if taken:
             shown = (f"--{_long(option)} {_shown(ctx.params[str(option.name)])}" for option in taken)

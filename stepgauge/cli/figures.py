@@ -67,7 +67,7 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any
     section = parse_section(options["blocks"], steps)
     placements = read_placements(options["placement_files"], steps)
     recording = read_recordings(recordings)
-    result = evaluate(recording, steps, section, options["origin"], placements)
+    result = evaluate(recording, steps, section, options["r_eff_origin"], placements)
     machine = read_machine(options["machine"]) if options["machine"] else None
     kinds = options["kinds"] or KINDS
     say_written(*draw_measurement(output, recording, result, kinds, limit, machine, options["suffix"]))

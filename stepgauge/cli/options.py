@@ -8,6 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from stepgauge.cli.say import percent as percent
+from stepgauge.cli.say import say as say
+from stepgauge.cli.say import say_lines as say_lines
+from stepgauge.cli.say import say_written as say_written
+from stepgauge.cli.say import show as show
+
 if TYPE_CHECKING:
     from stepgauge.standards.mpe import Mpe
 
@@ -82,8 +88,8 @@ BLOCKS = click.option(
     "--blocks", metavar="A:B", help="First and last block of the used section. Default: what was measured."
 )
 R_EFF = click.option(
-    "--r-eff",
-    "origin",
+    "--r-eff-origin",
+    "r_eff_origin",
     type=click.Choice(["first", "all"]),
     default="first",
     show_default=True,
@@ -235,11 +241,6 @@ def _check_named(_: click.Context, param: click.Parameter, value: str) -> str:
     return value
 
 
-def percent(bar: Any) -> Callable[[int, int], None]:
-    """What a long work calls with (done, total) to move a progress bar of length 100."""
-    return lambda done, total: bar.update(100 * done // total - bar.pos)
-
-
 def is_from_project(name: str) -> bool:
     """Whether the value of an option (by its Python name) is that of the project file: nobody gave it to this verb."""
     from click.core import ParameterSource
@@ -265,33 +266,3 @@ def leaves(names_of: Callable[[dict[str, Any]], Sequence[str]]) -> Decorator:
         return callback
 
     return mark
-
-
-def say(message: str) -> None:
-    """A line for the person at the screen, to stderr; stdout is for tables and texts that were asked for.
-
-    What follows the writing of files is said when they are in place.
-    """
-    from stepgauge.errors import one_line
-    from stepgauge.files.outputs import when_in_place
-
-    line = one_line(message, 2000)
-    when_in_place(lambda: click.echo(line, err=True))
-
-
-def show(text: str) -> None:
-    """Text that was asked for, to stdout; with :func:`say`, in the order in which both are called."""
-    from stepgauge.files.outputs import when_in_place
-
-    when_in_place(lambda: click.echo(text))
-
-
-def say_lines(text: str) -> None:
-    """The summary of a result, line by line."""
-    for line in text.splitlines():
-        say(line)
-
-
-def say_written(*paths: object) -> None:
-    """The last line of a verb: what it wrote (None for what was not asked for)."""
-    say("wrote " + ", ".join(str(path) for path in paths if path is not None))

@@ -82,7 +82,7 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
     steps, cmm = read_gauge(gauge), read_machine(machine)
     stated = ModelOptions(
         options["u_gauge_temperature"],
-        options["origin"],
+        options["r_eff_origin"],
         options["blocks"],
         options["gauge_temperature"],
         options["search"],

@@ -124,7 +124,10 @@ def _um(value: float) -> str:
 
 @dataclass(frozen=True)
 class Evaluation(Shown):
-    """Results of all placements of a recording."""
+    """Results of all placements of a recording.
+
+    ``limit``: maximum permissible error that they are compared with; ``judged``: what that comparison gives.
+    """
 
     drawn_by: ClassVar[str] = "evaluation.draw_placement"
     gauge: Gauge
@@ -133,6 +136,18 @@ class Evaluation(Shown):
     results: tuple[PlacementResult, ...]
     path: str = ""
     comments: Mapping[str, str] = field(default_factory=dict)
+    limit: Mpe | None = None
+    judged: str = ""
+
+    @property
+    def r_eff_mm(self) -> float:
+        """Effective tip radius of the first placement."""
+        return self.results[0].radius.r_eff_mm
+
+    @property
+    def u_r_eff_mm(self) -> float:
+        """Its standard uncertainty; NaN where nothing was repeated."""
+        return self.results[0].radius.u_mm
 
     @property
     def conditions(self) -> Conditions:
@@ -141,7 +156,8 @@ class Evaluation(Shown):
 
     def summary(self) -> str:
         """Notes, span, range of XM, largest 2s and R_eff by placement, as the command line prints them."""
-        return as_lines(*(line for one in self.results for line in one.lines()))
+        judged = [self.judged] if self.judged else []
+        return as_lines(*(line for one in self.results for line in one.lines()), *judged)
 
     def to_frame(self) -> pd.DataFrame:
         """One row per face and placement: positions in mm, errors and standard deviations in um, NaN if undefined."""
@@ -165,12 +181,12 @@ class Evaluation(Shown):
         numbers = ", ".join(str(one.placement) for one in self.results)
         raise InputError("placement", "the evaluation does not have it", found=placement, expected=numbers)
 
-    def write(self, folder: str | Path, figure: str = "png", mpe: Mpe | None = None) -> list[Path]:
+    def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``evaluation.json``, ``evaluation.csv``, a figure per placement (png, svg, pdf); returns the paths."""
         from stepgauge.evaluation.files import write_evaluation
 
         with open_set():
-            drawn = figures("evaluation").draw_evaluations(folder, self, figure, mpe)
+            drawn = figures("evaluation").draw_evaluations(folder, self, figure, self.limit)
             return [*write_evaluation(folder, self), *drawn]
 
 
@@ -178,7 +194,7 @@ def evaluate(
     recording: Recording,
     gauge: Gauge,
     blocks: tuple[int, int] | None = None,
-    r_eff_from: REffOrigin = "first",
+    r_eff_origin: REffOrigin = "first",
     placements: Sequence[Placement] = (),
     correct_drift: bool = False,
 ) -> Evaluation:
@@ -189,7 +205,7 @@ def evaluate(
     recording : tip centres at the trigger
     gauge : certified positions
     blocks : first and last block of the used section; default: from the lowest to the highest that was measured
-    r_eff_from : ``"first"``: the effective radius from the first used block, whose XB is then zero by construction;
+    r_eff_origin : ``"first"``: the effective radius from the first used block, whose XB is then zero by construction;
         ``"all"``: the mean over all used blocks
     placements : of the gauge, in the order of the placement numbers; default: the axis is the mean of the
         forward approaches minus the backward ones
@@ -216,8 +232,8 @@ def evaluate(
     for index, number in enumerate(numbers):
         axis = placements[index].axis if placements else None
         part = recording if len(numbers) == 1 else recording.of_placement(number)
-        results.append(_evaluate_placement(part, gauge, section, r_eff_from, axis, number, correct_drift))
-    return Evaluation(gauge, section, r_eff_from, tuple(results), recording.path, recording.comments)
+        results.append(_evaluate_placement(part, gauge, section, r_eff_origin, axis, number, correct_drift))
+    return Evaluation(gauge, section, r_eff_origin, tuple(results), recording.path, recording.comments)
 
 
 def _measured_section(recording: Recording) -> tuple[int, int]:

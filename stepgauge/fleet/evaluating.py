@@ -30,7 +30,7 @@ def evaluate_fleet(
     fleet: Fleet,
     engine: Engine,
     blocks: str | None = None,
-    r_eff: str = "first",
+    r_eff_origin: str = "first",
     progress: Progress | None = None,
 ) -> list[str]:
     """Evaluate the recordings that have no evaluation with these options; returns why some cannot be, a line each.
@@ -42,25 +42,25 @@ def evaluate_fleet(
     ----------
     fleet, engine : the store, and who does the work
     blocks : first and last block of the used section, ``"1:21"``; default: what each recording measured
-    r_eff : effective radius from the ``"first"`` used block or from ``"all"``
+    r_eff_origin : effective radius from the ``"first"`` used block or from ``"all"``
     progress : told how many of how many recordings are done
     """
-    table = Results(fleet, "evaluations", {"blocks": blocks, "r_eff": r_eff})
-    return work_in_batches(table, engine, partial(evaluate_batch, blocks=blocks, r_eff=r_eff), progress)
+    table = Results(fleet, "evaluations", {"blocks": blocks, "r_eff_origin": r_eff_origin})
+    return work_in_batches(table, engine, partial(evaluate_batch, blocks=blocks, r_eff_origin=r_eff_origin), progress)
 
 
-def evaluate_batch(given: Batch | Kept, blocks: str | None, r_eff: str) -> Any:
+def evaluate_batch(given: Batch | Kept, blocks: str | None, r_eff_origin: str) -> Any:
     """The evaluations of a batch as an Arrow table of :data:`~stepgauge.fleet.schema.EVALUATIONS`."""
     batch = opened(given)
-    rows = [row for one in batch.stored for row in _evaluated(batch, one, blocks, cast(REffOrigin, r_eff))]
+    rows = [row for one in batch.stored for row in _evaluated(batch, one, blocks, cast(REffOrigin, r_eff_origin))]
     return arrow_library().Table.from_pylist(rows, arrow_schema(EVALUATIONS))
 
 
-def _evaluated(batch: Batch, one: Stored, blocks: str | None, r_eff: REffOrigin) -> Iterator[dict[str, Any]]:
+def _evaluated(batch: Batch, one: Stored, blocks: str | None, r_eff_origin: REffOrigin) -> Iterator[dict[str, Any]]:
     try:
         gauge = batch.gauge(one)
         section = parse_blocks(blocks, gauge) if blocks else None
-        found = evaluate(one.recording(), gauge, section, r_eff, batch.placements(one))
+        found = evaluate(one.recording(), gauge, section, r_eff_origin, batch.placements(one))
         require_statement(found.conditions.without("dates"), found.path)
     except InputError as error:
         yield {"recording": one.key, "placement": 0, "error": error.as_typed(), "notes": [], "face": []}

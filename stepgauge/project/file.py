@@ -28,7 +28,7 @@ COMMON: Mapping[str, str] = {
     "customer": "for whom",
     "location": "where",
     "blocks": "first and last block of the used section, A:B",
-    "r-eff": "blocks that the effective radius is taken from: first or all",
+    "r-eff-origin": "blocks that the effective radius is taken from: first or all",
     "gauge-temperature": "temperature of the gauge, deg C",
     "u-gauge-temperature": "its standard uncertainty, K",
     "tip-radius": "nominal tip radius, mm",

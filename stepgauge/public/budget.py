@@ -11,17 +11,17 @@ from stepgauge.gauge.placement import Placement
 from stepgauge.machine.contribution import parse_contribution
 from stepgauge.machine.file import Machine
 from stepgauge.montecarlo import ModelOptions
-from stepgauge.public.evaluate import R_EFF
-from stepgauge.public.inputs import File, a_temperature, as_gauge, as_machine, as_placements, at_least, one_of, several
 from stepgauge.standards.budget import Progress
 from stepgauge.standards.budget_files import StoredBudget
 from stepgauge.standards.budget_sources import Repeats
 from stepgauge.standards.budgeting import Choice, whole_budget
+from stepgauge.verbs.inputs import File, a_temperature, as_gauge, as_machine, as_placements, at_least, one_of, several
 
 if TYPE_CHECKING:
     from stepgauge.machine.virtual import Run
     from stepgauge.recording import Recording
 
+R_EFF = ("first", "all")
 REPEATS = ("pooled", "face")
 MEASURANDS = ("as-is", "at-20")
 
@@ -33,7 +33,7 @@ def budget(
     *,
     placements: File | Placement | Iterable[File | Placement] = (),
     blocks: str | None = None,
-    r_eff: str = "first",
+    r_eff_origin: str = "first",
     u_gauge_temperature_K: float | None = None,
     certificate_correlation: float | None = None,
     repeats: str = "pooled",
@@ -56,7 +56,7 @@ def budget(
     machine : its file with the [uncertainty] table and uncertain values
     placements : give the alignment, once per placement, in order; needed with a program
     blocks : first and last block of the used section, ``"A:B"``; default: what was measured
-    r_eff : effective tip radius from the ``"first"`` used block or from ``"all"``
+    r_eff_origin : effective tip radius from the ``"first"`` used block or from ``"all"``
     u_gauge_temperature_K : standard uncertainty of the gauge's temperature; default: the machine file's, if recorded
     certificate_correlation : of any two certified positions, 0 to 1; default: the gauge file's, or 0
     repeats : repeatability ``"pooled"`` over all faces, or by ``"face"``
@@ -75,7 +75,7 @@ def budget(
     """
     choice = budget_choice(
         blocks,
-        r_eff,
+        r_eff_origin,
         u_gauge_temperature_K,
         certificate_correlation,
         repeats,
@@ -95,7 +95,7 @@ def budget(
 
 def budget_choice(
     blocks: str | None,
-    r_eff: str,
+    r_eff_origin: str,
     u_gauge_temperature_K: float | None,
     certificate_correlation: float | None,
     repeats: str,
@@ -112,7 +112,7 @@ def budget_choice(
     at_least("u_gauge_temperature_K", u_gauge_temperature_K, 0.0, "K")
     at_least("search_mm", search_mm, 0.0, "mm", beyond=True)
     a_temperature("gauge_temperature_C", gauge_temperature_C)
-    origin = cast(REffOrigin, one_of("r_eff", r_eff, R_EFF))
+    origin = cast(REffOrigin, one_of("r_eff_origin", r_eff_origin, R_EFF))
     by = cast(Repeats, one_of("repeats", repeats, REPEATS))
     at_reference = one_of("measurand", measurand, MEASURANDS) == "at-20"
     model = ModelOptions(u_gauge_temperature_K, origin, blocks, gauge_temperature_C, search_mm, at_reference)

@@ -15,8 +15,8 @@ from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
-from stepgauge.public.inputs import File, as_gauge, as_machine_with, as_recordings, of_kind, several
 from stepgauge.recording import Recording
+from stepgauge.verbs.inputs import File, as_gauge, as_machine_with, as_recordings, of_kind, several
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis

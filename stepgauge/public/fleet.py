@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stepgauge.errors import InputError, naming
-from stepgauge.public.inputs import File, at_least, one_of, several
+from stepgauge.verbs.inputs import File, at_least, one_of, several
 from stepgauge.work.engines import engine_of
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def evaluate_fleet(
     store: File,
     *,
     blocks: str | None = None,
-    r_eff: str = "first",
+    r_eff_origin: str = "first",
     jobs: int | None = 1,
     scheduler: str | None = None,
     memory_MB: float | None = None,
@@ -125,7 +125,7 @@ def evaluate_fleet(
     ----------
     store : its folder
     blocks : first and last block of the used section, ``"A:B"``; default: what was measured
-    r_eff : effective tip radius from the ``"first"`` used block or from ``"all"``
+    r_eff_origin : effective tip radius from the ``"first"`` used block or from ``"all"``
     jobs : processes; 1: this process, None: as many as there are processors
     scheduler : a Dask cluster that does the work instead: the file of ``fleet cluster``, or ``tcp://host:port``
     memory_MB : what each process may allocate
@@ -137,17 +137,18 @@ def evaluate_fleet(
     """
     from stepgauge.fleet.evaluating import evaluate_fleet as evaluate_stored
     from stepgauge.fleet.store import Fleet
-    from stepgauge.public.evaluate import R_EFF
+
+    R_EFF = ("first", "all")
 
     engine = engine_of(jobs, scheduler, memory_MB)
-    return evaluate_stored(Fleet(store), engine, blocks, one_of("r_eff", r_eff, R_EFF), progress)
+    return evaluate_stored(Fleet(store), engine, blocks, one_of("r_eff_origin", r_eff_origin, R_EFF), progress)
 
 
 def budget_fleet(
     store: File,
     *,
     blocks: str | None = None,
-    r_eff: str = "first",
+    r_eff_origin: str = "first",
     u_gauge_temperature_K: float | None = None,
     certificate_correlation: float | None = None,
     repeats: str = "pooled",
@@ -170,7 +171,7 @@ def budget_fleet(
     Parameters
     ----------
     store : its folder
-    blocks, r_eff, u_gauge_temperature_K, certificate_correlation, repeats, coverage_percent, runs, seed : as of
+    blocks, r_eff_origin, u_gauge_temperature_K, certificate_correlation, repeats, coverage_percent, runs, seed : as of
         :func:`stepgauge.budget`, the same for all recordings
     measurand, contributions, measured_at : as of :func:`stepgauge.budget`, too
     jobs, scheduler, memory_MB, progress : as of :func:`evaluate_fleet`
@@ -185,7 +186,7 @@ def budget_fleet(
 
     stated = (u_gauge_temperature_K, certificate_correlation, repeats, coverage_percent, runs, seed)
     further = {"measurand": measurand, "contributions": contributions, "measured_at": measured_at}
-    choice = budget_choice(blocks, r_eff, *stated, **further)  # type: ignore[arg-type]
+    choice = budget_choice(blocks, r_eff_origin, *stated, **further)  # type: ignore[arg-type]
     return budget_stored(Fleet(store), engine_of(jobs, scheduler, memory_MB), choice, progress)
 
 

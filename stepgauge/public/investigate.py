@@ -12,7 +12,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.programs import DIALECTS
-from stepgauge.public.inputs import File, as_gauge, as_machine_with, as_placement, at_least, several
+from stepgauge.verbs.inputs import File, as_gauge, as_machine_with, as_placement, at_least, several
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.result import Diagnosis

@@ -18,7 +18,8 @@ from stepgauge.live.measuring import measure as measure_job
 from stepgauge.machine.file import Machine
 from stepgauge.machine.virtual import probing_settings
 from stepgauge.programs import DIALECTS, read_program
-from stepgauge.public.inputs import (
+from stepgauge.recording import Recording
+from stepgauge.verbs.inputs import (
     File,
     a_temperature,
     as_gauge,
@@ -28,7 +29,6 @@ from stepgauge.public.inputs import (
     moves_of_plan,
     one_of,
 )
-from stepgauge.recording import Recording
 
 if TYPE_CHECKING:
     from stepgauge.planning.planned import Plan

@@ -18,7 +18,7 @@ from stepgauge.planning.program import (
     make_settings,
     read_or_locate,
 )
-from stepgauge.public.inputs import Blocks, File, as_block_list, as_gauge, as_machine, as_placement, at_least, one_of
+from stepgauge.verbs.inputs import Blocks, File, as_block_list, as_gauge, as_machine, as_placement, at_least, one_of
 
 SIDES = {"+s": 1, "-s": -1}
 MOST_CYCLES = 1000

@@ -9,7 +9,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.probes import read_probe
 from stepgauge.probes.angles import Angles, direction_grid
 from stepgauge.probes.directions_map import DirectionMap, map_directions
-from stepgauge.public.inputs import File
+from stepgauge.verbs.inputs import File
 
 
 def probe_map(

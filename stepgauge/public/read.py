@@ -14,8 +14,8 @@ from stepgauge.figures.faces import column
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.gauge.placement import read_placement as read_placement_file
-from stepgauge.public.inputs import File, as_gauge
 from stepgauge.reports.reading import check_gauge, read_checked_evaluation
+from stepgauge.verbs.inputs import File, as_gauge
 
 
 def read_placement(path: File, gauge: File | Gauge) -> Placement:

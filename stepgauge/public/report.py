@@ -15,7 +15,6 @@ from stepgauge.files.dates import check_past
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
-from stepgauge.public.inputs import File, of_kind, several
 from stepgauge.public.renamed import renamed
 from stepgauge.reports.content import make_content
 from stepgauge.reports.kinds import FLEET, kind_of
@@ -24,6 +23,7 @@ from stepgauge.reports.reading import find_evaluation, read_checked_evaluation
 from stepgauge.reports.render import renderer, write_report
 from stepgauge.reports.sources import read_sources
 from stepgauge.standards.budget_files import StoredBudget
+from stepgauge.verbs.inputs import File, of_kind, several
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.result import Diagnosis
@@ -241,11 +241,11 @@ def _diagnosis_page(_: _Asked, result: File | Diagnosis, recordings: list[Any]) 
 
 
 def _evaluation_page(asked: _Asked, result: File | Evaluation, recordings: list[Any]) -> dict[str, Any]:
-    from stepgauge.public.inputs import as_gauge, as_recordings
     from stepgauge.public.read import read_evaluation
     from stepgauge.recording import join_recordings
     from stepgauge.reports.interactive import evaluation_page
     from stepgauge.reports.made_from import gauge_of, recordings_of
+    from stepgauge.verbs.inputs import as_gauge, as_recordings
 
     if isinstance(result, File):
         data = read_checked_evaluation(result)

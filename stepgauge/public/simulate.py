@@ -14,7 +14,7 @@ from stepgauge.machine.file import Machine
 from stepgauge.machine.virtual import Conditions, Run, probing_settings, run_program
 from stepgauge.programs import DIALECTS, recognise
 from stepgauge.programs.controller import controller_log
-from stepgauge.public.inputs import (
+from stepgauge.verbs.inputs import (
     File,
     a_temperature,
     as_gauge,

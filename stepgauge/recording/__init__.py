@@ -11,6 +11,7 @@ from stepgauge.recording.table import (
     join_recordings,
     read_recording,
     read_recordings,
+    recording_of_frame,
     write_recording,
 )
 
@@ -27,5 +28,6 @@ __all__ = [
     "join_recordings",
     "read_recording",
     "read_recordings",
+    "recording_of_frame",
     "write_recording",
 ]

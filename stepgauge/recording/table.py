@@ -254,7 +254,7 @@ def _refuse(
 
 def _written(path: str | Path, line: int, place: Any) -> str:
     """What stands in the file where no number was read: ``nan`` is something else than an empty cell."""
-    if is_parquet(path):
+    if is_parquet(path) or not Path(path).is_file():
         return "nothing"
     with Path(path).open(encoding="utf-8-sig") as file:
         cells = next(csv.reader([next(islice(file, line - 1, None), "")]), [])
@@ -341,6 +341,16 @@ def write_recording(path: str | Path, recording: Recording, at_once: bool = Fals
 def _rounded_pieces(frame: pd.DataFrame, columns: list[str]) -> Iterator[pd.DataFrame]:
     for first in range(0, max(len(frame), 1), PIECE_ROWS):
         yield frame.iloc[first : first + PIECE_ROWS][columns].round(_DECIMALS)
+
+
+def recording_of_frame(frame: pd.DataFrame, name: str = "recording") -> Recording:
+    """The recording of a table with the columns of a recording's file; errors as :func:`read_recording`."""
+    table = frame.reset_index(drop=True)
+    _check_columns(table, name, 0)
+    lines = range(1, len(table) + 1)
+    table = _check_numbers(table, name, lines)
+    _check_values(table, name, lines)
+    return Recording(table, {}, name)
 
 
 def join_recordings(recordings: Sequence[Recording]) -> Recording:

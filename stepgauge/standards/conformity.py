@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from stepgauge.conditions import Conditions, gate, stored_conditions
 from stepgauge.files.notation import quantity
-from stepgauge.machine.file import check_recorded, read_machine
+from stepgauge.machine.file import Machine, check_recorded
 from stepgauge.standards.budget_files import StoredBudget
 from stepgauge.standards.decision import DECISION_SOURCE, Outcome, conformity_probability, decide, together
 from stepgauge.standards.mpe import Mpe
@@ -85,13 +84,11 @@ def _percent(share: float) -> str:
     return "above 99.9 %" if share > 0.999 else "below 0.1 %" if share < 0.001 else f"{100.0 * share:.1f} %"
 
 
-def machine_limit(name: str | Path, comments: Mapping[str, str]) -> Mpe | None:
+def machine_limit(machine: Machine, comments: Mapping[str, str]) -> Mpe | None:
     """Maximum permissible error that a machine file states; None where it states none.
 
-    Errors as :func:`~stepgauge.machine.file.read_machine` and, where it states one, as
-    :func:`~stepgauge.machine.file.check_recorded`.
+    Errors as :func:`~stepgauge.machine.file.check_recorded` where it states one.
     """
-    machine = read_machine(name)
     if machine.table.mpe is None:
         return None
     check_recorded(comments, machine)

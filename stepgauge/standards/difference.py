@@ -84,7 +84,9 @@ def check_comparable(before: Mapping[str, Any], after: Mapping[str, Any], name: 
     """:class:`InputError` where the errors of two evaluations are not comparable; ``name``: of the later one."""
     for what, key in (("gauge: its serial number", "serial"), ("certificate", "certificate")):
         _same(name, f"another {what}", after["gauge"][key], before["gauge"][key])
-    _same(name, "another origin of the effective radius (--r-eff)", after["r_eff_origin"], before["r_eff_origin"])
+    _same(
+        name, "another origin of the effective radius (--r-eff-origin)", after["r_eff_origin"], before["r_eff_origin"]
+    )
     _same(name, "another number of placements", len(after["placements"]), len(before["placements"]))
     for one, other in zip(before["placements"], after["placements"], strict=True):
         _check_placement(one, other, name)

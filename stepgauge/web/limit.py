@@ -30,6 +30,7 @@ def stated_limit(site: Site, comments: Mapping[str, str]) -> Mpe | None:
 
     :class:`InputError` for what is no limit, and for a machine that is not the one of the recording (``comments``).
     """
+    from stepgauge.machine.file import read_machine
     from stepgauge.standards.conformity import machine_limit
     from stepgauge.standards.mpe import Mpe
 
@@ -39,4 +40,4 @@ def stated_limit(site: Site, comments: Mapping[str, str]) -> Mpe | None:
     stated = {**project.common, **project.table(("evaluate",))}
     if "mpe" in stated:
         return Mpe.parse(str(stated["mpe"]), stated.get("mpe-cap"))
-    return machine_limit(site.stated("machine"), comments) if "machine" in stated else None
+    return machine_limit(read_machine(site.stated("machine")), comments) if "machine" in stated else None

@@ -168,7 +168,9 @@ def test_evaluate_writes_json_csv_and_figure(run: Run, files: Path) -> None:
 
 def test_evaluate_takes_several_recordings_as_placements(run: Run, files: Path) -> None:
     recording = files / "recording.csv"
-    result = run("evaluate", recording, again(run, files), *G, "--r-eff", "all", "--blocks", "1:3", "-o", files / "two")
+    result = run(
+        "evaluate", recording, again(run, files), *G, "--r-eff-origin", "all", "--blocks", "1:3", "-o", files / "two"
+    )
     assert result.code == 0, result.err
     data = json.loads((files / "two/evaluation.json").read_text())
     assert [one["placement"] for one in data["placements"]] == [1, 2]

@@ -38,7 +38,8 @@ def test_the_loop_needs_no_option_in_a_project(
     """Every command that 'status' names next, with the file that only a person can name, until all is there."""
     said = run("locate", "points.csv")
     assert said.code == 0
-    assert "from stepgauge.toml: --gauge gauge/step-gauge-420.toml, --output placement.toml" in said.err
+    stated = "--gauge gauge/step-gauge-420.toml, --machine machine/bridge-cmm.toml, --output placement.toml"
+    assert f"from stepgauge.toml: {stated}" in said.err
     assert run("plan", "placement.toml").code == 0
     assert run("simulate", "program.dmi", "--seed", 3).code == 0
     (project / "deep/er").mkdir(parents=True)
@@ -168,7 +169,7 @@ def test_status_says_what_comes_next(run: Run, project: Path) -> None:
         ("[locate]\nrepeatibility = 1.0", r"key repeatibility in \[locate\] is not known; expected repeatability\?"),
         (
             "[locate]\nrepeatability = -1.0",
-            r"key repeatability is wrong; found -1.0; expected -1.0 is not in",
+            r"key repeatability is wrong; found -1.0; expected at least 0 um",
         ),
         ('[locate]\nblocks = ["1:3"]', "key blocks is a list; expected one value"),
         ("operator = ", "not valid TOML"),

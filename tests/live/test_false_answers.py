@@ -24,8 +24,8 @@ from stepgauge.live.machine_state import MachineState
 from stepgauge.live.measuring import MeasurementStoppedError, measure
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
-from stepgauge.public.inputs import moves_of_plan
 from stepgauge.recording import read_recording
+from stepgauge.verbs.inputs import moves_of_plan
 from tests.live.made import make_state, write_files
 from tests.live.test_linuxcnc import Played
 from tests.live.test_measure import check_whole, make, true_positions

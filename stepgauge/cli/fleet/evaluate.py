@@ -15,7 +15,7 @@ from stepgauge.cli.options import BLOCKS, R_EFF, say
 @BLOCKS
 @R_EFF
 @engine_options
-def command(store: str, blocks: str | None, origin: str, **options: Any) -> None:
+def command(store: str, blocks: str | None, r_eff_origin: str, **options: Any) -> None:
     """Evaluate the recordings of a store that have no evaluation with these options.
 
     The numbers are those of 'stepgauge evaluate' of each recording, whatever does the work. They are in the view
@@ -29,6 +29,6 @@ def command(store: str, blocks: str | None, origin: str, **options: Any) -> None
     from stepgauge.public.fleet import evaluate_fleet
 
     with working("evaluating", options) as by:
-        errors = evaluate_fleet(store, blocks=blocks, r_eff=origin, **by)
+        errors = evaluate_fleet(store, blocks=blocks, r_eff_origin=r_eff_origin, **by)
     say(f"evaluated: {store}")
     say_errors(store, errors, "evaluated")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge, read_gauge
@@ -12,10 +12,13 @@ from stepgauge.gauge.placement import Placement, read_placement
 from stepgauge.planning.plan import parse_block_list, parse_blocks
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from stepgauge.machine.file import Machine
     from stepgauge.machine.virtual import Run
     from stepgauge.motion.moves import Program
     from stepgauge.recording import Recording
+    from stepgauge.standards.mpe import Mpe
 
 File = str | Path
 Blocks = str | Sequence[int] | None
@@ -61,13 +64,17 @@ def as_placements(placements: File | Placement | Iterable[File | Placement], gau
     return [as_placement(one, gauge) for one in several(placements)]
 
 
-def as_recordings(recordings: File | Recording | Run | Iterable[File | Recording | Run]) -> list[Recording]:
-    """Recordings, runs of the virtual CMM, or files, one or several."""
-    from stepgauge.recording import Recording, read_recording
+def as_recordings(
+    recordings: File | Recording | Run | pd.DataFrame | Iterable[File | Recording | Run | pd.DataFrame],
+) -> list[Recording]:
+    """Recordings, runs of the virtual CMM, tables or files, one or several."""
+    from stepgauge.recording import Recording, read_recording, recording_of_frame
 
-    def one(given: File | Recording | Run) -> Recording:
+    def one(given: File | Recording | Run | pd.DataFrame) -> Recording:
         if isinstance(given, File):
             return read_recording(given)
+        if hasattr(given, "columns") and not isinstance(given, Recording) and hasattr(given, "iloc"):
+            return recording_of_frame(cast("pd.DataFrame", given))
         return of_kind(getattr(given, "recording", given), Recording, "recording")
 
     found = [one(given) for given in several(recordings)]
@@ -91,6 +98,15 @@ def as_block_list(blocks: Blocks, gauge: Gauge) -> tuple[tuple[int, int], tuple[
         return parse_blocks(f"{blocks[0]}:{blocks[1]}", gauge), None
     only = parse_block_list(blocks if isinstance(blocks, str) else ",".join(map(str, blocks)), gauge)
     return (only[0], only[-1]), only
+
+
+def as_limit(mpe: str | None, cap_um: float | None = None) -> Mpe | None:
+    """The maximum permissible error that is stated; :class:`InputError` for a cap of none."""
+    from stepgauge.standards.mpe import Mpe
+
+    if mpe is None and cap_um is not None:
+        raise InputError(naming("mpe_cap_um"), naming("mpe", words="is the cap of {}, which is missing"))
+    return None if mpe is None else Mpe.parse(mpe, cap_um)
 
 
 def several(given: Any) -> list[Any]:

@@ -1,0 +1,105 @@
+"""The click command of a verb, from its definition: arguments, options, help."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import click
+
+from stepgauge.verbs.define import Parameter, Verb
+from stepgauge.verbs.kinds import Flag, Reads, Writes
+
+TOLD = {"output": "o", "dialect": "d", "jobs": "j", "coverage_factor": "k"}
+"""Parameters with a short name of their own, besides those of files."""
+
+
+class KindType(click.ParamType):
+    """A kind of parameter for click, whose errors are those of the Python function."""
+
+    def __init__(self, parameter: Parameter) -> None:
+        self.parameter = parameter
+        self.name = parameter.one.name
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        return self.parameter.one.read(self.parameter.name, value)
+
+
+class VerbOption(click.Option):
+    """An option that knows the parameter which it stands for."""
+
+    parameter: Parameter
+
+
+class VerbCommand(click.Command):
+    """A command that knows its verb."""
+
+    verb: Verb
+
+
+def make_command(name: str, verb: Verb) -> click.Command:
+    """The command that runs a verb."""
+    params = [_click(one, verb) for one in verb.parameters if one.at_command]
+
+    def callback(**values: Any) -> None:
+        """The verb, with what it writes."""
+        from stepgauge.cli.running import run_verb
+
+        run_verb(verb, values)
+
+    text = "\n\n".join(_paragraph(one, verb) for one in verb.paragraphs)
+    command = VerbCommand(name, params=params, callback=callback, help=text, short_help=verb.sentence)
+    command.verb = verb
+    return command
+
+
+def _click(one: Parameter, verb: Verb) -> click.Parameter:
+    if one.argument:
+        many = one.repeated
+        shown = f"{one.key.upper()}..." if many else one.key.upper()
+        nargs = -1 if many else 1
+        return click.Argument([one.name], type=KindType(one), nargs=nargs, required=one.required, metavar=shown)
+    option = VerbOption([one.name, *_names(one)], **_settings(one), help=_help(one, verb), required=one.required)
+    option.parameter = one
+    return option
+
+
+def _names(one: Parameter) -> list[str]:
+    short = one.one.short if isinstance(one.one, Reads | Writes) else TOLD.get(one.name, "")
+    return [f"--{one.key}", *([f"-{short}"] if short else [])]
+
+
+def _settings(one: Parameter) -> dict[str, Any]:
+    if isinstance(one.kind, Flag):
+        return {"is_flag": True, "default": bool(one.default)}
+    settings = {"type": KindType(one), "metavar": one.one.metavar, "multiple": one.repeated}
+    if isinstance(one.one, Reads) and one.one.variable:
+        settings["envvar"] = one.one.variable
+    return settings if one.required else {**settings, "default": one.default}
+
+
+def _help(one: Parameter, verb: Verb) -> str:
+    sentence = _as_typed(one.sentence, verb).rstrip(".")
+    repeatable = ["repeatable"] if one.repeated else []
+    facts = [*one.facts, *repeatable]
+    return f"{sentence[:1].upper()}{sentence[1:]}." + (f"  [{'; '.join(facts)}]" if facts else "")
+
+
+def _paragraph(text: str, verb: Verb) -> str:
+    """A paragraph of the docstring as click takes it; one whose lines are indented or commands stays as it is."""
+    if re.search(r"^(    |stepgauge )", text, re.M):
+        return "\b\n" + _as_typed(text, verb)
+    return _as_typed(text, verb)
+
+
+def _as_typed(text: str, verb: Verb) -> str:
+    """With options in place of the names of parameters, and words without their marks."""
+    names = {one.name: one for one in verb.parameters}
+
+    def typed(match: re.Match[str]) -> str:
+        one = names.get(match[1])
+        if one is None:
+            return match[1].strip('"')
+        return one.key.upper() if one.argument else f"--{one.key}"
+
+    return re.sub(r"``([^`]+)``", typed, text)

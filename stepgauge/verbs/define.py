@@ -1,0 +1,217 @@
+"""A verb: one function whose signature, kinds of parameters and docstring are its only definition.
+
+Read from it are the click command, the checks of the Python function, the keys of the project file, the fields of the
+page and the tables of the documentation.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import textwrap
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property, wraps
+from typing import Any, ParamSpec, TypeVar
+
+from stepgauge.errors import name_option, option_of
+from stepgauge.verbs.kinds import ARGUMENT, Kind, Reads, Repeated, Supplied, Writes
+
+P = ParamSpec("P")
+T = TypeVar("T")
+REQUIRED = inspect.Parameter.empty
+_HEAD = re.compile(r"^(Parameters|Returns|Raises|Examples)\n-+$", re.M)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a verb: ``sentence`` says what it is, ``default`` is :data:`REQUIRED` where there is none.
+
+    ``writes``: it says what is written of the result, and is none of the Python function's.
+    """
+
+    name: str
+    kind: Kind
+    default: Any
+    sentence: str
+    argument: bool = False
+    writes: bool = False
+
+    @property
+    def required(self) -> bool:
+        """Whether it must be given."""
+        return self.default is REQUIRED
+
+    @property
+    def repeated(self) -> bool:
+        """Whether it takes several."""
+        return isinstance(self.kind, Repeated)
+
+    @property
+    def one(self) -> Kind:
+        """The kind of a single value."""
+        return self.kind.kind if isinstance(self.kind, Repeated) else self.kind
+
+    @property
+    def key(self) -> str:
+        """Its name at the command line and in the project file: without the unit."""
+        return option_of(self.name).removeprefix("--")
+
+    @property
+    def at_command(self) -> bool:
+        """Whether the command line has it."""
+        return not isinstance(self.kind, Supplied)
+
+    @property
+    def field(self) -> dict[str, Any]:
+        """What a form needs to ask for it."""
+        words = list(getattr(self.one, "words", ()))
+        known = {"name": self.name, "kind": self.one.name, "unit": self.one.unit, "bounds": self.one.bounds()}
+        default = None if self.required else self.default
+        return {**known, "choices": words, "default": default, "required": self.required, "sentence": self.sentence}
+
+    @property
+    def facts(self) -> list[str]:
+        """Bounds with unit and default, as help and documentation show them."""
+        shown = [self.one.bounds() or self.one.unit] if not hasattr(self.one, "words") else []
+        if not self.required and self.default not in (None, False, (), ""):
+            shown.append(f"default: {self.default}")
+        return [one for one in shown if one]
+
+
+class Verb:
+    """What is known of a verb, from its function and from that which writes its result."""
+
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        writer: Callable[..., Any] | None,
+        leaves: Callable[..., Iterable[str]] | None,
+        in_project: bool,
+        shows: bool,
+    ) -> None:
+        self.function, self.writer, self.leaves = function, writer, leaves
+        self.in_project, self.shows = in_project, shows
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of the function, then those of what is written."""
+        own = _parameters(self.function, writes=False)
+        if self.writer is None:
+            return own
+        return (*own, *_parameters(self.writer, writes=True)[1:])
+
+    @property
+    def sentence(self) -> str:
+        """What it does, in a line."""
+        return (self.function.__doc__ or "").partition("\n")[0].rstrip(".")
+
+    @cached_property
+    def paragraphs(self) -> list[str]:
+        """The explanation, and examples, as they stand in the docstring."""
+        sections = _sections(self.function)
+        found = [*sections[""].split("\n\n")]
+        return [*found, *sections.get("Examples", "").split("\n\n")] if sections.get("Examples") else found
+
+    @property
+    def examples(self) -> str:
+        """Commands as they are typed."""
+        return _sections(self.function).get("Examples", "")
+
+    def check(self, given: Mapping[str, Any]) -> None:
+        """:class:`InputError` for the first parameter whose value is none of its kind."""
+        for one in self.parameters:
+            if one.name in given and given[one.name] is not None and given[one.name] is not one.default:
+                one.kind.check(one.name, given[one.name])
+
+
+def verb(
+    writer: Callable[..., Any] | None = None,
+    *,
+    leaves: Callable[..., Iterable[str]] | None = None,
+    in_project: bool = True,
+    shows: bool = False,
+) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Decorator: a function becomes a verb, whose parameters are checked by their kinds when Python calls it.
+
+    ``writer`` takes the result and what its own parameters say, writes, and returns the paths. ``leaves`` gives the
+    names of the parameters that a call has no use for, from its values and the names of those that were typed: of them
+    the project file is not asked. ``shows``: the summary of the result was asked for, and goes to stdout.
+    """
+
+    def decorate(function: Callable[P, T]) -> Callable[P, T]:
+        """The function, with its checks."""
+        known = Verb(function, writer, leaves, in_project, shows)
+        signature: list[inspect.Signature] = []
+
+        @wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> T:
+            """The checks, then the work."""
+            if not signature:
+                signature.append(inspect.signature(function))
+            known.check(signature[0].bind(*args, **kwargs).arguments)
+            return function(*args, **kwargs)
+
+        call.verb = known  # type: ignore[attr-defined]
+        return call
+
+    return decorate
+
+
+def verb_of(function: Callable[..., Any]) -> Verb:
+    """The definition that a function carries."""
+    known: Verb = function.verb  # type: ignore[attr-defined]
+    return known
+
+
+def document(function: Callable[..., Any]) -> None:
+    """Complete the docstring of a verb with what is said once of the parameters that verbs share."""
+    known, parts = verb_of(function), _sections(function)
+    lines = [f"{one.name} : {one.sentence}" for one in known.parameters if not one.writes]
+    parts["Parameters"] = "\n".join(textwrap.fill(line, 116, subsequent_indent="    ") for line in lines)
+    order = ["", "Parameters", *(name for name in parts if name not in ("", "Parameters"))]
+    function.__doc__ = "\n\n".join(f"{name}\n{'-' * len(name)}\n{parts[name]}".strip() for name in order)
+
+
+def _parameters(function: Callable[..., Any], writes: bool) -> tuple[Parameter, ...]:
+    stated = _sentences(_sections(function).get("Parameters", ""))
+    found = []
+    for one in inspect.signature(function).parameters.values():
+        marks = getattr(one.annotation, "__metadata__", ())
+        kind = next((mark for mark in marks if isinstance(mark, Kind)), Kind())
+        shared = next((mark for mark in marks if isinstance(mark, str) and mark != ARGUMENT), "")
+        if isinstance(kind, Repeated) and kind.option:
+            name_option(one.name, kind.option)
+        sentence = stated.get(one.name, shared)
+        found.append(Parameter(one.name, kind, one.default, sentence, ARGUMENT in marks, writes))
+    return tuple(found)
+
+
+def _sections(function: Callable[..., Any]) -> dict[str, str]:
+    """Parts of the docstring by their headings; the first has none."""
+    parts = _HEAD.split(inspect.cleandoc(function.__doc__ or ""))
+    return {"": parts[0].strip(), **{parts[i]: parts[i + 1].strip() for i in range(1, len(parts), 2)}}
+
+
+def _sentences(text: str) -> dict[str, str]:
+    """What stands for each name, on one line."""
+    found: dict[str, str] = {}
+    names: list[str] = []
+    for line in text.splitlines():
+        head, colon, rest = line.partition(" : ")
+        if colon and not line.startswith(" "):
+            names = [name.strip() for name in head.split(",")]
+            found.update(dict.fromkeys(names, rest.strip()))
+        else:
+            found.update({name: f"{found[name]} {line.strip()}" for name in names})
+    return found
+
+
+def reads(parameters: Iterable[Parameter]) -> list[Parameter]:
+    """Those that name files to read."""
+    return [one for one in parameters if isinstance(one.one, Reads)]
+
+
+def writes(parameters: Iterable[Parameter]) -> list[Parameter]:
+    """Those that name files to write."""
+    return [one for one in parameters if isinstance(one.one, Writes)]

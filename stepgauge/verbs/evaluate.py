@@ -1,0 +1,116 @@
+"""``evaluate``: recordings and certificate to the errors of the machine."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, cast
+
+from stepgauge.verbs.define import verb
+from stepgauge.verbs.kinds import Flag
+from stepgauge.verbs.shared import (
+    Convention,
+    Figure,
+    GaugeLike,
+    MachineIfNeeded,
+    MachineName,
+    MeasuredAt,
+    Mpe,
+    MpeCap,
+    OutputFolder,
+    Placements,
+    Recordings,
+    ReffOrigin,
+    Section,
+)
+
+if TYPE_CHECKING:
+    from stepgauge.evaluation.evaluate import Evaluation
+    from stepgauge.evaluation.face_errors import REffOrigin
+    from stepgauge.standards.mpe import Mpe as Limit
+
+
+def write(
+    evaluation: "Evaluation",
+    output: OutputFolder,
+    *,
+    figure: Figure = "png",
+) -> list[Path]:
+    """Files of an evaluation.
+
+    Parameters
+    ----------
+    output : folder for evaluation.json, evaluation.csv and a figure per placement (made if missing)
+    """
+    return evaluation.write(output, figure)
+
+
+@verb(write)
+def evaluate(
+    recordings: Recordings,
+    gauge: GaugeLike,
+    *,
+    placements: Placements = (),
+    blocks: Section = None,
+    r_eff_origin: ReffOrigin = "first",
+    measured_at: MeasuredAt = None,
+    machine_name: MachineName = None,
+    temperature_convention: Convention = None,
+    correct_drift: Annotated[bool, Flag()] = False,
+    mpe: Mpe = None,
+    mpe_cap_um: MpeCap = None,
+    machine: MachineIfNeeded = None,
+) -> "Evaluation":
+    """Errors of the machine from recordings of the step gauge.
+
+    At every face: the error probed forward XF (front faces) and backward XB (back faces), their mean XM, the reversal
+    error XR, and 2s, s the standard deviation of the repeated probings (Pahk and Kim, equations 1 to 13). Also the
+    effective tip radius R_eff with its standard uncertainty. Several recordings are evaluated as several placements.
+
+    Parameters
+    ----------
+    correct_drift : take off a drift with time that the repeats show; default: it is remarked
+    mpe : maximum permissible error "A + L/K", um with L in mm, to compare with; default: that of ``machine``
+    machine : machine file, for the maximum permissible error that it states
+
+    Returns
+    -------
+    Errors XF, XB, XM, XR in um at every face, standard deviations, and the effective tip radius, by placement.
+
+    Raises
+    ------
+    InputError
+        recordings that are not of this gauge, or a section without a complete block
+
+    Examples
+    --------
+    stepgauge evaluate recording.csv --gauge step-gauge-420 -o result
+    stepgauge evaluate x.csv y.csv --gauge my-gauge.toml --blocks 2:20 --r-eff-origin all -o result
+    """
+    from dataclasses import replace
+
+    from stepgauge.evaluation.evaluate import evaluate as evaluate_recording
+    from stepgauge.recording import join_recordings
+    from stepgauge.recording.conventions import state_convention
+    from stepgauge.standards.conformity import machine_limit
+    from stepgauge.verbs.inputs import as_blocks, as_gauge, as_limit, as_machine, as_placements, as_recordings
+
+    limit = as_limit(mpe, mpe_cap_um)
+    steps = as_gauge(gauge)
+    section = as_blocks(blocks, steps)
+    lies = as_placements(placements, steps)
+    tables = as_recordings(recordings)
+    whole = tables[0] if len(tables) == 1 else join_recordings(tables)
+    whole = state_convention(whole, temperature_convention)
+    whole = whole.with_comments(measured_at=measured_at, machine=machine_name)
+    found = evaluate_recording(whole, steps, section, cast("REffOrigin", r_eff_origin), lies, correct_drift)
+    if limit is None and machine is not None:
+        limit = machine_limit(as_machine(machine), found.comments)
+    return replace(found, limit=limit, judged="" if limit is None else _judged(found, limit))
+
+
+def _judged(evaluation: "Evaluation", limit: "Limit") -> str:
+    """Without a budget nothing is decided; what the errors alone are of the limit is said."""
+    from stepgauge.evaluation.files import evaluation_to_dict
+    from stepgauge.standards.conformity import conformity
+
+    judged = conformity(evaluation_to_dict(evaluation), None, limit)
+    beyond = sum(abs(one.error_um) > one.limit_um for one in judged.faces)
+    return f"{judged.text} {beyond} of {len(judged.faces)} errors are beyond the limit."

@@ -1,0 +1,338 @@
+"""Kinds of parameters: how a value is written as text, what is a value, and what is said of one that is none.
+
+Every kind is understood by the command line, the Python function, the project file, the page and the documentation:
+``parse`` makes a value of text, ``fault`` says what is wrong with one. Nothing here imports what does the work.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from stepgauge.errors import InputError, naming
+
+ARGUMENT = "argument"
+"""Marks a parameter that stands on the command line without a name."""
+
+
+@dataclass(eq=False)
+class Kind:
+    """A text, and what all kinds have."""
+
+    metavar: str = field(default="TEXT", kw_only=True)
+    name: str = field(default="text", kw_only=True)
+    unit: str = field(default="", kw_only=True)
+
+    def parse(self, text: str) -> Any:
+        """The value that a text states (``ValueError`` for none)."""
+        return text
+
+    def fault(self, value: Any) -> tuple[str, str] | None:
+        """What is wrong with a value and what would be right; None where it is good."""
+        return None
+
+    def bounds(self) -> str:
+        """What limits a value, in words; empty where nothing does."""
+        return ""
+
+    def check(self, parameter: str, value: Any) -> None:
+        """:class:`InputError` that names the parameter, for what is no value of this kind."""
+        wrong = self.fault(value)
+        if wrong is not None:
+            found = repr(value) if isinstance(value, str) else value
+            raise InputError(naming(parameter), wrong[0], found=found, expected=wrong[1])
+
+    def read(self, parameter: str, given: Any) -> Any:
+        """The checked value of a text, or of what a project file states."""
+        try:
+            value = self.parse(given) if isinstance(given, str) else given
+        except ValueError as error:
+            expected = str(error) or self.bounds() or f"a {self.name}"
+            raise InputError(naming(parameter), f"not a {self.name}", found=repr(given), expected=expected) from None
+        self.check(parameter, value)
+        return value
+
+
+@dataclass(eq=False)
+class Flag(Kind):
+    """Yes or no; the option alone says yes."""
+
+    metavar: str = field(default="", kw_only=True)
+    name: str = field(default="flag", kw_only=True)
+
+    def fault(self, value: Any) -> tuple[str, str] | None:
+        return None if value in (True, False, None) else ("not yes or no", "true or false")
+
+
+METAVARS = {"deg C": "C", "%": "PERCENT"}
+
+
+@dataclass(eq=False)
+class Number(Kind):
+    """A finite number with a unit, from ``low`` (or ``above`` it) to ``high``."""
+
+    unit: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    above: float | None = None
+    what: str = "out of range"
+    name: str = field(default="number", kw_only=True)
+
+    def __post_init__(self) -> None:
+        self.metavar = METAVARS.get(self.unit, self.unit.upper()) or "N"
+
+    def parse(self, text: str) -> float:
+        try:
+            return float(text)
+        except ValueError:
+            raise ValueError from None
+
+    def fault(self, value: Any) -> tuple[str, str] | None:
+        try:
+            good = (
+                self.low <= value <= self.high and (self.above is None or value > self.above) and abs(value) < math.inf
+            )
+        except (TypeError, ValueError):
+            return "not a number", self.bounds() or "a number"
+        return None if good else (self.what, self.bounds() or "a finite number")
+
+    def bounds(self) -> str:
+        if self.above is None and self.low > -math.inf and self.high < math.inf:
+            return f"{self.low:g} to {self.high:g} {self.unit}".strip()
+        low = f"more than {self.above:g}" if self.above is not None else f"at least {self.low:g}"
+        limits = [low] if self.above is not None or self.low > -math.inf else []
+        limits += [f"at most {self.high:g}"] if self.high < math.inf else []
+        return f"{', '.join(limits)} {self.unit}".strip() if limits else ""
+
+
+class Count(Number):
+    """A whole number."""
+
+    def __init__(self, low: int = 0, high: float = math.inf) -> None:
+        super().__init__("", low, high, name="whole number")
+
+    def parse(self, text: str) -> int:
+        try:
+            return int(text)
+        except ValueError:
+            raise ValueError from None
+
+    def fault(self, value: Any) -> tuple[str, str] | None:
+        if isinstance(value, bool) or not hasattr(value, "__index__"):
+            return "out of range", self.bounds()
+        return super().fault(value)
+
+    def bounds(self) -> str:
+        return f"a whole number, {super().bounds()}"
+
+
+@dataclass(eq=False)
+class Choice(Kind):
+    """One of some words."""
+
+    def __init__(self, *words: str) -> None:
+        super().__init__(metavar=f"[{'|'.join(words)}]", name="choice")
+        self.words = words
+
+    def fault(self, value: Any) -> tuple[str, str] | None:
+        return None if value in self.words else ("not a choice", self.bounds())
+
+    def bounds(self) -> str:
+        return ", ".join(self.words)
+
+
+@dataclass(eq=False)
+class Text(Kind):
+    """Any text; ``metavar`` says of what."""
+
+    metavar: str = "TEXT"
+
+
+@dataclass(eq=False)
+class Blocks(Kind):
+    """First and last block, ``A:B``; with ``listed`` also single blocks, ``A,B,..``."""
+
+    listed: bool = False
+    name: str = field(default="range of blocks", kw_only=True)
+
+    def __post_init__(self) -> None:
+        self.metavar = "A:B|A,B,.." if self.listed else "A:B"
+
+
+@dataclass(eq=False)
+class Moment(Kind):
+    """A date, with or without a time, as ISO 8601 writes it."""
+
+    metavar: str = field(default="DATE", kw_only=True)
+    name: str = field(default="date", kw_only=True)
+
+    def check(self, parameter: str, value: Any) -> None:
+        from stepgauge.files.dates import parse_moment
+
+        parse_moment(str(value), naming(parameter))
+
+
+@dataclass(eq=False)
+class Day(Kind):
+    """A date without a time that is not to come."""
+
+    metavar: str = field(default="YYYY-MM-DD", kw_only=True)
+    name: str = field(default="date", kw_only=True)
+
+    def parse(self, text: str) -> Any:
+        import datetime
+
+        try:
+            return datetime.date.fromisoformat(text)
+        except ValueError:
+            raise ValueError("year-month-day, e.g. 2026-03-02") from None
+
+    def fault(self, value: Any) -> tuple[str, str] | None:
+        import datetime
+
+        if isinstance(value, datetime.datetime) or not isinstance(value, datetime.date):
+            return "not a date", "a date without time"
+        if value > datetime.date.today():
+            return "lies in the future", "today or a day before"
+        return None
+
+
+@dataclass(eq=False)
+class Vector(Kind):
+    """Numbers separated by commas."""
+
+    count: int | None = None
+    unit: str = ""
+    metavar: str = "X,Y,Z"
+    above: float | None = None
+    name: str = field(default="list of numbers", kw_only=True)
+
+    def parse(self, text: str) -> tuple[float, ...]:
+        try:
+            return tuple(float(part) for part in text.split(","))
+        except ValueError:
+            raise ValueError from None
+
+    def fault(self, value: Any) -> tuple[str, str] | None:
+        try:
+            numbers = [float(one) for one in value]
+        except (TypeError, ValueError):
+            numbers = []
+        good = bool(numbers) and self.count in (None, len(numbers)) and all(map(math.isfinite, numbers))
+        good = good and (self.above is None or min(numbers) > self.above)
+        return None if good else (f"not a {self.name}", self.bounds())
+
+    def bounds(self) -> str:
+        many = "numbers" if self.count is None else f"{self.count} numbers"
+        return f"{many}{f' above {self.above:g}' if self.above is not None else ''} {self.unit}".strip()
+
+
+@dataclass(eq=False)
+class Pair(Kind):
+    """``NAME=VALUE``; several of them make a mapping. With ``names``: only these, with positive numbers."""
+
+    names: tuple[str, ...] = ()
+    metavar: str = "NAME=VALUE"
+    name: str = field(default="pair NAME=VALUE", kw_only=True)
+
+    def parse(self, text: str) -> tuple[str, Any]:
+        name, sign, value = (part.strip() for part in text.partition("="))
+        if not (name and sign and value):
+            raise ValueError(self.metavar)
+        if not self.names:
+            return name, value
+        try:
+            return name, float(value)
+        except ValueError:
+            raise ValueError(self.bounds()) from None
+
+    def fault(self, value: Any) -> tuple[str, str] | None:
+        if not self.names:
+            return None
+        name, number = value
+        good = name in self.names and isinstance(number, int | float) and 0.0 < number < math.inf
+        return None if good else ("not a limit", self.bounds())
+
+    def bounds(self) -> str:
+        return f"NAME=NUMBER with NAME one of {', '.join(self.names)} and a positive number" if self.names else ""
+
+
+@dataclass(eq=False)
+class Reads(Kind):
+    """A file that is read, or in Python the object that stands for it; ``room``: of the shipped files it may name.
+
+    ``foreign``: what somebody else wrote, whose reading has a limit of time and memory.
+    """
+
+    metavar: str = "FILE"
+    room: str | None = None
+    short: str = ""
+    variable: str | None = None
+    foreign: bool = False
+    folder: bool = False
+    name: str = field(default="file", kw_only=True)
+
+    def parse(self, text: str) -> str:
+        if not text.strip():
+            raise ValueError("the name of a file")
+        return text
+
+
+@dataclass(eq=False)
+class Writes(Kind):
+    """A file that is written (a folder with ``folder``); with ``suffixes`` only such ones."""
+
+    metavar: str = "PATH"
+    suffixes: tuple[str, ...] = ()
+    folder: bool = False
+    short: str = ""
+    name: str = field(default="name of a file", kw_only=True)
+
+    def parse(self, text: str) -> str:
+        if not text.strip():  # a variable of a script that was never set would mean the working folder
+            raise ValueError("a name that is not empty")
+        return text
+
+    def fault(self, value: Any) -> tuple[str, str] | None:
+        if not self.suffixes or str(value).lower().endswith(self.suffixes):
+            return None
+        return "not such a file", self.bounds()
+
+    def bounds(self) -> str:
+        return " or ".join(self.suffixes)
+
+
+@dataclass(eq=False)
+class Repeated(Kind):
+    """One or several of a kind; the option, repeated, has the name ``option``."""
+
+    kind: Kind = field(default_factory=Kind)
+    option: str = ""
+    name: str = field(default="list", kw_only=True)
+
+    def __post_init__(self) -> None:
+        self.metavar = self.kind.metavar
+
+    def bounds(self) -> str:
+        return self.kind.bounds()
+
+    def check(self, parameter: str, value: Any) -> None:
+        for one in values_of(value, isinstance(self.kind, Pair)):
+            self.kind.check(parameter, one)
+
+
+def values_of(given: Any, pairs: bool) -> Iterable[Any]:
+    """What is given once, several times, or as a mapping."""
+    if pairs and isinstance(given, dict):
+        return list(given.items())
+    return given if isinstance(given, list | tuple) else [given]
+
+
+@dataclass(eq=False)
+class Supplied(Kind):
+    """What only Python can give; at the command line the value that ``made`` makes, with what is to be closed."""
+
+    made: Callable[[], Any] | None = None
+    at_command: Any = None
