@@ -20,9 +20,9 @@ from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.roles import parse_roles
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.machine.file import Machine, check_recorded
-from stepgauge.public.inputs import File, as_gauge, as_machine, as_placement
 from stepgauge.recording import Recording
 from stepgauge.recording.conventions import state_convention, with_convention
+from stepgauge.verbs.inputs import File, as_gauge, as_machine, as_placement
 
 DECIMALS = {"point": ".", "comma": ","}
 Pairs = Mapping[str, str] | Sequence[str]
