@@ -168,7 +168,7 @@ def growth(table: Table, folder: Path, sizes: list[int]) -> None:
 
 def engines(table: Table, fleet: Fleet, count: int) -> None:
     """The whole fleet on two processes and on a cluster of one and of two workers; diagnoses by a sample."""
-    results = Results(fleet, "evaluations", {"blocks": None, "r_eff": "first"})
+    results = Results(fleet, "evaluations", {"blocks": None, "r_eff_origin": "first"})
     took = seconds(lambda: evaluate_fleet(fleet, Processes(2)))
     table.add(f"evaluate {count} recordings, two processes", took, "s", high=60.0 * count / 10_000)
     on_dask = []

@@ -30,7 +30,7 @@ from stepgauge.standards.budgeting import Choice
 from stepgauge.work.processes import InProcess, Processes
 from tests.fleet.made import make_entry, make_fleet
 
-OPTIONS = {"blocks": None, "r_eff": "first"}
+OPTIONS = {"blocks": None, "r_eff_origin": "first"}
 
 
 class Far(InProcess):
