@@ -25,6 +25,7 @@ PAGES = [page for page in pages() if blocks_of(page)]
 RUN = [page for page in PAGES if not all(one.not_run for one in blocks_of(page))]
 RUN_ELSEWHERE = {
     "adding-an-effect.md": "test_adding_an_effect.py",
+    "guide.md": "test_readme.py",
     "python.md": "test_python_api.py",
     "reports.md": "test_documentation.py",
 }

@@ -1,4 +1,4 @@
-"""The commands of the README run in its order in a copy of the clone, and every file in them is there by then."""
+"""README and user guide: short, links that lead somewhere, commands that run in their order in a copy of the clone."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def clone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.skipif(os.name != "posix", reason="needs a POSIX shell with named pipes")
 def test_the_commands_run_in_order(clone: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
-    blocks = shell_blocks(ROOT / "README.md")
+    blocks = shell_blocks(ROOT / "docs/guide.md")
     assert "\n".join(blocks).count("stepgauge ") > 40
     done = run_blocks(blocks, tmp_path_factory.mktemp("pipes"))
     assert done.returncode == 0, done.stderr
@@ -40,6 +40,10 @@ def test_the_commands_run_in_order(clone: Path, tmp_path_factory: pytest.TempPat
     assert "Report of measurement" not in certificate
     for folder, name in (("iso10360-5", "iso10360-5"), ("iso230", "iso230"), ("iso230-3", "iso230-3")):
         assert (clone / folder / f"{name}.pdf").stat().st_size > 0
+
+
+def test_the_first_page_is_short_enough_to_be_read() -> None:
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 1200
 
 
 def test_links_and_figures_of_the_documents_exist() -> None:
