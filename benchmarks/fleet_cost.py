@@ -23,6 +23,9 @@ from typing import Any
 import numpy as np
 from table import Table
 
+from stepgauge.executors.dask import Dask, local_cluster
+from stepgauge.executors.processes import InProcess, Processes
+from stepgauge.executors.task import Engine, perform
 from stepgauge.fleet.budgeting import budget_fleet
 from stepgauge.fleet.content import read_with_files
 from stepgauge.fleet.diagnosing import diagnose_fleet
@@ -35,9 +38,6 @@ from stepgauge.fleet.store import Entry, Fleet, _index_rows
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import read_machine
 from stepgauge.recording import Recording
-from stepgauge.work.dask import Dask, local_cluster
-from stepgauge.work.processes import InProcess, Processes
-from stepgauge.work.task import Engine, perform
 
 CYCLES = 10
 """Of the 42 faces: 420 rows."""

@@ -42,23 +42,23 @@ from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.effects import make_effects
 from stepgauge.errors import InputError
+from stepgauge.executors.journal import open_steps
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import Placement, make_placement
-from stepgauge.investigation.deciding import Case
+from stepgauge.investigation.decision import Case
+from stepgauge.investigation.feasible_runs import LOCATING_MINUTES, placement_json, placement_of_json, program_of
 from stepgauge.investigation.loop import Investigation
-from stepgauge.investigation.reach import LOCATING_MINUTES, placement_json, placement_of_json, program_of
 from stepgauge.investigation.running import Runner
 from stepgauge.investigation.stations import Served, Station, nearly
 from stepgauge.live.clock import MachineClock
 from stepgauge.live.cmm import LiveCmm
-from stepgauge.live.controller import Wishes
+from stepgauge.live.controller import ControllerOptions
 from stepgauge.live.faults import Faults
 from stepgauge.live.machine_state import MachineState
 from stepgauge.live.server import Listening, Server
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.machine.virtual import Conditions, run_program
 from stepgauge.recording import Recording
-from stepgauge.work.steps import open_steps
 
 GAUGE, MACHINE = "step-gauge-420", "bridge-cmm"
 PROCESSES = multiprocessing.get_context("spawn")
@@ -272,7 +272,7 @@ def _drawn(pipe: Any, kind: str, folder: Path, minutes: float) -> Result:
     sealed = pipe.recv()
     gauge, machine = read_gauge(GAUGE), read_machine(MACHINE)
     case = Case(gauge, machine, minutes=minutes)
-    station = Behind("", machine, Wishes(home=True), None, pipe)
+    station = Behind("", machine, ControllerOptions(home=True), None, pipe)
     found, answer = looped(case, station, first_placement(), folder, sealed)
     answers, end = {"loop": answer}, found.learnt[-1]["end"]
     result = Result(kind, runs=len(found.runs), end=f"{end['how']}: {end['why']}")

@@ -31,11 +31,11 @@ from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, make_placement
-from stepgauge.investigation.deciding import Case
+from stepgauge.investigation.decision import Case
+from stepgauge.investigation.feasible_runs import Reach, placement_json, placement_of_json, program_of
 from stepgauge.investigation.loop import Investigation
-from stepgauge.investigation.reach import Reach, placement_json, placement_of_json, program_of
 from stepgauge.investigation.stations import Served, Station, nearly
-from stepgauge.live.controller import Wishes
+from stepgauge.live.controller import ControllerOptions
 from stepgauge.machine.file import Machine, read_machine
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
@@ -173,7 +173,7 @@ def draw(kind: str, seed: int, folder: Path, minutes: float) -> dict[str, Any]:
 def _drawn(pipe: Any, kind: str, folder: Path, minutes: float) -> dict[str, Any]:
     sealed, began_s = pipe.recv(), time.monotonic()
     case = Case(read_gauge(GAUGE), machine_file(), Reach(hands_minutes=HANDS_MINUTES), minutes=minutes)
-    station = OnController("linuxcnc", case.machine, Wishes(), None, pipe)
+    station = OnController("linuxcnc", case.machine, ControllerOptions(), None, pipe)
     found, answer, resumed = _resumed(case, station, folder, sealed)
     truth = revealed(pipe, sealed)
     right, alone, said = judged(answer, truth)

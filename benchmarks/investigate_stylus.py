@@ -23,17 +23,17 @@ import numpy as np
 from benchmarks.investigate import GAUGE, MACHINE, judged
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.effects import make_effects
+from stepgauge.executors.journal import open_steps
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import Placement, make_placement
-from stepgauge.investigation.deciding import Case
+from stepgauge.investigation.decision import Case
+from stepgauge.investigation.feasible_runs import Reach
 from stepgauge.investigation.loop import Investigation
-from stepgauge.investigation.reach import Reach
 from stepgauge.investigation.running import Runner
 from stepgauge.investigation.stations import Simulated
 from stepgauge.live.faults import Faults
 from stepgauge.machine.file import ChainTable, Machine, read_machine
 from stepgauge.machine.styli import with_styli
-from stepgauge.work.steps import open_steps
 
 ARM_MM = 100.0
 """From the guide of x to the tip of the first stylus, along y."""

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from stepgauge.errors import InputError as InputError
     from stepgauge.errors import ProgramStoppedError as ProgramStoppedError
     from stepgauge.evaluation.evaluate import Evaluation as Evaluation
-    from stepgauge.fleet.crossed.answer import FleetInference as FleetInference
-    from stepgauge.fleet.crossed.watching import FleetWatch as FleetWatch
+    from stepgauge.fleet.hierarchical.answer import FleetInference as FleetInference
+    from stepgauge.fleet.hierarchical.watching import FleetWatch as FleetWatch
     from stepgauge.gauge.certified import Gauge as Gauge
     from stepgauge.gauge.certified import read_gauge as read_gauge
     from stepgauge.gauge.placement import Placement as Placement
@@ -96,8 +96,8 @@ _PLACES = {
     "Diagnosis": "diagnosis.result",
     "DirectionMap": "probes.directions_map",
     "Evaluation": "evaluation.evaluate",
-    "FleetInference": "fleet.crossed.answer",
-    "FleetWatch": "fleet.crossed.watching",
+    "FleetInference": "fleet.hierarchical.answer",
+    "FleetWatch": "fleet.hierarchical.watching",
     "Gauge": "gauge.certified",
     "Imported": "importing.result",
     "InputError": "errors",

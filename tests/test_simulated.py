@@ -19,12 +19,12 @@ from stepgauge.errors import InputError
 from stepgauge.figures.evaluation import draw_evaluations
 from stepgauge.files.checksum import file_digest
 from stepgauge.fleet.content import recording_key
-from stepgauge.fleet.crossed.answer import FleetInference
-from stepgauge.fleet.crossed.visits import Crossing
-from stepgauge.fleet.crossed.watch import Watched
-from stepgauge.fleet.crossed.watching import FleetWatch
+from stepgauge.fleet.hierarchical.answer import FleetInference
+from stepgauge.fleet.hierarchical.visits import Crossing
+from stepgauge.fleet.hierarchical.watch import Watched
+from stepgauge.fleet.hierarchical.watching import FleetWatch
 from stepgauge.importing.ippdme import read as read_log
-from stepgauge.live.connection import Spy
+from stepgauge.live.connection import SessionLog
 from stepgauge.recording import join_recordings, read_recording
 from stepgauge.recording.lines import read_comments
 from stepgauge.recording.simulated import SIMULATED_COMMENT, SIMULATED_LINE, is_simulated
@@ -47,7 +47,7 @@ from tests.measured import run as simulated_run
 def test_a_measurement_on_the_virtual_cmm_says_so_and_when_it_was_made(tmp_path: Path) -> None:
     """Through the server, and through the log of its client; after a resumption from the journal, too."""
     with serving() as port:
-        spy = Spy(tmp_path / "spy.log", {"server": "here"})
+        spy = SessionLog(tmp_path / "spy.log", {"server": "here"})
         recording = run(make(), port, tmp_path / "j", spy=spy)
         spy.close()
     assert is_simulated(recording.comments)

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from stepgauge.executors.processes import Processes
+from stepgauge.executors.run import run
 from stepgauge.files.children import ROOT, python_environment, python_line, safe_children
-from stepgauge.work.processes import Processes
-from stepgauge.work.run import run
 
 NAMES = (
     "click", "numpy", "scipy", "pandas", "matplotlib", "jinja2", "typst", "sitecustomize", "usercustomize", "stepgauge",

@@ -25,6 +25,8 @@ from benchmarks.attack.targets import call, make_measurement
 from stepgauge.diagnosis.output.stored import read_diagnosis
 from stepgauge.errors import InputError
 from stepgauge.evaluation.files import read_evaluation
+from stepgauge.executors.journal import open_steps
+from stepgauge.executors.processes import InProcess
 from stepgauge.fleet.evaluating import evaluate_fleet
 from stepgauge.fleet.results import tables_of
 from stepgauge.fleet.rows import read_rows
@@ -37,8 +39,6 @@ from stepgauge.machine.file import read_machine
 from stepgauge.probes.qualification import read_qualification
 from stepgauge.standards.budget_files import read_budget
 from stepgauge.web.asked import Asked, read_asked
-from stepgauge.work.processes import InProcess
-from stepgauge.work.steps import open_steps
 from tests.fleet.made import make_fleet
 
 

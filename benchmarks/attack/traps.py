@@ -20,7 +20,7 @@ from stepgauge.files.children import python_environment, python_line, safe_child
 PATHS = ("", ".", ":/nowhere", "/nowhere:", "HERE")
 """Values of ``PYTHONPATH`` that mean the working folder."""
 POOL = (
-    "import sys; from stepgauge.work.processes import Processes; from stepgauge.work.run import run\n"
+    "import sys; from stepgauge.executors.processes import Processes; from stepgauge.executors.run import run\n"
     "print([one.value for one in run(abs, [('a', -1)], Processes(1))])"
 )
 

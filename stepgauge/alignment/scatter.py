@@ -1,4 +1,4 @@
-"""Scatter of the 16 points from their redundancy, for the uncertainties of the placement.
+"""PointScatter of the 16 points from their redundancy, for the uncertainties of the placement.
 
 The stated repeatability is used unless the points contradict it. Three properties are checked: both blocks are longer
 than certified by the same tip diameter (points 1, 2, 3, 8), they are equally wide (4, 5) and equally high (6, 7). For
@@ -34,7 +34,7 @@ _NORMAL = 3.09
 
 
 @dataclass(frozen=True)
-class Scatter:
+class PointScatter:
     """Standard deviation of each point across its face ``sigma_um (16,)``, further quantities, and notes."""
 
     sigma_um: Array
@@ -53,7 +53,7 @@ class Scatter:
 
 def find_scatter(
     points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None, repeatability_um: float
-) -> Scatter:
+) -> PointScatter:
     """The stated repeatability, increased where the points contradict it; ``points (16, 3)`` in mm."""
     stated = max(repeatability_um, LEAST_UM)
     sigma, notes = np.full(16, stated), list[str]()
@@ -69,7 +69,7 @@ def find_scatter(
             sigma[rows] = np.sqrt(square.sum() / freedom)
             notes.append(_note(name, members, found, float(sigma[rows[0]]), stated))
             found = adjust(points, gauge, blocks, up, sigma * 1e-3)
-    return Scatter(sigma, found.redundancy, tuple(notes))
+    return PointScatter(sigma, found.redundancy, tuple(notes))
 
 
 def _chi2_limit(freedom: float) -> float:

@@ -48,7 +48,7 @@ _MATERIAL = re.compile(r"^(material|werkstoff)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class Wanted:
+class StatedGauge:
     """What the user states; None: look for it in the certificate. Units as in the gauge file."""
 
     name: str | None = None
@@ -74,13 +74,13 @@ class GaugeImport:
     report: list[str] = field(default_factory=list)
 
 
-def import_gauge(path: str | Path, wanted: Wanted | None = None) -> GaugeImport:
+def import_gauge(path: str | Path, wanted: StatedGauge | None = None) -> GaugeImport:
     """Read a gauge certificate.
 
     :class:`InputError` where the DCC is broken or unsafe, has no positions with uncertainties or several lists that
     could be them, has a wrong unit, or where something is neither in it nor stated (all of that at once, with options).
     """
-    document, wanted = read_document(path), wanted or Wanted()
+    document, wanted = read_document(path), wanted or StatedGauge()
     if document.of_kind("stepgauge_effectiveRadius"):
         item = f"{document.item}, serial number {document.serial}"
         raise InputError(path, "this is the certificate of a machine", found=item, expected="that of a step gauge")
@@ -119,7 +119,7 @@ def _format(found: GaugeImport, csv_name: str) -> tuple[str, str]:
     return f"# Made from a Digital Calibration Certificate.\n{said}{tomli_w.dumps(tables)}", csv_text
 
 
-def _table(document: Document, wanted: Wanted, found: GaugeImport) -> None:
+def _table(document: Document, wanted: StatedGauge, found: GaugeImport) -> None:
     expansion = _one(document, EXPANSION, _EXPANSION, lambda q: q.is_of(PER_TEMPERATURE))
     alpha = None if expansion is None else float(expansion.scaled(PER_TEMPERATURE, 1.0)[0])
     u_alpha = None
@@ -182,7 +182,7 @@ def _certificate(document: Document, found: GaugeImport) -> None:
     found.report.append(f"certificate {document.number} of {document.laboratory}, {document.performed_to}")
 
 
-def _faces(document: Document, wanted: Wanted, found: GaugeImport) -> None:
+def _faces(document: Document, wanted: StatedGauge, found: GaugeImport) -> None:
     lists = [one for one in document.quantities if one.part == "results" and len(one.values) > 2]
     measured = _measured(document, lists, wanted.positions)
     nominal = _nominal(lists, measured, wanted.nominal)

@@ -13,6 +13,8 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.output.stored import FILE, read_diagnosis
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.errors import InputError, naming
+from stepgauge.executors.processes import InProcess, Processes
+from stepgauge.executors.run import run
 from stepgauge.files.outputs import one_set, refuse_own
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.inference.search import Progress
@@ -20,8 +22,6 @@ from stepgauge.machine.file import Machine, read_machine
 from stepgauge.machine.styli import numbered, with_styli
 from stepgauge.recording import Recording, join_recordings, read_recording
 from stepgauge.recording.rows import check_seeds
-from stepgauge.work.processes import InProcess, Processes
-from stepgauge.work.run import run
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
 from stepgauge.files.notation import printed_unit
-from stepgauge.fleet.crossed.answer import owner_of, words_of
-from stepgauge.fleet.crossed.watch import Watched
+from stepgauge.fleet.hierarchical.answer import owner_of, words_of
+from stepgauge.fleet.hierarchical.watch import Watched
 
 WIDTH_MM, PANEL_MM, HEAD_MM = 170.0, 42.0, 14.0
 NAMED = 6

@@ -27,15 +27,15 @@ TITLE_GAP_PT = 10.0
 """Between the name of the axis and the parameters beside it, points of print."""
 
 
-class _Look(NamedTuple):
+class _LineStyle(NamedTuple):
     label: str
     color: str
     marker: str
 
 
-UP = _Look("up ↑", CYCLE[0], "^")
-DOWN = _Look("down ↓", CYCLE[1], "v")
-LOOKS = {"up": UP, "down": DOWN}
+UP = _LineStyle("up ↑", CYCLE[0], "^")
+DOWN = _LineStyle("down ↓", CYCLE[1], "v")
+LINE_STYLES = {"up": UP, "down": DOWN}
 REVERSAL = COLORS["accent"]
 
 
@@ -47,18 +47,18 @@ def positioning_figure(test: AxisTest) -> Figure:
         axes = figure.subplots()
         axes.axhline(0.0, color=COLORS["grey"], linewidth=0.7, zorder=1)
         for way, direction in parameters.directions.items():
-            _draw_direction(axes, at, direction, LOOKS[way])
+            _draw_direction(axes, at, direction, LINE_STYLES[way])
         if isinstance(parameters, AxisParameters):
             axes.plot(at, parameters.mean_um, color=COLORS["model"], linewidth=1.0, zorder=5)
             _mark_reversal(axes, parameters, at, test.units)
         _brackets(axes, test)
         _label(axes, test)
-        _legend(figure, [LOOKS[way] for way in parameters.directions])
+        _legend(figure, [LINE_STYLES[way] for way in parameters.directions])
         _part_titles(figure, axes)
     return figure
 
 
-def _draw_direction(axes: Axes, at: np.ndarray, direction: Direction, look: _Look) -> None:
+def _draw_direction(axes: Axes, at: np.ndarray, direction: Direction, look: _LineStyle) -> None:
     axes.fill_between(at, direction.low_um, direction.high_um, color=look.color, alpha=0.15, linewidth=0, zorder=2)
     for limit in (direction.low_um, direction.high_um):
         axes.plot(at, limit, color=look.color, linewidth=0.6, linestyle=(0, (4, 2)), zorder=3)
@@ -136,7 +136,7 @@ def _part_titles(figure: Figure, axes: Axes) -> None:
         axes.set_title(f"{left}\n", loc="left", fontweight="bold")
 
 
-def _legend(figure: Figure, looks: Sequence[_Look]) -> None:
+def _legend(figure: Figure, looks: Sequence[_LineStyle]) -> None:
     entries = [
         Line2D([], [], color=look.color, marker=look.marker, linewidth=1.2, label=f"mean {look.label}")
         for look in looks

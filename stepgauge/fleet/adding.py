@@ -69,7 +69,7 @@ def add_files(
     stated : what is known of them besides what they say
     progress : told how many of how many files are done
     """
-    new, known, kept = list[str](), list[str](), _Kept(fleet, stated)
+    new, known, kept = list[str](), list[str](), _ReadFiles(fleet, stated)
     entries = (kept.entry(path) for path in paths)
     for some in _portions(entries):
         for total, keys in zip((new, known), fleet.add(some), strict=True):
@@ -88,7 +88,7 @@ def _portions(entries: Iterable[Entry]) -> Iterator[list[Entry]]:
         yield some
 
 
-class _Kept:
+class _ReadFiles:
     """The roster, and the certificates and machine files that were read and kept so far."""
 
     def __init__(self, fleet: Fleet, stated: Stated) -> None:

@@ -39,7 +39,7 @@ class Batch:
 
 
 @dataclass(frozen=True)
-class Kept:
+class StoredBatch:
     """The recordings of a batch by their keys, for a worker on the computer that has the store: it reads them itself.
 
     To read and to send them takes a third of the time of an evaluation, and would leave half of the workers waiting.
@@ -54,17 +54,17 @@ class Kept:
         return _batch(fleet, list(fleet.stored(self.keys)))
 
 
-def opened(batch: Batch | Kept) -> Batch:
+def opened(batch: Batch | StoredBatch) -> Batch:
     """The batch, read where it was only named."""
-    return batch.batch() if isinstance(batch, Kept) else batch
+    return batch.batch() if isinstance(batch, StoredBatch) else batch
 
 
-def named(fleet: Fleet, recordings: Collection[str], size: int) -> Iterator[tuple[str, Kept]]:
+def named(fleet: Fleet, recordings: Collection[str], size: int) -> Iterator[tuple[str, StoredBatch]]:
     """The same batches as :func:`batches` gives, only named."""
     folder = str(fleet.folder.resolve())
     keys = fleet.in_order(recordings)
     for first in range(0, len(keys), size):
-        yield keys[first], Kept(folder, tuple(keys[first : first + size]))
+        yield keys[first], StoredBatch(folder, tuple(keys[first : first + size]))
 
 
 @cache

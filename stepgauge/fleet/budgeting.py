@@ -7,14 +7,14 @@ from dataclasses import asdict
 from functools import partial
 from typing import Any
 
-from stepgauge.fleet.batches import Batch, Kept, opened
+from stepgauge.executors.task import Engine
+from stepgauge.fleet.batches import Batch, StoredBatch, opened
 from stepgauge.fleet.results import Results
 from stepgauge.fleet.schema import BUDGETS
 from stepgauge.fleet.store import Fleet
 from stepgauge.fleet.working import Progress, work_one_by_one
 from stepgauge.standards.budget_files import COLUMNS, StoredBudget, StoredLine
 from stepgauge.standards.budgeting import Choice, whole_budget
-from stepgauge.work.task import Engine
 
 MONTE_CARLO = ("u_um", "low_95_um", "high_95_um")
 
@@ -43,7 +43,7 @@ def budget_fleet(
     return work_one_by_one(Results(fleet, "budgets", made_with), engine, function, _rows, BUDGETS, progress)
 
 
-def budget_batch(given: Batch | Kept, choice: Choice) -> list[dict[str, Any]]:
+def budget_batch(given: Batch | StoredBatch, choice: Choice) -> list[dict[str, Any]]:
     """The rows of the budget of a batch of one recording, but for its key, in JSON types."""
     batch = opened(given)
     (one,) = batch.stored

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from stepgauge.fleet.batches import Batch, Kept, opened
+from stepgauge.executors.task import Engine
+from stepgauge.fleet.batches import Batch, StoredBatch, opened
 from stepgauge.fleet.results import Results
 from stepgauge.fleet.schema import DIAGNOSES
 from stepgauge.fleet.store import Fleet
 from stepgauge.fleet.working import Progress, work_one_by_one
-from stepgauge.work.task import Engine
 
 
 def diagnose_fleet(
@@ -39,7 +39,7 @@ def diagnose_fleet(
     return work_one_by_one(table, engine, function, _rows, DIAGNOSES, progress)
 
 
-def diagnose_batch(given: Batch | Kept, without: tuple[str, ...], priors: Any) -> dict[str, Any]:
+def diagnose_batch(given: Batch | StoredBatch, without: tuple[str, ...], priors: Any) -> dict[str, Any]:
     """The diagnosis of a batch of one recording: the summary, and ``diagnosis.json`` but for the names of files."""
     from stepgauge.diagnosis.engine import diagnose
     from stepgauge.diagnosis.forms.formula import model_unknown

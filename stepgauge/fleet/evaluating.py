@@ -13,7 +13,8 @@ from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import Evaluation, PlacementResult, evaluate
 from stepgauge.evaluation.face_errors import REffOrigin
 from stepgauge.evaluation.files import UM, evaluation_to_dict
-from stepgauge.fleet.batches import Batch, Kept, opened
+from stepgauge.executors.task import Engine
+from stepgauge.fleet.batches import Batch, StoredBatch, opened
 from stepgauge.fleet.results import Results
 from stepgauge.fleet.rows import Stored
 from stepgauge.fleet.schema import EVALUATIONS, arrow_library, arrow_schema
@@ -21,7 +22,6 @@ from stepgauge.fleet.store import Fleet
 from stepgauge.fleet.working import Progress, work_in_batches
 from stepgauge.history.entries import make_entry
 from stepgauge.planning.plan import parse_blocks
-from stepgauge.work.task import Engine
 
 _UNKNOWN = datetime.datetime(1, 1, 1)
 
@@ -49,7 +49,7 @@ def evaluate_fleet(
     return work_in_batches(table, engine, partial(evaluate_batch, blocks=blocks, r_eff_origin=r_eff_origin), progress)
 
 
-def evaluate_batch(given: Batch | Kept, blocks: str | None, r_eff_origin: str) -> Any:
+def evaluate_batch(given: Batch | StoredBatch, blocks: str | None, r_eff_origin: str) -> Any:
     """The evaluations of a batch as an Arrow table of :data:`~stepgauge.fleet.schema.EVALUATIONS`."""
     batch = opened(given)
     rows = [row for one in batch.stored for row in _evaluated(batch, one, blocks, cast(REffOrigin, r_eff_origin))]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from stepgauge.executors.journal import Steps, open_steps
 from stepgauge.files.lines import read_lines
 from stepgauge.fleet.results import Results
 from stepgauge.fleet.store import Fleet
-from stepgauge.work.steps import Steps, open_steps
 
 
 @contextmanager

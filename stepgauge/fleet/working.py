@@ -10,13 +10,13 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from itertools import islice
 from typing import Any, TypeVar
 
-from stepgauge.fleet.batches import Batch, Kept, batches, named
+from stepgauge.executors.run import run
+from stepgauge.executors.task import Engine, Function
+from stepgauge.fleet.batches import Batch, StoredBatch, batches, named
 from stepgauge.fleet.journal import open_journal
 from stepgauge.fleet.results import Results
 from stepgauge.fleet.schema import Column, arrow_library, arrow_schema
 from stepgauge.fleet.store import Fleet
-from stepgauge.work.run import run
-from stepgauge.work.task import Engine, Function
 
 BATCH = 100
 """Recordings of a task: many enough that to send them costs little, few enough that the last ones do not wait."""
@@ -81,7 +81,7 @@ def _portions(items: Iterable[T], size: int) -> Iterator[list[T]]:
         yield some
 
 
-def _tasks(fleet: Fleet, engine: Engine, keys: Collection[str], size: int) -> Iterator[tuple[str, Batch | Kept]]:
+def _tasks(fleet: Fleet, engine: Engine, keys: Collection[str], size: int) -> Iterator[tuple[str, Batch | StoredBatch]]:
     return named(fleet, keys, size) if engine.near else batches(fleet, keys, size)
 
 

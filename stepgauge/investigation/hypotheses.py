@@ -23,7 +23,7 @@ from stepgauge.diagnosis.runs import Lengthened, plain_metric
 from stepgauge.effects import Effect, along_approach_um
 from stepgauge.inference.metric import Metric, nuisances
 from stepgauge.inference.problem import Candidate, Law
-from stepgauge.investigation.gain import Prediction
+from stepgauge.investigation.information_gain import Prediction
 
 Array = NDArray[np.float64]
 LEAST = 3e-3

@@ -22,7 +22,7 @@ from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.controller import Link
 from stepgauge.live.judging import check_on_line, check_touched
 from stepgauge.live.measuring import MEANING, RETREATS
-from stepgauge.live.ways import Ways
+from stepgauge.live.safe_path import SafePaths
 from stepgauge.machine.file import Machine
 from stepgauge.motion.moves import ProbingSettings
 
@@ -125,7 +125,7 @@ def _probe(link: Link, target: Target, believed: Placement, gauge: Gauge, machin
     approach = target.approach @ believed.rotation
     start = surface - (settings.tip_radius_mm + settings.standoff_mm) * approach
     here = link.position_mm()
-    way, _ = Ways(machine, gauge, believed, LAID_MM).to_path(here, [here], [start])
+    way, _ = SafePaths(machine, gauge, believed, LAID_MM).to_path(here, [here], [start])
     for place in way:
         link.go(place)
     takes_s = (settings.standoff_mm + settings.search_mm) / settings.measuring_speed_mm_s
@@ -137,7 +137,7 @@ def _probe(link: Link, target: Target, believed: Placement, gauge: Gauge, machin
 
 def _leave(link: Link, believed: Placement, gauge: Gauge, machine: Machine) -> None:
     here = link.position_mm()
-    for place in Ways(machine, gauge, believed).out(here, [here]):
+    for place in SafePaths(machine, gauge, believed).out(here, [here]):
         link.go(place)
 
 

@@ -14,10 +14,20 @@ from stepgauge.diagnosis.result import Diagnosis, Finding
 from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.placement import Placement
-from stepgauge.investigation.deciding import LEAST_NATS, SHOWN, TIME_OVER, Case, End, Learnt, decide, how, learn
-from stepgauge.investigation.gain import entropy
-from stepgauge.investigation.reach import run_of
-from stepgauge.investigation.running import Made, Runner, joined
+from stepgauge.investigation.decision import (
+    LEAST_NATS,
+    SHOWN,
+    TIME_OVER,
+    Case,
+    End,
+    InvestigationState,
+    decide,
+    how,
+    learn,
+)
+from stepgauge.investigation.feasible_runs import run_of
+from stepgauge.investigation.information_gain import entropy
+from stepgauge.investigation.running import CompletedRun, Runner, joined
 from stepgauge.recording import Recording
 
 Tell = Callable[[str], None]
@@ -35,7 +45,7 @@ class Investigation:
     runner: Runner
     first: Placement
     tell: Tell = lambda _: None
-    runs: list[Made] = field(default_factory=list)
+    runs: list[CompletedRun] = field(default_factory=list)
     learnt: list[dict[str, Any]] = field(default_factory=list)
     declined: list[str] = field(default_factory=list)
 
@@ -65,7 +75,7 @@ class Investigation:
         """Of all runs together."""
         return joined(self.runs)
 
-    def _make(self, run: ExtraRun) -> Made | None:
+    def _make(self, run: ExtraRun) -> CompletedRun | None:
         laid = not run.stays or not self.runs
         number = len(self.placements) + 1 if laid else self.runs[-1].placement_number
         lies = self.runs[-1].lies if self.runs else self.first
@@ -127,7 +137,7 @@ class Investigation:
         return {"how": last["how"], "why": "what would tell more was declined", "stands": False}
 
 
-def told_json(found: Learnt) -> dict[str, Any]:
+def told_json(found: InvestigationState) -> dict[str, Any]:
     """What is known after a run."""
     diagnosis = found.diagnosis
     p = np.array([one.probability for one in found.possible])
@@ -161,7 +171,7 @@ def _finding(one: Finding) -> dict[str, Any]:
     }
 
 
-def needed(case: Case, found: Learnt, end: End) -> list[str]:
+def needed(case: Case, found: InvestigationState, end: End) -> list[str]:
     """What would tell more, and is not to be had."""
     if end.stands:
         return []

@@ -13,22 +13,22 @@ import numpy as np
 from stepgauge.alignment import locate as located_by_points
 from stepgauge.diagnosis.runs import ExtraRun, program_of
 from stepgauge.errors import InputError, naming
+from stepgauge.executors.journal import Steps
 from stepgauge.gauge.placement import Placement
-from stepgauge.investigation.deciding import Case
+from stepgauge.investigation.decision import Case
+from stepgauge.investigation.feasible_runs import placement_json, placement_of_json
 from stepgauge.investigation.locating import LAID_MM, NotAsAskedError, check_end_for_end, locate, locating_settings
-from stepgauge.investigation.reach import placement_json, placement_of_json
 from stepgauge.investigation.stations import Station
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.connection import ConnectionLostError, FalseAnswerError, StopAskedError
-from stepgauge.live.controller import Controller, Link, Wishes
-from stepgauge.live.job import Job, make_job
+from stepgauge.live.controller import Controller, ControllerOptions, Link
 from stepgauge.live.journal import Journal, resume, start
 from stepgauge.live.measuring import MEANING, Progress, StoppedByPersonError, measure
-from stepgauge.live.ways import Ways
+from stepgauge.live.measuring_job import Job, make_job
+from stepgauge.live.safe_path import SafePaths
 from stepgauge.machine.file import Machine
 from stepgauge.machine.styli import stylus_words, with_stylus
 from stepgauge.recording import Recording, read_recording, write_recording
-from stepgauge.work.steps import Steps
 
 Ask = Callable[[str], bool]
 """Asks a person to do something; False: it cannot be done. Whoever wants to stop raises an interrupt."""
@@ -39,7 +39,7 @@ LIFTED = -1
 
 
 @dataclass(frozen=True)
-class Made:
+class CompletedRun:
     """A run that was made: where its recording is, how the gauge lay, what it took."""
 
     run: ExtraRun
@@ -65,7 +65,7 @@ class Runner:
     steps: Steps
     ask: Ask
     progress: Progress | None = None
-    last: Made | None = field(default=None, init=False)
+    last: CompletedRun | None = field(default=None, init=False)
     laid: tuple[int, Placement] | None = field(default=None, init=False)
     standing: int = field(default=0, init=False)
     mounted: int = field(default=1, init=False)
@@ -82,7 +82,7 @@ class Runner:
         return self.case.machine.with_stylus(self.mounted)
 
     @property
-    def wishes(self) -> Wishes:
+    def wishes(self) -> ControllerOptions:
         """What is asked of the server, with its name of the stylus where that has one."""
         own = self.station.wishes
         return own if self.mounted == 1 else replace(own, tool=self.machine.probe.tool or own.tool)
@@ -113,7 +113,7 @@ class Runner:
         sigma_um, radius_mm = machine.table.repeatability_um, machine.probe.tip_radius_mm
         return located_by_points(points, gauge, (1, gauge.n_blocks), sigma_um, radius_mm, link.name)
 
-    def make(self, number: int, run: ExtraRun, lies: Placement, placement_number: int) -> Made | None:
+    def make(self, number: int, run: ExtraRun, lies: Placement, placement_number: int) -> CompletedRun | None:
         """Make a run; None where the person cannot lay the gauge so.
 
         Parameters
@@ -129,7 +129,7 @@ class Runner:
         for attempt in range(1, ATTEMPTS + 1):
             name = f"{number}" if attempt == 1 else f"{number}-{attempt}"
             told = self._attempted(name, said, run, lies, placement_number)
-            if told is None or isinstance(told, Made):
+            if told is None or isinstance(told, CompletedRun):
                 self.last = told or self.last
                 return told
             said, self.standing = f"{told}. ", LIFTED
@@ -137,7 +137,7 @@ class Runner:
 
     def _attempted(
         self, name: str, said: str, run: ExtraRun, lies: Placement, placement_number: int
-    ) -> Made | str | None:
+    ) -> CompletedRun | str | None:
         """The run; why it has to be laid again, where it does not lie as asked; None where it cannot be laid so."""
         located: dict[str, Any] = {"lies": placement_json(lies), "minutes": 0.0}
         if not run.stays and not self._once(f"laid {name}, {run.words}", lambda: self._prepared(run, said)):
@@ -177,7 +177,7 @@ class Runner:
         """The machine out of the way before the gauge is laid elsewhere."""
         assert self.last is not None
         self._stand()
-        ways = Ways(self.machine, self.case.gauge, self.last.lies)
+        ways = SafePaths(self.machine, self.case.gauge, self.last.lies)
         with self._session("going out of the way") as link:
             here = link.position_mm()
             for place in ways.out(here, [here]):
@@ -272,12 +272,12 @@ class Runner:
 
     def _made(
         self, run: ExtraRun, lies: Placement, number: int, located: dict[str, Any], measured: dict[str, Any]
-    ) -> Made:
+    ) -> CompletedRun:
         machine = located["minutes"] + measured["minutes"]
         rest = self.case.reach.rest_minutes(run)
         path = self.folder / measured["path"]
         own, began_s = measured["own_clock"], measured["began_s"]
-        return Made(run, path, lies, number, machine, machine + rest, own, began_s)
+        return CompletedRun(run, path, lies, number, machine, machine + rest, own, began_s)
 
 
 MOVES = "The machine then moves by itself to find it: keep the table clear"
@@ -297,7 +297,7 @@ def _laying(run: ExtraRun) -> str:
     )
 
 
-def joined(runs: list[Made]) -> Recording:
+def joined(runs: list[CompletedRun]) -> Recording:
     """All runs as one recording.
 
     A gauge that was left in place keeps its placement number, its cycles are counted on; times go on from run to run.
@@ -321,7 +321,7 @@ def joined(runs: list[Made]) -> Recording:
     return Recording(whole, comments, ", ".join(str(made.path) for made in runs))
 
 
-def _shift_s(made: Made, first: Made, begin_s: float, end_s: float) -> float:
+def _shift_s(made: CompletedRun, first: CompletedRun, begin_s: float, end_s: float) -> float:
     """What brings the times of a run to the clock of the first one.
 
     A machine without a clock counts from when each run was begun; one that was started anew begins again.

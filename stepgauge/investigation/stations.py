@@ -18,12 +18,12 @@ from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, make_placement
 from stepgauge.investigation.locating import LAID_MM
+from stepgauge.live.addressing import linked
 from stepgauge.live.clock import MachineClock
 from stepgauge.live.cmm import LiveCmm
-from stepgauge.live.controller import Link, Wishes
+from stepgauge.live.controller import ControllerOptions, Link
 from stepgauge.live.faults import Faults
 from stepgauge.live.in_process import InProcess
-from stepgauge.live.linking import linked
 from stepgauge.machine.file import Machine
 from stepgauge.motion.moves import ProbingSettings
 
@@ -34,7 +34,7 @@ Stop = Callable[[], bool]
 class Station(Protocol):
     """A machine to measure on, and whoever lays the gauge."""
 
-    wishes: Wishes
+    wishes: ControllerOptions
     repeats: ClassVar[bool]
     """Whether it does the same again, by its seed: so an investigation that goes on brings it to where it was."""
 
@@ -57,7 +57,7 @@ class Served:
 
     server: str
     machine: Machine
-    wishes: Wishes = field(default_factory=Wishes)
+    wishes: ControllerOptions = field(default_factory=ControllerOptions)
     stop: Stop | None = None
     repeats: ClassVar[bool] = False
 
@@ -105,7 +105,7 @@ class Simulated:
         stop: Stop | None = None,
     ) -> None:
         self.machine, self.gauge, self.faults, self.seed, self.stop = machine, gauge, faults or Faults(), seed, stop
-        self.gauge_temperature_C, self.wishes = gauge_temperature_C, Wishes(home=True)
+        self.gauge_temperature_C, self.wishes = gauge_temperature_C, ControllerOptions(home=True)
         self.clock, self.stylus = MachineClock(None), 1
         self._cmm: LiveCmm | None = None
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from stepgauge import __version__
 from stepgauge.files.text import write_json, write_text
+from stepgauge.investigation.feasible_runs import placement_json
 from stepgauge.investigation.loop import Investigation
-from stepgauge.investigation.reach import placement_json
 from stepgauge.investigation.running import joined
 from stepgauge.machine.styli import stylus_words
 from stepgauge.recording.simulated import is_simulated

@@ -22,7 +22,7 @@ from stepgauge.gauge.placement import Placement
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.clock import MachineClock
 from stepgauge.live.faults import NUMBERS, Faults
-from stepgauge.live.surroundings import Surroundings
+from stepgauge.live.obstacles import Surroundings
 from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import machine_effects
 from stepgauge.motion.collision import make_obstacles, make_tool
@@ -37,7 +37,7 @@ BY_HAND_MM = 10.0
 
 
 @dataclass(frozen=True)
-class Leg:
+class TimedMove:
     """A straight move: from where to where (mm), from when to when (s), and the error that ends it, if one does."""
 
     start_mm: Array
@@ -54,10 +54,10 @@ class Leg:
         share = min(max((time_s - self.begin_s) / (self.end_s - self.begin_s), 0.0), 1.0)
         return self.start_mm + share * (self.end_mm - self.start_mm)
 
-    def cut(self, share: float, error: DmeError, lost: bool = False) -> Leg:
+    def cut(self, share: float, error: DmeError, lost: bool = False) -> TimedMove:
         """The leg that ends early with an error."""
         end_s = self.begin_s + share * (self.end_s - self.begin_s)
-        return Leg(
+        return TimedMove(
             self.start_mm, self.start_mm + share * (self.end_mm - self.start_mm), self.begin_s, end_s, error, lost
         )
 
@@ -214,14 +214,14 @@ class LiveCmm:
         pairs = zip(position_mm.tolist(), self._limits, strict=True)
         return all(low <= value <= high for value, (low, high) in pairs)
 
-    def leg(self, target_mm: Array, speed_mm_s: float, searching: bool = False) -> Leg:
+    def leg(self, target_mm: Array, speed_mm_s: float, searching: bool = False) -> TimedMove:
         """The move from here to a target; it ends where something stops it, with the error.
 
         ``searching``: the ball may touch what it meets at the end.
         """
         begin_s, start = self.clock.now_s, self.position_mm
         length = math.dist(target_mm, start)
-        whole = Leg(start, target_mm, begin_s, begin_s + length / speed_mm_s)
+        whole = TimedMove(start, target_mm, begin_s, begin_s + length / speed_mm_s)
         clear = start if self._contact_mm is None else self._contact_mm
         hit = self._around.hit(clear, target_mm, with_tip=not searching) if length > LEAST_MM else None
         if hit is not None:
@@ -232,12 +232,12 @@ class LiveCmm:
             return whole if event is None else replace(whole, error=DmeError(1006))
         return whole.cut(event[1], DmeError(NUMBERS[event[0].kind]), lost=event[0].kind == "connection_lost")
 
-    def arrive(self, leg: Leg) -> None:
+    def arrive(self, leg: TimedMove) -> None:
         """The leg is done."""
         self.position_mm, self._contact_mm = leg.end_mm, None
         self.clock.advance_to(leg.end_s)
 
-    def halt(self, leg: Leg) -> None:
+    def halt(self, leg: TimedMove) -> None:
         """The leg is broken off now; a probe that is still deflected springs back to the contact."""
         here, contact = leg.at(self.clock.now_s), self._contact_mm
         if contact is not None and float((here - contact) @ (leg.start_mm - contact)) > 0.0:
@@ -260,7 +260,7 @@ class LiveCmm:
         self.position_mm, self._contact_mm = from_mm, None
         return found
 
-    def search(self, start_mm: Array, end_mm: Array, speed_mm_s: float) -> tuple[Leg, Touch | None]:
+    def search(self, start_mm: Array, end_mm: Array, speed_mm_s: float) -> tuple[TimedMove, Touch | None]:
         """The search from here: its leg, and the touch that ends it. Without one the leg has the error.
 
         Beyond the travel there is no search: it ends at the limit, with error 2500 where nothing was met before.

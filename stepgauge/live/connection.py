@@ -71,7 +71,7 @@ class Address:
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
 
-class Spy:
+class SessionLog:
     """Writes down every line of both sides with the time of day, in the form that ``stepgauge import`` reads."""
 
     def __init__(self, path: str | Path, comments: dict[str, str]) -> None:
@@ -102,7 +102,7 @@ class Connection:
     def __init__(
         self,
         address: Address,
-        spy: Spy | None = None,
+        spy: SessionLog | None = None,
         stop: Callable[[], bool] | None = None,
         silence_s: float = SILENCE_S,
     ) -> None:

@@ -36,7 +36,7 @@ HOMING_S = 300.0
 
 
 @dataclass(frozen=True)
-class Wishes:
+class ControllerOptions:
     """How to measure: ``tool``: what the server calls the probe; ``home``: the machine may home itself."""
 
     tool: str = DIALECTS["ippdme"].tool
@@ -62,7 +62,7 @@ class Link(Protocol):
     def simulated(self) -> bool:
         """Whether the machine is a virtual one, as it tells by itself; known once it was prepared."""
 
-    def prepare(self, wishes: Wishes) -> None:
+    def prepare(self, wishes: ControllerOptions) -> None:
         """Be ready for the program, without a move but to home, where that is wished (:class:`InputError` if not)."""
 
     def position_mm(self) -> Array:
@@ -112,7 +112,7 @@ class Controller:
         self.simulated = False
         self._report: tuple[str, ...] = REPORTS[-1]
 
-    def prepare(self, wishes: Wishes) -> None:
+    def prepare(self, wishes: ControllerOptions) -> None:
         """Start a session, and set what the program states; nothing moves but to home, where that is wished.
 
         :class:`InputError` for a machine that is none for this, is not homed, or does not take a setting.
@@ -159,7 +159,7 @@ class Controller:
         if "CartCMM" not in said:
             raise refused(self, "the server is no Cartesian CMM", said or "nothing", "GetMachineClass(CartCMM)")
 
-    def _check_home(self, wishes: Wishes) -> None:
+    def _check_home(self, wishes: ControllerOptions) -> None:
         if any("IsHomed(1)" in line for line in self.connection.ask("IsHomed()")):
             return
         if not wishes.home:

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.ippdme.codes import DmeError
-from stepgauge.live.cmm import Leg, LiveCmm
+from stepgauge.live.cmm import LiveCmm, TimedMove
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
-from stepgauge.live.controller import Measured, Wishes
+from stepgauge.live.controller import ControllerOptions, Measured
 from stepgauge.motion.moves import ProbingSettings
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ class InProcess:
     def __init__(self, cmm: LiveCmm, settings: ProbingSettings, stop: Callable[[], bool] | None = None) -> None:
         self.cmm, self.settings, self._stop, self._heeds_stop = cmm, settings, stop or (lambda: False), True
 
-    def prepare(self, wishes: Wishes) -> None:
+    def prepare(self, wishes: ControllerOptions) -> None:
         """The clock runs; a virtual machine is homed."""
         self.cmm.homed = True
         self.cmm.clock.start()
@@ -73,7 +73,7 @@ class InProcess:
         """Where the tip touched last, by where the machine stands, shape ``(3,)``."""
         return self.cmm.position_mm + self.settings.retract_mm * approach
 
-    def _travel(self, leg: Leg) -> None:
+    def _travel(self, leg: TimedMove) -> None:
         if self._heeds_stop and self._stop():
             raise StopAskedError
         self.cmm.arrive(leg)

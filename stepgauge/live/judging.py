@@ -19,8 +19,8 @@ from stepgauge.importing.expected import LATERAL_MM, coordinates
 from stepgauge.importing.search_line import from_line, off_search_line
 from stepgauge.live.connection import FalseAnswerError
 from stepgauge.live.controller import Measured
-from stepgauge.live.job import Job
 from stepgauge.live.journal import Row
+from stepgauge.live.measuring_job import Job
 from stepgauge.machine.file import TIP_TOLERANCE_MM
 from stepgauge.recording import POSITION
 from stepgauge.recording.identity import RADIUS_MM, RADIUS_SHARE, WRONG_GAUGE_MM

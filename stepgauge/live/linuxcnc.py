@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError, naming
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
-from stepgauge.live.controller import SLOWER, Measured, Wishes, refused
+from stepgauge.live.controller import SLOWER, ControllerOptions, Measured, refused
 from stepgauge.motion.moves import ProbingSettings
 
 Array = NDArray[np.float64]
@@ -75,7 +75,7 @@ class LinuxCnc:
         except self._cnc.error as error:
             raise InputError(self.name, "no LinuxCNC runs on this computer", found=str(error)) from None
 
-    def prepare(self, wishes: Wishes) -> None:
+    def prepare(self, wishes: ControllerOptions) -> None:
         """Check that the machine is on, homed and idle, in millimetres and without offsets; then single blocks."""
         self._poll()
         now, cnc = self._status, self._cnc
@@ -95,7 +95,7 @@ class LinuxCnc:
         if offset > 1e-6:
             raise refused(self, "there is a work offset or a tool length", f"{offset:g} mm", "machine coordinates")
 
-    def _home(self, wishes: Wishes) -> None:
+    def _home(self, wishes: ControllerOptions) -> None:
         if not wishes.home:
             expected = naming("homing", words="a machine that is homed, or {}")
             raise refused(self, "the machine is not homed", "not homed", expected)

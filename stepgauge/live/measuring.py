@@ -24,11 +24,11 @@ from stepgauge.live.connection import (
     StopAskedError,
     UnaskedError,
 )
-from stepgauge.live.controller import Link, Measured, Wishes
-from stepgauge.live.job import Job
+from stepgauge.live.controller import ControllerOptions, Link, Measured
 from stepgauge.live.journal import Journal, Row
 from stepgauge.live.judging import Judge, check_touched
-from stepgauge.live.ways import HAND_MM, Ways
+from stepgauge.live.measuring_job import Job
+from stepgauge.live.safe_path import HAND_MM, SafePaths
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.simulated import SIMULATED
 
@@ -74,7 +74,7 @@ class _Run:
     job: Job
     link: Link
     journal: Journal
-    ways: Ways
+    ways: SafePaths
     progress: Progress
     offset_s: float = 0.0
     moved: bool = False
@@ -91,7 +91,7 @@ class _Run:
         """The first point that the journal has not, from 1; one more than there are where all are done."""
         return next((n for n in range(1, len(self.job) + 1) if n not in self.journal.rows), len(self.job) + 1)
 
-    def measure_all(self, wishes: Wishes) -> None:
+    def measure_all(self, wishes: ControllerOptions) -> None:
         """From the beginning of the session to its end."""
         self.link.prepare(wishes)
         self._set_clock()
@@ -246,14 +246,14 @@ def measure(
     link: Link,
     journal: Journal,
     *,
-    wishes: Wishes | None = None,
+    wishes: ControllerOptions | None = None,
     progress: Progress | None = None,
 ) -> Recording:
     """Measure a program through a link to a machine.
 
     Parameters
     ----------
-    job : the checked program, see :func:`stepgauge.live.job.make_job`
+    job : the checked program, see :func:`stepgauge.live.measuring_job.make_job`
     link : to the machine, used by nobody else: :class:`stepgauge.live.controller.Controller` over I++ DME, or LinuxCNC
     journal : new, or of the same measurement broken off before; gets every point
     wishes : tool and homing
@@ -273,10 +273,10 @@ def measure(
     InputError
         a server that is refused before it moves
     """
-    ways = Ways(job.machine, job.gauge, job.placement)
+    ways = SafePaths(job.machine, job.gauge, job.placement)
     run = _Run(job, link, journal, ways, progress or (lambda *_: None))
     try:
-        run.measure_all(wishes or Wishes())
+        run.measure_all(wishes or ControllerOptions())
     except (StopAskedError, KeyboardInterrupt) as asked:
         _after(run.abort_and_retreat if isinstance(asked, KeyboardInterrupt) else run.retreat)
         raise StoppedByPersonError(_so_far(run)) from None

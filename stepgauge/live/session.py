@@ -20,7 +20,7 @@ from stepgauge.ippdme.codes import DmeError
 from stepgauge.ippdme.commands import COMMANDS, check_command
 from stepgauge.ippdme.lines import NO_TAG, Command, parse_command
 from stepgauge.ippdme.values import Call
-from stepgauge.live.cmm import Leg
+from stepgauge.live.cmm import TimedMove
 from stepgauge.live.daemons import Daemon
 from stepgauge.live.faults import NUMBERS, EventTable
 from stepgauge.live.machine_state import MachineState
@@ -254,7 +254,7 @@ class Session:
             self._tags.discard(head.command.tag)
             self.send(f"{head.command.tag} %")
 
-    async def travel(self, leg: Leg) -> None:
+    async def travel(self, leg: TimedMove) -> None:
         """Make a move: wait until it is done, tell the daemons, and raise the error that ended it."""
         if leg.end_s > leg.begin_s:
             try:
@@ -269,7 +269,7 @@ class Session:
         if leg.error is not None:
             raise leg.error
 
-    async def _wait(self, leg: Leg) -> None:
+    async def _wait(self, leg: TimedMove) -> None:
         while (left_s := self.clock.real_s_until(leg.end_s)) > 0.0 and not self._stopped.is_set():
             self._tell_daemons(leg)
             slice_s, own_s = SLICE_S if self.daemons else left_s, self._own_after_s(moving=True)
@@ -279,7 +279,7 @@ class Session:
         if self._stopped.is_set():
             raise DmeError(6)
 
-    def _tell_daemons(self, leg: Leg) -> None:
+    def _tell_daemons(self, leg: TimedMove) -> None:
         for tag, daemon in self.daemons.items():
             text = daemon.report(self.state, leg.at(self.clock.now_s))
             if text is not None:

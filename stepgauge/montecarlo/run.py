@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from stepgauge import __version__
 from stepgauge.errors import InputError, naming
+from stepgauge.executors.processes import Processes
+from stepgauge.executors.run import run
 from stepgauge.montecarlo.model import Model
 from stepgauge.montecarlo.store import open_store
 from stepgauge.montecarlo.summary import Summary, summarise
-from stepgauge.work.processes import Processes
-from stepgauge.work.run import run
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]

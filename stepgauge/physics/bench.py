@@ -22,7 +22,7 @@ ContactFrom = Literal["signal", "tip"]
 _LINE_FROM, _LINE_TO = 0.1, 0.9
 
 
-class Push(NamedTuple):
+class BenchStroke(NamedTuple):
     """One push and return, as arrays of m samples.
 
     ``rod_mm`` grating reading, growing towards the probe; ``tip_mm`` laser reading of the tip; ``contact`` and
@@ -98,7 +98,7 @@ class Anisotropy:
     mean_pretravel_um: float
 
 
-def find_events(push: Push, contact_from: ContactFrom = "signal") -> Events:
+def find_events(push: BenchStroke, contact_from: ContactFrom = "signal") -> Events:
     """r0, r1, r2, r3 of one push (Ren Fig 4).
 
     Parameters
@@ -174,7 +174,7 @@ def _between(values: Array, index: int) -> float:
     return float(values[index - 1] + values[index]) / 2.0
 
 
-def _departure(push: Push, part: slice) -> tuple[float, float]:
+def _departure(push: BenchStroke, part: slice) -> tuple[float, float]:
     """Rod position and time at which the line of the moving tip meets the tip at rest, on one flank of the push."""
     rod, tip, time = push.rod_mm[part], push.tip_mm[part], push.time_s[part]
     low, stroke = float(tip.min()), float(np.ptp(tip))

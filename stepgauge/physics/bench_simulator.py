@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stepgauge.physics.bench import Push
+from stepgauge.physics.bench import BenchStroke
 
 Array = NDArray[np.float64]
 
@@ -62,7 +62,7 @@ class Probe:
     zero_noise_um: float = 0.0
 
 
-def simulate_push(probe: Probe, bench: Bench, rng: np.random.Generator) -> Push:
+def simulate_push(probe: Probe, bench: Bench, rng: np.random.Generator) -> BenchStroke:
     """One push and return of the rod.
 
     Raises ``ValueError`` where the probe could not trigger or the tip could not return: pre-travel, speed,
@@ -82,12 +82,12 @@ def simulate_push(probe: Probe, bench: Bench, rng: np.random.Generator) -> Push:
     tip = _tip(rod, going, touching, (touch_mm, release_mm), share)
     grating = 1e-3 * bench.grating_noise_um * rng.standard_normal(len(time))
     laser = 1e-3 * bench.laser_noise_um * rng.standard_normal(len(time))
-    return Push(time, rod + grating, tip + laser, ~touching, ~triggered)
+    return BenchStroke(time, rod + grating, tip + laser, ~touching, ~triggered)
 
 
 def simulate_directions(
     directions_deg: ArrayLike, probes: Sequence[Probe], repeats: int, bench: Bench, rng: np.random.Generator
-) -> list[tuple[float, Push]]:
+) -> list[tuple[float, BenchStroke]]:
     """``repeats`` pushes in each direction, (direction, push), one :class:`Probe` per direction."""
     pairs = zip(np.atleast_1d(np.asarray(directions_deg, dtype=float)), probes, strict=True)
     return [(float(angle), simulate_push(probe, bench, rng)) for angle, probe in pairs for _ in range(repeats)]

@@ -26,7 +26,7 @@ _FIRST = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0
 _SECOND = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12.0
 
 
-class Jet(NamedTuple):
+class SurfaceDerivatives(NamedTuple):
     """A surface point (..., 3) in mm and its partial derivatives in mm per unit of the parameters."""
 
     point: Array
@@ -44,15 +44,15 @@ class Surface:
     Parameters
     ----------
     name : what it is, for messages
-    jet : (u, v) -> :class:`Jet`; u and v are arrays of one shape
+    jet : (u, v) -> :class:`SurfaceDerivatives`; u and v are arrays of one shape
     outward : +1 where r_u x r_v points out of the material, -1 where it points into it
     """
 
     name: str
-    jet: Callable[[Array, Array], Jet]
+    jet: Callable[[Array, Array], SurfaceDerivatives]
     outward: int = 1
 
-    def at(self, u: ArrayLike, v: ArrayLike) -> Jet:
+    def at(self, u: ArrayLike, v: ArrayLike) -> SurfaceDerivatives:
         """The jet at parameters ``u``, ``v`` (broadcast together)."""
         u_array, v_array = np.broadcast_arrays(np.asarray(u, dtype=float), np.asarray(v, dtype=float))
         return self.jet(u_array, v_array)
@@ -80,7 +80,7 @@ class Surface:
         return np.stack([mean - spread, mean + spread], axis=-1)
 
 
-def unit_normal(jet: Jet, outward: int, name: str = "surface") -> Array:
+def unit_normal(jet: SurfaceDerivatives, outward: int, name: str = "surface") -> Array:
     """Unit normal of a jet, shape (..., 3); ``ValueError`` where the parametrisation is singular."""
     cross = outward * np.cross(jet.du, jet.dv)
     length = np.linalg.norm(cross, axis=-1, keepdims=True)
@@ -90,7 +90,7 @@ def unit_normal(jet: Jet, outward: int, name: str = "surface") -> Array:
     return cross / length
 
 
-def fundamental_forms(jet: Jet, normal: Array) -> tuple[Array, Array]:
+def fundamental_forms(jet: SurfaceDerivatives, normal: Array) -> tuple[Array, Array]:
     """First and second fundamental form, shape (..., 2, 2) each."""
     first = np.stack([_dots(jet.du, jet.du, jet.dv), _dots(jet.dv, jet.du, jet.dv)], axis=-2)
     second = np.stack([_dots(normal, jet.duu, jet.duv), _dots(normal, jet.duv, jet.dvv)], axis=-2)
@@ -110,10 +110,12 @@ def plane(origin_mm: Sequence[float] = (0.0, 0.0, 0.0), normal: Sequence[float] 
     second = np.cross(n, first)
     origin = np.asarray(origin_mm, dtype=float)
 
-    def jet(u: Array, v: Array) -> Jet:
+    def jet(u: Array, v: Array) -> SurfaceDerivatives:
         """Constant tangents; all second derivatives are zero."""
         flat = np.zeros((*u.shape, 3))
-        return Jet(origin + u[..., None] * first + v[..., None] * second, flat + first, flat + second, flat, flat, flat)
+        return SurfaceDerivatives(
+            origin + u[..., None] * first + v[..., None] * second, flat + first, flat + second, flat, flat, flat
+        )
 
     return Surface("plane", jet)
 
@@ -126,7 +128,7 @@ def ellipsoid(a_mm: float, b_mm: float, c_mm: float) -> Surface:
     """
     axes = np.array([a_mm, b_mm, c_mm], dtype=float)
 
-    def jet(u: Array, v: Array) -> Jet:
+    def jet(u: Array, v: Array) -> SurfaceDerivatives:
         """Products of sines and cosines of u and v, times the semi-axes."""
         cu, su, cv, sv, zero = np.cos(u), np.sin(u), np.cos(v), np.sin(v), np.zeros_like(u)
         rows = (
@@ -137,7 +139,7 @@ def ellipsoid(a_mm: float, b_mm: float, c_mm: float) -> Surface:
             (-su * cv, cu * cv, zero),
             (-cu * sv, -su * sv, -cv),
         )
-        return Jet(*(axes * np.stack(row, axis=-1) for row in rows))
+        return SurfaceDerivatives(*(axes * np.stack(row, axis=-1) for row in rows))
 
     return Surface("ellipsoid", jet, outward=-1)
 
@@ -150,11 +152,11 @@ def sphere(radius_mm: float) -> Surface:
 def cylinder(radius_mm: float) -> Surface:
     """A shaft about the z axis, r = (R cos u, R sin u, v); turn ``outward`` for a bore with :func:`inside_out`."""
 
-    def jet(u: Array, v: Array) -> Jet:
+    def jet(u: Array, v: Array) -> SurfaceDerivatives:
         """A circle in u, a straight line in v."""
         cu, su, zero = radius_mm * np.cos(u), radius_mm * np.sin(u), np.zeros_like(u)
         flat, along = np.stack([zero] * 3, axis=-1), np.stack([zero, zero, zero + 1.0], axis=-1)
-        return Jet(
+        return SurfaceDerivatives(
             np.stack([cu, su, v], axis=-1),
             np.stack([-su, cu, zero], axis=-1),
             along,
@@ -172,11 +174,11 @@ def paraboloid(a_mm: float, b_mm: float) -> Surface:
     The curvature at its top is 2 b / a^2; a negative ``b_mm`` gives a hollow.
     """
 
-    def jet(u: Array, v: Array) -> Jet:
+    def jet(u: Array, v: Array) -> SurfaceDerivatives:
         """Parabolas in u and in v; the second derivatives are constant."""
         zero, one = np.zeros_like(u), np.ones_like(u)
         flat, down = np.stack([zero] * 3, axis=-1), np.stack([zero, zero, -2.0 * b_mm * one], axis=-1)
-        return Jet(
+        return SurfaceDerivatives(
             np.stack([a_mm * u, a_mm * v, -b_mm * (u**2 + v**2)], axis=-1),
             np.stack([a_mm * one, zero, -2.0 * b_mm * u], axis=-1),
             np.stack([zero, a_mm * one, -2.0 * b_mm * v], axis=-1),
@@ -200,14 +202,16 @@ def from_function(function: PointFunction, step: float = 1e-3, outward: int = 1,
     """
     moves = step * _OFFSETS
 
-    def jet(u: Array, v: Array) -> Jet:
+    def jet(u: Array, v: Array) -> SurfaceDerivatives:
         """Differences on a 5 x 5 grid about each place."""
         grid_u, grid_v = u[..., None, None] + moves[:, None], v[..., None, None] + moves
         points = np.asarray(function(*np.broadcast_arrays(grid_u, grid_v)), dtype=float)
         along_u, along_v = points[..., :, 2, :], points[..., 2, :, :]
         first, second = _FIRST / step, _SECOND / step**2
         mixed = np.einsum("i,j,...ijk->...k", first, first, points)
-        return Jet(points[..., 2, 2, :], first @ along_u, first @ along_v, second @ along_u, mixed, second @ along_v)
+        return SurfaceDerivatives(
+            points[..., 2, 2, :], first @ along_u, first @ along_v, second @ along_u, mixed, second @ along_v
+        )
 
     return Surface(name, jet, outward)
 
@@ -224,10 +228,10 @@ def transformed(
         raise ValueError("rotation must be a proper 3 x 3 rotation matrix")
     shift = np.asarray(translation_mm, dtype=float)
 
-    def jet(u: Array, v: Array) -> Jet:
+    def jet(u: Array, v: Array) -> SurfaceDerivatives:
         """The jet of ``surface``: rotated, and the point also moved."""
         point, *derivatives = (part @ turn.T for part in surface.jet(u, v))
-        return Jet(point + shift, *derivatives)
+        return SurfaceDerivatives(point + shift, *derivatives)
 
     return Surface(surface.name, jet, surface.outward)
 

@@ -14,10 +14,10 @@ from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_json, write_text
 from stepgauge.physics.bench import (
     Anisotropy,
+    BenchStroke,
     ContactFrom,
     DirectionResult,
     Events,
-    Push,
     anisotropy,
     find_events,
     summarise,
@@ -60,7 +60,7 @@ def evaluate_bench(pushes: Sequence[BenchSeries], contact_from: ContactFrom = "s
 
 def _events(series: BenchSeries, contact_from: ContactFrom) -> Events:
     channels = series.channels
-    push = Push(
+    push = BenchStroke(
         channels["time_s"], channels["rod_mm"], channels["tip_mm"], channels["contact"] > 0.5, channels["trigger"] > 0.5
     )
     try:

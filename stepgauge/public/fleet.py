@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stepgauge.errors import InputError, naming
+from stepgauge.executors.choice import engine_of
 from stepgauge.verbs.inputs import File, at_least, one_of, several
-from stepgauge.work.engines import engine_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from stepgauge.fleet.crossed.answer import FleetInference
-    from stepgauge.fleet.crossed.watching import FleetWatch
+    from stepgauge.fleet.hierarchical.answer import FleetInference
+    from stepgauge.fleet.hierarchical.watching import FleetWatch
 
 Progress = Callable[[int, int], None]
 
@@ -249,7 +249,7 @@ def infer_fleet(
     InputError
         no store, or no recording in it that can be used
     """
-    from stepgauge.fleet.crossed.stored import infer_store
+    from stepgauge.fleet.hierarchical.stored import infer_store
 
     return infer_store(store, engine_of(jobs, scheduler, memory_MB), progress)
 
@@ -286,7 +286,7 @@ def watch_fleet(
     InputError
         no store, no recording in it that can be used, or a limit of something that is not watched
     """
-    from stepgauge.fleet.crossed.watching import LIMITS, FleetWatch
+    from stepgauge.fleet.hierarchical.watching import LIMITS, FleetWatch
     from stepgauge.fleet.past import history_entries
     from stepgauge.fleet.store import Fleet
 

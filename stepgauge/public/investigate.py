@@ -16,7 +16,7 @@ from stepgauge.verbs.inputs import File, as_gauge, as_machine_with, as_placement
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.result import Diagnosis
-    from stepgauge.investigation.deciding import Case
+    from stepgauge.investigation.decision import Case
     from stepgauge.investigation.stations import Station
 
 Box = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
@@ -91,9 +91,9 @@ def investigate(
         what is refused before the machine moves; an error of the machine or the loss of the connection, after which it
         can be resumed
     """
-    from stepgauge.investigation.deciding import Case
+    from stepgauge.investigation.decision import Case
+    from stepgauge.investigation.feasible_runs import Reach
     from stepgauge.investigation.loop import check_first
-    from stepgauge.investigation.reach import Reach
 
     _check(minutes, odds, hands_minutes, cycles)
     steps, cmm = as_gauge(gauge), as_machine_with(machine, styli)
@@ -120,7 +120,7 @@ def _check(minutes: float, odds: float, hands_minutes: float, cycles: int) -> No
 
 def _racked(machine: Machine, server: str | None) -> frozenset[int]:
     """Numbers of the styli that a server may change to by itself: they have a name there, the first one always."""
-    from stepgauge.live.linking import LINUXCNC
+    from stepgauge.live.addressing import LINUXCNC
 
     named = [number for number, one in enumerate(machine.styli, 2) if one.probe.tool]
     return frozenset([1, *named] if named and server not in (None, LINUXCNC) else [])
@@ -142,19 +142,19 @@ def _station(
     stop: Callable[[], bool] | None,
 ) -> Station:
     from stepgauge.investigation.stations import Served, Simulated
-    from stepgauge.live.controller import Wishes
+    from stepgauge.live.controller import ControllerOptions
     from stepgauge.live.faults import read_faults
 
     if server is None:
         return Simulated(case.machine, case.gauge, read_faults(faults) if faults else None, seed, stop=stop)
     if faults is not None:
         raise InputError(naming("faults"), "are those of the virtual CMM", expected="no server, or no faults")
-    return Served(server, case.machine, Wishes(tool, homing), stop)
+    return Served(server, case.machine, ControllerOptions(tool, homing), stop)
 
 
 def _head(case: Case, lies: Placement | None, server: str | None, faults: File | None, seed: int) -> dict[str, Any]:
     """What a journal is known again by."""
-    from stepgauge.investigation.reach import placement_json
+    from stepgauge.investigation.feasible_runs import placement_json
 
     reach = case.reach
     return {
@@ -193,10 +193,10 @@ def _gone_through(
 ) -> Diagnosis:
     from dataclasses import replace
 
+    from stepgauge.executors.journal import open_steps
     from stepgauge.investigation.loop import Investigation, check_first, final_diagnosis
     from stepgauge.investigation.running import Runner
     from stepgauge.investigation.story import write_story
-    from stepgauge.work.steps import open_steps
 
     steps = open_steps(folder, head, again)
     try:

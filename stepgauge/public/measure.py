@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.live.controller import Wishes
-from stepgauge.live.job import make_job
+from stepgauge.live.addressing import linked
+from stepgauge.live.controller import ControllerOptions
 from stepgauge.live.journal import resume as go_on
 from stepgauge.live.journal import start
-from stepgauge.live.linking import linked
 from stepgauge.live.measuring import Progress
 from stepgauge.live.measuring import measure as measure_job
+from stepgauge.live.measuring_job import make_job
 from stepgauge.machine.file import Machine
 from stepgauge.machine.virtual import probing_settings
 from stepgauge.programs import DIALECTS, read_program
@@ -107,6 +107,6 @@ def measure(
         if len(book.rows) == len(job):  # nothing is missing: no machine is needed
             return job.recording(book, {"server": server})
         with linked(server, moves.settings, cmm, spy=spy, stop=stop) as link:
-            return measure_job(job, link, book, wishes=Wishes(tool, homing), progress=progress)
+            return measure_job(job, link, book, wishes=ControllerOptions(tool, homing), progress=progress)
     finally:
         book.close()

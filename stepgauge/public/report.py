@@ -27,7 +27,7 @@ from stepgauge.verbs.inputs import File, of_kind, several
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.result import Diagnosis
-    from stepgauge.fleet.crossed.answer import FleetInference
+    from stepgauge.fleet.hierarchical.answer import FleetInference
     from stepgauge.recording import Recording
 
 SAID = ("number", "customer", "location", "operator", "remarks")
@@ -154,7 +154,7 @@ class _Asked:
 def _kind(result: object) -> str:
     if isinstance(result, File):
         return kind_of(result)
-    from stepgauge.fleet.crossed.answer import FleetInference
+    from stepgauge.fleet.hierarchical.answer import FleetInference
 
     kinds = {Evaluation: "evaluation", FleetInference: FLEET}
     return next((name for kind, name in kinds.items() if isinstance(result, kind)), "diagnosis")

@@ -7,7 +7,7 @@ from typing import Any
 
 from stepgauge.files.notation import clean, number
 from stepgauge.gauge.certified import Gauge
-from stepgauge.reports.certificate_file import Contact, Laboratory, Person
+from stepgauge.reports.certificate_file import Contact, Laboratory, ResponsiblePerson
 from stepgauge.reports.sections import Section
 from stepgauge.reports.statements import IN_FULL, ONLY_ITEMS, traceability, uncertainty_text
 from stepgauge.standards.budget_files import StoredBudget
@@ -163,7 +163,7 @@ def _persons(said: Laboratory) -> list[Row]:
     return rows if any(one.signs for one in said.persons) else [*rows, ("Authorised by", None)]
 
 
-def _person(one: Person) -> Row:
+def _person(one: ResponsiblePerson) -> Row:
     name = f"{one.name}, {one.role}" if one.role else one.name
     return ("Authorised by" if one.signs else "Took part", name)
 

@@ -116,7 +116,7 @@ class Item(Table):
     software: Text | None = Field(None, description="software or firmware with its release")
 
 
-class Person(Table):
+class ResponsiblePerson(Table):
     """A ``[[person]]`` table: who is responsible for the certificate."""
 
     name: Text = Field(description="name of the person")
@@ -174,7 +174,7 @@ class Laboratory:
     laboratory: Contact
     customer: Contact
     item: Item
-    persons: tuple[Person, ...]
+    persons: tuple[ResponsiblePerson, ...]
     method: Method
     conditions: Ambient
     statements: Statements
@@ -205,7 +205,7 @@ def read_laboratory(path: str | Path) -> Laboratory:
         raise InputError(path, "persons are an array of tables", found="[person]", expected="[[person]]")
     tables = {name: check_table(model, data.get(name, {}), path, name) for name, model in _TABLES.items()}
     _check_past(tables["certificate"], path)
-    people = tuple(check_table(Person, one, path, f"person[{i}]") for i, one in enumerate(persons, 1))
+    people = tuple(check_table(ResponsiblePerson, one, path, f"person[{i}]") for i, one in enumerate(persons, 1))
     return Laboratory(**tables, persons=people, path=str(path))  # type: ignore[arg-type]
 
 

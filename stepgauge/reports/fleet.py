@@ -9,7 +9,7 @@ from typing import Any
 
 from stepgauge.files.notation import counted, rounded
 from stepgauge.files.text import read_result
-from stepgauge.fleet.crossed.answer import WORDS, began, owner_of, words_of
+from stepgauge.fleet.hierarchical.answer import WORDS, began, owner_of, words_of
 from stepgauge.recording.simulated import SIMULATED_WARNING
 from stepgauge.reports.blocks import Block, bullets, figure, heading, part, table, words
 from stepgauge.reports.content import figure_svg

@@ -21,7 +21,7 @@ from stepgauge.web.asked import Asked, asked_of, parse_asked
 
 if TYPE_CHECKING:
     from stepgauge.evaluation.evaluate import Evaluation
-    from stepgauge.live.job import Job
+    from stepgauge.live.measuring_job import Job
     from stepgauge.planning.planned import Plan
     from stepgauge.recording import Recording
 
@@ -148,7 +148,7 @@ def _program(asked: Asked) -> str | Plan:
 def _job(asked: Asked, program: str | Plan) -> Job:
     """What the points of the journal mean."""
     import stepgauge as sg
-    from stepgauge.live.job import make_job
+    from stepgauge.live.measuring_job import make_job
     from stepgauge.machine.virtual import probing_settings
     from stepgauge.programs import read_program
 

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 
 from stepgauge.cli import main
-from stepgauge.dcc.gauge_read import Wanted, import_gauge, write_gauge
+from stepgauge.dcc.gauge_read import StatedGauge, import_gauge, write_gauge
 from stepgauge.dcc.gauge_write import gauge_certificate
 from stepgauge.dcc.xml import parse_xml, validate
 from stepgauge.errors import InputError
@@ -212,7 +212,7 @@ def foreign(text: str) -> str:
 
 
 POSITION_UNIT = r"(basic_measuredValue.*?<si:unitXMLList>)[^<]*"
-STATED = Wanted(
+STATED = StatedGauge(
     material="steel",
     expansion_per_K=11.5e-6,
     expansion_uncertainty_per_K=0.5e-6,
@@ -242,10 +242,10 @@ def test_two_candidates_are_an_error_and_can_be_told_apart(tmp_path: Path) -> No
     path = put(tmp_path, twice)
     with pytest.raises(InputError, match="several lists could be the positions; found 2 of 4 lists"):
         import_gauge(path)
-    gauge = write_gauge(tmp_path / "g.toml", import_gauge(path, Wanted(positions="As found")))
+    gauge = write_gauge(tmp_path / "g.toml", import_gauge(path, StatedGauge(positions="As found")))
     assert apart_nm(gauge, shipped()[0]) < 0.51
     with pytest.raises(InputError, match=r"positions: no single list 'Other'; expected 'As found'"):
-        import_gauge(path, Wanted(positions="Other"))
+        import_gauge(path, StatedGauge(positions="Other"))
 
 
 def test_without_nominal_positions_whole_mm_are_taken_and_said(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stepgauge.cli import main
-from stepgauge.dcc.gauge_read import Wanted, import_gauge, write_gauge
+from stepgauge.dcc.gauge_read import StatedGauge, import_gauge, write_gauge
 from stepgauge.errors import InputError
 from tests.dcc.test_gauge_certificate import apart_nm, put, row, swap
 from tests.measured import shipped
@@ -58,7 +58,7 @@ def test_a_sign_that_contradicts_itself_is_asked_for(
     path = put(tmp_path, deviations(name, sign, kind))
     with pytest.raises(InputError, match=r"contradict.* expected deviations measured-nominal or nominal-measured"):
         import_gauge(path)
-    gauge = write_gauge(tmp_path / "g.toml", import_gauge(path, Wanted(deviations=asked)))
+    gauge = write_gauge(tmp_path / "g.toml", import_gauge(path, StatedGauge(deviations=asked)))
     assert apart_nm(gauge, shipped()[0]) < 0.51
 
 

@@ -7,8 +7,8 @@ from functools import cache
 
 import numpy as np
 
-from stepgauge.fleet.crossed.statistics import PlacementStatistics
-from stepgauge.fleet.crossed.visits import Visit
+from stepgauge.fleet.hierarchical.statistics import PlacementStatistics
+from stepgauge.fleet.hierarchical.visits import Visit
 from stepgauge.gauge.certified import Gauge, read_gauge
 
 AXES = {"x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0])}

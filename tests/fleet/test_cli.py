@@ -18,15 +18,15 @@ from stepgauge.diagnosis.forms.formula import model_unknown
 from stepgauge.diagnosis.output.files import Inputs, told_to_dict
 from stepgauge.errors import InputError, PartlyDoneError
 from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.executors.dask import Dask
+from stepgauge.executors.processes import InProcess
+from stepgauge.executors.run import run
 from stepgauge.fleet.query import query
 from stepgauge.fleet.results import tables_of
 from stepgauge.fleet.store import Fleet
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import make_placement, write_placement
 from stepgauge.recording import join_recordings, read_recording, write_recording
-from stepgauge.work.dask import Dask
-from stepgauge.work.processes import InProcess
-from stepgauge.work.run import run
 from tests.build import heed_interrupts
 from tests.fleet.made import GAUGE, make_recording
 from tests.fleet.test_work import TASKS, solved

@@ -13,14 +13,14 @@ from pypdf import PdfReader
 from scipy import sparse
 
 import stepgauge as sg
-from stepgauge.fleet.crossed.answer import FleetInference, owner_of, words_of
-from stepgauge.fleet.crossed.background import Background, Term
-from stepgauge.fleet.crossed.infer import infer
-from stepgauge.fleet.crossed.priors import fleet_priors
-from stepgauge.fleet.crossed.result import Found, named
-from stepgauge.fleet.crossed.single_effects import single_effect
-from stepgauge.fleet.crossed.statistics import placement_statistics
-from stepgauge.fleet.crossed.visits import Visit
+from stepgauge.fleet.hierarchical.answer import FleetInference, owner_of, words_of
+from stepgauge.fleet.hierarchical.background import Background, Term
+from stepgauge.fleet.hierarchical.infer import infer
+from stepgauge.fleet.hierarchical.priors import fleet_priors
+from stepgauge.fleet.hierarchical.result import NamedCause, named
+from stepgauge.fleet.hierarchical.single_effects import single_effect
+from stepgauge.fleet.hierarchical.statistics import placement_statistics
+from stepgauge.fleet.hierarchical.visits import Visit
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import read_machine
 from stepgauge.recording import Recording
@@ -123,7 +123,7 @@ def _wrong(own: Gauge, name: str, machine: str, axis: str, day: float) -> np.nda
     return np.asarray(um + 2.0 * block)
 
 
-def _said(visits: list[Visit], gauges: dict[str, Gauge]) -> dict[tuple[str, str, str], Found]:
+def _said(visits: list[Visit], gauges: dict[str, Gauge]) -> dict[tuple[str, str, str], NamedCause]:
     return {(one.owner, one.kind, one.where): one for one in infer(visits, gauges).causes}
 
 
@@ -191,7 +191,9 @@ def test_a_confounded_pair_stays_a_set_until_a_recording_crosses_it(tmp_path: Pa
 
 def test_named_causes_keep_the_expected_share_of_false_ones() -> None:
     rng = np.random.default_rng(10)
-    some = [Found("machine", f"M{k}", "scale", "x", "always", None, 1.0, 0.1, p) for k, p in enumerate(rng.random(200))]
+    some = [
+        NamedCause("machine", f"M{k}", "scale", "x", "always", None, 1.0, 0.1, p) for k, p in enumerate(rng.random(200))
+    ]
     kept = named(some, fleet_priors())
     assert np.mean([1.0 - one.probability for one in kept]) <= fleet_priors().decision.false_share
     left = max(one.probability for one in some if one not in kept)

@@ -16,7 +16,8 @@ import pytest
 import stepgauge as sg
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import UM
-from stepgauge.fleet.batches import Batch, Kept, opened
+from stepgauge.executors.processes import InProcess, Processes
+from stepgauge.fleet.batches import Batch, StoredBatch, opened
 from stepgauge.fleet.budgeting import budget_fleet
 from stepgauge.fleet.content import recording_key
 from stepgauge.fleet.diagnosing import diagnose_fleet
@@ -27,7 +28,6 @@ from stepgauge.montecarlo import ModelOptions
 from stepgauge.recording import Recording, read_recording, write_recording
 from stepgauge.standards.budget_files import COLUMNS
 from stepgauge.standards.budgeting import Choice
-from stepgauge.work.processes import InProcess, Processes
 from tests.fleet.made import make_entry, make_fleet
 
 OPTIONS = {"blocks": None, "r_eff_origin": "first"}
@@ -123,14 +123,14 @@ from stepgauge.fleet import diagnosing
 from stepgauge.fleet.store import Fleet
 from stepgauge.standards.budget_files import COLUMNS
 from stepgauge.standards.budgeting import Choice
-from stepgauge.work.processes import InProcess
+from stepgauge.executors.processes import InProcess
 from tests.fleet.test_evaluating import quick
 diagnosing.diagnose_batch = quick
 diagnosing.diagnose_fleet(Fleet(sys.argv[1]), InProcess(), progress=lambda done, total: print(done, flush=True))
 """
 
 
-def quick(batch: Kept, without: tuple[str, ...], priors: object) -> dict[str, Any]:
+def quick(batch: StoredBatch, without: tuple[str, ...], priors: object) -> dict[str, Any]:
     """Something in place of a diagnosis, which takes its time to the last digit."""
     time.sleep(0.05)
     (one,) = opened(batch).stored

@@ -15,13 +15,13 @@ import stepgauge as sg
 from stepgauge.cli import cli
 from stepgauge.cli.fleet.watch import LIMITS
 from stepgauge.figures.fleet import LABELS, NAMED, watch_figure
-from stepgauge.fleet.crossed.drifting import State, Wandering, beyond, due_day, follow
-from stepgauge.fleet.crossed.feed import Feed, feed_schema
-from stepgauge.fleet.crossed.infer import infer
-from stepgauge.fleet.crossed.spread import _expected
-from stepgauge.fleet.crossed.watch import Watched, watch
-from stepgauge.fleet.crossed.watching import LIMITS as WATCHED
-from stepgauge.fleet.crossed.watching import FleetWatch, machine_drifts
+from stepgauge.fleet.hierarchical.drifting import DriftPrior, DriftState, beyond, due_day, follow
+from stepgauge.fleet.hierarchical.feed import Feed, feed_schema
+from stepgauge.fleet.hierarchical.infer import infer
+from stepgauge.fleet.hierarchical.spread import _expected
+from stepgauge.fleet.hierarchical.watch import Watched, watch
+from stepgauge.fleet.hierarchical.watching import LIMITS as WATCHED
+from stepgauge.fleet.hierarchical.watching import FleetWatch, machine_drifts
 from stepgauge.gauge.certified import Gauge
 from stepgauge.history import judge, make_series
 from tests.fleet.crossed_made import crossed, fleet, gauge
@@ -35,7 +35,7 @@ def test_a_level_that_does_not_walk_is_a_regression_with_priors() -> None:
     day = np.sort(rng.uniform(0.0, 700.0, 12))
     shares, variance = rng.normal(size=(12, 1)), rng.uniform(0.1, 0.5, 12)
     value = rng.normal(size=12)
-    prior = Wandering(np.array([1.5]), np.array([0.7]), np.zeros(1), np.ones(1))
+    prior = DriftPrior(np.array([1.5]), np.array([0.7]), np.zeros(1), np.ones(1))
     states, density = follow(day, value, variance, shares, prior)
     years = (day - day[0]) / 365.25
     columns = shares * np.column_stack([np.ones(12), years])
@@ -52,7 +52,7 @@ def test_a_level_that_does_not_walk_is_a_regression_with_priors() -> None:
 def test_due_on_the_day_on_which_the_risk_is_reached() -> None:
     """A level of known rate and steady uncertainty u: due when limit - level - rate t = z u."""
     u, limit, rate, risk = 0.4, 5.0, 1.5, 0.05
-    state = State(1000.0, np.array([2.0]), np.array([rate]), np.diag([u**2, 0.0]))
+    state = DriftState(1000.0, np.array([2.0]), np.array([rate]), np.diag([u**2, 0.0]))
     expected = (limit - 2.0 - norm.isf(risk) * u) / rate * 365.25
     due = due_day(state, 0, 0.0, limit, risk, 3000.0)
     assert due == pytest.approx(1000.0 + expected, abs=1.0)

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from stepgauge.errors import InputError
-from stepgauge.work.dask import Dask
-from stepgauge.work.processes import InProcess, Processes
-from stepgauge.work.run import Outcome, run
-from stepgauge.work.steps import open_steps
-from stepgauge.work.task import Engine
+from stepgauge.executors.dask import Dask
+from stepgauge.executors.journal import open_steps
+from stepgauge.executors.processes import InProcess, Processes
+from stepgauge.executors.run import Outcome, run
+from stepgauge.executors.task import Engine
 
 TASKS = [(f"t{number}", number) for number in range(40)]
 
@@ -100,7 +100,7 @@ def test_what_the_journal_has_is_not_done_again(tmp_path: Path) -> None:
 
 
 def test_no_scheduler_is_told_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stepgauge.work.dask.CONNECT_S", 0.5)
+    monkeypatch.setattr("stepgauge.executors.dask.CONNECT_S", 0.5)
     with pytest.raises(InputError, match="no Dask"):
         list(run(solved, TASKS, Dask("tcp://127.0.0.1:9")))
     with pytest.raises(InputError, match="no address"):

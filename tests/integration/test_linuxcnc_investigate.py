@@ -16,21 +16,21 @@ from benchmarks.investigate_linuxcnc import (
     machine_file,
 )
 from stepgauge.diagnosis.runs import ExtraRun
+from stepgauge.executors.journal import open_steps
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import make_placement
-from stepgauge.investigation.deciding import Case
+from stepgauge.investigation.decision import Case
 from stepgauge.investigation.locating import LAID_MM
-from stepgauge.investigation.running import Made, Runner
-from stepgauge.live.controller import Wishes
+from stepgauge.investigation.running import CompletedRun, Runner
+from stepgauge.live.controller import ControllerOptions
 from stepgauge.recording import read_recording
-from stepgauge.work.steps import open_steps
 from tests.integration.test_linuxcnc import pytestmark  # noqa: F401
 
 SEED = 6
 LATE_UM = SPEED_MM_S * SERVO_PERIOD_NS * 1e-6
 
 
-def span_mm(made: Made) -> float:
+def span_mm(made: CompletedRun) -> float:
     """From block 1 to the last one along the located gauge, mean of fronts and backs, as indicated."""
     recording = read_recording(made.path)
     along = recording.position_mm @ made.lies.axis
@@ -50,7 +50,7 @@ def test_a_squareness_in_hal_shows_along_the_diagonal_and_not_along_y(tmp_path: 
         pipe.recv()
         case = Case(gauge, machine)
         steps = open_steps(tmp_path / "cause", {}, False)
-        runner = Runner(case, OnController("linuxcnc", machine, Wishes(), None, pipe), steps, lambda _: True)
+        runner = Runner(case, OnController("linuxcnc", machine, ControllerOptions(), None, pipe), steps, lambda _: True)
         along_y = runner.make(1, ExtraRun("along y", first, cycles=1, blocks=ends, wait_s=0.0, stays=True), first, 1)
         turned = runner.make(2, ExtraRun("diagonal", diagonal, cycles=1, blocks=ends), diagonal, 2)
         steps.close()

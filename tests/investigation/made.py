@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.effects import effect_kinds
+from stepgauge.executors.journal import open_steps
 from stepgauge.gauge.placement import Placement
-from stepgauge.investigation.deciding import Case
+from stepgauge.investigation.decision import Case
+from stepgauge.investigation.feasible_runs import Reach
 from stepgauge.investigation.loop import Investigation
-from stepgauge.investigation.reach import Reach
 from stepgauge.investigation.running import Runner
 from stepgauge.investigation.stations import Simulated, Station
-from stepgauge.work.steps import open_steps
 from tests.build import make_pose
 from tests.live.made import small_gauge, small_machine, with_effects
 

@@ -25,7 +25,7 @@ from benchmarks.investigate import (
 )
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.effects import make_effects
-from stepgauge.investigation.reach import placement_json
+from stepgauge.investigation.feasible_runs import placement_json
 from stepgauge.machine.file import read_machine
 from stepgauge.recording import Recording
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from stepgauge.errors import InputError
+from stepgauge.executors.journal import open_steps
 from stepgauge.investigation.running import Runner
 from stepgauge.investigation.stations import Served
-from stepgauge.live.controller import Wishes
-from stepgauge.work.steps import open_steps
+from stepgauge.live.controller import ControllerOptions
 from tests.build import make_points, make_pose
 from tests.investigation.made import small_case
 from tests.live.made import events, make_state, serving
@@ -35,7 +35,7 @@ def placed(folder: Path, port: int, told: list[str], again: bool = False) -> Any
     case = small_case()
     steps = open_steps(folder, {}, again)
     try:
-        station = Served(f"127.0.0.1:{port}", case.machine, Wishes(home=True))
+        station = Served(f"127.0.0.1:{port}", case.machine, ControllerOptions(home=True))
         return Runner(case, station, steps, lambda _: True).placed_by_hand(told.append)
     finally:
         steps.close()

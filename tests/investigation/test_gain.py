@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stepgauge.investigation.gain import Prediction, distances, entropy, information
+from stepgauge.investigation.information_gain import Prediction, distances, entropy, information
 
 NONE = np.zeros((0, 4))
 NEW = np.array([False, False, True, True])

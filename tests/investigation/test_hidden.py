@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stepgauge.investigation.hidden import Unseen
+from stepgauge.investigation.undetected import Unseen
 
 
 def overlap(s: float) -> float:

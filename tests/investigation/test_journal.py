@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from stepgauge.errors import InputError
+from stepgauge.executors.journal import open_steps
 from stepgauge.files.checksum import with_checksum
-from stepgauge.work.steps import open_steps
 
 
 def sealed(line: dict[str, Any]) -> bytes:

@@ -16,11 +16,11 @@ import tomli_w
 import stepgauge as sg
 from stepgauge.files.text import read_json, read_result
 from stepgauge.gauge.placement import Placement
-from stepgauge.investigation.reach import placement_of_json
+from stepgauge.investigation.feasible_runs import placement_of_json
 from stepgauge.investigation.stations import Served, Simulated, nearly
 from stepgauge.investigation.story import story_of
 from stepgauge.live.cmm import LiveCmm
-from stepgauge.live.controller import Link, Wishes
+from stepgauge.live.controller import ControllerOptions, Link
 from stepgauge.live.in_process import InProcess
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.reports.investigation import investigation_story
@@ -270,7 +270,7 @@ def test_it_measures_over_the_standard_interface(tmp_path: Path) -> None:
     case = small_case(**SHORT)
     state = make_state(None, with_effects(REVERSAL), case.machine, lies_along_y())
     with serving(state) as port:
-        place = Behind(f"127.0.0.1:{port}", case.machine, Wishes(home=True), None, state)
+        place = Behind(f"127.0.0.1:{port}", case.machine, ControllerOptions(home=True), None, state)
         with begun(tmp_path, place, Person(), case=case) as found:
             last = found.go_through()
     assert last["end"]["how"] == "cause"

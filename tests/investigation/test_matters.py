@@ -13,10 +13,10 @@ from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.runs import ExtraRun, lengthened
-from stepgauge.investigation.deciding import NOTHING, End, Learnt, Rated, decide
-from stepgauge.investigation.hidden import Unseen, unseen
+from stepgauge.investigation.decision import NOTHING, End, InvestigationState, Rated, decide
 from stepgauge.investigation.hypotheses import Hypothesis, Part
-from stepgauge.investigation.matters import Foresight, answers
+from stepgauge.investigation.relevance import Foresight, answers
+from stepgauge.investigation.undetected import Unseen, unseen
 from tests.diagnosis.made import ALONG_Y, gauge, machine, record
 from tests.investigation.made import lies_along_y, small_case
 
@@ -83,7 +83,7 @@ def learnt(settled: float, own: float, share_um: float, hidden: Unseen) -> Any:
     data = SimpleNamespace(without_origins=lambda um: um)
     diagnosis: Any = SimpleNamespace(verdict="effects", findings=findings, data=data)
     run = ExtraRun("the gauge as it lies, once more", lies_along_y(), stays=True)
-    return Learnt(diagnosis, (), (Rated(run, 2.0, 2.0, 0.02, (), hidden),), (), settled, 0.3)
+    return InvestigationState(diagnosis, (), (Rated(run, 2.0, 2.0, 0.02, (), hidden),), (), settled, 0.3)
 
 
 SHOWN = Unseen(("squareness",), np.array([1.0 / 60.0]), np.array([0.05]))

@@ -26,12 +26,12 @@ from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.effects import Probings, Setting, effect_kinds, make_effects, total_displacement_um
 from stepgauge.gauge.placement import make_placement
 from stepgauge.inference.problem import Law
-from stepgauge.investigation.deciding import Case
+from stepgauge.investigation.decision import Case
+from stepgauge.investigation.feasible_runs import Reach, possible_runs
 from stepgauge.investigation.locating import locating_settings
-from stepgauge.investigation.reach import Reach, possible_runs
 from stepgauge.investigation.stations import Served, Simulated
 from stepgauge.investigation.story import story_of
-from stepgauge.live.controller import Controller, Link, Wishes
+from stepgauge.live.controller import Controller, ControllerOptions, Link
 from stepgauge.machine.file import ChainTable, Machine
 from stepgauge.machine.styli import numbered, with_styli, with_stylus
 from stepgauge.machine.virtual import Conditions, run_program
@@ -288,7 +288,7 @@ def test_a_stylus_that_is_not_there_is_declined_like_any_run(tmp_path: Path) -> 
 def test_a_server_changes_to_a_stylus_that_it_knows_by_name(tmp_path: Path) -> None:
     machine, settings = both(), locating_settings(both())
     with serving(state := make_state(None, None, machine, lies_along_y())) as port:
-        place = Served(f"127.0.0.1:{port}", machine, Wishes(home=True))
+        place = Served(f"127.0.0.1:{port}", machine, ControllerOptions(home=True))
         case = replace(case_with(machine), reach=Reach(BOX, level=True, racked=frozenset([1, 2])))
         run = ExtraRun("", lies_along_y(), stylus=2, changed=True, kept=True)
         with begun(tmp_path, place, person := Person(), case=case) as found:

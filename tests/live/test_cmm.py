@@ -18,7 +18,7 @@ from stepgauge.live import cmm as live_cmm
 from stepgauge.live.clock import MachineClock
 from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.faults import read_faults
-from stepgauge.live.surroundings import Surroundings
+from stepgauge.live.obstacles import Surroundings
 from stepgauge.machine.virtual import run_program
 from stepgauge.motion.collision import make_obstacles, make_tool
 from stepgauge.motion.moves import Program

@@ -17,11 +17,11 @@ from stepgauge.errors import InputError
 from stepgauge.importing.ippdme import read
 from stepgauge.live.controller import Link, Measured
 from stepgauge.live.in_process import InProcess
-from stepgauge.live.job import Job, make_job
 from stepgauge.live.journal import Journal, resume, start
 from stepgauge.live.linuxcnc import LinuxCnc
 from stepgauge.live.machine_state import MachineState
 from stepgauge.live.measuring import MeasurementStoppedError, measure
+from stepgauge.live.measuring_job import Job, make_job
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
 from stepgauge.recording import read_recording

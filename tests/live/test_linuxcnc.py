@@ -13,7 +13,7 @@ import stepgauge as sg
 from stepgauge.errors import InputError
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
-from stepgauge.live.controller import Wishes
+from stepgauge.live.controller import ControllerOptions
 from stepgauge.live.linuxcnc import STATES, LinuxCnc
 from stepgauge.motion.moves import ProbingSettings
 from tests.live.made import lying, small_gauge, small_machine, small_program
@@ -88,7 +88,7 @@ def played(monkeypatch: pytest.MonkeyPatch) -> Played:
 
 def test_a_point_is_a_way_a_search_and_a_way_back(played: Played) -> None:
     cnc = LinuxCnc(SETTINGS)
-    cnc.prepare(Wishes())
+    cnc.prepare(ControllerOptions())
     found = cnc.probe(np.array([9.5, 1.0, 2.0]), np.array([1.0, 0.0, 0.0]), 1.0)
     assert found.position_mm == [8.0, 1.0, 2.0]
     assert found.radius_mm is None
@@ -123,13 +123,13 @@ def test_what_is_unsafe_is_refused_before_it_moves(played: Played, changed: dict
     for name, value in changed.items():
         setattr(played.now, name, value)
     with pytest.raises(InputError, match=wrong):
-        LinuxCnc(SETTINGS).prepare(Wishes())
+        LinuxCnc(SETTINGS).prepare(ControllerOptions())
     assert not [block for block in played.blocks if block.startswith("G1 ")]
 
 
 def test_it_homes_where_it_may(played: Played) -> None:
     played.now.homed = [0, 0, 0]
-    LinuxCnc(SETTINGS).prepare(Wishes(home=True))
+    LinuxCnc(SETTINGS).prepare(ControllerOptions(home=True))
     assert played.now.homed[:3] == [1, 1, 1]
 
 

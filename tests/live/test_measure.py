@@ -26,10 +26,9 @@ from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.importing import import_log
 from stepgauge.ippdme.codes import DmeError
-from stepgauge.live.connection import Address, Connection, ConnectionLostError, Spy, UnaskedError
-from stepgauge.live.controller import Controller, Wishes
+from stepgauge.live.connection import Address, Connection, ConnectionLostError, SessionLog, UnaskedError
+from stepgauge.live.controller import Controller, ControllerOptions
 from stepgauge.live.faults import NEVER_UNASKED, NUMBERS, Faults
-from stepgauge.live.job import Job, make_job
 from stepgauge.live.journal import journal_of, resume, start
 from stepgauge.live.machine_state import MachineState
 from stepgauge.live.measuring import (
@@ -39,6 +38,7 @@ from stepgauge.live.measuring import (
     StoppedByPersonError,
     measure,
 )
+from stepgauge.live.measuring_job import Job, make_job
 from stepgauge.machine.virtual import run_program
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
@@ -66,7 +66,7 @@ def run(job: Job, port: int, path: Path, again: bool = False, **more: Any) -> Re
     journal = (resume if again else start)(path, job.head())
     try:
         link = Controller(connection, job.program.settings, job.machine.longest_move_mm)
-        return measure(job, link, journal, wishes=more.pop("wishes", Wishes(home=True)), **more)
+        return measure(job, link, journal, wishes=more.pop("wishes", ControllerOptions(home=True)), **more)
     finally:
         journal.close()
         connection.close()
@@ -241,10 +241,18 @@ def test_a_stop_in_a_move_aborts_it_and_draws_back(tmp_path: Path) -> None:
     assert state.cmm.completed == 24
 
 
-REFUSED: dict[str, tuple[Callable[[MachineState], object], Wishes, str]] = {
-    "not homed": (lambda _: None, Wishes(), "the machine is not homed.*or homing"),
-    "slower": (lambda state: _limit(state, "PtMeasPar", 2.0), Wishes(home=True), "does not take Tool.PtMeasPar.Speed"),
-    "slow way": (lambda state: _limit(state, "GoToPar", 10.0), Wishes(home=True), "does not take Tool.GoToPar.Speed"),
+REFUSED: dict[str, tuple[Callable[[MachineState], object], ControllerOptions, str]] = {
+    "not homed": (lambda _: None, ControllerOptions(), "the machine is not homed.*or homing"),
+    "slower": (
+        lambda state: _limit(state, "PtMeasPar", 2.0),
+        ControllerOptions(home=True),
+        "does not take Tool.PtMeasPar.Speed",
+    ),
+    "slow way": (
+        lambda state: _limit(state, "GoToPar", 10.0),
+        ControllerOptions(home=True),
+        "does not take Tool.GoToPar.Speed",
+    ),
 }
 
 
@@ -265,7 +273,7 @@ def test_what_is_unsafe_is_refused_before_the_machine_moves(tmp_path: Path, case
 
 def test_a_tool_that_the_server_does_not_know(tmp_path: Path) -> None:
     with serving() as port, pytest.raises(MeasurementStoppedError, match=r"does not know the tool.*1502"):
-        run(make(), port, tmp_path / "j", wishes=Wishes("Chair", home=True))
+        run(make(), port, tmp_path / "j", wishes=ControllerOptions("Chair", home=True))
 
 
 def test_a_tip_that_is_another_one_is_refused_after_the_first_point(tmp_path: Path) -> None:
@@ -317,7 +325,7 @@ def test_speeds_and_travel_are_checked_again() -> None:
 def test_the_log_of_the_spy_is_imported_as_the_recording(tmp_path: Path) -> None:
     gauge, machine = small_gauge(), small_machine()
     with serving() as port:
-        spy = Spy(tmp_path / "spy.log", {"server": "here"})
+        spy = SessionLog(tmp_path / "spy.log", {"server": "here"})
         recording = run(make(), port, tmp_path / "j", spy=spy)
         spy.close()
     text = render(small_program(gauge, machine, CYCLES), DIALECTS["ippdme"])
@@ -409,7 +417,7 @@ def test_an_error_that_the_machine_says_between_commands_ends_in_one_line(tmp_pa
 def test_a_machine_that_is_moved_by_hand_stops_there_and_goes_on_by_a_safe_way(tmp_path: Path) -> None:
     table = {"after_points": 4}
     state = make_state(faults=events({"kind": "key_press", **table}, {"kind": "moved_by_hand", **table}))
-    spy = Spy(tmp_path / "spy.log", {})
+    spy = SessionLog(tmp_path / "spy.log", {})
     with serving(state) as port:
         with pytest.raises(MeasurementStoppedError, match=r"moved the machine by hand.*error 9001 .*4 of 8"):
             run(make(1), port, tmp_path / "j", spy=spy)

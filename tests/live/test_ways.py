@@ -1,4 +1,4 @@
-"""Ways between the measuring path and wherever the machine stands: clear of the gauge, or none."""
+"""SafePaths between the measuring path and wherever the machine stands: clear of the gauge, or none."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
-from stepgauge.live.ways import INSIDE_MM, Ways
+from stepgauge.live.safe_path import INSIDE_MM, SafePaths
 from tests.live.made import lying, small_gauge, small_machine, small_program
 
 GAUGE, MACHINE = small_gauge(), small_machine()
 LIES = lying(GAUGE)
-WAYS = Ways(MACHINE, GAUGE, LIES)
+WAYS = SafePaths(MACHINE, GAUGE, LIES)
 PROGRAM = small_program(GAUGE, MACHINE)
 PATH = list(PROGRAM.position_mm[~PROGRAM.is_measure])
 

@@ -55,9 +55,9 @@ def command(certificate: str, output: str, **options: Any) -> None:
     \b
     stepgauge dcc import-gauge gauge.xml --block-width 20 --block-height 15 -o my-gauge.toml
     """
-    from stepgauge.dcc.gauge_read import Wanted, import_gauge, write_gauge
+    from stepgauge.dcc.gauge_read import StatedGauge, import_gauge, write_gauge
 
-    found = import_gauge(certificate, Wanted(**options))
+    found = import_gauge(certificate, StatedGauge(**options))
     gauge = write_gauge(output, found)
     for line in found.report:
         say(line)

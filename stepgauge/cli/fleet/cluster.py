@@ -27,7 +27,7 @@ def command(workers: int, port: int, memory: float | None, idle: float | None) -
     stepgauge fleet cluster --workers 2 --idle 600 &
     stepgauge fleet evaluate fleet --scheduler /tmp/stepgauge-k3x9/cluster.json
     """
-    from stepgauge.work.dask import local_cluster, wait_until_idle
+    from stepgauge.executors.dask import local_cluster, wait_until_idle
 
     with local_cluster(workers, port, memory) as cluster:
         click.echo(cluster.file)

@@ -34,7 +34,7 @@ def command(store: str, output: str, **options: Any) -> None:
     stepgauge fleet infer fleet -o fleet.json
     stepgauge fleet infer fleet --jobs 2 -o fleet.html
     """
-    from stepgauge.fleet.crossed.answer import report_places
+    from stepgauge.fleet.hierarchical.answer import report_places
     from stepgauge.public.fleet import infer_fleet
 
     report_places(output)

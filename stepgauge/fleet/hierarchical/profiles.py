@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 
 from stepgauge.effects.scales import bump
-from stepgauge.fleet.crossed.causes import Cause, courses, growth, owners_of
-from stepgauge.fleet.crossed.priors import FleetPriors
-from stepgauge.fleet.crossed.visits import Crossing, Ladder
+from stepgauge.fleet.hierarchical.causes import Cause, courses, growth, owners_of
+from stepgauge.fleet.hierarchical.priors import FleetPriors
+from stepgauge.fleet.hierarchical.visits import Crossing, GaugeVisits
 
 Array = NDArray[np.float64]
 WIDTHS_MM = (12.5, 25.0, 50.0, 100.0)
@@ -38,7 +38,7 @@ FREE_UM = 5.0
 class GaugePatterns:
     """Causes of one gauge: patterns of its faces ``(f, c)``, each with every course of ``factor (k, n)``."""
 
-    ladder: Ladder
+    ladder: GaugeVisits
     patterns: Array
     factor: Array
     causes: list[Cause]
@@ -106,7 +106,7 @@ class ProfileCandidates:
     def __init__(
         self,
         fleet: Crossing,
-        ladders: Sequence[Ladder],
+        ladders: Sequence[GaugeVisits],
         priors: FleetPriors,
         dated: Sequence[tuple[str, str, float]] = (),
     ) -> None:
@@ -180,7 +180,7 @@ class ProfileCandidates:
         return np.maximum(found, 0.0)
 
 
-def _frames(ladder: Ladder) -> tuple[sparse.csr_matrix, Array]:
+def _frames(ladder: GaugeVisits) -> tuple[sparse.csr_matrix, Array]:
     """The visits' frames, orthonormal under their weights: ``(n f, 3 n)``, and weighted, face by face ``(f, 3 n)``."""
     root = np.linalg.cholesky(ladder.normal)
     count, faces = ladder.um.shape
@@ -192,7 +192,7 @@ def _frames(ladder: Ladder) -> tuple[sparse.csr_matrix, Array]:
     return frames, weighted
 
 
-def _of_gauge(fleet: Crossing, ladder: Ladder, priors: FleetPriors) -> Iterator[GaugePatterns]:
+def _of_gauge(fleet: Crossing, ladder: GaugeVisits, priors: FleetPriors) -> Iterator[GaugePatterns]:
     """Blocks that are off, always or since a day, and wear of the blocks from the first to some other."""
     name = _name(fleet, ladder)
     day, blocks = fleet.day[ladder.visits], ladder.gauge.n_blocks
@@ -206,7 +206,7 @@ def _of_gauge(fleet: Crossing, ladder: Ladder, priors: FleetPriors) -> Iterator[
 
 
 def _dated(
-    fleet: Crossing, ladder: Ladder, priors: FleetPriors, dated: Sequence[tuple[str, str, float]]
+    fleet: Crossing, ladder: GaugeVisits, priors: FleetPriors, dated: Sequence[tuple[str, str, float]]
 ) -> Iterator[GaugePatterns]:
     """Changes of some blocks on every day of a visit near the one that was found."""
     name, day = _name(fleet, ladder), fleet.day[ladder.visits]
@@ -220,7 +220,7 @@ def _dated(
         yield replace(one, log_odds=one.log_odds - np.log(ladder.gauge.n_blocks))
 
 
-def _name(fleet: Crossing, ladder: Ladder) -> str:
+def _name(fleet: Crossing, ladder: GaugeVisits) -> str:
     return fleet.names["gauge"][int(fleet.owner["gauge"][ladder.visits[0]])]
 
 
@@ -235,7 +235,7 @@ def _few(all_of: Iterator[tuple[str, float, Array, float]]) -> Iterator[tuple[st
 
 
 def _patterns(
-    ladder: Ladder,
+    ladder: GaugeVisits,
     name: str,
     kind: str,
     where: Sequence[str],
@@ -251,7 +251,7 @@ def _patterns(
 
 
 def _places(
-    fleet: Crossing, ladders: Sequence[Ladder], priors: FleetPriors
+    fleet: Crossing, ladders: Sequence[GaugeVisits], priors: FleetPriors
 ) -> tuple[sparse.csr_matrix, list[Cause], Array, Array]:
     """Columns ``(rows, places)`` of all places of all scales that any visit saw."""
     prior = priors.kinds["machine"]["local_scale"]
@@ -285,7 +285,7 @@ def _decoded(codes: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _seen_places(
-    fleet: Crossing, ladders: Sequence[Ladder], width: float, number: int
+    fleet: Crossing, ladders: Sequence[GaugeVisits], width: float, number: int
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.int64], Array]]:
     """Rows, codes of places, and displacements along the gauge."""
     first = 0

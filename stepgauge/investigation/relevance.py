@@ -17,8 +17,8 @@ from stepgauge.diagnosis.engine import Searched
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.runs import Lengthened
 from stepgauge.errors import InputError
-from stepgauge.investigation.gain import Prediction, distances
 from stepgauge.investigation.hypotheses import Hypothesis, Predicting
+from stepgauge.investigation.information_gain import Prediction, distances
 
 Array = NDArray[np.float64]
 Answer = tuple[frozenset[str], bool]

@@ -21,9 +21,9 @@ from typing import Any
 
 from stepgauge import __version__
 from stepgauge.errors import InputError
+from stepgauge.executors.task import Function, Reply, perform
 from stepgauge.files.children import safe_children
 from stepgauge.files.text import read_json
-from stepgauge.work.task import Function, Reply, perform
 
 CONNECT_S = 20.0
 CLOSE_S = 20.0

@@ -24,13 +24,13 @@ Array = NDArray[np.float64]
 READING_MM = 0.05
 """How far an indicated position may be off the true one, and how deep a ball at a face may seem to be in it."""
 INSIDE_MM = 1.0
-"""Ways across stay so far inside the travel, clear of the machine's limit switches."""
+"""SafePaths across stay so far inside the travel, clear of the machine's limit switches."""
 HAND_MM = 1e-3
 """Positions nearer than this are the same."""
 
 
-class Ways:
-    """Ways around a gauge. ``margin_mm``: least gap of every part of the tool, but where it begins."""
+class SafePaths:
+    """SafePaths around a gauge. ``margin_mm``: least gap of every part of the tool, but where it begins."""
 
     def __init__(self, machine: Machine, gauge: Gauge, placement: Placement, margin_mm: float = 0.5) -> None:
         self.margin_mm = margin_mm

@@ -8,16 +8,16 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.fleet.crossed import numbers
-from stepgauge.fleet.crossed.answer import FleetInference, Number
-from stepgauge.fleet.crossed.background import Background
-from stepgauge.fleet.crossed.causes import Cause, VisitCandidates
-from stepgauge.fleet.crossed.periodic import Periodic, find_periodic
-from stepgauge.fleet.crossed.priors import FleetPriors, fleet_priors
-from stepgauge.fleet.crossed.profiles import ProfileCandidates
-from stepgauge.fleet.crossed.result import Found, merged, named, told
-from stepgauge.fleet.crossed.single_effects import SingleEffect, find_effects
-from stepgauge.fleet.crossed.visits import Crossing, Ladder, Visit, by_ladder, make_crossing
+from stepgauge.fleet.hierarchical import numbers
+from stepgauge.fleet.hierarchical.answer import FleetInference, Number
+from stepgauge.fleet.hierarchical.background import Background
+from stepgauge.fleet.hierarchical.causes import Cause, VisitCandidates
+from stepgauge.fleet.hierarchical.periodic import Periodic, find_periodic
+from stepgauge.fleet.hierarchical.priors import FleetPriors, fleet_priors
+from stepgauge.fleet.hierarchical.profiles import ProfileCandidates
+from stepgauge.fleet.hierarchical.result import NamedCause, merged, named, told
+from stepgauge.fleet.hierarchical.single_effects import SingleEffect, find_effects
+from stepgauge.fleet.hierarchical.visits import Crossing, GaugeVisits, Visit, by_ladder, make_crossing
 from stepgauge.gauge.certified import Gauge
 
 Array = NDArray[np.float64]
@@ -69,7 +69,7 @@ def _looked_for(fleet: Crossing, causes: Sequence[Cause]) -> dict[tuple[str, str
     return {key: len(owners[key]) for key in sorted(owners)}
 
 
-def _with_shape(fleet: Crossing, priors: FleetPriors) -> list[Ladder]:
+def _with_shape(fleet: Crossing, priors: FleetPriors) -> list[GaugeVisits]:
     """The ladders with the scatter that the faces of a visit have beyond their readings, estimated over the fleet.
 
     From the middle half of all departures from the gauges' mean profiles, which causes at some faces do not move.
@@ -90,8 +90,8 @@ def _with_shape(fleet: Crossing, priors: FleetPriors) -> list[Ladder]:
 
 
 def _profiles(
-    fleet: Crossing, ladders: list[Ladder], flat: Array, priors: FleetPriors
-) -> tuple[list[Found], list[Periodic], Array, Sequence[Cause]]:
+    fleet: Crossing, ladders: list[GaugeVisits], flat: Array, priors: FleetPriors
+) -> tuple[list[NamedCause], list[Periodic], Array, Sequence[Cause]]:
     """Blocks, worn blocks, places of scales and periods, each with the others taken off, and what was tried."""
     candidates = ProfileCandidates(fleet, ladders, priors)
     mixture, stated = priors.sizes.mixture(), priors.decision.named
@@ -111,7 +111,7 @@ def _profiles(
     return found, periods, shapes + waves, candidates.causes
 
 
-def _by_visit(fleet: Crossing, ladders: Sequence[Ladder], flat: Array) -> Array:
+def _by_visit(fleet: Crossing, ladders: Sequence[GaugeVisits], flat: Array) -> Array:
     """How much of departures each visit shows, in standard deviations."""
     shown = np.zeros(len(fleet))
     for ladder, um in zip(ladders, by_ladder(ladders, flat), strict=True):
@@ -121,22 +121,22 @@ def _by_visit(fleet: Crossing, ladders: Sequence[Ladder], flat: Array) -> Array:
 
 def _as_told(
     effects: Sequence[SingleEffect], candidates: VisitCandidates, fleet: Crossing, priors: FleetPriors
-) -> list[Found]:
+) -> list[NamedCause]:
     root = np.sqrt(candidates.background.weight)
     return [told(one, candidates.causes, fleet, np.abs(one.fitted) * root, priors) for one in effects]
 
 
-def _period_told(one: Periodic) -> Found:
+def _period_told(one: Periodic) -> NamedCause:
     probability = 1.0 / (1.0 + float(np.exp(-min(one.log_factor, 700.0))))
     cause, mean = one.cause, float(np.mean(list(one.amplitude_um.values())))
     where = cause.where
     visits = tuple(one.visits.tolist())
-    return Found(
+    return NamedCause(
         cause.owner_kind, cause.owner, "periodic", where, "always", None, mean, one.u_um, probability, (), visits
     )
 
 
-def _slopes(fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: FleetPriors) -> Number:
+def _slopes(fleet: Crossing, ladders: list[GaugeVisits], um: list[Array], priors: FleetPriors) -> Number:
     """Causes that are a slope along the gauge."""
     unit = {
         key: share
@@ -159,7 +159,7 @@ def _slopes(fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: Fle
     return Number([*found, *halls], value, unit, background, candidates, effects, _scatter(background, "um/m"))
 
 
-def _sizes(fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: FleetPriors) -> Number:
+def _sizes(fleet: Crossing, ladders: list[GaugeVisits], um: list[Array], priors: FleetPriors) -> Number:
     """Causes that change the size of every block."""
     unit = {
         key: share for key, share in numbers.shares(fleet, numbers.machine_sizes(), numbers.SIZE).items() if share.any()
@@ -211,8 +211,8 @@ def _scatter(background: Background, unit: str) -> dict[str, float]:
 
 
 def _halls(
-    fleet: Crossing, left: Array, background: Background, known: Sequence[Found], priors: FleetPriors
-) -> list[Found]:
+    fleet: Crossing, left: Array, background: Background, known: Sequence[NamedCause], priors: FleetPriors
+) -> list[NamedCause]:
     """Halls whose days scatter more than thermometers do: the likelihood of their variance, over its prior."""
     found = []
     prior, sizes = priors.kinds["hall"]["temperature"], priors.sizes.mixture()
@@ -235,5 +235,5 @@ def _halls(
         size = float(np.sqrt(np.sum([estimated**2, *(one.size**2 for one in known if one.owner == hall)])))
         u, shown = size / np.sqrt(2.0 * days), np.abs(background.expected(term, left))
         visits = tuple(np.argsort(-shown, kind="stable")[: int((shown > 0.0).sum())].tolist())
-        found.append(Found("hall", hall, "temperature", "", "days", None, size, u, probability, (), visits))
+        found.append(NamedCause("hall", hall, "temperature", "", "days", None, size, u, probability, (), visits))
     return found

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from stepgauge.fleet.crossed.background import Background
-from stepgauge.fleet.crossed.priors import FleetPriors
+from stepgauge.fleet.hierarchical.background import Background
+from stepgauge.fleet.hierarchical.priors import FleetPriors
 
 Array = NDArray[np.float64]
 YEAR_DAYS = 365.25

@@ -16,10 +16,10 @@ from stepgauge.effects import Effect, along_approach_um
 from stepgauge.effects.geometry import Squareness
 from stepgauge.effects.reversal import ReversalError
 from stepgauge.effects.scales import ScaleError
-from stepgauge.fleet.crossed.background import Background, Term
-from stepgauge.fleet.crossed.causes import Cause, Columns, VisitCandidates, courses, growth, of_owner
-from stepgauge.fleet.crossed.priors import FleetPriors
-from stepgauge.fleet.crossed.visits import Crossing, Ladder
+from stepgauge.fleet.hierarchical.background import Background, Term
+from stepgauge.fleet.hierarchical.causes import Cause, Columns, VisitCandidates, courses, growth, of_owner
+from stepgauge.fleet.hierarchical.priors import FleetPriors
+from stepgauge.fleet.hierarchical.visits import Crossing, GaugeVisits
 
 Array = NDArray[np.float64]
 SLOPE, SIZE = 1, 2
@@ -53,7 +53,7 @@ def shares(fleet: Crossing, effects: dict[tuple[str, str], Effect], number: int)
     return {key: np.where(np.abs(share) > SEEN_SHARE, share, 0.0) for key, share in found.items()}
 
 
-def observed(fleet: Crossing, number: int, ladders: list[Ladder], um: list[Array]) -> tuple[Array, Array]:
+def observed(fleet: Crossing, number: int, ladders: list[GaugeVisits], um: list[Array]) -> tuple[Array, Array]:
     """One number of every visit and its variance, from departures by gauge ``(n, f)``."""
     value, variance = np.zeros(len(fleet)), np.zeros(len(fleet))
     for ladder, own in zip(ladders, um, strict=True):
@@ -62,7 +62,7 @@ def observed(fleet: Crossing, number: int, ladders: list[Ladder], um: list[Array
     return value, variance
 
 
-def certified_sd(ladder: Ladder, number: int) -> float:
+def certified_sd(ladder: GaugeVisits, number: int) -> float:
     """Standard uncertainty of a slope or size from the certificate alone.
 
     Where no correlation is stated, any is possible: errors that grow along the gauge, or differ from fronts to backs.

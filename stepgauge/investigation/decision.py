@@ -21,11 +21,11 @@ from stepgauge.diagnosis.runs import ExtraRun, lengthened
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.investigation.gain import information
-from stepgauge.investigation.hidden import Unseen, unseen
+from stepgauge.investigation.feasible_runs import Costed, Reach, directions, possible_runs, run_json, with_minutes
 from stepgauge.investigation.hypotheses import Hypothesis, hypotheses
-from stepgauge.investigation.matters import Foreseen, Foresight, foresee
-from stepgauge.investigation.reach import Costed, Reach, directions, possible_runs, run_json, with_minutes
+from stepgauge.investigation.information_gain import information
+from stepgauge.investigation.relevance import Foreseen, Foresight, foresee
+from stepgauge.investigation.undetected import Unseen, unseen
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
 
@@ -95,7 +95,7 @@ class Rated:
 
 
 @dataclass(frozen=True)
-class Learnt:
+class InvestigationState:
     """The diagnosis of all runs so far, and the further runs, the one that tells most per minute first.
 
     ``late``: runs that the time left is too short for, which are not rated; ``settled``: probability of the most
@@ -112,7 +112,7 @@ class Learnt:
 
 def learn(
     case: Case, recording: Recording, placements: Sequence[Placement], done: Collection[str], spent_minutes: float = 0.0
-) -> Learnt:
+) -> InvestigationState:
     """Diagnose everything that was measured, and rate the runs that are within reach.
 
     Parameters
@@ -130,11 +130,13 @@ def learn(
     in_time = [one for one in costed if one.minutes <= left_minutes]
     late = tuple(one.run for one in costed if one.minutes > left_minutes)
     if found is None:
-        return Learnt(diagnosis, (), tuple(_unrated(in_time)), late)
+        return InvestigationState(diagnosis, (), tuple(_unrated(in_time)), late)
     more = lengthened(data, found.model.state.sigma_um, [one.run for one in in_time])
     foresight = foresee(found, hypotheses(found), case.priors, more)
     rated = sorted(rate(case, foresight, len(data), in_time), key=lambda one: -one.nats / one.minutes)
-    return Learnt(diagnosis, foresight.possible, tuple(rated), late, foresight.settled, foresight.matters_um)
+    return InvestigationState(
+        diagnosis, foresight.possible, tuple(rated), late, foresight.settled, foresight.matters_um
+    )
 
 
 def _unrated(runs: Sequence[Costed]) -> list[Rated]:
@@ -183,7 +185,7 @@ class End:
     stands: bool
 
 
-def decide(case: Case, learnt: Learnt, placements: Sequence[Placement]) -> End | list[Rated]:
+def decide(case: Case, learnt: InvestigationState, placements: Sequence[Placement]) -> End | list[Rated]:
     """The end, or the runs to propose, the best first."""
     stands = _stands(case, learnt) and directions(placements) > 1
     worth = [one for one in learnt.rated if one.nats >= LEAST_NATS]
@@ -199,7 +201,7 @@ def decide(case: Case, learnt: Learnt, placements: Sequence[Placement]) -> End |
     return End(how(learnt.diagnosis), why, stands)
 
 
-def _stands(case: Case, learnt: Learnt) -> bool:
+def _stands(case: Case, learnt: InvestigationState) -> bool:
     """Whether everything that is said, and matters, has the odds that were asked for."""
     diagnosis = learnt.diagnosis
     if diagnosis.verdict == "adequate":

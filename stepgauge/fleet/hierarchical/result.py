@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.fleet.crossed.causes import Cause
-from stepgauge.fleet.crossed.priors import FleetPriors
-from stepgauge.fleet.crossed.single_effects import SingleEffect
-from stepgauge.fleet.crossed.visits import Crossing
+from stepgauge.fleet.hierarchical.causes import Cause
+from stepgauge.fleet.hierarchical.priors import FleetPriors
+from stepgauge.fleet.hierarchical.single_effects import SingleEffect
+from stepgauge.fleet.hierarchical.visits import Crossing
 
 Array = NDArray[np.float64]
 MOST_RIVALS = 3
@@ -19,7 +19,7 @@ MOST_RIVALS = 3
 
 
 @dataclass(frozen=True)
-class Rival:
+class AlternativeCause:
     """Another cause that explains the same, with its probability."""
 
     owner_kind: str
@@ -30,7 +30,7 @@ class Rival:
 
 
 @dataclass(frozen=True)
-class Found:
+class NamedCause:
     """A cause that was named.
 
     ``begin``: first and last day on which it may have begun, None where it was there in the first visit; ``u``:
@@ -47,7 +47,7 @@ class Found:
     size: float
     u: float
     probability: float
-    instead: tuple[Rival, ...] = ()
+    instead: tuple[AlternativeCause, ...] = ()
     visits: tuple[int, ...] = ()
 
     @property
@@ -61,7 +61,9 @@ class Found:
         )
 
 
-def told(effect: SingleEffect, causes: Sequence[Cause], fleet: Crossing, shown: Array, priors: FleetPriors) -> Found:
+def told(
+    effect: SingleEffect, causes: Sequence[Cause], fleet: Crossing, shown: Array, priors: FleetPriors
+) -> NamedCause:
     """One effect as a cause: its likeliest owner, and who else it may be.
 
     ``shown (visits,)``: how much of it a visit shows, in standard deviations of the visit.
@@ -85,7 +87,7 @@ def told(effect: SingleEffect, causes: Sequence[Cause], fleet: Crossing, shown: 
     probability = min(effect.probability * held, 1.0)
     visits = np.argsort(-shown, kind="stable")[: int((shown > 0.0).sum())]
     named = (top.owner_kind, top.owner, top.kind, top.where, top.course)
-    return Found(*named, begin, size, u, probability, rivals, tuple(visits.tolist()))
+    return NamedCause(*named, begin, size, u, probability, rivals, tuple(visits.tolist()))
 
 
 def _top(own: Sequence[Cause], share: Array) -> Cause:
@@ -104,9 +106,9 @@ def _rivals(
     owners: dict[tuple[str, str], float],
     best: tuple[str, str],
     priors: FleetPriors,
-) -> tuple[Rival, ...]:
+) -> tuple[AlternativeCause, ...]:
     """Other owners, until those that are told hold enough of the probability."""
-    rivals, held = list[Rival](), owners[best]
+    rivals, held = list[AlternativeCause](), owners[best]
     for owner in sorted(owners, key=lambda key: -owners[key]):
         if held >= priors.decision.settled or len(rivals) == MOST_RIVALS:
             break
@@ -114,7 +116,7 @@ def _rivals(
             continue
         mine = np.array([(cause.owner_kind, cause.owner) == owner for cause in own])
         top = _top(own, effect.share * mine)
-        rivals.append(Rival(*owner, top.kind, top.where, effect.probability * owners[owner]))
+        rivals.append(AlternativeCause(*owner, top.kind, top.where, effect.probability * owners[owner]))
         held += owners[owner]
     return tuple(rivals)
 
@@ -138,9 +140,9 @@ def _begin(
     return (float(earlier.max()) if earlier.size else float(low)), float(high if np.isfinite(high) else low)
 
 
-def merged(found: Sequence[Found]) -> list[Found]:
+def merged(found: Sequence[NamedCause]) -> list[NamedCause]:
     """One entry for every owner, kind and place: effects that share them are one cause that changed more than once."""
-    by_key: dict[tuple[str, str, str, str], Found] = {}
+    by_key: dict[tuple[str, str, str, str], NamedCause] = {}
     for one in sorted(found, key=lambda entry: -entry.probability):
         known = by_key.get(one.key)
         if known is None:
@@ -150,7 +152,7 @@ def merged(found: Sequence[Found]) -> list[Found]:
     return list(by_key.values())
 
 
-def named(found: Sequence[Found], priors: FleetPriors) -> list[Found]:
+def named(found: Sequence[NamedCause], priors: FleetPriors) -> list[NamedCause]:
     """The likeliest causes, as many as keep the expected share of false ones within what is stated."""
     likely = sorted(
         (one for one in found if one.probability >= priors.decision.named), key=lambda one: -one.probability

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from stepgauge.fleet.crossed.causes import Cause
-from stepgauge.fleet.crossed.priors import FleetPriors
-from stepgauge.fleet.crossed.visits import Crossing, Ladder, by_ladder
+from stepgauge.fleet.hierarchical.causes import Cause
+from stepgauge.fleet.hierarchical.priors import FleetPriors
+from stepgauge.fleet.hierarchical.visits import Crossing, GaugeVisits, by_ladder
 
 Array = NDArray[np.float64]
 SHORTEST_MM, LONGEST_MM = 4.0, 200.0
@@ -41,13 +41,13 @@ class Periodic:
     visits: NDArray[np.intp]
 
 
-def frequencies(ladders: Sequence[Ladder]) -> Array:
+def frequencies(ladders: Sequence[GaugeVisits]) -> Array:
     """Turns per mm, fine enough for the longest gauge."""
     longest = max(float(ladder.gauge.position_mm[-1]) for ladder in ladders)
     return np.arange(1.0 / LONGEST_MM, 1.0 / SHORTEST_MM, STEP / longest)
 
 
-def spectra(ladder: Ladder, solved: Array, axis: int, turns: Array) -> tuple[Array, Array]:
+def spectra(ladder: GaugeVisits, solved: Array, axis: int, turns: Array) -> tuple[Array, Array]:
     """Scores and power of a wave in every visit: complex ``(n, p)``, real ``(n, p)``.
 
     ``solved (n, f)``: V^-1 times the departures. The power is that of the weights alone.
@@ -97,7 +97,7 @@ class Waves:
     ``visits (v,)`` with ``score`` and ``power (v, p)``; ``place``: ladder and row of every one.
     """
 
-    def __init__(self, ladders: Sequence[Ladder], solved: Sequence[Array], axis: int) -> None:
+    def __init__(self, ladders: Sequence[GaugeVisits], solved: Sequence[Array], axis: int) -> None:
         self.ladders, self.axis, self.turns = ladders, axis, frequencies(ladders)
         self.along = [np.flatnonzero(np.abs(ladder.axis[:, axis]) > MAIN_SHARE) for ladder in ladders]
         self.visits = np.concatenate([ladder.visits[rows] for ladder, rows in zip(ladders, self.along, strict=True)])
@@ -121,7 +121,7 @@ class Waves:
 
 
 def find_periodic(
-    fleet: Crossing, ladders: Sequence[Ladder], solve: Solve, um: Array, priors: FleetPriors
+    fleet: Crossing, ladders: Sequence[GaugeVisits], solve: Solve, um: Array, priors: FleetPriors
 ) -> tuple[list[Periodic], Array]:
     """Periods one after the other, the likeliest first, and the departures that they explain, flat.
 
@@ -170,7 +170,7 @@ def _likeliest(fleet: Crossing, waves: Waves, priors: FleetPriors) -> Likeliest:
 
 
 def _fitted(
-    fleet: Crossing, ladders: Sequence[Ladder], solve: Solve, left: Array, best: Likeliest, priors: FleetPriors
+    fleet: Crossing, ladders: Sequence[GaugeVisits], solve: Solve, left: Array, best: Likeliest, priors: FleetPriors
 ) -> tuple[Periodic, Array]:
     """The period refined with one phase for every machine, and what it explains."""
     _, kind, owner, axis, about, visits = best
@@ -194,7 +194,7 @@ def _fitted(
 
 def _coherent(
     fleet: Crossing,
-    ladders: Sequence[Ladder],
+    ladders: Sequence[GaugeVisits],
     solved: Sequence[Array],
     axis: int,
     turns: Array,
@@ -215,7 +215,7 @@ def _coherent(
 
 def _explained(
     fleet: Crossing,
-    ladders: Sequence[Ladder],
+    ladders: Sequence[GaugeVisits],
     axis: int,
     turns: float,
     size: dict[int, complex],

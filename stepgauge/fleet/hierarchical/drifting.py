@@ -1,7 +1,7 @@
 """A quantity of one owner over the years: a level that wanders, a steady rate, and jumps where causes have a date.
 
 The state is the level and the rate of every component that a visit sees a share of, so that a diagonal placement counts
-for both axes. Source: Durbin and Koopman, Time Series Analysis by State Space Methods, 2nd ed. 2012, chapter 4.
+for both axes. Source: Durbin and Koopman, Time Series Analysis by DriftState Space Methods, 2nd ed. 2012, chapter 4.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ YEAR_DAYS = 365.25
 
 
 @dataclass(frozen=True)
-class Wandering:
+class DriftPrior:
     """Prior of the components ``(k,)``: standard deviations of the first level, of the rate in a year, of the walk in
     the root of a year, and of a jump."""
 
@@ -28,13 +28,13 @@ class Wandering:
     jump: Array
 
     @classmethod
-    def of(cls, level: Array, rate: float, walk: float, jump: float) -> Wandering:
+    def of(cls, level: Array, rate: float, walk: float, jump: float) -> DriftPrior:
         """From the levels' standard deviations ``(k,)``, the others as multiples of them."""
         return cls(level, rate * level, walk * level, jump * level)
 
 
 @dataclass(frozen=True)
-class State:
+class DriftState:
     """Levels and rates ``(k,)`` on a day, and their covariance ``(2k, 2k)``."""
 
     day: float
@@ -52,8 +52,8 @@ class State:
 
 
 def follow(
-    day: Array, value: Array, variance: Array, shares: Array, prior: Wandering, jumps: Sequence[tuple[float, int]] = ()
-) -> tuple[list[State], float]:
+    day: Array, value: Array, variance: Array, shares: Array, prior: DriftPrior, jumps: Sequence[tuple[float, int]] = ()
+) -> tuple[list[DriftState], float]:
     """The state after every day, and the logarithm of the density of the values.
 
     Parameters
@@ -65,7 +65,7 @@ def follow(
     """
     k = shares.shape[1]
     mean, cov = np.zeros(2 * k), np.diag(np.concatenate([prior.level, prior.rate]) ** 2)
-    states, log_density, now = list[State](), 0.0, float(day[0])
+    states, log_density, now = list[DriftState](), 0.0, float(day[0])
     left = sorted(jumps)
     for row in range(len(day)):
         mean, cov = _passed(mean, cov, (day[row] - now) / YEAR_DAYS, prior)
@@ -76,11 +76,11 @@ def follow(
         mean, cov, gain = _seen(mean, cov, value[row], variance[row], np.concatenate([shares[row], np.zeros(k)]))
         log_density += gain
         if row + 1 == len(day) or day[row + 1] > now:
-            states.append(State(now, mean[:k].copy(), mean[k:].copy(), cov.copy()))
+            states.append(DriftState(now, mean[:k].copy(), mean[k:].copy(), cov.copy()))
     return states, log_density
 
 
-def _passed(mean: Array, cov: Array, years: float, prior: Wandering) -> tuple[Array, Array]:
+def _passed(mean: Array, cov: Array, years: float, prior: DriftPrior) -> tuple[Array, Array]:
     """The state some time later."""
     k = len(mean) // 2
     step = np.eye(2 * k)
@@ -103,7 +103,9 @@ def beyond(mean: Array, sd: Array, limit: float) -> Array:
     return np.asarray(norm.sf((limit - mean) / sd) + norm.cdf((-limit - mean) / sd))
 
 
-def due_day(state: State, component: int, walk: float, limit: float, risk: float, horizon_days: float) -> float | None:
+def due_day(
+    state: DriftState, component: int, walk: float, limit: float, risk: float, horizon_days: float
+) -> float | None:
     """First day on which the risk of being out of limits exceeds what is accepted; None past the horizon."""
     days = np.arange(0.0, horizon_days + 1.0)
     mean, sd = state.ahead(days, component, walk)

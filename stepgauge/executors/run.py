@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any
 
-from stepgauge.work.steps import Steps
-from stepgauge.work.task import Engine, Function, Reply
+from stepgauge.executors.journal import Steps
+from stepgauge.executors.task import Engine, Function, Reply
 
 AHEAD = 4
 """Tasks that are taken up for each worker beyond the one it is at: none waits for the next one to be sent."""

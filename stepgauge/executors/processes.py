@@ -12,8 +12,8 @@ from multiprocessing import get_all_start_methods, get_context
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
+from stepgauge.executors.task import Function, Reply, perform
 from stepgauge.files.children import safe_children
-from stepgauge.work.task import Function, Reply, perform
 
 
 class InProcess:

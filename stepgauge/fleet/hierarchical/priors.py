@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from stepgauge.files.config import Table, check_table
-from stepgauge.fleet.crossed.single_effects import Mixture
+from stepgauge.fleet.hierarchical.single_effects import Mixture
 
 FILE = "priors.toml"
 
@@ -78,5 +78,5 @@ class FleetPriors(Table):
 @cache
 def fleet_priors() -> FleetPriors:
     """The priors of the shipped file."""
-    text = (files("stepgauge.fleet.crossed") / FILE).read_text("utf-8")
+    text = (files("stepgauge.fleet.hierarchical") / FILE).read_text("utf-8")
     return check_table(FleetPriors, tomllib.loads(text), FILE)

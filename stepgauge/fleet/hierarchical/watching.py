@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from stepgauge.files.notation import rounded
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Summarized, as_lines, figures
-from stepgauge.fleet.crossed.answer import FleetInference, date_text
-from stepgauge.fleet.crossed.feed import Feed, MachineDrift, make_feed, write_feed
-from stepgauge.fleet.crossed.watch import Watched, watch
+from stepgauge.fleet.hierarchical.answer import FleetInference, date_text
+from stepgauge.fleet.hierarchical.feed import Feed, MachineDrift, make_feed, write_feed
+from stepgauge.fleet.hierarchical.watch import Watched, watch
 from stepgauge.history import QUANTITIES, HistoryEntry, make_series
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from stepgauge import __version__
 from stepgauge.files.config import Table
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_json, write_text
-from stepgauge.fleet.crossed.answer import date_text
-from stepgauge.fleet.crossed.watch import Watched
+from stepgauge.fleet.hierarchical.answer import date_text
+from stepgauge.fleet.hierarchical.watch import Watched
 from stepgauge.standards.decision import Outcome
 
 FORMAT = "stepgauge fleet watch 1"

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.stats import norm
 
-from stepgauge.fleet.crossed.answer import FleetInference, Number
-from stepgauge.fleet.crossed.drifting import State, Wandering, beyond, due_day, follow
-from stepgauge.fleet.crossed.priors import fleet_priors
-from stepgauge.fleet.crossed.spread import believed
+from stepgauge.fleet.hierarchical.answer import FleetInference, Number
+from stepgauge.fleet.hierarchical.drifting import DriftPrior, DriftState, beyond, due_day, follow
+from stepgauge.fleet.hierarchical.priors import fleet_priors
+from stepgauge.fleet.hierarchical.spread import believed
 from stepgauge.history.series import FALSE_WARNINGS
 from stepgauge.history.trend import findings
 from stepgauge.standards.decision import Outcome, decide
@@ -71,9 +71,9 @@ class _Followed:
     owner_kind: Literal["machine", "gauge"]
     owner: str
     keys: list[tuple[str, str]]
-    states: list[State]
+    states: list[DriftState]
     changes: dict[int, tuple[float, float]]
-    prior: Wandering
+    prior: DriftPrior
 
 
 def watch(found: FleetInference, limits: Mapping[str, float] | None = None, risk: float = RISK) -> list[Watched]:
@@ -81,7 +81,7 @@ def watch(found: FleetInference, limits: Mapping[str, float] | None = None, risk
 
     Parameters
     ----------
-    found : of :func:`stepgauge.fleet.crossed.infer.infer`
+    found : of :func:`stepgauge.fleet.hierarchical.infer.infer`
     limits : by quantity (``scale``, ``squareness``, ``reversal``, ``certificate_scale``, ``wear``), in its unit
     risk : probability of being out of limits from which on it is due
     """
@@ -146,7 +146,7 @@ def _follow(
         value = number.value[rows] - others.share[rows] - wrong
         changes = _changes(number, owner_kind, owner, own)
         jumps = [(interval[1], component) for component, interval in changes.items()]
-        prior = Wandering.of(np.array([_usual(number, owner_kind, kind, line) for kind, _ in own]), RATE, walk, JUMP)
+        prior = DriftPrior.of(np.array([_usual(number, owner_kind, kind, line) for kind, _ in own]), RATE, walk, JUMP)
         states, gain = follow(np.floor(fleet.day[rows]), value, variance[rows], shares, prior, jumps)
         lent = np.diag(np.concatenate([others.lent(rows, shares, prior.level), np.zeros(len(own))]))
         states = [replace(state, covariance=state.covariance + lent) for state in states]
@@ -228,7 +228,7 @@ def _said(one: _Followed, kinds: str, limits: Mapping[str, float], risk: float) 
         )
 
 
-def _judged(last: State, k: int, u: float, walk: float, limit: float | None, risk: float) -> dict[str, Any]:
+def _judged(last: DriftState, k: int, u: float, walk: float, limit: float | None, risk: float) -> dict[str, Any]:
     """Decision by ISO 14253-1, probability of being out now, and the day on which it is due."""
     if limit is None:
         return {}

@@ -7,7 +7,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from stepgauge.errors import InputError
-from stepgauge.live.connection import Address, Connection, Spy
+from stepgauge.live.connection import Address, Connection, SessionLog
 from stepgauge.live.controller import Controller, Link
 from stepgauge.machine.file import Machine
 from stepgauge.motion.moves import ProbingSettings
@@ -44,7 +44,7 @@ def linked(
         return
     address = Address.parse(server)
     with ExitStack() as open_files:
-        watching = None if spy is None else Spy(spy, {"server": str(address)})
+        watching = None if spy is None else SessionLog(spy, {"server": str(address)})
         if watching is not None:
             open_files.callback(watching.close)
         connection = Connection(address, watching, stop)

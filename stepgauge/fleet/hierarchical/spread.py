@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from stepgauge.fleet.crossed.background import Background, Term
-from stepgauge.fleet.crossed.priors import fleet_priors
+from stepgauge.fleet.hierarchical.background import Background, Term
+from stepgauge.fleet.hierarchical.priors import fleet_priors
 
 Array = NDArray[np.float64]
 STEPS, LARGEST = 60, 3.0

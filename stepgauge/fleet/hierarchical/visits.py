@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.effects import Probings, Setting
-from stepgauge.fleet.crossed.statistics import PlacementStatistics
+from stepgauge.fleet.hierarchical.statistics import PlacementStatistics
 from stepgauge.gauge.certified import Gauge
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ class Visit:
 
 
 @dataclass(frozen=True)
-class Ladder:
+class GaugeVisits:
     """All visits of one gauge.
 
     ``visits (n,)``: their numbers in the fleet; ``um (n, f)``: departures along the gauge; ``weight (n, f)``: 1 / um^2,
@@ -73,9 +73,9 @@ class Ladder:
         """P e: departures times their weights, without what origin, slope and size fit, ``(n, f)``."""
         return np.asarray(self.weight * (um - self.coefficients(um) @ self.frame.T))
 
-    def part(self, rows: NDArray[np.intp]) -> Ladder:
+    def part(self, rows: NDArray[np.intp]) -> GaugeVisits:
         """Some of the visits."""
-        return Ladder(
+        return GaugeVisits(
             self.gauge,
             self.visits[rows],
             self.um[rows],
@@ -85,10 +85,10 @@ class Ladder:
             self.axis[rows],
         )
 
-    def with_shape(self, shape_um: float) -> Ladder:
+    def with_shape(self, shape_um: float) -> GaugeVisits:
         """The same where faces have errors of their own, of this standard deviation, beside the scatter."""
         weight = np.where(self.variance < np.inf, 1.0 / (self.variance + shape_um**2), 0.0)
-        return Ladder(self.gauge, self.visits, self.um, self.variance, weight, self.at_mm, self.axis)
+        return GaugeVisits(self.gauge, self.visits, self.um, self.variance, weight, self.at_mm, self.axis)
 
     def probings(self, setting: Setting) -> Probings:
         """All faces of all visits as rows that effects know, visit by visit; a visit's number here is its placement."""
@@ -110,7 +110,7 @@ class Crossing:
     """All visits; ``owner[kind]``: number of the owner of every visit, of ``names[kind]``; ``ladders`` by gauge."""
 
     visits: Sequence[Visit]
-    ladders: Sequence[Ladder]
+    ladders: Sequence[GaugeVisits]
     owner: Mapping[str, NDArray[np.intp]]
     names: Mapping[str, list[str]]
     day: Array
@@ -126,7 +126,7 @@ class Crossing:
         return np.flatnonzero(self.owner[kind] == self.names[kind].index(name))
 
 
-def by_ladder(ladders: Sequence[Ladder], flat: Array) -> list[Array]:
+def by_ladder(ladders: Sequence[GaugeVisits], flat: Array) -> list[Array]:
     """Values of all faces of all visits, in one row, as ``(n, f)`` of each ladder."""
     ends = np.cumsum([0, *(ladder.um.size for ladder in ladders)])
     return [flat[low:high].reshape(one.um.shape) for one, low, high in zip(ladders, ends[:-1], ends[1:], strict=True)]
@@ -151,7 +151,7 @@ def _from_reference_K(visits: Sequence[Visit], gauges: Mapping[str, Gauge]) -> A
     return np.nan_to_num(np.array(warmer, float))
 
 
-def _ladder(gauge: Gauge, numbers: NDArray[np.intp], visits: Sequence[Visit]) -> Ladder:
+def _ladder(gauge: Gauge, numbers: NDArray[np.intp], visits: Sequence[Visit]) -> GaugeVisits:
     count, faces = len(numbers), gauge.n_faces
     um, variance = np.zeros((count, faces)), np.full((count, faces), np.inf)
     at_mm, axis = np.zeros((count, faces, 3)), np.zeros((count, 3))
@@ -167,4 +167,4 @@ def _ladder(gauge: Gauge, numbers: NDArray[np.intp], visits: Sequence[Visit]) ->
         um[row] -= np.average(one.um, weights=one.count + 1e-12)
         um[row, np.isinf(variance[row])] = 0.0
     weight = np.where(np.isfinite(variance), 1.0 / variance, 0.0)
-    return Ladder(gauge, numbers, um, variance, weight, at_mm, axis)
+    return GaugeVisits(gauge, numbers, um, variance, weight, at_mm, axis)

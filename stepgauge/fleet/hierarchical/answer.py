@@ -17,12 +17,12 @@ from stepgauge.files.notation import counted, rounded
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Summarized, as_lines
 from stepgauge.files.text import write_json, write_text
-from stepgauge.fleet.crossed.background import Background
-from stepgauge.fleet.crossed.causes import Cause, VisitCandidates
-from stepgauge.fleet.crossed.priors import fleet_priors
-from stepgauge.fleet.crossed.result import Found, Rival
-from stepgauge.fleet.crossed.single_effects import SingleEffect
-from stepgauge.fleet.crossed.visits import Crossing, Visit
+from stepgauge.fleet.hierarchical.background import Background
+from stepgauge.fleet.hierarchical.causes import Cause, VisitCandidates
+from stepgauge.fleet.hierarchical.priors import fleet_priors
+from stepgauge.fleet.hierarchical.result import AlternativeCause, NamedCause
+from stepgauge.fleet.hierarchical.single_effects import SingleEffect
+from stepgauge.fleet.hierarchical.visits import Crossing, Visit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,7 +56,7 @@ class Number:
     ``value (visits,)``; ``unit``: by kind and place, what a unit of a machine's error makes of it ``(visits,)``.
     """
 
-    found: list[Found]
+    found: list[NamedCause]
     value: Array
     unit: Mapping[tuple[str, str], Array]
     background: Background
@@ -81,11 +81,11 @@ class FleetInference(Summarized):
     ``left_out``: why some recordings are not in it, a line each; ``looked_for``: by kinds of owner and cause, in how
     many owners."""
 
-    causes: tuple[Found, ...]
+    causes: tuple[NamedCause, ...]
     false_share: float
     scatter: Mapping[str, float]
     fleet: Crossing = field(repr=False)
-    alone: tuple[Found, ...] = field(default=(), repr=False)
+    alone: tuple[NamedCause, ...] = field(default=(), repr=False)
     slopes: Number | None = field(default=None, repr=False)
     sizes: Number | None = field(default=None, repr=False)
     left_out: tuple[str, ...] = ()
@@ -191,7 +191,7 @@ def date_text(day: float) -> str:
     return (DAY_0 + datetime.timedelta(days=int(day))).isoformat()
 
 
-def cause_dict(one: Found) -> dict[str, Any]:
+def cause_dict(one: NamedCause) -> dict[str, Any]:
     """A cause in JSON types; ``where`` and ``instead`` only where there is something to say."""
     first, last = (None, None) if one.begin is None else map(date_text, one.begin)
     said = _named(one)
@@ -203,18 +203,18 @@ def cause_dict(one: Found) -> dict[str, Any]:
     return said
 
 
-def _named(one: Found | Rival) -> dict[str, Any]:
+def _named(one: NamedCause | AlternativeCause) -> dict[str, Any]:
     """Whose, what and where; of a place of a scale the axis is ``where`` and the coordinate ``at``."""
     said: dict[str, Any] = {"owner_kind": one.owner_kind, "owner": one.owner, "kind": one.kind}
     where, _, at = one.where.partition(" ") if one.kind == "local_scale" else (one.where, "", "")
     return said | ({"where": where} if where else {}) | ({"at": at} if at else {})
 
 
-def _rival(rival: Rival) -> dict[str, Any]:
+def _rival(rival: AlternativeCause) -> dict[str, Any]:
     return _named(rival) | {"probability": rival.probability}
 
 
-def _looked_for(owner_kind: str, kind: str, count: int, causes: Sequence[Found]) -> dict[str, Any]:
+def _looked_for(owner_kind: str, kind: str, count: int, causes: Sequence[NamedCause]) -> dict[str, Any]:
     """In how many owners a kind of cause was looked for, its usual size, and in how many it was named."""
     prior = fleet_priors().kinds[owner_kind][kind]
     named = {one.owner for one in causes if (one.owner_kind, one.kind) == (owner_kind, kind)}
@@ -222,13 +222,13 @@ def _looked_for(owner_kind: str, kind: str, count: int, causes: Sequence[Found])
     return {**place, "usual": prior.usual, "unit": prior.unit}
 
 
-def _alone(one: Found, fleet: Crossing) -> dict[str, Any]:
+def _alone(one: NamedCause, fleet: Crossing) -> dict[str, Any]:
     visit = fleet.visits[int(one.owner)]
     named = {"recording": visit.recording, "placement": visit.statistics.placement, "kind": one.kind}
     return {**named, "size": one.size, "u": one.u, "probability": one.probability}
 
 
-def settled_by(one: Found, fleet: Crossing) -> dict[str, list[dict[str, str]]]:
+def settled_by(one: NamedCause, fleet: Crossing) -> dict[str, list[dict[str, str]]]:
     """``with``: the most telling visit of the owner with each counterpart; ``without``: counterparts elsewhere.
 
     What shows with several counterparts, and not where these are without the owner, is the owner's.
@@ -246,7 +246,7 @@ def settled_by(one: Found, fleet: Crossing) -> dict[str, list[dict[str, str]]]:
     }
 
 
-def _elsewhere(name: str, counterpart: str, one: Found, fleet: Crossing) -> Visit | None:
+def _elsewhere(name: str, counterpart: str, one: NamedCause, fleet: Crossing) -> Visit | None:
     rows = fleet.of(counterpart, name)
     return next((fleet.visits[row] for row in rows if getattr(fleet.visits[row], one.owner_kind) != one.owner), None)
 
@@ -255,7 +255,7 @@ def _said(visit: Visit) -> dict[str, str]:
     return {"recording": visit.recording, "machine": visit.machine, "gauge": visit.gauge, "date": date_text(visit.day)}
 
 
-def would_settle(one: Found) -> str:
+def would_settle(one: NamedCause) -> str:
     """The measurement that would tell the cause from its rivals."""
     kinds = {one.owner_kind: one.owner} | {rival.owner_kind: rival.owner for rival in one.instead}
     if len(kinds) == 1:

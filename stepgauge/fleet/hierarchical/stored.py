@@ -11,18 +11,18 @@ from typing import Any
 import numpy as np
 
 from stepgauge.errors import InputError
-from stepgauge.fleet.batches import Batch, Kept, opened
-from stepgauge.fleet.crossed.answer import FleetInference
-from stepgauge.fleet.crossed.infer import infer
-from stepgauge.fleet.crossed.statistics import PlacementStatistics, placement_statistics
-from stepgauge.fleet.crossed.visits import Visit
+from stepgauge.executors.task import Engine
+from stepgauge.fleet.batches import Batch, StoredBatch, opened
+from stepgauge.fleet.hierarchical.answer import FleetInference
+from stepgauge.fleet.hierarchical.infer import infer
+from stepgauge.fleet.hierarchical.statistics import PlacementStatistics, placement_statistics
+from stepgauge.fleet.hierarchical.visits import Visit
 from stepgauge.fleet.results import Results
 from stepgauge.fleet.schema import arrow_library
 from stepgauge.fleet.store import Fleet
 from stepgauge.fleet.working import Progress, work_in_batches
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording.simulated import is_simulated
-from stepgauge.work.task import Engine
 
 TABLE = "statistics"
 NAMES = tuple(one.name for one in fields(PlacementStatistics))
@@ -35,7 +35,7 @@ def work_out_statistics(fleet: Fleet, engine: Engine, progress: Progress | None 
     return work_in_batches(Results(fleet, TABLE), engine, statistics_batch, progress)
 
 
-def statistics_batch(given: Batch | Kept) -> Any:
+def statistics_batch(given: Batch | StoredBatch) -> Any:
     """Rows of a batch as an Arrow table, one for each placement, or one with the error."""
     batch, rows = opened(given), list[dict[str, Any]]()
     for one in batch.stored:
