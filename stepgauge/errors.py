@@ -47,7 +47,8 @@ def option_of(name: str) -> str:
 class Naming:
     """A part of a message that names what the caller gave: ``words`` with a ``{}`` for each of ``names``.
 
-    As text it names arguments of Python; :meth:`as_typed` names the options of the command line.
+    As text it names arguments of Python; :meth:`as_typed` names the options of the command line, :meth:`named` whatever
+    the person sees: the fields of a page.
     """
 
     names: tuple[str, ...]
@@ -58,7 +59,11 @@ class Naming:
 
     def as_typed(self) -> str:
         """With the options that stand for the arguments."""
-        return self._with(map(option_of, self.names))
+        return self.named(option_of)
+
+    def named(self, name: Callable[[str], str]) -> str:
+        """With other names of the arguments."""
+        return self._with(map(name, self.names))
 
     def _with(self, names: Iterable[str]) -> str:
         words = self.words
@@ -74,7 +79,11 @@ def naming(*names: str, words: str = "{}") -> Naming:
 
 def as_typed(part: object) -> object:
     """A part of a message, or a place or text in it, as somebody at the command line knows it."""
-    return part.as_typed() if isinstance(part, Naming) else part
+    return _named(part, option_of)
+
+
+def _named(part: object, name: Callable[[str], str]) -> object:
+    return part.named(name) if isinstance(part, Naming) else part
 
 
 Place = str | PathLike[str] | Naming
@@ -101,13 +110,17 @@ class InputError(Exception):
 
     def as_typed(self) -> str:
         """The message with the options of the command line in place of the arguments of Python."""
-        where, what, found, expected = map(as_typed, self._parts)
+        where, what, found, expected = self.named(option_of)
         return _message(str(where), str(what), found, expected, self.longest)
 
     @property
     def namings(self) -> tuple[Naming, ...]:
         """The parts of the message that name arguments, by which it can be settled."""
         return tuple(part for part in self._parts[:0:-1] if isinstance(part, Naming))
+
+    def named(self, name: Callable[[str], str]) -> tuple[object, ...]:
+        """Where, what, found and expected, with other names of the arguments."""
+        return tuple(_named(part, name) for part in self._parts)
 
     def __reduce__(self) -> tuple[object, ...]:
         """As it was made, for it crosses from one process to another."""

@@ -66,12 +66,13 @@ class StatedGauge:
 
 @dataclass
 class GaugeImport:
-    """The two files and, line by line, where their content comes from."""
+    """The two files and, line by line, where their content comes from; ``made_from``: what that is, in words."""
 
     table: dict[str, Any] = field(default_factory=dict)
     certificate: dict[str, Any] = field(default_factory=dict)
     rows: list[tuple[int, float, float, float]] = field(default_factory=list)
     report: list[str] = field(default_factory=list)
+    made_from: str = "a Digital Calibration Certificate"
 
 
 def import_gauge(path: str | Path, wanted: StatedGauge | None = None) -> GaugeImport:
@@ -116,7 +117,7 @@ def _format(found: GaugeImport, csv_name: str) -> tuple[str, str]:
     said = "".join(f"# {one_line(line)}\n" for line in found.report)
     rows = [f"{face},{nominal:.12g},{position:.12g},{u:.9g}" for face, nominal, position, u in found.rows]
     csv_text = "\n".join(["face,nominal_mm,position_mm,uncertainty_um", *rows]) + "\n"
-    return f"# Made from a Digital Calibration Certificate.\n{said}{tomli_w.dumps(tables)}", csv_text
+    return f"# Made from {found.made_from}.\n{said}{tomli_w.dumps(tables)}", csv_text
 
 
 def _table(document: Document, wanted: StatedGauge, found: GaugeImport) -> None:

@@ -31,7 +31,10 @@ OUTPUTS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class NewProject:
-    """What a new project states: paths or names of gauge and machine, and texts by their keys; empty ones are open."""
+    """What a new project states: paths or names of gauge and machine, and texts by their keys; empty ones are open.
+
+    Without a gauge or a machine the project is one to be completed.
+    """
 
     gauge: str
     machine: str
@@ -49,11 +52,13 @@ def create_project(place: str | Path, new: NewProject) -> list[Path]:
     path = place / NAME
     if path.exists():
         raise InputError(path, "exists already", expected="a folder without a project; nothing is overwritten")
-    read_gauge(new.gauge)
-    read_machine(new.machine)
+    if new.gauge:
+        read_gauge(new.gauge)
+    if new.machine:
+        read_machine(new.machine)
     written = [path]
-    gauge = _own(find_data(new.gauge, "gauge"), place, "gauge", written)
-    machine = _own(find_data(new.machine, "machine", "machines"), place, "machine", written)
+    gauge = _own(find_data(new.gauge, "gauge"), place, "gauge", written) if new.gauge else ""
+    machine = _own(find_data(new.machine, "machine", "machines"), place, "machine", written) if new.machine else ""
     for name in (RECORDINGS, RESULTS):
         (place / name).mkdir(parents=True, exist_ok=True)
     write_text(path, _text(gauge, machine, new))

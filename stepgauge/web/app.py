@@ -8,7 +8,7 @@ from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 from starlette.routing import Route
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.web import assets
 from stepgauge.web.forms import Form, with_form
 from stepgauge.web.guard import Guard
@@ -37,7 +37,8 @@ def make_app(site: Site) -> Starlette:
 
 
 def _not_found(request: Request, _: Exception) -> Response:
-    return render(request, "error.html.j2", 404, message=request.url.path)
+    error = InputError(request.url.path, naming("no_such_page"))
+    return render(request, "error.html.j2", 404, error=error)
 
 
 def _prefer(_: Request, form: Form) -> Response:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -46,16 +45,6 @@ class Asked:
     def write(self, path: Path) -> None:
         """Beside the recording, for whoever goes on with it."""
         write_json(path, {"format": f"stepgauge {KIND} 1", **asdict(self)}, at_once=True)
-
-    def command(self) -> str:
-        """What one would type for the same, with ``stepgauge serve`` in another window for the virtual CMM."""
-        words = ["stepgauge", "measure", *([self.program] if self.program else ["--cycles", str(self.cycles)])]
-        words += ["--blocks", self.blocks] if self.blocks and not self.program else []
-        words += ["-p", self.placement, "--server", self.server or "127.0.0.1", "-o", self.output]
-        words += ["--homing"] if self.homing else []
-        if self.gauge_temperature_C is not None:
-            words += ["--gauge-temperature", f"{self.gauge_temperature_C:g}"]
-        return shlex.join([*words, *(["--resume"] if self.resume else [])])
 
 
 def asked_of(output: Path) -> Path:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isfinite
 
 from starlette.concurrency import run_in_threadpool
@@ -11,19 +11,23 @@ from starlette.datastructures import UploadFile
 from starlette.requests import Request
 from starlette.responses import Response
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 
 MOST_FIELDS = 200
-LARGEST_TEXT_BYTES = 2**18
+LARGEST_TEXT_BYTES = 2**20
 """Of one field that is not a file."""
 
 
 @dataclass(frozen=True)
 class Form:
-    """Texts and files by the names of their fields; what is empty is not there, several of one name are lines."""
+    """Texts and files by the names of their fields; what is empty is not there, several of one name are lines.
+
+    ``names``: what the files are called.
+    """
 
     texts: Mapping[str, str]
     files: Mapping[str, bytes]
+    names: Mapping[str, str] = field(default_factory=dict)
 
     def text(self, name: str, default: str = "") -> str:
         """What was entered in a field."""
@@ -43,14 +47,14 @@ class Form:
         except ValueError:
             value = float("nan")
         if not (isfinite(value) and least <= value <= most):
-            raise InputError(name, "not a number in its range", found=repr(given), expected=f"{least:g} to {most:g}")
+            raise InputError(naming(name), naming("not_in_range"), found=repr(given), expected=f"{least:g} to {most:g}")
         return value
 
     def whole(self, name: str, least: int, most: int, default: int | None = None) -> int | None:
         """A whole number, as :meth:`number`."""
         value = self.number(name, least, most, default)
         if value is not None and value != int(value):
-            raise InputError(name, "not a whole number", found=f"{value:g}", expected=f"{least} to {most}")
+            raise InputError(naming(name), naming("not_whole"), found=f"{value:g}", expected=f"{least} to {most}")
         return None if value is None else int(value)
 
 
@@ -58,15 +62,16 @@ async def read_form(request: Request) -> Form:
     """The form of a request; the whole of it is limited by :class:`stepgauge.web.guard.Guard`."""
     texts: dict[str, str] = {}
     files: dict[str, bytes] = {}
+    names: dict[str, str] = {}
     async with request.form(max_files=20, max_fields=MOST_FIELDS, max_part_size=LARGEST_TEXT_BYTES) as given:
         for name, value in given.multi_items():
             if isinstance(value, UploadFile):
                 if data := await value.read():
-                    files[name] = data
+                    files[name], names[name] = data, value.filename or name
             elif value.strip():
                 own = value.strip() if "\n" not in value else value
                 texts[name] = f"{texts[name]}\n{own}" if name in texts else own
-    return Form(texts, files)
+    return Form(texts, files, names)
 
 
 def asked_form(request: Request) -> Form:

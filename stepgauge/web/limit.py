@@ -14,15 +14,17 @@ if TYPE_CHECKING:
     from stepgauge.standards.mpe import Mpe
 
 
-def decided(site: Site, evaluation: Mapping[str, Any], budget: StoredBudget | None) -> tuple[Conformity | None, str]:
-    """Decision and why there is none; no limit stated: None and an empty text."""
+def decided(
+    site: Site, evaluation: Mapping[str, Any], budget: StoredBudget | None
+) -> tuple[Conformity | None, InputError | None]:
+    """Decision and why there is none; no limit stated: None twice."""
     from stepgauge.standards.conformity import conformity
 
     try:
         limit = stated_limit(site, evaluation["comments"])
     except InputError as error:
-        return None, error.as_typed()
-    return (None if limit is None else conformity(evaluation, budget, limit)), ""
+        return None, error
+    return (None if limit is None else conformity(evaluation, budget, limit)), None
 
 
 def stated_limit(site: Site, comments: Mapping[str, str]) -> Mpe | None:

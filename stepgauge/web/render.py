@@ -52,7 +52,7 @@ def render(request: Request, template: str, code: int = 200, **content: Any) -> 
     Every template has ``t`` (texts), ``number``, ``site``, ``pages`` (the navigation), ``here`` (the path) and
     ``plotly`` (its script element).
     """
-    from stepgauge.web.pages import PAGES
+    from stepgauge.web.pages import NAVIGATION
 
     words = words_of(request)
     look = request.cookies.get("look", "auto")
@@ -63,7 +63,7 @@ def render(request: Request, template: str, code: int = 200, **content: Any) -> 
         "languages": LANGUAGES,
         "look": look if look in LOOKS else "auto",
         "looks": LOOKS,
-        "pages": PAGES,
+        "pages": NAVIGATION,
         "here": request.url.path,
         "site": site_of(request),
         "plotly": _plotly_tag,
@@ -105,5 +105,5 @@ def error_answer(request: Request, error: Exception) -> Response:
     """
     assert isinstance(error, InputError)
     if PARTIAL in request.headers:
-        return render(request, "error_part.html.j2", message=error.as_typed())
-    return render(request, "error.html.j2", 422, message=error.as_typed())
+        return render(request, "error_part.html.j2", error=error)
+    return render(request, "error.html.j2", 422, error=error)

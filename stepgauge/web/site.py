@@ -16,8 +16,8 @@ from stepgauge.web.work import Works
 if TYPE_CHECKING:
     from stepgauge.project.file import Project
 
-LARGEST_REQUEST_BYTES = 2 * 2**20
-"""Of a whole form: 16 points as a workbook have some kB."""
+LARGEST_REQUEST_BYTES = 32 * 2**20
+"""Of a whole form: a dense scan as a workbook has some MB."""
 
 
 @dataclass

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+from stepgauge.errors import InputError, one_line, option_of
 
 LANGUAGES = {"en": "English", "de": "Deutsch"}
 
@@ -37,6 +40,37 @@ class Words:
         """A text, with what stands in braces filled in; numbers are given as text, by :meth:`number`."""
         text = catalogue()[key][self._place]
         return text.format(**values) if values else text
+
+    def has(self, key: str) -> bool:
+        """Whether the catalogue has a text."""
+        return key in catalogue()
+
+    def label(self, name: str) -> str:
+        """What a field is called on the page: an argument or a key of a file, with its unit or without."""
+        plain = option_of(name).removeprefix("--").replace("-", "_")
+        key = next((one for one in (f"field.{name}", f"field.{plain}", f"wrong.{name}") if self.has(one)), "")
+        return self(key) if key else plain.replace("_", " ")
+
+    def choice(self, field: str, key: str) -> str:
+        """What a choice of a field is called."""
+        return self(f"choice_{field}.{key}") if self.has(f"choice_{field}.{key}") else key.replace("_", " ")
+
+    def said(self, error: InputError) -> str:
+        """What is wrong, in one line, with the fields of the page in place of arguments."""
+        where, what, found, expected = (None if one is None else str(one) for one in error.named(self.label))
+        said = f"{where}: {what}" if where else str(what)
+        more = [(self("page.found"), found), (self("page.expected"), expected)]
+        return one_line(
+            "; ".join([said, *(f"{word} {text}" for word, text in more if text is not None)]), error.longest
+        )
+
+    def without_options(self, text: str) -> str:
+        """What a verb said, with the fields of the page in place of its options."""
+        return re.sub(r"--([a-z][a-z0-9-]*)", lambda found: self.label(found[1].replace("-", "_")), text)
+
+    def decimal(self, text: str) -> str:
+        """A number that is text already, with the decimal mark of the language."""
+        return text.replace(".", ",") if self.language == "de" else text
 
     def pairs(self, table: str) -> list[tuple[str, str]]:
         """What a table of the catalogue says in English, and in this language; nothing where that is English."""

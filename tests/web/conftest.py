@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import http.client
 import json
 import os
@@ -14,11 +15,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import urlencode, urlsplit
 
 import pytest
+from starlette.applications import Starlette
+from starlette.requests import Request
 
+from stepgauge.errors import InputError
 from stepgauge.project.create import NewProject, create_project
+from stepgauge.web.forms import Form
+from stepgauge.web.render import error_answer
+from stepgauge.web.site import Site
 from tests.conftest import ON_CI, ROOT
 
 CHROMIUM = "/usr/bin/chromium"
@@ -44,6 +51,7 @@ def cannot(why: str) -> None:
     pytest.skip(why)
 
 
+VERBS = ("locate", "plan", "simulate", "measure", "import", "evaluate", "budget", "report", "diagnose")
 SERVERS: list[Served] = []
 WINDOWS: list[Any] = []
 """Those that are open: a window has the cookies of all servers, as if their start links had been opened in it."""
@@ -114,6 +122,34 @@ class Served:
         if not self.said:
             self.said = self.process.communicate(timeout=30)[1]
         return self.said
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The endpoints of a page called as functions, without a server: the fastest way to what a form leads to."""
+
+    folder: Path
+    language: str = "en"
+
+    def request(self, path: str, **query: str) -> Request:
+        app = Starlette()
+        app.state.site = Site(self.folder, VERBS, 8420, "token")
+        headers = [(b"accept-language", self.language.encode()), (b"x-part", b"1")]
+        scope = {"type": "http", "method": "POST", "app": app, "headers": headers, "path": path}
+        return Request({**scope, "query_string": urlencode(query).encode()})
+
+    def post(self, endpoint: Any, texts: dict[str, str], **files: bytes) -> str:
+        """The text of the answer to a form; what is empty is not there."""
+        request = self.request("/")
+        try:
+            answer = endpoint(request, Form({key: value for key, value in texts.items() if value.strip()}, files))
+        except InputError as error:
+            answer = error_answer(request, error)
+        return html.unescape(bytes(answer.body).decode())
+
+    def get(self, endpoint: Any, **query: str) -> str:
+        """The text of a page, or of a part of one."""
+        return html.unescape(bytes(endpoint(self.request("/", **query)).body).decode())
 
 
 def make_project(folder: Path) -> Path:

@@ -13,9 +13,10 @@ from stepgauge.web.texts import LANGUAGES, Words, best_language, catalogue
 
 ROOM = Path(stepgauge.web.__file__).parent
 FAMILIES = (
-    *("nav.", "look.", "kind.", "place.", "state.", "steer.", "verdict."),
+    *("nav.", "look.", "kind.", "place.", "state.", "steer.", "verdict.", "wrong.", "project_reason."),
+    *("gauge_note.", "face_role.", "machine_kind.", "choice_", "condition.", "effect."),
     *(
-        "plan_field.",
+        "field.",
         "plan_choice.",
         "error_name.",
         "open_source.",
@@ -38,9 +39,8 @@ def test_every_text_is_there_in_every_language_with_the_same_gaps() -> None:
 
 def test_no_text_is_missing_and_none_is_unused() -> None:
     sources = [*ROOM.rglob("*.py"), *ROOM.rglob("*.j2")]
-    used = {
-        key for one in sources for key in re.findall(r"\bt(?:ext)?\([\"']([a-z_]+\.\w+)[\"']", one.read_text("utf-8"))
-    }
+    key = re.compile(r"\b(?:t|text|self)\([\"']([a-z_]+\.\w+)[\"']")
+    used = {found for one in sources for found in key.findall(one.read_text("utf-8"))}
     assert {f"nav.{page}" for page in PAGES} <= set(catalogue())
     assert used - set(catalogue()) == set()
     assert {key for key in catalogue() if not key.startswith(FAMILIES)} - used == set()

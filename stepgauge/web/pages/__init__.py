@@ -10,8 +10,15 @@ from importlib import import_module
 
 from starlette.routing import BaseRoute
 
-PAGES = ("project", "locate", "plan", "run", "result", "diagnosis", "probe", "history", "report")
+PAGES = (
+    *("project", "gauge", "machine", "locate", "plan", "run"),
+    *("result", "diagnosis", "probe", "history", "report"),
+)
 """Modules of this package; ``nav.NAME`` is the text of each, ``/NAME`` its address, and the first is also ``/``."""
+
+
+NAVIGATION = tuple(name for name in PAGES if name != "probe")
+"""The probe is a part of the machine, whose page leads to it."""
 
 
 def all_routes() -> list[BaseRoute]:

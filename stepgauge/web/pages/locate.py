@@ -53,12 +53,12 @@ def locate(request: Request, form: Form) -> Response:
     site = site_of(request)
     name = _points_file(site, form)
     asked = Asked(name, form.text("blocks"), form.has("turned"))
-    error = ""
+    error: InputError | None = None
     try:
         _write_placement(site, asked)
         asked = _accepted(site, asked)
     except InputError as wrong:
-        error = wrong.as_typed()
+        error = wrong
     judged = _judged(site, asked)
     rows = [] if judged is None else _rows(judged)
     lines = _placement_lines(site) if not error else []

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -90,7 +89,7 @@ class Drafted:
 
     program: Program
     conflicts: tuple[Conflict, ...]
-    error: str
+    error: InputError | None
     cycles: int
 
     @property
@@ -121,11 +120,11 @@ def _drafted(asked: Asked, placement: str, gauge: str, machine: str, made_from: 
     cycles = wanted["cycles"]
     try:
         plan = sg.plan(placement, gauge, machine, **wanted | {"cycles": min(cycles, SHOWN_CYCLES)})
-        return Drafted(plan.program, (), "", cycles)
+        return Drafted(plan.program, (), None, cycles)
     except PathError as error:
         if error.program is None:
             raise
-        return Drafted(error.program, tuple(_once(error.program, error.conflicts)), error.as_typed(), cycles)
+        return Drafted(error.program, tuple(_once(error.program, error.conflicts)), error, cycles)
 
 
 def _once(program: Program, conflicts: Sequence[Conflict]) -> Iterator[Conflict]:
@@ -182,16 +181,14 @@ def show(request: Request) -> Response:
 
 
 def part(request: Request) -> Response:
-    """What the choices lead to: numbers, conflicts, the command."""
+    """What the choices lead to: numbers, conflicts."""
     asked, site = _asked(request), site_of(request)
     drafted = _draft(site, asked)
-    name = _program_name(asked)
-    command = shlex.join(["stepgauge", *asked.arguments(Path(site.placement).name, name)])
+    _program_name(asked)
     return render(
         request,
         "plan_part.html.j2",
         drafted=drafted,
-        command=command,
         values=asked.values,
         query=urlencode(asked.texts),
         fewer=drafted.cycles > SHOWN_CYCLES,

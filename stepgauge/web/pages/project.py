@@ -11,8 +11,11 @@ from stepgauge.web.forms import Form, with_form
 from stepgauge.web.render import render, site_of
 
 PAGE_OF = {
+    "gauge": "/gauge",
+    "machine": "/machine",
     "locate": "/locate",
     "plan": "/plan",
+    "again": "/plan",
     "simulate": "/run",
     "evaluate": "/result",
     "budget": "/result",
@@ -34,26 +37,28 @@ def show(request: Request) -> Response:
 def status(request: Request) -> Response:
     """What ``stepgauge status`` prints."""
     from stepgauge.project.status import project_status
-    from stepgauge.web.pages import PAGES
 
     found = project_status(site_of(request).project())
-    page = PAGE_OF.get(found.command.split()[1], "")
-    return render(request, "project_status.html.j2", status=found, page=page if page[1:] in PAGES else "")
+    reason = next((one.what for one in found.items[:2] if one.wrong), found.command.split()[1])
+    if reason == "plan" and any(one.what == "recording" and not one.wrong for one in found.items):
+        reason = "again"
+    return render(request, "project_status.html.j2", status=found, reason=reason, page=PAGE_OF.get(reason, ""))
 
 
 def new(request: Request, form: Form) -> Response:
-    """``stepgauge init``: a project file with copies of the shipped files."""
+    """A project file with copies of the shipped files that were chosen; what is one's own is entered next."""
     from stepgauge.files.resources import shipped_names
     from stepgauge.project.create import NewProject, create_project
 
     site = site_of(request)
     for key, where in (("gauge", "."), ("machine", "machines")):
-        if form.text(key) not in shipped_names(where):
+        if form.has(key) and form.text(key) not in shipped_names(where):
             raise InputError(key, "not a shipped file", found=form.text(key), expected="one of the list")
     with site.writing():
         texts = {"operator": form.text("operator")} if form.text("operator") else {}
         create_project(site.folder, NewProject(form.text("gauge"), form.text("machine"), texts))
-    return render(request, "gone.html.j2", address="/")
+    own = next((key for key in ("gauge", "machine") if not form.has(key)), "")
+    return render(request, "gone.html.j2", address=f"/{own}")
 
 
 ROUTES = [

@@ -82,7 +82,6 @@ def _show_one(request: Request, name: str) -> Response:
         total=total,
         live=run,
         error=error,
-        command="" if asked is None else asked.command(),
         server="" if asked is None else asked.server,
     )
 

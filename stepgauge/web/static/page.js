@@ -1,6 +1,7 @@
 // What all pages share: parts of a page that are fetched, forms that answer in place, figures from JSON.
 // A form with data-into="SELECTOR" puts its answer there; data-load="/address" is fetched when it appears, and again
-// after data-every seconds; data-go="/address" leads there; data-plot="/address.json" is drawn by plotly.
+// after data-every seconds; data-go="/address" leads there; data-plot="/address.json" is drawn by plotly. A button with
+// formaction and data-answers="SELECTOR" does something else with the same form. What is wrong is judged by the server alone.
 
 const PART = {"X-Part": "1"};
 export const by = id => document.getElementById(id);
@@ -16,8 +17,10 @@ export function put(target, text) {
   const holder = document.createElement("template");
   holder.innerHTML = text;
   const parts = [...holder.content.children];
+  const focused = target.contains(document.activeElement) && document.activeElement.name;
   target.replaceChildren(holder.content);
   parts.forEach(wire);
+  if (focused) target.querySelector(`[name="${CSS.escape(focused)}"]`)?.focus();
   target.setAttribute("aria-busy", "false");
 }
 
@@ -48,25 +51,39 @@ function replace(place, text) {
   if (focused) made[0]?.querySelector("button")?.focus();
 }
 
+function show(place) {  // the answer to a click is where one looks
+  const said = place.querySelector("[role=alert], [role=status], .error, .good, .warning");
+  if (!said) return;
+  const box = said.getBoundingClientRect();
+  if (box.top < 0 || box.bottom > innerHeight) said.scrollIntoView({block: "center"});
+}
+
 async function submit(event) {
-  const form = event.target, into = form.dataset.into && (form.closest(form.dataset.into) || document.querySelector(form.dataset.into));
+  const form = event.target, button = event.submitter, selector = button?.dataset.answers || form.dataset.into;
+  const into = selector && (form.closest(selector) || document.querySelector(selector));
   if (!into) return;
   event.preventDefault();
   into.setAttribute("aria-busy", "true");
   const data = new FormData(form);
   if (event.submitter?.name) data.append(event.submitter.name, event.submitter.value);
-  const get = form.method === "get";
-  const address = get ? form.action.split("?")[0] + "?" + new URLSearchParams(data) : form.action;
-  try { put(into, await ask(address, get ? {} : {method: "POST", body: data})); } catch (error) { fail(into, error); }
+  const get = form.method === "get", action = button?.hasAttribute("formaction") ? button.formAction : form.action;
+  const address = get ? action.split("?")[0] + "?" + new URLSearchParams(data) : action;
+  const asked = into.asked = {};  // only the answer to the last question counts
+  try {
+    const text = await ask(address, get ? {} : {method: "POST", body: data});
+    if (into.asked === asked) put(into, text);
+  } catch (error) { if (into.asked === asked) fail(into, error); }
+  if (button) show(into);
 }
 
 export function wire(root) {
   const all = selector => [...(root.matches?.(selector) ? [root] : []), ...root.querySelectorAll(selector)];
-  all("form[data-into]").forEach(form => form.addEventListener("submit", submit));
+  all("form[data-into]").forEach(form => { form.noValidate = true; form.addEventListener("submit", submit); });
   all("select[data-submits]").forEach(one => one.addEventListener("change", () => one.form.requestSubmit()));
   all("[data-follows]").forEach(form => {  // a form that answers to every change, after a moment of rest
     let wait;
     form.addEventListener("input", () => { clearTimeout(wait); wait = setTimeout(() => form.requestSubmit(), 250); });
+    if ("now" in form.dataset) form.requestSubmit();
   });
   all("[data-prints]").forEach(one => one.addEventListener("click", () => {
     const paper = document.querySelector(one.dataset.prints || null);
@@ -86,7 +103,8 @@ export function looks(layout = {}) {
   const axes = Object.fromEntries(Object.keys(layout).filter(key => /^[xy]axis\d*$/.test(key)).map(key => [key, {...AXIS(), ...layout[key]}]));
   const scene = layout.scene && {...layout.scene, ...Object.fromEntries(["xaxis", "yaxis", "zaxis"].map(key => [key,
     {...AXIS(), backgroundcolor: style("--ground"), ...layout.scene[key]}]))};
-  return {...layout, ...axes, ...(scene ? {scene} : {}), template: "none", paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+  const separators = document.documentElement.lang === "de" ? ",\u202f" : ".\u202f";
+  return {...layout, separators, ...axes, ...(scene ? {scene} : {}), template: "none", paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
     font: {family: getComputedStyle(document.body).fontFamily, size: 13, color: style("--ink")},
     modebar: {bgcolor: "rgba(0,0,0,0)", color: style("--quiet"), activecolor: style("--blue")},
     hoverlabel: {bgcolor: style("--raised"), font: {color: style("--ink")}, bordercolor: style("--rule")}};

@@ -1,0 +1,184 @@
+"""Gauge and machine without a browser: what a form brings becomes the files that the readers accept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import stepgauge as sg
+from stepgauge.dcc.face_table import read_face_table
+from stepgauge.errors import InputError
+from stepgauge.importing.tables.source import Source
+from stepgauge.web.pages import gauge as gauge_page
+from stepgauge.web.pages import machine as machine_page
+from tests.conftest import ROOT
+from tests.dcc.made import gauge_xml
+from tests.web.conftest import Asked
+
+NOMINAL = [0, 10, 20, 30, 40, 50]
+OFF_UM = [0.0, 0.41, -0.32, 0.65, 0.12, 0.2]
+U_UM = [0.1, 0.11, 0.11, 0.12, 0.12, 0.13]
+POSITION = [n + 1e-3 * off for n, off in zip(NOMINAL, OFF_UM, strict=True)]
+FORM = {
+    "name": "Gauge A",
+    "serial": "A-1",
+    "material": "steel",
+    "expansion_per_K": "11,5",
+    "expansion_uncertainty_per_K": "0,5",
+    "reference_temperature_C": "20",
+    "block_width_mm": "20",
+    "block_height_mm": "15",
+    "number": "K-1",
+    "laboratory": "A laboratory",
+    "date": "2026-03-02",
+    "coverage_factor": "2",
+}
+
+
+def lines(*columns: list[Any], head: str = "", between: str = "\t", comma: bool = False) -> str:
+    rows = [
+        between.join(f"{one:.5f}" if isinstance(one, float) else str(one) for one in row)
+        for row in zip(*columns, strict=True)
+    ]
+    text = "\n".join(rows)
+    return (f"{head}\n" if head else "") + (text.replace(".", ",") if comma else text)
+
+
+def faces(text: str, **stated: Any) -> np.ndarray:
+    return read_face_table(Source("table", text.encode()), **stated).values
+
+
+FACE = list(range(1, 7))
+OFF_MM = [1e-3 * off for off in OFF_UM]
+LAYOUTS = {
+    "as Excel pastes it": lines(
+        FACE, NOMINAL, POSITION, U_UM, head="Fläche\tNennmaß mm\tIstmaß mm\tU (k=2) µm", comma=True
+    ),
+    "semicolons, no header": lines(FACE, NOMINAL, POSITION, U_UM, between=";", comma=True),
+    "blanks, no header": lines(FACE, NOMINAL, POSITION, U_UM, between="  "),
+    "no numbers of faces": lines(NOMINAL, POSITION, U_UM, head="nominal,position,U µm", between=","),
+    "deviations in um": lines(NOMINAL, OFF_UM, U_UM, head="Nominal\tDeviation (µm)\tU (µm)"),
+    "deviations, no header, one negative": lines(NOMINAL, OFF_UM, U_UM),
+    "deviations in mm": lines(NOMINAL, OFF_MM, U_UM, head="Nominal (mm)\tError (mm)\tU (µm)"),
+    "nominal minus actual": lines(NOMINAL, [-off for off in OFF_UM], U_UM, head="Nominal\tSoll-Ist µm\tU µm"),
+    "U in mm": lines(NOMINAL, POSITION, [1e-3 * u for u in U_UM], head="nominal\tposition\tU (mm)"),
+    "a row of units": "Nominal\tPosition\tU\nmm\tmm\tµm\n" + lines(NOMINAL, POSITION, U_UM),
+    "positions beside deviations": lines(NOMINAL, POSITION, OFF_UM, U_UM, head="nominal\tposition\tdeviation µm\tU µm"),
+    "in m": lines(
+        [n / 1e3 for n in NOMINAL], [f"{p / 1e3:.8f}" for p in POSITION], U_UM, head="nominal (m)\tposition (m)\tU µm"
+    ),
+    "without nominal": lines(POSITION, U_UM, head="position mm\tU µm"),
+}
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_a_table_of_a_certificate_is_read_in_every_layout(name: str) -> None:
+    expected = np.column_stack([FACE, NOMINAL, POSITION, U_UM])
+    np.testing.assert_allclose(faces(LAYOUTS[name]), expected, atol=2e-5)
+
+
+def test_a_table_that_begins_with_face_2_gets_face_1() -> None:
+    found = read_face_table(Source("table", lines(NOMINAL[1:], OFF_UM[1:], U_UM[1:]).encode()))
+    assert found.values[0].tolist() == [1.0, 0.0, 0.0, 0.0]
+    assert found.notes == ("face_1_added",)
+
+
+def test_what_may_be_two_things_is_asked_and_the_answer_settles_it() -> None:
+    positive = [abs(off) for off in OFF_UM]
+    text = lines(NOMINAL, positive, U_UM)
+    with pytest.raises(InputError, match="positions are not found"):
+        faces(text)
+    found = faces(text, roles={1: "deviation", 2: "uncertainty"})
+    assert found[1, 2] == pytest.approx(10.00041)
+    small = lines(NOMINAL, POSITION, [0.02] * 6, head="nominal\tposition\tU")
+    with pytest.raises(InputError, match="unit of the uncertainty is not stated"):
+        faces(small)
+    assert faces(small, units={"uncertainty": "mm"})[0, 3] == pytest.approx(20.0)
+
+
+def test_deviations_that_contradict_the_positions_beside_them_are_refused() -> None:
+    wrong = [*OFF_UM[:3], 6.5, *OFF_UM[4:]]
+    with pytest.raises(InputError, match="position minus nominal is not the stated deviation"):
+        faces(lines(NOMINAL, POSITION, wrong, U_UM, head="nominal\tposition\tdeviation µm\tU µm"))
+
+
+def test_a_pasted_certificate_and_a_machine_become_a_project(tmp_path: Path) -> None:
+    said = Asked(tmp_path).post(gauge_page.check, {**FORM, "table": LAYOUTS["as Excel pastes it"]})
+    assert "6 faces of 3 blocks" in said
+    assert "/gauge?saved=gauge" in Asked(tmp_path).post(
+        gauge_page.save, {**FORM, "table": LAYOUTS["as Excel pastes it"]}
+    )
+    gauge = sg.read_gauge(tmp_path / "gauge/A-1.toml")
+    np.testing.assert_allclose(gauge.position_mm, POSITION, atol=1e-9)
+    np.testing.assert_allclose(gauge.u_um, np.array(U_UM) / 2.0)
+    assert gauge.table.expansion_per_K == 11.5e-6
+    ends = {"x_low": "0", "x_high": "700", "y_low": "0", "y_high": "1000", "z_low": "0", "z_high": "600"}
+    machine = {
+        "new": "1",
+        "name": "CMM 3",
+        "repeatability_um": "0,3",
+        "measuring_speed_mm_s": "3",
+        "travel_speed_mm_s": "50",
+    }
+    probe = {"tip_radius_mm": "2", "pretravel_um": "3"}
+    limit = {"mpe_constant": "1,8", "mpe_divisor": "350", "u_gauge_temperature_K": "0,05", "temperature_C": "20"}
+    answer = Asked(tmp_path).post(
+        machine_page.save, {**machine, **ends, **probe, **limit, "u_scale_temperature_K": "0.1"}
+    )
+    assert "/machine?saved=" in answer
+    found = sg.read_machine(tmp_path / "machine/cmm-3.toml")
+    assert found.table.mpe == "1.8 + L/350"
+    assert found.stated.gauge_temperature_K is not None
+    assert [one.key for one in found.uncertain] == ["machine.temperature_C"]
+    assert 'gauge = "gauge/A-1.toml"' in (tmp_path / "stepgauge.toml").read_text()
+    text = (tmp_path / "machine/cmm-3.toml").read_text()
+    (tmp_path / "machine/cmm-3.toml").write_text(
+        text + '\n[[effect]]  # found in May\nkind = "scale_error"\naxis = "x"\nppm = 2.0\n'
+    )
+    del machine["new"]
+    Asked(tmp_path).post(machine_page.save, {**machine, **ends, **probe, "name": "CMM 3", "mpe_constant": "2"})
+    again = sg.read_machine(tmp_path / "machine/cmm-3.toml")
+    assert again.table.mpe == "2"
+    assert len(again.effects) == 1, "what the form does not show stays"
+    assert "# found in May" in (tmp_path / "machine/cmm-3.toml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"table": "nominal\tposition\tU µm\n0\t0\t.1\n10\t9.99\t.1\n20\t20\t.1\n15\t30\t.1"}, "rise"),
+        ({"table": lines(FACE[:5], NOMINAL[:5], POSITION[:5], U_UM[:5])}, "even number"),
+        ({"table": lines(FACE, NOMINAL, [p / 25.4 for p in POSITION], U_UM)}, "inches"),
+        ({"table": ""}, "empty"),
+        ({"block_width_mm": ""}, "Width of a block: it is not filled in"),
+        ({"expansion_per_K": "11500"}, "Linear expansion: not a number in its range"),
+        ({"date": "soon"}, "Date of calibration: not a date"),
+    ],
+)
+def test_a_slip_is_named_by_its_field_or_row_and_nothing_is_written(
+    tmp_path: Path, change: dict[str, str], said: str
+) -> None:
+    answer = Asked(tmp_path).post(gauge_page.save, {**FORM, "table": LAYOUTS["as Excel pastes it"], **change})
+    assert 'role="alert"' in answer
+    assert said in answer
+    assert "--" not in answer
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_face_unlike_its_neighbours_is_shown(tmp_path: Path) -> None:
+    text = (ROOT / "calibration_data/step-gauge-420.csv").read_text().replace("200.00", "200.03")
+    said = Asked(tmp_path, "de").post(gauge_page.check, {**FORM, "table": text})
+    assert "Fläche 21 liegt 30" in said
+    assert said.count("anders als ihre Nachbarn") == 1
+
+
+def test_a_digital_certificate_fills_in_the_rest(tmp_path: Path) -> None:
+    gauge = sg.read_gauge("step-gauge-420")
+    data = gauge_xml().encode()
+    answer = Asked(tmp_path).post(gauge_page.save, {}, file=data)
+    assert "/gauge?saved=gauge" in answer, answer
+    made = next((tmp_path / "gauge").glob("*.toml"))
+    np.testing.assert_allclose(sg.read_gauge(made).position_mm, gauge.position_mm, atol=1e-9)
