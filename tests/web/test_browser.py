@@ -49,6 +49,7 @@ def test_a_folder_without_a_project_gets_one(tmp_path: Path, watched: Watched) -
     try:
         page: Any = watched.page
         page.goto(server.address)
+        page.get_by_label("Gauge").select_option("step-gauge-420")
         page.get_by_label("Machine").select_option("bridge-cmm")
         page.get_by_role("button", name="Make a project here").click()
         page.get_by_role("heading", name="What is next").wait_for()
