@@ -11,7 +11,7 @@ from importlib import import_module
 from starlette.routing import BaseRoute
 
 PAGES = (
-    *("project", "gauge", "machine", "locate", "plan", "run"),
+    *("project", "gauge", "machine", "locate", "plan", "run", "importing"),
     *("result", "diagnosis", "probe", "history", "report"),
 )
 """Modules of this package; ``nav.NAME`` is the text of each, ``/NAME`` its address, and the first is also ``/``."""

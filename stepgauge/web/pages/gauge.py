@@ -215,17 +215,19 @@ def _stated_fields(form: Form, some: Mapping[str, Field], with_usual: bool) -> d
 
 def _of_dcc(data: bytes, form: Form) -> GaugeImport:
     """A Digital Calibration Certificate; the fields of the form fill in what it lacks."""
-    from stepgauge.dcc.gauge_read import Wanted, import_gauge
+    from stepgauge.dcc.gauge_read import StatedGauge, import_gauge
 
     stated = {
-        one.name: one.read(form) for one in fields()[0] if form.has(one.name) and one.name in Wanted.__annotations__
+        one.name: one.read(form)
+        for one in fields()[0]
+        if form.has(one.name) and one.name in StatedGauge.__annotations__
     }
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "certificate.xml"
         path.write_bytes(data)
         try:
             return import_gauge(
-                path, Wanted(**{key: value for key, value in stated.items() if not _is_usual(key, value)})
+                path, StatedGauge(**{key: value for key, value in stated.items() if not _is_usual(key, value)})
             )
         except InputError as error:
             raise error.at(error.where.replace(f"{folder}/", "")) from None

@@ -1,0 +1,147 @@
+"""Import: any table or log, with what its columns were taken for, what was rejected, and questions as choices."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from stepgauge.errors import InputError, naming
+from stepgauge.web.folder import existing, free_name, listed, relative
+from stepgauge.web.forms import Form, with_form
+from stepgauge.web.render import address, render, site_of
+from stepgauge.web.site import Site
+
+if TYPE_CHECKING:
+    from stepgauge.importing.result import Imported
+
+GAUGE = "gauge"
+"""What was measured: the step gauge of the project, touched; else the sensor that looked along an axis."""
+FIRST_NAME = "recordings/measured.csv"
+SEVERAL = ("columns", "rows", "constants", "accept")
+"""Arguments to which an answer is added; in others it takes the place of what was there."""
+PROGRAMS = (".dmi", ".ngc", ".ipp", ".nc", ".mpf", ".h", ".gcode", ".jyc", ".tap")
+GROUPS = {
+    "length": ("target", "reading", "x_mm", "y_mm", "z_mm", "from", "to", "face"),
+    "difference": ("deviation", "correction"),
+    "order": ("way", "cycle", "time_s", "placement", "approach_i", "approach_j", "approach_k"),
+    "unused": ("dropped",),
+}
+"""Colours of columns by what they were taken for; all others are of the fourth kind."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A choice that was made: ``argument`` of the import and its value."""
+
+    argument: str
+    value: str
+
+    @property
+    def text(self) -> str:
+        """As a form has it."""
+        return f"{self.argument}={self.value}"
+
+
+def show(request: Request) -> Response:
+    """The form; what it leads to follows as soon as there is something to read."""
+    from stepgauge.axis.sensors import SENSORS
+
+    site = site_of(request)
+    ready = site.has_project and Path(site.placement).exists()
+    return render(
+        request,
+        "importing.html.j2",
+        ready=ready,
+        sensors=SENSORS,
+        name=relative(site.folder, str(free_name(site.folder, FIRST_NAME))),
+        programs=listed(site.folder, PROGRAMS, deep=1),
+        saved=request.query_params.get("saved", ""),
+    )
+
+
+def look(request: Request, form: Form) -> Response:
+    """What the file was taken for, with what is open; nothing is written."""
+    if "file" not in form.files and not form.has("pasted"):
+        return render(request, "importing_part.html.j2", imported=None, answers=[], group=_group)
+    answers = list(_answers(form))
+    imported = _imported(site_of(request), form, answers)
+    return render(request, "importing_part.html.j2", imported=imported, answers=answers, group=_group)
+
+
+def _group(taken: str) -> str:
+    return next((name for name, some in GROUPS.items() if taken in some), "other")
+
+
+def _answers(form: Form) -> Iterable[Answer]:
+    """The choices of this form: those that are kept, those of the questions, and what was typed for one."""
+    texts = form.text("answer").split("\n")
+    texts += [form.text(f"question_{n}") for n in range(1, 20)]
+    for text in dict.fromkeys(one for one in texts if "=" in one):
+        argument, _, value = text.partition("=")
+        value = value or form.text(f"typed_{argument}")
+        if value:
+            yield Answer(argument, value)
+
+
+def _imported(site: Site, form: Form, answers: Iterable[Answer]) -> Imported:
+    import stepgauge as sg
+
+    given = dict[str, Any](_known(site, form))
+    for one in answers:
+        given[one.argument] = [*given.get(one.argument, ()), one.value] if one.argument in SEVERAL else _typed(one)
+    data = form.files.get("file") or form.text("pasted").encode()
+    source = io.BytesIO(data)
+    source.name = form.names.get("file", "table.txt") if "file" in form.files else "table.txt"
+    try:
+        return sg.import_recording(source, **given)
+    except TypeError as error:
+        raise InputError(naming("file"), f"a choice is none: {error}", expected="one of the choices") from None
+
+
+def _typed(answer: Answer) -> Any:
+    return int(answer.value) if answer.argument == "table" and answer.value.isdigit() else answer.value
+
+
+def _known(site: Site, form: Form) -> Iterable[tuple[str, Any]]:
+    """What the project and the form say beside the file."""
+    sensor = form.text("sensor", GAUGE)
+    if sensor != GAUGE:
+        yield "sensor", sensor
+        return
+    yield from (("gauge", site.stated("gauge")), ("machine", site.stated("machine")))
+    if Path(site.placement).exists():
+        yield "placement", site.placement
+    if form.text("program"):
+        yield "program", str(existing(site.folder, form.text("program")))
+    if form.has("gauge_temperature"):
+        yield "gauge_temperature_C", form.number("gauge_temperature", -20.0, 60.0)
+
+
+def save(request: Request, form: Form) -> Response:
+    """Write the recording into the project."""
+    site = site_of(request)
+    place = Path(form.text("output", FIRST_NAME))
+    if place.suffix != ".csv" or place.parent == Path("."):
+        raise InputError(naming("output"), naming("not_a_recording"), expected="recordings/NAME.csv")
+    imported = _imported(site, form, list(_answers(form)))
+    imported.settled()
+    target = free_name(site.folder, str(place))
+    with site.writing():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        imported.write(target)
+    saved = relative(site.folder, str(target))
+    return render(request, "gone.html.j2", address=address("/importing", saved=saved))
+
+
+ROUTES = [
+    Route("/importing", show),
+    Route("/importing/look", with_form(look), methods=["POST"]),
+    Route("/importing", with_form(save), methods=["POST"]),
+]
