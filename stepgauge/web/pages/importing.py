@@ -26,6 +26,10 @@ GAUGE = "gauge"
 FIRST_NAME = "recordings/measured.csv"
 SEVERAL = ("columns", "rows", "constants", "accept")
 """Arguments to which an answer is added; in others it takes the place of what was there."""
+SINGLE = (
+    *("sensor", "unit", "deviation_unit", "temperature_unit", "points", "placement_number", "tip_radius_mm", "format"),
+    *("header", "table", "sheet", "delimiter", "decimal", "targets", "temperature_convention"),
+)
 PROGRAMS = (".dmi", ".ngc", ".ipp", ".nc", ".mpf", ".h", ".gcode", ".jyc", ".tap")
 GROUPS = {
     "length": ("target", "reading", "x_mm", "y_mm", "z_mm", "from", "to", "face"),
@@ -86,6 +90,8 @@ def _answers(form: Form) -> Iterable[Answer]:
     for text in dict.fromkeys(one for one in texts if "=" in one):
         argument, _, value = text.partition("=")
         value = value or form.text(f"typed_{argument}")
+        if argument not in (*SEVERAL, *SINGLE):
+            raise InputError(naming("answer"), naming("not_a_choice"), found=repr(text))
         if value:
             yield Answer(argument, value)
 
@@ -99,14 +105,15 @@ def _imported(site: Site, form: Form, answers: Iterable[Answer]) -> Imported:
     data = form.files.get("file") or form.text("pasted").encode()
     source = io.BytesIO(data)
     source.name = form.names.get("file", "table.txt") if "file" in form.files else "table.txt"
-    try:
-        return sg.import_recording(source, **given)
-    except TypeError as error:
-        raise InputError(naming("file"), f"a choice is none: {error}", expected="one of the choices") from None
+    return sg.import_recording(source, **given)
 
 
 def _typed(answer: Answer) -> Any:
-    return int(answer.value) if answer.argument == "table" and answer.value.isdigit() else answer.value
+    """The value as the import takes it; of numbers only what is one."""
+    if answer.argument not in ("table", "placement_number", "tip_radius_mm"):
+        return answer.value
+    value = Form({answer.argument: answer.value}, {}).number(answer.argument, 0.0, 1e6)
+    return value if answer.argument == "tip_radius_mm" else int(value or 0)
 
 
 def _known(site: Site, form: Form) -> Iterable[tuple[str, Any]]:

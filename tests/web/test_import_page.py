@@ -1,0 +1,81 @@
+"""Import on the page: what the columns were taken for, questions as choices, and the recording in the project."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stepgauge as sg
+from stepgauge.axis.recording import read_axis_recording
+from stepgauge.web.pages import importing
+from tests.web.conftest import Asked, make_project
+
+TARGETS = range(0, 500, 50)
+READINGS = [target * (1.0 + ppm * 1e-6) for ppm in (10.0, 12.0) for target in TARGETS]
+ROWS = [f"{target};{reading:.4f}" for target, reading in zip([*TARGETS, *TARGETS], READINGS, strict=True)]
+TABLE = "\n".join(["Soll;Ist", *ROWS]).replace(".", ",")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return make_project(tmp_path / "project")
+
+
+def test_a_question_is_a_choice_that_settles_it_and_stays_shown(folder: Path) -> None:
+    asked, form = Asked(folder), {"pasted": TABLE, "sensor": "laser"}
+    first = asked.post(importing.look, form)
+    assert "unit of the targets is not stated" in first
+    assert 'name="typed_unit"' in first
+    assert '<th scope="col" class="role-length">target' in first
+    assert "All is clear" not in first
+    second = asked.post(importing.look, {**form, "answer": "unit=", "typed_unit": "mm"})
+    assert 'name="answer" value="unit=mm" checked' in second
+    assert "All is clear: 20 readings" in second
+    assert "the unit of the targets" in asked.post(importing.save, {**form, "output": "recordings/laser.csv"})
+    assert not (folder / "recordings/laser.csv").exists()
+    saved = asked.post(importing.save, {**form, "answer": "unit=mm", "output": "recordings/laser.csv"})
+    assert "/importing?saved=recordings%2Flaser.csv" in saved
+    frame = read_axis_recording(folder / "recordings/laser.csv").frame
+    np.testing.assert_allclose(sorted(frame["reading"]), sorted(np.round(READINGS, 4)))
+
+
+def test_points_of_the_gauge_become_a_recording_with_the_files_of_the_project(folder: Path) -> None:
+    gauge, machine = sg.read_gauge(folder / "gauge/step-gauge-420.toml"), sg.read_machine("bridge-cmm")
+    asked = Asked(folder)
+    placement = sg.locate(Path("examples/demo/points.csv"), gauge, machine=machine)
+    placement.write(folder / "placement.toml")
+    plan = sg.plan(placement, gauge, machine, cycles=2, blocks="1:4")
+    recording = sg.simulate(plan, machine, gauge, placement, seed=1).recording
+    columns = recording.frame[["x_mm", "y_mm", "z_mm"]].rename(columns={"x_mm": "X", "y_mm": "Y", "z_mm": "Z"})
+    table = columns.to_csv(index=False, sep="\t", float_format="%.5f")
+    said = asked.post(importing.look, {"pasted": table})
+    assert "All is clear: 16 probings" in said, said
+    asked.post(importing.save, {"pasted": table, "output": "recordings/a.csv", "gauge_temperature": "20,4"})
+    found = sg.read_recording(folder / "recordings/a.csv").frame
+    assert found["face"].tolist() == recording.frame["face"].tolist()
+    assert set(found["gauge_temperature_C"]) == {20.4}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"output": "../elsewhere.csv"}, "outside of the project"),
+        ({"output": "elsewhere.csv"}, "not the name of a recording"),
+        ({"answer": "unit=parsec"}, "parsec"),
+        ({"answer": "nothing=1"}, "not a choice"),
+        ({"answer": "source=/etc/passwd"}, "not a choice"),
+        ({"pasted": "no table"}, "table"),
+    ],
+)
+def test_what_cannot_be_imported_says_why_without_words_of_the_command_line(
+    folder: Path, change: dict[str, str], said: str
+) -> None:
+    form = {"pasted": TABLE, "sensor": "laser", "answer": "unit=mm", "output": "recordings/a.csv", **change}
+    answer = Asked(folder).post(importing.save, form)
+    assert 'role="alert"' in answer
+    assert said in answer
+    assert not re.search(r"--[a-z]", answer)
+    assert not list(folder.rglob("recordings/*.csv"))
