@@ -20,6 +20,7 @@ from stepgauge.cli import TASKS, cli
 from stepgauge.effects import Effect, Parameter, Probings, Setting, along_approach_um, effect_kinds, make_effects
 from stepgauge.effects.compensation import COLUMNS as TABLE_COLUMNS
 from stepgauge.figures.style import CYCLE
+from stepgauge.fleet import schema
 from stepgauge.gauge.certified import CertificateTable, GaugeTable, read_gauge
 from stepgauge.machine.file import MachineTable, read_machine
 from stepgauge.project.file import COMMON
@@ -42,6 +43,7 @@ def write_reference(folder: Path) -> None:
     write_effects(folder / "effects")
     (folder / "files.md").write_text(files_page(), encoding="utf-8")
     (folder / "python.md").write_text(python_page(), encoding="utf-8")
+    (folder / "fleet.md").write_text(fleet_page(), encoding="utf-8")
 
 
 def python_page() -> str:
@@ -172,6 +174,18 @@ def keys_of(model: type[BaseModel]) -> str:
         )
         rows.append((f"`{name}`", field.description or "", default))
     return table(("key", "meaning", "default"), rows)
+
+
+def fleet_page() -> str:
+    """The columns of the views of a fleet's store, from its schema."""
+    parts = ["# Store of a fleet", "", f"Views and their columns, schema version {schema.VERSION}.", ""]
+    for name in ("recordings", "probings", "evaluations", "budgets", "diagnoses"):
+        rows = (
+            (f"`{one.name}`", f"{one.kind}, or null" if one.null else one.kind, one.meaning)
+            for one in getattr(schema, name.upper())
+        )
+        parts += [f"## `{name}`", "", table(("column", "type", "meaning"), rows)]
+    return "\n".join(parts)
 
 
 def write_effects(folder: Path) -> None:

@@ -13,16 +13,14 @@ import numpy as np
 import pytest
 
 from stepgauge.errors import InputError
-from stepgauge.fleet import schema
 from stepgauge.fleet.compacting import compact
 from stepgauge.fleet.content import recording_key
 from stepgauge.fleet.query import query
 from stepgauge.fleet.results import Results
-from stepgauge.fleet.schema import OWNERS, VERSION
+from stepgauge.fleet.schema import OWNERS
 from stepgauge.fleet.store import Fleet
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.recording import Recording
-from tests.conftest import ROOT
 from tests.fleet.made import GAUGE, make_entry, make_fleet, make_recording
 
 
@@ -182,14 +180,3 @@ def test_writers_killed_at_any_moment_leave_whole_recordings(tmp_path: Path) -> 
     assert query(fleet, "SELECT count(*) AS n FROM probings")["n"].to_pylist() == [sum(fleet.recordings()["rows"])]
     assert len(new) + len(known) == 30
     assert query(fleet, "SELECT count(DISTINCT recording) AS n FROM probings")["n"].to_pylist() == [30]
-
-
-def test_the_page_on_the_fleet_lists_every_column_with_its_type_and_meaning() -> None:
-    page = (ROOT / "docs/fleet.md").read_text(encoding="utf-8")
-    assert f"schema version {VERSION}," in page
-    for name in ("recordings", "probings", "evaluations", "budgets", "diagnoses"):
-        section = page.split(f"### `{name}`\n")[1].split("\n#")[0]
-        rows = [line for line in section.splitlines() if line.startswith("| `")]
-        columns = getattr(schema, name.upper())
-        kinds = [f"{one.kind}, or null" if one.null else one.kind for one in columns]
-        assert rows == [f"| `{one.name}` | {kind} | {one.meaning} |" for one, kind in zip(columns, kinds, strict=True)]

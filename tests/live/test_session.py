@@ -216,8 +216,8 @@ def test_an_abort_that_is_refused_stops_the_machine_all_the_same() -> None:
 
 
 def test_the_documentation_lists_every_command_and_no_other() -> None:
-    text = (Path(stepgauge.__file__).parents[1] / "docs" / "live.md").read_text()
-    table = text.partition("### Commands")[2].partition("### ")[0]
+    text = (Path(stepgauge.__file__).parents[1] / "docs" / "ippdme-server.md").read_text()
+    table = text.partition("## Commands")[2].partition("## ")[0]
     assert set(re.findall(r"^\| `(\w+)\(", table, re.MULTILINE)) == set(COMMANDS)
     for name, signature in COMMANDS.items():
         words = str(signature.arguments).replace("|", "\\|")
