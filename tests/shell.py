@@ -39,6 +39,9 @@ class Block:
     language: str
     text: str
     not_run: str = ""
+    file: str = ""
+    """The file that the reader writes with this text, or at whose end he writes it (``added``)."""
+    added: bool = False
 
 
 def pages() -> list[Path]:
@@ -48,11 +51,34 @@ def pages() -> list[Path]:
     return sorted(one for one in docs.rglob("*.md") if one.relative_to(docs).parts[0] not in made)
 
 
+FILE = re.compile(r"(at the end of )?`([\w/-]+\.\w+)`:$")
+"""How the line above a block ends that shows a file which the reader writes, or what he adds to one."""
+
+
 def blocks_of(page: Path) -> list[Block]:
-    """The blocks in ``sh`` and ``python`` of a page; a remark ``<!-- not run: REASON -->`` above one says why."""
-    pattern = r"^ *(?:<!-- not run: ([^>]+) -->\n *)?```(sh|python)\n(.*?)^ *```$"
-    found = re.findall(pattern, page.read_text(encoding="utf-8"), re.S | re.M)
-    return [Block(language, re.sub(r"^   (?! {5})", "", text, flags=re.M), why) for why, language, text in found]
+    """The blocks of a page in its order: commands, Python, and files that the reader writes.
+
+    A remark ``<!-- not run: REASON -->`` above one says why it is not run.
+    """
+    text = page.read_text(encoding="utf-8")
+    pattern = r"^ *(?:<!-- not run: (?P<why>[^>]+) -->\n *)?```(?P<language>\w+)\n(?P<text>.*?)^ *```$"
+    blocks = []
+    for found in re.finditer(pattern, text, re.S | re.M):
+        told = FILE.search(text[: found.start()].rstrip())
+        if found["language"] in ("sh", "python"):
+            inner = re.sub(r"^   (?! {5})", "", found["text"], flags=re.M)
+            blocks.append(Block(found["language"], inner, found["why"] or ""))
+        elif told:
+            blocks.append(Block("file", found["text"], file=told[2], added=bool(told[1])))
+    return blocks
+
+
+def write_file(block: Block) -> None:
+    """Write the file of a block in the working folder, or add to it."""
+    path = Path(block.file)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a" if block.added else "w", encoding="utf-8") as file:
+        file.write("\n" * block.added + block.text)
 
 
 def shell_blocks(page: Path) -> list[str]:
@@ -68,6 +94,10 @@ def run_page(page: Path, pipes: Path) -> None:
     known: dict[str, Any] = {}
     runs = groupby((one for one in blocks_of(page) if not one.not_run), key=lambda one: one.language)
     for number, (language, blocks) in enumerate(runs):
+        if language == "file":
+            for one in blocks:
+                write_file(one)
+            continue
         if language == "python":
             for one in blocks:
                 exec(compile(one.text, str(page), "exec"), known)
