@@ -7,18 +7,6 @@ from dataclasses import dataclass
 
 from stepgauge.effects import effect_kinds
 
-SCALE = {"scale_error", "scale_curvature", "periodic_scale_error", "local_scale_defect", "scale_joint", "screw_error"}
-TRAVEL = {"reversal_error", "reversal_wear", "stick_slip"}
-TIME = {"thermal_drift", "temperature_cycle", "step_change", "vibration", "thermal_shift"}
-SCATTER = {"noise_growth", "outliers"}
-CONTACT = {"effective_radius", "trigger_delay", "approach_memory"}
-PROBE = {*CONTACT, "probe_lobing", "lever_arm", "pretravel_scale", "kinematic_pretravel", "seat_defect", "tip_change"}
-"""Kinds that need a probe which touches."""
-OPEN_ENDED = {"scale_error", "scale_curvature"}
-"""Kinds of a scale with two ends: on a circle an error must close after a turn."""
-DISTANCE = {"scale_error", "periodic_scale_error", "effective_radius"}
-"""Kinds of a distance meter: its frequency, its interpolation within a wavelength, its additive constant."""
-
 
 @dataclass(frozen=True)
 class Sensor:
@@ -44,16 +32,19 @@ SENSORS = {
 }
 
 
+def recording_of(form: str, rotary: bool = False) -> str:
+    """What a recording is of (:data:`stepgauge.effects.base.RECORDINGS`), by its form (``axis``, ``spot``, ..)."""
+    return ("rotary" if rotary else "linear") if form == "axis" else form
+
+
 def kinds_of(sensor: str, form: str, rotary: bool = False) -> set[str]:
-    """Kinds of effects that a recording of a form (``axis``, ``spot``, ``distances``) by a sensor may show."""
-    known = SENSORS[sensor]
-    if form == "distances" or sensor == "edm":
-        return DISTANCE | TIME | SCATTER
-    kinds = TIME | SCATTER | (CONTACT if known.touches else set())
-    if form == "axis":
-        kinds |= SCALE - (OPEN_ENDED if rotary else set())
-        kinds |= TRAVEL | {"thermal_expansion_of"}
-    return kinds
+    """Kinds of effects that a recording of a form (``axis``, ``spot``, ``distances``) by a sensor may show.
+
+    A distance meter has the effects of distances, whatever is measured with it.
+    """
+    of = "distances" if sensor == "edm" else recording_of(form, rotary)
+    known, touches = effect_kinds(every=True), SENSORS[sensor].touches
+    return {kind for kind, one in known.items() if of in one.recordings and (touches or of not in one.touch)}
 
 
 def not_candidates(sensor: str, form: str, rotary: bool = False) -> set[str]:
@@ -64,4 +55,4 @@ def not_candidates(sensor: str, form: str, rotary: bool = False) -> set[str]:
 def without_probe(sensor: str | None) -> Collection[str]:
     """Kinds that a recording of a gauge cannot show because what read it does not touch; none where it is not said."""
     touches = sensor is None or sensor not in SENSORS or SENSORS[sensor].touches
-    return () if touches else PROBE & set(effect_kinds())
+    return () if touches else {kind for kind, one in effect_kinds().items() if "gauge" in one.touch}

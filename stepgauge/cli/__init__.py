@@ -41,6 +41,8 @@ class LazyGroup(click.Group):
         command = (
             _command(words, cmd_name) if words in PLACES else importlib.import_module(self.verbs[cmd_name][0]).command
         )
+        if cmd_name in WITH_EFFECTS and EFFECTS not in command.params:
+            command.params.append(EFFECTS)
         path = None if ctx.resilient_parsing or cmd_name in NOT_IN_PROJECTS else find_project()
         return command if path is None else _in_project(command, ctx, path, cmd_name)
 
@@ -103,6 +105,26 @@ def _words(ctx: click.Context) -> tuple[str, ...]:
     return () if ctx.parent is None else (*_words(ctx.parent), str(ctx.info_name))
 
 
+def _load_effects(context: click.Context, _: click.Parameter, files: tuple[str, ...]) -> None:
+    """Import the files of effects that the command line names, and no others."""
+    if files and not context.resilient_parsing:
+        from stepgauge.effects import load_effects
+
+        for file in files:
+            load_effects(file)
+
+
+EFFECTS = click.Option(
+    ["--effects"],
+    multiple=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_load_effects,
+    metavar="FILE",
+    help="Python file with effects of your own, which it runs (docs/adding-an-effect.md); once per file.",
+)
+WITH_EFFECTS = ("simulate", "serve", "measure", "budget", "uncertainty", "diagnose", "investigate", "effects")
+"""Verbs that know the vocabulary of effects."""
 NOT_IN_PROJECTS = ("init", "web", "demo", "shipped", "dialects", "effects")
 """Verbs that need nothing of what a project file states, and must run where it is wrong."""
 TASKS: Tasks = {

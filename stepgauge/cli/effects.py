@@ -98,11 +98,12 @@ def _describe(effect: type[Effect], given: Given) -> str:
 
 def _usual(effect: type[Effect], gauge: Gauge | None, machine: Machine | None) -> list[str]:
     """What a diagnosis expects of the effect before it has seen a reading."""
-    from stepgauge.diagnosis.laws.usual import odds_of, shape_range, usual_shape, usual_size
+    from stepgauge.diagnosis.laws.grids import shape_range, usual_shape
+    from stepgauge.diagnosis.laws.usual import odds_of, usual_size
     from stepgauge.diagnosis.priors import shipped_priors
 
     priors = shipped_priors()
-    if effect.kind not in priors.laws.kinds:
+    if not effect.sought or (effect.prior is None and effect.__module__.startswith("stepgauge.")):
         return []
     prior, usual = priors.laws.of(effect.kind), usual_size(effect, priors, gauge, machine)
     sizes = (usual.size, usual.size / priors.sizes.below, usual.size * priors.sizes.above)
@@ -115,13 +116,13 @@ def _usual(effect: type[Effect], gauge: Gauge | None, machine: Machine | None) -
     lines += [f"    times {rounded(factor, 3)}: {reason}" for reason, factor in usual.factors.items()]
     lines += [f"    {_MISSING[prior.basis]}"] if prior.basis and not usual.factors and prior.basis in _MISSING else []
     for p in effect.parameters():
-        if p.name in priors.shapes:
-            axes = "xyz" if machine is not None and p.name == "period_mm" else [""]
-            ends = {axis: _span(*shape_range(p.name, priors, machine, axis), 4) for axis in axes}
+        if p.decades:
+            axes = "xyz" if machine is not None and p.unit == "mm" else [""]
+            ends = {axis: _span(*shape_range(p, machine, axis), 4) for axis in axes}
             told = ", ".join(f"{axis} {words}".strip() for axis, words in ends.items())
             lines.append(f"  {p.name}: {told} {p.unit}, as likely in every decade")
-        if (about := usual_shape(p.name, priors, machine)) is not None:
-            centre, factor, reason = about[0], math.exp(about[1]), priors.usual_shapes[p.name].why
+        if p.usual is not None and (about := usual_shape(p, machine)) is not None:
+            centre, factor, reason = about[0], math.exp(about[1]), p.usual.why
             usually, reach = rounded(centre, 3), _span(centre / factor, centre * factor, 3)
             lines.append(f"  {p.name}: usually {usually} {p.unit}, two thirds from {reach} {p.unit} ({reason})")
     odds = 1.0 / odds_of(effect.kind, priors)

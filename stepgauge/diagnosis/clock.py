@@ -20,8 +20,6 @@ from stepgauge.effects import Effect, Probings
 
 LONG = 0.1
 """Latest time of the first touch, over the duration, at which the clock counts as started with the measurement."""
-TIMES = ("start_s", "time_s")
-"""Parameters that are times of the clock."""
 UNTOLD_DEG = 360.0 / math.sqrt(12.0)
 """Standard deviation of an unknown phase."""
 
@@ -50,36 +48,41 @@ def told_by_clock(finding: Finding, start_s: float) -> Finding:
     if start_s == 0.0:
         return finding
     choices = dict(finding.choices)
-    since = getattr(effect, "start_s", choices.get("start_s"))
-    if isinstance(since, float) and "start_s" not in finding.parameters:
-        choices["start_s"] = since + start_s
     if effect is None:
         return replace(finding, choices=choices)
-    moved: dict[str, Any] = {name: getattr(effect, name) + start_s for name in TIMES if hasattr(effect, name)}
+    times = [p.name for p in effect.parameters() if p.clock]
+    for name in times:
+        if isinstance(since := getattr(effect, name), float) and name not in finding.parameters and name in choices:
+            choices[name] = since + start_s
+    moved: dict[str, Any] = {name: getattr(effect, name) + start_s for name in times}
     if effect.when is not None and effect.when.startswith("time_s "):
         name, sense, edge = effect.when.split()
         moved["when"] = f"{name} {sense} {float(edge) + start_s:.12g}"
     parameters = dict(finding.parameters)
-    for name in set(TIMES) & set(parameters):
+    for name in set(times) & set(parameters):
         parameters[name] = replace(parameters[name], value=parameters[name].value + start_s)
-    if "phase_deg" in parameters and _turns(effect, start_s):
-        parameters["phase_deg"] = _phase(effect, parameters, start_s)
-        moved["phase_deg"] = parameters["phase_deg"].value
+    phase = effect.phase()
+    if phase is not None and phase.name in parameters and _turns(effect, start_s):
+        parameters[phase.name] = _phase(effect, parameters, start_s)
+        moved[phase.name] = parameters[phase.name].value
     where = moved.get("when", finding.where)
     return replace(finding, effect=effect.with_values(**moved), choices=choices, parameters=parameters, where=where)
 
 
 def _turns(effect: Effect, start_s: float) -> float:
     """Cycles of an oscillation in time since the zero of the clock; 0 for one along the travel."""
-    if hasattr(effect, "period_s"):
-        return start_s / float(effect.period_s)
-    return start_s * float(getattr(effect, "frequency_hz", 0.0))
+    name, inverse = effect.rhythm()
+    if "time" not in effect.covariates or not name:
+        return 0.0
+    rate = float(getattr(effect, name))
+    return start_s * rate if inverse else start_s / rate
 
 
 def _phase(effect: Effect, parameters: dict[str, Estimate], start_s: float) -> Estimate:
     """The phase at the zero of the clock, without an uncertainty if the period does not determine it."""
-    phase, turns = parameters["phase_deg"], _turns(effect, start_s)
-    rate = next(parameters[name] for name in ("period_s", "frequency_hz") if name in parameters)
+    declared = effect.phase()
+    assert declared is not None
+    phase, turns, rate = parameters[declared.name], _turns(effect, start_s), parameters[effect.rhythm()[0]]
     value = (phase.value - 360.0 * turns + 180.0) % 360.0 - 180.0
     if phase.u is None or rate.u is None:
         return replace(phase, value=value, u=None)

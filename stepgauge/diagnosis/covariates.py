@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.laws.choices import pauses_s
 from stepgauge.diagnosis.laws.library import SEEN_SHARE, reached_axes
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.effects.grids import pauses_s
 from stepgauge.recording import COUNTS, OPTIONAL, REQUIRED
 from stepgauge.recording.columns import STYLUS
 
@@ -142,7 +142,7 @@ def _place_mm(data: Residuals, axis: str) -> Array:
 def _touches(data: Residuals) -> Iterator[Covariate]:
     """Touches since a pause, for every duration of a pause in this recording; without pauses their number."""
     told: list[Array] = []
-    for pause_s in (round(pause) for pause in pauses_s(data)):
+    for pause_s in (round(pause) for pause in pauses_s(data.probings)):
         touches = data.probings.touches_since_pause(pause_s)
         paused = bool((np.diff(touches[data.order]) <= 0.0).any())
         if paused and not any(np.array_equal(touches, other) for other in told):

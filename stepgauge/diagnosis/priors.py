@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import difflib
+import json
 import tomllib
 from collections.abc import Sequence
+from dataclasses import asdict
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -14,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.files.config import Table, check_table, read_toml
 from stepgauge.inference.priors import NoisePriors
@@ -92,47 +95,41 @@ class KindPrior(Table):
     why: str = ""
 
 
-class ShapePrior(Table):
-    """Log-normal prior of a shape: median, and the factor of one standard deviation.
-
-    With the basis "stylus" the median is ``usual`` beyond the length of the stylus.
-    """
-
-    usual: float = Field(gt=0.0)
-    factor: float = Field(gt=1.0)
-    basis: Literal["", "stylus"] = ""
-    why: str = ""
-
-
 class LawPriors(Table):
     """All kinds of laws.
 
-    ``part``: odds of one in a part of the record only, over one everywhere; ``same_part``: odds that a law follows
-    thermometers on the part that it moves, over others: a bending the difference of two on one part, an expansion no
-    thermometer that is documented to be on another part; ``corrected``: size of what follows a temperature for which
-    the evaluation corrects, over that of what follows others, ``corrected_most``: its largest standard deviation;
-    ``lag``: odds of a body that takes time to follow, over one that follows at once; ``late``: those of a beginning
-    during the measurement; ``unqualified``: odds of the whole pre-travel of a tripod, over its variation about the mean
-    of a qualification; ``all_axes``: of one error of all axes, over one of any of them; ``discrepancy``: standard
-    deviation of what laws with a shape in ``processes`` leave out, as a share of their size.
+    ``part``: odds of one in a part of the record only, over one everywhere; ``corrected``: size of what follows a
+    temperature for which the evaluation corrects, over that of what follows others, ``corrected_most``: its largest
+    standard deviation; ``all_axes``: odds of one error of all axes, over one of any of them; ``discrepancy``: standard
+    deviation of what laws of a process leave out, as a share of their size.
     """
 
     odds: float = Field(gt=0.0)
     part: float = Field(0.01, gt=0.0)
-    same_part: float = Field(10.0, gt=0.0)
     corrected: float = Field(0.2, gt=0.0)
     corrected_most: float = Field(12.0, gt=0.0)
-    lag: float = Field(1.0, gt=0.0)
-    late: float = Field(0.2, gt=0.0)
-    unqualified: float = Field(0.03, gt=0.0)
     all_axes: float = Field(1.5, gt=0.0)
     discrepancy: float = Field(0.05, ge=0.0, lt=1.0)
-    processes: list[str] = Field(default_factory=list)
     kinds: dict[str, KindPrior]
 
     def of(self, kind: str) -> KindPrior:
-        """Those of one kind; for a kind that is not in the file, common odds and a usual size of one unit."""
-        return self.kinds.get(kind, KindPrior(odds=1.0, usual=1.0))
+        """Those of one kind, as a file states them or as its effect declares them."""
+        return self.kinds.get(kind) or declared_prior(kind)
+
+
+def declared_prior(kind: str) -> KindPrior:
+    """That of an effect's class; of one that declares none, of a common kind with a tenth of its sensible size."""
+    effect = effect_kinds(every=True).get(kind)
+    if effect is None:
+        return KindPrior(odds=1.0, usual=1.0)
+    linear = [p for p in effect.parameters() if p.role == "linear"]
+    unit = linear[0].unit if linear else ""
+    own = effect.prior
+    if own is None:
+        ends = next((p.sensible for p in linear if p.sensible is not None), (0.0, 10.0))
+        return KindPrior(odds=1.0, usual=max(map(abs, ends)) / 10.0, unit=unit)
+    stated = {name: value for name, value in asdict(own).items() if value != np.inf}
+    return KindPrior.model_validate(stated | {"unit": own.unit or unit})
 
 
 class MapPriors(Table):
@@ -150,22 +147,26 @@ class Priors(Table):
     sizes: SizePriors
     scatter: NoisePriors
     forms: FormPriors
-    shapes: dict[str, list[float]]
-    usual_shapes: dict[str, ShapePrior]
     laws: LawPriors
     maps: MapPriors
 
-    @model_validator(mode="after")
-    def _ranges(self) -> Priors:
-        for name, ends in self.shapes.items():
-            if len(ends) != 2 or not 0.0 < ends[0] < ends[1]:
-                raise ValueError(f"for {name} two positive numbers, the smaller one first")
-        return self
-
 
 def priors_text() -> str:
-    """The shipped file with its reasons."""
-    return (files("stepgauge.diagnosis") / FILE).read_text("utf-8")
+    """The shipped file with its reasons, and with the priors that effects declare."""
+    text = (files("stepgauge.diagnosis") / FILE).read_text("utf-8")
+    head = "[laws.kinds]\n"
+    return text.replace(head, head + "".join(f"{kind} = {_table(prior)}\n" for kind, prior in _declared().items()), 1)
+
+
+def _declared() -> dict[str, KindPrior]:
+    """The priors of all effects that a diagnosis may name, by their kinds."""
+    return {kind: declared_prior(kind) for kind, effect in sorted(effect_kinds().items()) if effect.prior is not None}
+
+
+def _table(prior: KindPrior) -> str:
+    """As an inline table of TOML; what is left to its default is left out."""
+    values = prior.model_dump(exclude_defaults=True)
+    return "{ " + ", ".join(f"{key} = {json.dumps(value)}" for key, value in values.items()) + " }"
 
 
 @cache
@@ -187,7 +188,7 @@ def _check_kinds(path: str | Path, own: Any, keys: Sequence[str], laws: LawPrior
     for key in keys:
         own = own.get(key) if isinstance(own, dict) else None
     for kind in own if isinstance(own, dict) else ():
-        if kind not in laws.kinds:
+        if kind not in laws.kinds and kind not in effect_kinds():
             near = difflib.get_close_matches(kind, laws.kinds, 1)
             expected = f"{near[0]}?" if near else ", ".join(laws.kinds)
             raise InputError(path, f"key {'.'.join(keys)}.{kind} is no kind of law", expected=expected)

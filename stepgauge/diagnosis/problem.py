@@ -99,6 +99,8 @@ def _gaps(data: Residuals) -> Array:
 
 def display_step_um(data: Residuals) -> float:
     """The resolution of the readings along the gauge, um; 0 if none is seen."""
+    if data.step_um is not None:
+        return data.step_um
     axis = int(np.abs(np.mean(list(data.probings.setting.axis.values()), axis=0)).argmax())
     grains = data.frame[POSITION[axis]].to_numpy(float) * 1e3 / STEP_GRAIN_UM
     whole = np.rint(grains)

@@ -22,8 +22,6 @@ from stepgauge.recording.identity import axis_from_approaches, certified_mm, che
 
 Array = NDArray[np.float64]
 FEWEST_ROWS = 12
-SHORTEST_MM = 2.0
-"""Shortest period along an axis: below the pitch of common screws, above that of scales, which faces do not resolve."""
 MOST_ALONE = 0.2
 """Share of probings without a repeat at the same speed above which repeats at other speeds also count."""
 
@@ -36,10 +34,10 @@ class Residuals:
     approach goes along the gauge axis (fronts), -1 against it; ``placement``: index from 0; ``probings``: the columns
     that effects use, with the simulated coordinates, since a recorded coordinate contains the residual itself;
     ``frame``: the recording, rows as in the file. Of a recording without a gauge, ``unknown (p, n)``: nuisance columns
-    of which nothing is known, in place of the origins; ``turn_mm``: a turn of a rotary axis;
-    ``shortest_mm``: the shortest period along an axis that is looked for; ``copied``: placements and cycles that were
-    left out since they repeat another one; ``of_recording (n,)``: which rows of the recording these are;
-    ``grown_um (n,)``: standard deviation that effects in the machine file add to the repeatability;
+    of which nothing is known, in place of the origins; ``step_um``: the resolution of the readings, None where it is
+    not known beforehand; ``copied``: placements and cycles that were left out since they repeat another one;
+    ``of_recording (n,)``: which rows of the recording these are; ``grown_um (n,)``: standard deviation that effects in
+    the machine file add to the repeatability;
     ``latched_um (n,)``: that of a latch, which all repeats may have in common.
     """
 
@@ -52,8 +50,7 @@ class Residuals:
     gauge: Gauge
     machine: Machine
     unknown: Array | None = None
-    turn_mm: float | None = None
-    shortest_mm: float = SHORTEST_MM
+    step_um: float | None = None
     grown_um: Array | float = 0.0
     latched_um: Array | float = 0.0
     copied: tuple[tuple[int, int], ...] = ()

@@ -170,7 +170,7 @@ def _spanned(columns: Array, others: Array) -> bool:
 
 
 def _oscillates(family: Family) -> bool:
-    return family.law is not None and "phase_deg" in family.law.model_fields
+    return family.law is not None and family.law.phase() is not None
 
 
 def _rms_um(said: Said, state: Hypothesis) -> float:

@@ -1,8 +1,9 @@
 """Systematic effects on the readings of a machine: one vocabulary for the virtual CMM and for the diagnosis.
 
-An effect is one class in a module of this package. Its fields are the parameters (with unit, bounds and a sensible
-range), and :meth:`Effect.displacement_um` gives the displacement of all probings at once. The module is found
-automatically. Modules of another distribution are found by the entry point group ``stepgauge.effects``.
+An effect is one class in a module of this package. Its fields are the parameters (with unit, bounds, role and a
+sensible range), and :meth:`Effect.displacement_um` gives the displacement of all probings at once. The module is found
+automatically. Modules of another distribution are found by the entry point group ``stepgauge.effects``, a file by its
+path (:func:`load_effects`).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.effects.base import Effect, Parameter
+from stepgauge.effects.loading import FROM_FILES, added_effects, is_loaded, load_effects
 from stepgauge.effects.probings import Probings, Setting
 from stepgauge.effects.totals import along_approach_um, total_displacement_um
 from stepgauge.errors import InputError
@@ -26,8 +28,10 @@ __all__ = [
     "Parameter",
     "Probings",
     "Setting",
+    "added_effects",
     "along_approach_um",
     "effect_kinds",
+    "load_effects",
     "make_effects",
     "total_displacement_um",
 ]
@@ -39,7 +43,8 @@ def effect_kinds(every: bool = False) -> dict[str, type[Effect]]:
     ``every``: also those that only the virtual CMM uses and the diagnosis does not seek.
     """
     _import_modules()
-    return {effect.kind: effect for effect in _subclasses(Effect) if effect.kind and (every or effect.sought)}
+    known = (effect for effect in _subclasses(Effect) if effect.kind and (every or effect.sought))
+    return {one.kind: one for one in known if not one.__module__.startswith(FROM_FILES) or is_loaded(one)}
 
 
 @cache

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -23,9 +23,13 @@ from stepgauge.files.formula import parse_formula
 Axis = Literal["x", "y", "z"]
 Displacement = dict[str, Array]
 """Displacement in um by component: ``x``, ``y``, ``z`` (machine axes) or ``approach`` (along the approach)."""
-Role = Literal["linear", "nonlinear", "choice", "fixed"]
+Role = Literal["linear", "nonlinear", "phase", "choice", "fixed"]
 """``linear``: the displacement is proportional to it (to all linear ones together). ``nonlinear``: found by a search.
+``phase``: of a sine, whose amplitude is the linear parameter: both together are linear as a sine and a cosine.
 ``choice``: which axis, plane, face or form. ``fixed``: a reference that only rescales another parameter or is known."""
+Grid = Callable[[Probings, Mapping[str, Any]], Sequence[Any] | NDArray[np.float64]]
+"""From a recording and the choices that are made to the values of a parameter that a search tries. None stands for what
+is there without it: at once, from the beginning, for ever."""
 
 
 def _direction(value: object) -> object:
@@ -56,6 +60,19 @@ AnyDirection = Annotated[Literal["approach"] | Axis | Vector, PlainValidator(_di
 """A direction, or ``approach``: along the approach of each probing."""
 
 
+@dataclass(frozen=True)
+class UsualShape:
+    """Log-normal prior of a shape: median, and the factor of one standard deviation; ``why``: its reason.
+
+    ``beyond_stylus``: whether the median counts from the end of the stylus.
+    """
+
+    median: float
+    factor: float
+    why: str = ""
+    beyond_stylus: bool = False
+
+
 def parameter(
     default: Any = ...,
     *,
@@ -63,14 +80,39 @@ def parameter(
     meaning: str,
     role: Role = "linear",
     sensible: tuple[float, float] | None = None,
+    grid: Grid | None = None,
+    turn: float = 0.0,
+    clock: bool = False,
+    edge: bool = False,
+    fitted: bool = True,
+    decades: bool = False,
+    odds: float | None = None,
+    usual: UsualShape | None = None,
     **bounds: float,
 ) -> Any:
     """A field of an effect.
 
-    ``unit`` as printed (``""`` for none), ``meaning`` in words, ``sensible``: the range on real machines, in which
-    a search is made; ``bounds``: ``ge``, ``gt``, ``le``, ``lt``, beyond which a value is an error.
+    Parameters
+    ----------
+    unit : as printed, ``""`` for none
+    meaning : in words
+    role : see :data:`Role`
+    sensible : the range on real machines, in which a search is made
+    grid : the values that a search tries in a recording (:mod:`.grids`); without it as many over ``sensible`` as the
+        recording tells apart, or the choices of the type
+    turn : of an angle, after which everything is as before, 0 for none; of a phase 360
+    clock : whether it is a time of the recording's clock
+    edge : whether it is the place where the effect lies or begins; a time of the clock always is
+    fitted : whether it is fitted between the values of its grid; a time of a step is not
+    decades : whether it is as likely in every decade of its sensible range, however dense its grid is there
+    odds : of any value of its grid, over None
+    usual : what is usual of it, if anything
+    bounds : ``ge``, ``gt``, ``le``, ``lt``, beyond which a value is an error
     """
-    extra = {"unit": unit, "role": role, "sensible": sensible}
+    turn = 360.0 if not turn and role == "phase" else turn
+    extra: dict[str, Any] = {"unit": unit, "role": role, "sensible": sensible}
+    extra |= {"grid": grid, "turn": turn, "clock": clock, "edge": edge or clock, "fitted": fitted}
+    extra |= {"decades": decades, "odds": odds, "usual": usual}
     described = f"{meaning}, {unit}" if unit else meaning
     return Field(default, description=described, json_schema_extra=extra, **bounds)  # type: ignore[call-overload]
 
@@ -91,14 +133,52 @@ class Parameter:
     required: bool
     default: Any
     choices: tuple[str, ...]
+    grid: Grid | None = None
+    turn: float = 0.0
+    clock: bool = False
+    edge: bool = False
+    fitted: bool = True
+    decades: bool = False
+    odds: float | None = None
+    usual: UsualShape | None = None
+
+
+@dataclass(frozen=True)
+class EffectPrior:
+    """What is usual of an effect before a reading is seen, and why.
+
+    ``odds``: over those of a common kind; ``usual``: median size, in the unit of the linear parameter (``unit`` where
+    that is not it); ``most``: the largest standard deviation of a size that is physically possible; ``again``: odds of
+    it on another axis where one has it; ``basis``: what the size grows with: ``grade`` the repeatability of the
+    machine, ``sag`` length^4 / height^2 of the gauge's bar, ``stylus`` its length^3, ``certificate`` the standard
+    uncertainty of the gauge where that is large.
+    """
+
+    odds: float
+    usual: float
+    why: str = ""
+    basis: str = ""
+    most: float = np.inf
+    again: float | None = None
+    unit: str = ""
+
+
+UNDETERMINED = 0.05
+"""Factor on the odds of an effect in a recording that hardly tells it from simpler ones."""
+RECORDINGS = ("gauge", "linear", "rotary", "spot", "distances")
+"""What a recording is of: a gauge on a machine, one axis with two ends or with turns, one place over time, distances
+between stations."""
+GAUGE, AXES = ("gauge",), ("gauge", "linear", "rotary")
 
 
 class Effect(Table):
     """A cause of systematic errors in recordings; a subclass names it (``kind``) and gives its displacement.
 
     Class variables: ``equation``, one line to read; ``source``, the reference for it; ``covariates``, the columns of
-    the recording that the displacement depends on; ``quadrature``, an amplitude and its phase (in degrees), which
-    together are linear as a sine and a cosine; ``sought``, whether the diagnosis has it among its candidates.
+    the recording that the displacement depends on; ``sought``, whether the diagnosis has it among its candidates;
+    ``prior``, how common and how large it is, a common kind of a tenth of its sensible range where none is stated;
+    ``recordings``, those of :data:`RECORDINGS` that can show it; ``touch``, those in which only what touches has it;
+    ``process``, whether its shape idealises a process, so that a part of its size has other shapes.
 
     The equations broadcast: a column has shape ``(n,)`` or ``(runs, n)``, a parameter is a number or of shape
     ``(runs, 1)``.
@@ -108,8 +188,11 @@ class Effect(Table):
     equation: ClassVar[str] = ""
     source: ClassVar[str] = ""
     covariates: ClassVar[tuple[str, ...]] = ()
-    quadrature: ClassVar[tuple[str, str] | None] = None
     sought: ClassVar[bool] = True
+    prior: ClassVar[EffectPrior | None] = None
+    recordings: ClassVar[tuple[str, ...]] = RECORDINGS
+    touch: ClassVar[tuple[str, ...]] = ()
+    process: ClassVar[bool] = False
     when: str | None = Field(
         None, description="formula that is true where the effect acts, as x_mm > 300; without it everywhere"
     )
@@ -160,6 +243,37 @@ class Effect(Table):
         return _parameters(cls)
 
     @classmethod
+    def phase(cls) -> Parameter | None:
+        """The phase of an effect that is a sine, None for any other."""
+        return next((p for p in cls.parameters() if p.role == "phase"), None)
+
+    @classmethod
+    def rhythm(cls) -> tuple[str, bool]:
+        """Of a sine, the parameter that is its period or frequency, and whether it is a frequency; empty for others."""
+        found = [p for p in cls.parameters() if p.role == "nonlinear" and cls.phase() is not None]
+        return (found[0].name, found[0].unit == "Hz") if found else ("", False)
+
+    @classmethod
+    def free_direction(cls) -> str:
+        """Name of the parameter that is any direction of the machine, empty where there is none."""
+        return next((name for name, field in cls.model_fields.items() if field.annotation == Axis | Vector), "")
+
+    @classmethod
+    def rarity(cls, probings: Probings) -> float:
+        """Factor on the prior odds by what the recording is like."""
+        return 1.0
+
+    @classmethod
+    def preference(cls, choices: Mapping[str, Any]) -> float:
+        """Prior odds of these choices over others of the same effect."""
+        return 1.0
+
+    @classmethod
+    def is_own(cls, choices: Mapping[str, Any], probings: Probings) -> bool:
+        """Whether choices are none that another effect is made for, or other choices of this one."""
+        return True
+
+    @classmethod
     def title(cls) -> str:
         """The first sentence of the docstring, before the equation."""
         return inspect.cleandoc(cls.__doc__ or "").split("\n")[0].split(":")[0].rstrip(".")
@@ -193,6 +307,14 @@ def _describe(name: str, field: FieldInfo) -> Parameter:
         required=field.is_required(),
         default=None if field.default is PydanticUndefined else field.default,
         choices=_choices(field.annotation),
+        grid=extra.get("grid"),  # type: ignore[arg-type]
+        turn=float(extra.get("turn") or 0.0),  # type: ignore[arg-type]
+        clock=bool(extra.get("clock", False)),
+        edge=bool(extra.get("edge", False)),
+        fitted=bool(extra.get("fitted", True)),
+        decades=bool(extra.get("decades", False)),
+        odds=extra.get("odds"),  # type: ignore[arg-type]
+        usual=extra.get("usual"),  # type: ignore[arg-type]
     )
 
 

@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
+from stepgauge.effects.base import GAUGE, Array, Axis, Displacement, Effect, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.reversal import STANDSTILL
 from stepgauge.files.config import file_beside
@@ -28,6 +28,7 @@ class AxisCompensation(Effect):
     equation: ClassVar[str] = "d = -scale error(x, sense of travel), error from a CSV table, linear between its rows"
     source: ClassVar[str] = "what controllers do with a bidirectional table of screw or scale errors"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate", "approach")
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
     axis: Axis = parameter(unit="", role="choice", meaning="axis that is corrected: x, y or z")
     file: str = parameter(unit="", role="fixed", meaning="CSV file, beside the machine file", min_length=1)
     scale: float = parameter(1.0, unit="1", meaning="factor on the table", ge=-100, le=100, sensible=(0, 2))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from stepgauge.effects.base import AnyDirection, Array, Displacement, Effect, along, parameter
+from stepgauge.effects.base import GAUGE, AnyDirection, Array, Displacement, Effect, along, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
 from stepgauge.files.formula import Formula, parse_formula
@@ -52,6 +52,7 @@ class Empirical(Effect):
     equation: ClassVar[str] = "d = formula along the direction, um"
     source: ClassVar[str] = "the fit that found it"
     covariates: ClassVar[tuple[str, ...]] = ("formula",)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
     formula: str = parameter(unit="um", role="choice", meaning="e.g. a + b * log(speed_mm_s)", min_length=1)
     coefficients: dict[str, float] = Field(
         default_factory=dict,

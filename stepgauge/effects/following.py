@@ -2,26 +2,65 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from stepgauge.effects.base import Array, Axis, Direction, Displacement, Effect, along, parameter
+from stepgauge.effects import grids
+from stepgauge.effects.base import (
+    AXES,
+    GAUGE,
+    Array,
+    Axis,
+    Direction,
+    Displacement,
+    Effect,
+    EffectPrior,
+    along,
+    parameter,
+)
 from stepgauge.effects.geometry import PowerOfCoordinate
 from stepgauge.effects.motion import moved
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.thermal import REFERENCE_C, begins_s, hours_since
 
+LEAST_VARIED = 0.1
+"""Share of a temperature above that at which an effect is zero that must be variation, both root mean square."""
+SAME_PART = 10.0
+"""Odds that an effect follows thermometers on the part that it moves, over others: they are there for that."""
+PART_OF = {"gauge_temperature_C": "gauge"} | {f"scale_temperature_{axis}_C": axis for axis in "xyz"}
+"""The documented columns of temperatures, and the part that each is read on: an axis with its scale, or the gauge."""
 LAG = "T: the column, or the column minus another, after a first-order lag"
 
 
 class Following(Effect):
     """A recorded column, or the difference of two, after a first-order lag."""
 
-    column: str = parameter(unit="", role="choice", meaning="recorded temperature, or any other column", min_length=1)
-    minus: str | None = parameter(None, unit="", role="choice", meaning="column that is subtracted: a gradient")
+    column: str = parameter(
+        unit="",
+        role="choice",
+        meaning="recorded temperature, or any other column",
+        min_length=1,
+        grid=grids.temperatures,
+    )
+    minus: str | None = parameter(
+        None,
+        unit="",
+        role="choice",
+        meaning="column that is subtracted: a gradient",
+        grid=grids.no_or_another_temperature,
+    )
     lag_s: float = parameter(
-        0.0, unit="s", role="nonlinear", meaning="time constant of the body", ge=0, le=1e9, sensible=(0, 4e4)
+        0.0,
+        unit="s",
+        role="nonlinear",
+        meaning="time constant of the body",
+        ge=0,
+        le=1e9,
+        sensible=(0, 4e4),
+        grid=grids.lags_s,
+        odds=1.0,
     )
     from_C: float | None = parameter(
         None,
@@ -31,6 +70,26 @@ class Following(Effect):
         ge=-1e9,
         le=1e9,
     )
+
+    @classmethod
+    def varies(cls, choices: Mapping[str, Any], probings: Probings) -> bool:
+        """Whether the temperature varies, beside what it is above that at which the effect is zero."""
+        column = Following.model_construct(column=choices["column"], minus=choices.get("minus"), lag_s=0.0, from_C=None)
+        warmer_K = column.warmer_K(probings)
+        return bool(warmer_K.std() >= LEAST_VARIED * np.sqrt(np.mean(warmer_K**2)))
+
+    @classmethod
+    def preference(cls, choices: Mapping[str, Any]) -> float:
+        """A thermometer tells of the part that it is on, and a part bends by a difference within itself.
+
+        That between two parts, or one temperature alone, bends it only as far as it stands for such a difference.
+        """
+        part, minus = choices.get("of", choices.get("axis")), choices.get("minus") or ""
+        if part is None:
+            return 1.0
+        if on_one_part(choices["column"], minus):
+            return SAME_PART
+        return 1.0 if {PART_OF.get(name, part) for name in (choices["column"], minus)} == {part} else 1.0 / SAME_PART
 
     def warmer_K(self, probings: Probings) -> Array:
         """Temperature of the body above ``from_C``, K, (n,)."""
@@ -46,10 +105,23 @@ class ThermalExpansionOf(Following):
     equation: ClassVar[str] = f"d = um_per_m_K (T - from_C) x (scale) or S (gauge); {LAG}"
     source: ClassVar[str] = "ISO/TR 16015; first-order lag of a body in air, ISO 230-3:2020"
     covariates: ClassVar[tuple[str, ...]] = ("time", "coordinate")
+    process: ClassVar[bool] = True
+    recordings: ClassVar[tuple[str, ...]] = AXES
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.6,
+        5.0,
+        "steel has 11.5, of which some is compensated, aluminium 24; a fifth of what is corrected",
+        most=30.0,
+    )
     of: Literal["x", "y", "z", "gauge"] = parameter(
         unit="", role="choice", meaning="scale x, y or z (indication too long), or the gauge (longer)"
     )
     um_per_m_K: float = parameter(unit="um/(m K)", meaning="growth per length", ge=-1e3, le=1e3, sensible=(-15, 15))
+
+    @classmethod
+    def is_own(cls, choices: Mapping[str, Any], probings: Probings) -> bool:
+        """A length that follows a constant temperature is a scale error."""
+        return choices.get("minus") is None and cls.varies(choices, probings)
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Proportional to the length from machine zero, or from face 1."""
@@ -66,8 +138,17 @@ class ThermalShift(Following):
     equation: ClassVar[str] = f"d = um_per_K (T - from_C) along the direction; {LAG}"
     source: ClassVar[str] = "environmental temperature variation error, ISO 230-3:2020"
     covariates: ClassVar[tuple[str, ...]] = ("time",)
+    process: ClassVar[bool] = True
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.6, 2.0, "10 to 200 mm of steel between what is measured and held, at most a metre of aluminium", most=30.0
+    )
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
     um_per_K: float = parameter(unit="um/K", meaning="shift per kelvin", ge=-1e4, le=1e4, sensible=(-20, 20))
+
+    @classmethod
+    def is_own(cls, choices: Mapping[str, Any], probings: Probings) -> bool:
+        """A difference of two temperatures bends what is between them."""
+        return choices.get("minus") is None
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """The same everywhere in the machine."""
@@ -89,10 +170,30 @@ class ThermalBending(PowerOfCoordinate, Following):
         "bending of a beam by a gradient of temperature, Timoshenko; Bryan, CIRP Annals 39 (1990) 645"
     )
     covariates: ClassVar[tuple[str, ...]] = ("time", "coordinate")
-    order: int = parameter(2, unit="", role="choice", meaning="power of the coordinate in metres", ge=0, le=9)
+    process: ClassVar[bool] = True
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.2,
+        3.0,
+        "11.5 urad/m for 1 K/m of height; an aluminium beam 0.15 m high: 150 urad/m by 1 K across it",
+        most=100.0,
+        unit="um or urad per K at 1 m",
+    )
+    order: int = parameter(
+        2, unit="", role="choice", meaning="power of the coordinate in metres", ge=0, le=9, grid=grids.values(1, 2)
+    )
     per_K: float = parameter(
         unit="um or urad per K", meaning="error at 1 m from about_mm", ge=-1e5, le=1e5, sensible=(-20, 20)
     )
+
+    @classmethod
+    def is_own(cls, choices: Mapping[str, Any], probings: Probings) -> bool:
+        """A beam bends, it grows elsewhere; a bending by a constant temperature is a straightness or a pitch."""
+        own_axis, turns = choices["component"].endswith(choices["axis"]), choices["component"].startswith("r")
+        twice = choices.get("minus") is not None and choices["column"] >= choices["minus"]
+        return bool(
+            choices["order"] == (1 if turns else 2) and not own_axis and not twice and cls.varies(choices, probings)
+        )
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """An error motion in proportion to the change of temperature."""
@@ -106,16 +207,35 @@ class ScaleWarmUp(Effect):
     equation: ClassVar[str] = "d = um_per_m x (1 - exp(-t / time_constant_h)); t = time_s - start_s, zero before"
     source: ClassVar[str] = "first-order warm-up, ISO 230-3:2020; a ball screw after switching on"
     covariates: ClassVar[tuple[str, ...]] = ("time", "coordinate")
+    process: ClassVar[bool] = True
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(0.3, 10.0, "a screw warms by 1 K in use", again=1.0)
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
     um_per_m: float = parameter(
         unit="um/m", meaning="indication too long in the end by", ge=-1e4, le=1e4, sensible=(-50, 50)
     )
     time_constant_h: float = parameter(
-        unit="h", role="nonlinear", meaning="time constant", gt=0, le=1e4, sensible=(0.05, 5)
+        unit="h",
+        role="nonlinear",
+        meaning="time constant",
+        gt=0,
+        le=1e4,
+        sensible=(0.05, 5),
+        grid=grids.time_constants_h,
     )
-    start_s: float = begins_s()
+    start_s: float = begins_s(grids.values(None))
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Zero before the event, proportional to the coordinate in the end."""
         warmed = -np.expm1(-hours_since(self.start_s, probings) / self.time_constant_h)
         return moved(probings, self.axis, self.axis, self.um_per_m * 1e-3 * warmed * probings.axis_mm(self.axis))
+
+
+def on_one_part(one: str, other: str) -> bool:
+    """Whether two thermometers are on the same part of a machine, as far as names tell: they begin with the same word.
+
+    The documented columns of gauge and scales are of different parts, and a name that begins with the quantity tells
+    of none.
+    """
+    first, second = (name.split("_")[0].lower() for name in (one, other))
+    return first == second and not first.startswith(("temp", "gauge", "scale"))

@@ -7,9 +7,13 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field, model_validator
 
-from stepgauge.effects.base import Array, Displacement, Effect, parameter
+from stepgauge.effects import grids
+from stepgauge.effects.base import GAUGE, Array, Displacement, Effect, EffectPrior, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
+
+MOST_REVERSED_MM = 1.0
+"""Largest difference of a face to its mirror image at which a probe that searches still finds it."""
 
 
 class BlockDefect(Effect):
@@ -19,7 +23,9 @@ class BlockDefect(Effect):
     equation: ClassVar[str] = "d = um along the gauge axis where the face is 'face'"
     source: ClassVar[str] = "definition; positive towards the end block"
     covariates: ClassVar[tuple[str, ...]] = ("face",)
-    face: int = parameter(unit="", role="choice", meaning="number of the face", ge=1, le=10_000)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.5, "wear, a burr, dirt on a face", basis="certificate")
+    face: int = parameter(unit="", role="choice", meaning="number of the face", ge=1, le=10_000, grid=grids.faces)
     um: float = parameter(unit="um", meaning="true minus certified position", ge=-1e4, le=1e4, sensible=(-20, 20))
 
     def displacement_um(self, probings: Probings) -> Displacement:
@@ -35,7 +41,11 @@ class BlockShift(Effect):
     equation: ClassVar[str] = "d = um along the gauge axis where the face is 2 block - 1 or 2 block"
     source: ClassVar[str] = "definition; positive towards the end block"
     covariates: ClassVar[tuple[str, ...]] = ("face",)
-    block: int = parameter(unit="", role="choice", meaning="number of the block", ge=1, le=5_000)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.5, 0.5, "a block that was knocked, or is loose in its rail", basis="certificate"
+    )
+    block: int = parameter(unit="", role="choice", meaning="number of the block", ge=1, le=5_000, grid=grids.blocks)
     um: float = parameter(unit="um", meaning="true minus certified position", ge=-1e4, le=1e4, sensible=(-20, 20))
 
     def displacement_um(self, probings: Probings) -> Displacement:
@@ -61,7 +71,16 @@ class GaugeReversed(Effect):
     equation: ClassVar[str] = "d = share (S_last - S_(n + 1 - face) - S_face) along the gauge axis, of n faces"
     source: ClassVar[str] = "definition: certified positions counted from the other end"
     covariates: ClassVar[tuple[str, ...]] = ("face",)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(0.1, 1.0, "it is so or not; most gauges fit both ways", most=1.0)
     share: float = parameter(1.0, unit="1", meaning="1 if it is so", ge=0, le=2, sensible=(0.5, 1.5))
+
+    @classmethod
+    def rarity(cls, probings: Probings) -> float:
+        """A program that probes a gauge that is not symmetrical misses its faces."""
+        faces = probings.gauge.position_mm
+        missed = np.abs(faces[-1] - faces[::-1] - faces).max() > MOST_REVERSED_MM
+        return 1e-6 if missed else 1.0
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Mirrored minus certified position of the face."""
@@ -77,11 +96,31 @@ class Misalignment(Effect):
     equation: ClassVar[str] = "d = S (1 / cos(mrad) - 1) along the gauge axis, in one placement or in all"
     source: ClassVar[str] = "cosine error: parallel planes S apart are S / cos(angle) apart along an inclined line"
     covariates: ClassVar[tuple[str, ...]] = ("position", "placement")
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.2,
+        3.0,
+        "1 mm in 300 mm by hand; a placement that was probed is off by a hundredth of that",
+        again=0.1,
+        unit="mrad",
+    )
     placement: int | None = parameter(
-        None, unit="", role="choice", meaning="number of the placement; without it all", ge=1, le=10_000
+        None,
+        unit="",
+        role="choice",
+        meaning="number of the placement; without it all",
+        ge=1,
+        le=10_000,
+        grid=grids.placements,
     )
     mrad: float = parameter(
-        unit="mrad", role="nonlinear", meaning="angle between line and gauge", ge=0, le=200, sensible=(0, 20)
+        unit="mrad",
+        role="nonlinear",
+        meaning="angle between line and gauge",
+        ge=0,
+        le=200,
+        sensible=(0, 20),
+        grid=grids.values(1.0),
     )
 
     def displacement_um(self, probings: Probings) -> Displacement:
@@ -104,8 +143,15 @@ class GaugeBending(Effect):
     equation: ClassVar[str] = "d = -height_mm w'(S) along the gauge axis; w: uniform beam on two supports"
     source: ClassVar[str] = "Euler-Bernoulli beam by Macaulay brackets; Airy points: Phelps, Am. J. Phys. 34 (1966) 419"
     covariates: ClassVar[tuple[str, ...]] = ("position",)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.2, 60.0, "a steel bar 30 mm high sags 60 um at 1 m", basis="sag", unit="um of sag"
+    )
     supports_mm: Annotated[tuple[float, float], Field(strict=False)] = parameter(
-        unit="mm", role="nonlinear", meaning="positions [a, b] of the two supports along the gauge from face 1"
+        unit="mm",
+        role="nonlinear",
+        meaning="positions [a, b] of the two supports along the gauge from face 1",
+        grid=grids.supports_mm,
     )
     sag_um: float = parameter(
         unit="um", meaning="sag in the middle if supported at the ends", ge=-1e5, le=1e5, sensible=(0, 100)

@@ -6,11 +6,13 @@ With the scale errors they make the 21 errors of a three-axis machine (Zhang et 
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal
 
 from pydantic import model_validator
 
-from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
+from stepgauge.effects import grids
+from stepgauge.effects.base import GAUGE, Array, Axis, Displacement, Effect, EffectPrior, parameter
 from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
 from stepgauge.files.config import Vector3
@@ -25,6 +27,10 @@ class Squareness(Effect):
     equation: ClassVar[str] = "d_first = urad 1e-6 second"
     source: ClassVar[str] = "ISO 230-1:2012, squareness; Zhang et al. 1985"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        1.0, 8.0, "ISO 10791-1 permits 40 urad; a workshop square shows 300", basis="grade", most=300.0
+    )
     plane: Literal["xy", "xz", "yz"] = parameter(unit="", role="choice", meaning="plane of the two axes")
     urad: float = parameter(
         unit="urad", meaning="inclination of the second axis towards the first", ge=-1e5, le=1e5, sensible=(-100, 100)
@@ -43,6 +49,10 @@ class Straightness(Effect):
     equation: ClassVar[str] = "d_direction = um (1 - (2 (x - middle of travel) / length_mm)^2)"
     source: ClassVar[str] = "ISO 230-1:2012, straightness, as a parabola with sagitta um over length_mm"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.25, 1.5, "a straightedge shows 0.15 mm", basis="grade", most=150.0, unit="um over the travel"
+    )
     axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
     direction: Axis = parameter(unit="", role="choice", meaning="axis that is displaced, not the axis of travel")
     um: float = parameter(unit="um", meaning="sagitta of the parabola", ge=-1e4, le=1e4, sensible=(-20, 20))
@@ -73,6 +83,10 @@ class AngularError(Effect):
     equation: ClassVar[str] = "d = urad_per_m 1e-6 x (rotation axis) x (tip - scale line)"
     source: ClassVar[str] = "Abbe 1890; Bryan, Precision Engineering 1 (1979) 129; Zhang et al. 1985, EAX to ECZ"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.4, 10.0, "pitch and yaw of bridge machines, ISO 230-1", basis="grade", most=300.0
+    )
     travel_axis: Axis = parameter(unit="", role="choice", meaning="axis that travels: x, y or z")
     rotation_axis: Axis = parameter(unit="", role="choice", meaning="axis about which the carriage rotates: x, y or z")
     urad_per_m: float = parameter(unit="urad/m", meaning="rotation per travel", ge=-1e5, le=1e5, sensible=(-100, 100))
@@ -91,6 +105,8 @@ class Roll(Effect):
     equation: ClassVar[str] = "d = urad_per_m 1e-6 x (travel axis) x (tip - scale line)"
     source: ClassVar[str] = "Zhang et al. 1985, EAX, EBY, ECZ; the same as angular_error with both axes equal"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(0.15, 10.0, basis="grade", most=300.0)
     axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
     urad_per_m: float = parameter(unit="urad/m", meaning="rotation per travel", ge=-1e5, le=1e5, sensible=(-100, 100))
     scale_at_mm: Vector3 | None = reference_point()
@@ -106,8 +122,12 @@ class PowerOfCoordinate(Effect):
 
     axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
     component: Component = parameter(unit="", role="choice", meaning=COMPONENTS)
-    order: int = parameter(1, unit="", role="choice", meaning="power of the coordinate in metres", ge=0, le=9)
-    about_mm: float = parameter(0.0, unit="mm", role="fixed", meaning="origin of the power", ge=-1e5, le=1e5)
+    order: int = parameter(
+        1, unit="", role="choice", meaning="power of the coordinate in metres", ge=0, le=9, grid=grids.values(2, 3)
+    )
+    about_mm: float = parameter(
+        0.0, unit="mm", role="fixed", meaning="origin of the power", ge=-1e5, le=1e5, grid=grids.middle_mm
+    )
     scale_at_mm: Vector3 | None = reference_point()
 
     def motion_um(self, coefficient: Array | float, probings: Probings) -> Displacement:
@@ -128,9 +148,18 @@ class ErrorMotion(PowerOfCoordinate):
     equation: ClassVar[str] = "e = coefficient ((x - about_mm) / 1 m)^order; d = e, of a rotation e (axis) x arm"
     source: ClassVar[str] = "ISO 230-1:2012, linear and angular error motions; Zhang et al. 1985, EXX to ECZ"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.15, 30.0, "what is left of a guideway beyond a bow", basis="grade", most=3000.0, unit="um/m^3 or urad/m^2"
+    )
     coefficient: float = parameter(
         unit="um or urad", meaning="error at 1 m from about_mm", ge=-1e6, le=1e6, sensible=(-50, 50)
     )
+
+    @classmethod
+    def is_own(cls, choices: Mapping[str, Any], probings: Probings) -> bool:
+        """Lower orders have laws of their own."""
+        return bool(choices["order"] == (2 if choices["component"].startswith("r") else 3))
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """A power of the coordinate; rotations with their arm."""

@@ -6,7 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from stepgauge.effects.base import Direction, Displacement, Effect, along, parameter
+from stepgauge.effects import grids
+from stepgauge.effects.base import Direction, Displacement, Effect, EffectPrior, along, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.waves import sine
 
@@ -18,9 +19,18 @@ class StepChange(Effect):
     equation: ClassVar[str] = "d = um where time_s (of the probing) >= time_s"
     source: ClassVar[str] = "Heaviside step in time"
     covariates: ClassVar[tuple[str, ...]] = ("time",)
+    prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 1.0, "a slipped clamp or a knock")
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
     time_s: float = parameter(
-        unit="s", role="nonlinear", meaning="time of the step", ge=-1e12, le=1e12, sensible=(0, 1e4)
+        unit="s",
+        role="nonlinear",
+        meaning="time of the step",
+        ge=-1e12,
+        le=1e12,
+        sensible=(0, 1e4),
+        grid=grids.between_readings_s,
+        clock=True,
+        fitted=False,
     )
     um: float = parameter(unit="um", meaning="step", ge=-1e5, le=1e5, sensible=(-20, 20))
 
@@ -36,12 +46,22 @@ class Vibration(Effect):
     equation: ClassVar[str] = "d = amplitude_um sin(2 pi frequency_hz time_s + phase_deg)"
     source: ClassVar[str] = "sampled sine; with touches every T seconds it shows at |f - k / T|"
     covariates: ClassVar[tuple[str, ...]] = ("time",)
-    quadrature: ClassVar[tuple[str, str] | None] = ("amplitude_um", "phase_deg")
+    process: ClassVar[bool] = True
+    prior: ClassVar[EffectPrior | None] = EffectPrior(0.4, 0.4)
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
-    frequency_hz: float = parameter(unit="Hz", role="nonlinear", meaning="frequency", gt=0, le=1e4, sensible=(0.2, 100))
+    frequency_hz: float = parameter(
+        unit="Hz",
+        role="nonlinear",
+        meaning="frequency",
+        gt=0,
+        le=1e4,
+        sensible=(0.2, 100),
+        grid=grids.frequencies_hz,
+        decades=True,
+    )
     amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e3, sensible=(0, 5))
     phase_deg: float = parameter(
-        0.0, unit="deg", role="nonlinear", meaning="phase at time 0", ge=-360, le=360, sensible=(-180, 180)
+        0.0, unit="deg", role="phase", meaning="phase at time 0", ge=-360, le=360, sensible=(-180, 180)
     )
 
     def displacement_um(self, probings: Probings) -> Displacement:
@@ -59,6 +79,10 @@ class ApproachMemory(Effect):
     equation: ClassVar[str] = "d = um exp(-k / touches) along the approach, k = touches since a pause > pause_s"
     source: ClassVar[str] = "reseating of a kinematic probe after rest, as an exponential run-in"
     covariates: ClassVar[tuple[str, ...]] = ("order", "time")
+    process: ClassVar[bool] = True
+    recordings: ClassVar[tuple[str, ...]] = ("gauge", "linear", "rotary", "spot")
+    touch: ClassVar[tuple[str, ...]] = ("gauge", "linear", "rotary", "spot")
+    prior: ClassVar[EffectPrior | None] = EffectPrior(0.6, 0.7, "reseating of a kinematic probe after a rest")
     um: float = parameter(
         unit="um", meaning="pre-travel of the first probing larger by", ge=-1e3, le=1e3, sensible=(-10, 10)
     )
@@ -69,9 +93,16 @@ class ApproachMemory(Effect):
         gt=0,
         le=1e4,
         sensible=(0.5, 50),
+        grid=grids.touches,
     )
     pause_s: float = parameter(
-        60.0, unit="s", role="fixed", meaning="shortest time between two probings that is a pause", ge=0, le=1e6
+        60.0,
+        unit="s",
+        role="choice",
+        meaning="shortest time between two probings that is a pause",
+        ge=0,
+        le=1e6,
+        grid=grids.pauses_s,
     )
 
     def displacement_um(self, probings: Probings) -> Displacement:

@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
+from stepgauge.effects.base import GAUGE, Array, Axis, Displacement, Effect, parameter
 from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
 from stepgauge.files.config import Vector3, file_beside
@@ -28,6 +28,7 @@ class ErrorMap(Effect):
     equation: ClassVar[str] = "d = scale error(x), error from a CSV table, linear between its rows"
     source: ClassVar[str] = "ISO 230-2:2014 and ISO 230-1:2012 measurements; Zhang et al. 1985"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
     axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
     component: Component = parameter(unit="", role="choice", meaning=f"tabulated quantity: {COMPONENTS}")
     file: str = parameter(unit="", role="fixed", meaning="CSV file, beside the machine file", min_length=1)

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from stepgauge.effects.base import Array, Displacement, Effect, parameter
+from stepgauge.effects import grids
+from stepgauge.effects.base import GAUGE, UNDETERMINED, Array, Displacement, Effect, EffectPrior, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.probes import EmpiricalProbe, MechanicalProbe, Probe
 
+TOLD_APART, LIKE_DIRECTIONS = 0.3, 0.1
+"""Share of the placements' own levels that must be left beside what they have in common, and what counts as alike."""
 ON_AXIS = 1e-6
 """Sine of the polar angle below which an approach along the stylus has no azimuth."""
 ACROSS = np.column_stack([np.cos(np.arange(36) * np.pi / 18), np.sin(np.arange(36) * np.pi / 18), np.zeros(36)])
@@ -24,6 +28,10 @@ class EffectiveRadius(Effect):
     equation: ClassVar[str] = "d = um along the approach"
     source: ClassVar[str] = "Pahk & Kim, Eq 1: R_eff from the size of a known block"
     covariates: ClassVar[tuple[str, ...]] = ("side",)
+    touch: ClassVar[tuple[str, ...]] = ("gauge", "linear", "rotary", "spot")
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        2.0, 1.0, "drift of a qualification from day to day, after every change of the stylus"
+    )
     um: float = parameter(unit="um", meaning="mean pre-travel larger by", ge=-1e4, le=1e4, sensible=(-20, 20))
 
     def displacement_um(self, probings: Probings) -> Displacement:
@@ -43,9 +51,12 @@ class ProbeLobing(Effect):
         "first harmonic of the pre-travel of a three-contact probe, Wozniak & Dobosz, Measurement 34"
     )
     covariates: ClassVar[tuple[str, ...]] = ("azimuth",)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    touch: ClassVar[tuple[str, ...]] = ("gauge",)
+    prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 1.0, "tripod probes of 50 mm stylus")
     amplitude_um: float = parameter(unit="um", meaning="half of peak to valley", ge=0, le=1e3, sensible=(0, 10))
     phase_deg: float = parameter(
-        0.0, unit="deg", role="nonlinear", meaning="azimuth of a lobe", ge=-360, le=360, sensible=(-60, 60)
+        0.0, unit="deg", role="phase", meaning="azimuth of a lobe", ge=-360, le=360, sensible=(-60, 60), turn=120.0
     )
 
     def displacement_um(self, probings: Probings) -> Displacement:
@@ -66,6 +77,9 @@ class TriggerDelay(Effect):
     equation: ClassVar[str] = "d = ms speed_mm_s along the approach"
     source: ClassVar[str] = "Jankowski in Rodrigues 2021: 14.5 ms of radio delay at 50 mm/min are 12.1 um"
     covariates: ClassVar[tuple[str, ...]] = ("speed",)
+    recordings: ClassVar[tuple[str, ...]] = ("gauge", "linear", "rotary", "spot")
+    touch: ClassVar[tuple[str, ...]] = ("gauge", "spot")
+    prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.2, "controllers poll in 0.1 to 1 ms")
     ms: float = parameter(unit="ms", meaning="delay between trigger and latch", ge=-1e3, le=1e3, sensible=(-20, 20))
 
     def displacement_um(self, probings: Probings) -> Displacement:
@@ -85,7 +99,14 @@ class ServoLag(Effect):
         "following error of a servo with viscous friction; second term of a power series in the speed"
     )
     covariates: ClassVar[tuple[str, ...]] = ("speed",)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(0.2, 0.05, "controllers take most of it back", basis="grade")
     um_per_mm2_s2: float = parameter(unit="um/(mm/s)^2", meaning="lag at 1 mm/s", ge=-1e3, le=1e3, sensible=(-1, 1))
+
+    @classmethod
+    def rarity(cls, probings: Probings) -> float:
+        """Two speeds tell a constant and a proportion, a square needs a third."""
+        return 1.0 if np.unique(probings.speed_mm_s).size > 2 else UNDETERMINED
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """The square of the speed."""
@@ -103,6 +124,7 @@ class InterpolationStep(Effect):
     equation: ClassVar[str] = "d = speed_mm_s ((-time_s) mod cycle_ms) along the approach"
     source: ClassVar[str] = "latch at the next interpolation cycle; uniform between 0 and its way, JCGM 100:2008, 4.3.7"
     covariates: ClassVar[tuple[str, ...]] = ("speed", "time")
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
     sought: ClassVar[bool] = False
     cycle_ms: float = parameter(
         unit="ms", role="nonlinear", meaning="interpolation cycle", gt=0, le=1e3, sensible=(0.25, 20)
@@ -128,8 +150,28 @@ class TipChange(Effect):
     equation: ClassVar[str] = "d = um along the approach where the placement is 'placement'"
     source: ClassVar[str] = "definition; effective radii of several styli, ISO 10360-5"
     covariates: ClassVar[tuple[str, ...]] = ("side", "placement")
-    placement: int = parameter(unit="", role="choice", meaning="number of the placement", ge=1, le=10_000)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    touch: ClassVar[tuple[str, ...]] = ("gauge",)
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.3, 1.0, "tips are changed and qualified anew between placements"
+    )
+    placement: int = parameter(
+        unit="",
+        role="choice",
+        meaning="number of the placement",
+        ge=1,
+        le=10_000,
+        grid=grids.placements_beside_others,
+    )
     um: float = parameter(unit="um", meaning="pre-travel larger there by", ge=-1e4, le=1e4, sensible=(-20, 20))
+
+    @classmethod
+    def rarity(cls, probings: Probings) -> float:
+        """Placements tell a radius of their own from what all have in common by directions that all have."""
+        numbers = probings.column("placement")
+        own = (numbers == np.unique(numbers)[:, None]).astype(float)
+        shared = np.vstack([np.ones(len(probings)), np.abs([probings.approach(axis) for axis in "xyz"])])
+        return 1.0 if share_beside(own, shared) > TOLD_APART else UNDETERMINED
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Zero in all other placements."""
@@ -150,9 +192,18 @@ class LeverArm(Effect):
     )
     source: ClassVar[str] = "moment balance at the trigger, Rodrigues 2021 (50 mm stylus, 14.5 mm of carrier left out)"
     covariates: ClassVar[tuple[str, ...]] = ("polar",)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    touch: ClassVar[tuple[str, ...]] = ("gauge",)
+    prior: ClassVar[EffectPrior | None] = EffectPrior(0.5, 2.0, unit="mm")
     mm: float = parameter(
         unit="mm", role="nonlinear", meaning="lever longer than modelled by", ge=-20, le=500, sensible=(0, 30)
     )
+
+    @classmethod
+    def is_own(cls, choices: Mapping[str, Any], probings: Probings) -> bool:
+        """Of a pre-travel that nobody modelled nothing changes."""
+        probe = probings.setting.probe
+        return probe is None or probe.model != "constant"
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Change of the pre-travel with the lever."""
@@ -172,9 +223,20 @@ class PretravelScale(Effect):
         "pre-travel = force x compliance; Rodrigues 2021: compliance of an OMP40-2 0.911 of the uniform beam's"
     )
     covariates: ClassVar[tuple[str, ...]] = ("azimuth", "polar")
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    touch: ClassVar[tuple[str, ...]] = ("gauge",)
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.3, 10.0, "9 % between a uniform stylus and one with a stiff root"
+    )
     percent: float = parameter(
         unit="%", meaning="pre-travel larger than modelled by", gt=-100, le=1e4, sensible=(-50, 100)
     )
+
+    @classmethod
+    def is_own(cls, choices: Mapping[str, Any], probings: Probings) -> bool:
+        """Of a pre-travel that nobody modelled nothing changes."""
+        probe = probings.setting.probe
+        return probe is None or probe.model != "constant"
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """In proportion to the modelled pre-travel; nothing where no probe is modelled."""
@@ -211,3 +273,12 @@ def _by_statics_um(sensor: MechanicalProbe, probings: Probings, longer_mm: float
 def _mean_pretravel_um(sensor: Probe) -> float:
     """Mean over the directions across the stylus."""
     return float(sensor.pretravel_um(sensor.approaches(ACROSS)).mean())
+
+
+def share_beside(columns: Array, shared: Array) -> float:
+    """Share of the norm of columns ``(k, n)`` that is left beside what others ``(m, n)`` have in common with them.
+
+    The others count as different where they differ by more than a tenth.
+    """
+    left = columns - np.linalg.lstsq(shared.T, columns.T, rcond=LIKE_DIRECTIONS)[0].T @ shared
+    return float(np.linalg.norm(left) / np.linalg.norm(columns))

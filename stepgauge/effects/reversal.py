@@ -6,10 +6,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
+from stepgauge.effects import grids
+from stepgauge.effects.base import AXES, UNDETERMINED, Array, Axis, Displacement, Effect, EffectPrior, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.scales import bump
 
+FEWEST_BACK = 0.2
+"""Share of the touches each way from which a difference between the ways can be told from single touches."""
 STANDSTILL = 1e-6
 """If the component of the approach along an axis is below this, the axis does not move: it is rounding."""
 
@@ -21,6 +24,14 @@ class ReversalError(Effect):
     equation: ClassVar[str] = "d = (um / 2) sign(approach on the axis)"
     source: ClassVar[str] = "ISO 230-2:2014, reversal error B of an axis"
     covariates: ClassVar[tuple[str, ...]] = ("approach",)
+    recordings: ClassVar[tuple[str, ...]] = AXES
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        1.0,
+        1.0,
+        "linear scales to ball screws; drives of one machine are of one design and age",
+        basis="grade",
+        again=2.0,
+    )
     axis: Axis = parameter(unit="", role="choice", meaning="axis that reverses: x, y or z")
     um: float = parameter(
         unit="um",
@@ -46,12 +57,28 @@ class ReversalWear(Effect):
     equation: ClassVar[str] = "d = (um / 2) sign(approach on the axis) exp(-4 ln2 ((x - at_mm) / width_mm)^2)"
     source: ClassVar[str] = "ISO 230-2:2014, reversal error B by position; a Gaussian of full width at half height"
     covariates: ClassVar[tuple[str, ...]] = ("approach", "coordinate")
+    process: ClassVar[bool] = True
+    recordings: ClassVar[tuple[str, ...]] = AXES
+    prior: ClassVar[EffectPrior | None] = EffectPrior(0.2, 1.0, "screws wear where they work most", basis="grade")
     axis: Axis = parameter(unit="", role="choice", meaning="axis that reverses: x, y or z")
     at_mm: float = parameter(
-        unit="mm", role="nonlinear", meaning="coordinate of the largest wear", ge=-1e5, le=1e5, sensible=(-2e3, 2e3)
+        unit="mm",
+        role="nonlinear",
+        meaning="coordinate of the largest wear",
+        ge=-1e5,
+        le=1e5,
+        sensible=(-2e3, 2e3),
+        edge=True,
+        grid=grids.worn_mm,
     )
     width_mm: float = parameter(
-        unit="mm", role="nonlinear", meaning="full width at half height", gt=0, le=1e5, sensible=(20, 1000)
+        unit="mm",
+        role="nonlinear",
+        meaning="full width at half height",
+        gt=0,
+        le=1e5,
+        sensible=(20, 1000),
+        grid=grids.worn_widths_mm,
     )
     um: float = parameter(unit="um", meaning="additional reversal error there", ge=-1e4, le=1e4, sensible=(-50, 50))
 
@@ -74,13 +101,31 @@ class StickSlip(Effect):
     )
     source: ClassVar[str] = "presliding friction as a relaxing spring: Armstrong et al., Automatica 30 (1994) 1083"
     covariates: ClassVar[tuple[str, ...]] = ("approach", "order")
+    process: ClassVar[bool] = True
+    recordings: ClassVar[tuple[str, ...]] = AXES
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.2, 1.0, "slideways more, rolling and air bearings less", basis="grade"
+    )
     axis: Axis = parameter(unit="", role="choice", meaning="axis that sticks: x, y or z")
     um: float = parameter(
         unit="um", meaning="reversal error just after a reversal", ge=-1e4, le=1e4, sensible=(-20, 20)
     )
     decay_mm: float = parameter(
-        unit="mm", role="nonlinear", meaning="path in which it decays to 1/e", gt=0, le=1e4, sensible=(0.5, 100)
+        unit="mm",
+        role="nonlinear",
+        meaning="path in which it decays to 1/e",
+        gt=0,
+        le=1e4,
+        sensible=(0.5, 100),
+        grid=grids.decays_mm,
     )
+
+    @classmethod
+    def rarity(cls, probings: Probings) -> float:
+        """Where an axis comes nearly always from one side, single touches tell."""
+        way = probings.way()
+        few = min((way > 0).sum(), (way < 0).sum()) < FEWEST_BACK * len(way)
+        return UNDETERMINED if few else 1.0
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """The reversal error that remains after the path to the probing."""

@@ -6,7 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
+from stepgauge.effects import grids
+from stepgauge.effects.base import AXES, Array, Axis, Displacement, Effect, EffectPrior, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.waves import sine
 
@@ -18,6 +19,10 @@ class ScaleError(Effect):
     equation: ClassVar[str] = "d = ppm 1e-6 x"
     source: ClassVar[str] = "ISO 230-2:2014, linear part of the systematic deviation; Zhang et al. 1985, EXX"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    recordings: ClassVar[tuple[str, ...]] = ("gauge", "linear", "distances")
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        1.0, 5.0, "errors permitted to bridge machines grow by 2 to 5 um/m", basis="grade", again=1.0
+    )
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
     ppm: float = parameter(unit="um/m", meaning="indication too long by", ge=-1e5, le=1e5, sensible=(-50, 50))
 
@@ -33,6 +38,8 @@ class ScaleCurvature(Effect):
     equation: ClassVar[str] = "d = um_per_m2 (x - middle of travel)^2"
     source: ClassVar[str] = "quadratic term of the systematic positioning deviation, ISO 230-2:2014"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    recordings: ClassVar[tuple[str, ...]] = ("gauge", "linear")
+    prior: ClassVar[EffectPrior | None] = EffectPrior(0.6, 5.0, basis="grade")
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
     um_per_m2: float = parameter(
         unit="um/m^2", meaning="coefficient of the square", ge=-1e6, le=1e6, sensible=(-100, 100)
@@ -54,14 +61,23 @@ class PeriodicScaleError(Effect):
         "subdivisional error of incremental scales and ball screws, Slocum, Precision Machine Design"
     )
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
-    quadrature: ClassVar[tuple[str, str] | None] = ("amplitude_um", "phase_deg")
+    process: ClassVar[bool] = True
+    recordings: ClassVar[tuple[str, ...]] = ("gauge", "linear", "rotary", "distances")
+    prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.6, "interpolation and screw pitch", basis="grade")
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
     period_mm: float = parameter(
-        unit="mm", role="nonlinear", meaning="period along the axis", gt=0, le=1e4, sensible=(0.004, 200)
+        unit="mm",
+        role="nonlinear",
+        meaning="period along the axis",
+        gt=0,
+        le=1e4,
+        sensible=(0.004, 700),
+        grid=grids.periods_along,
+        decades=True,
     )
     amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e3, sensible=(0, 10))
     phase_deg: float = parameter(
-        0.0, unit="deg", role="nonlinear", meaning="phase at coordinate 0", ge=-360, le=360, sensible=(-180, 180)
+        0.0, unit="deg", role="phase", meaning="phase at coordinate 0", ge=-360, le=360, sensible=(-180, 180)
     )
 
     def displacement_um(self, probings: Probings) -> Displacement:
@@ -77,12 +93,28 @@ class LocalScaleDefect(Effect):
     equation: ClassVar[str] = "d = height_um exp(-4 ln2 ((x - at_mm) / width_mm)^2)"
     source: ClassVar[str] = "Gaussian; width_mm is its full width at half height"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    process: ClassVar[bool] = True
+    recordings: ClassVar[tuple[str, ...]] = AXES
+    prior: ClassVar[EffectPrior | None] = EffectPrior(0.6, 1.0, "dirt or a chip under a tape", basis="grade")
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
     at_mm: float = parameter(
-        unit="mm", role="nonlinear", meaning="machine coordinate of the middle", ge=-1e5, le=1e5, sensible=(-2e3, 2e3)
+        unit="mm",
+        role="nonlinear",
+        meaning="machine coordinate of the middle",
+        ge=-1e5,
+        le=1e5,
+        sensible=(-2e3, 2e3),
+        edge=True,
+        grid=grids.places_mm,
     )
     width_mm: float = parameter(
-        unit="mm", role="nonlinear", meaning="full width at half height", gt=0, le=1e4, sensible=(5, 200)
+        unit="mm",
+        role="nonlinear",
+        meaning="full width at half height",
+        gt=0,
+        le=1e4,
+        sensible=(5, 200),
+        grid=grids.widths_mm,
     )
     height_um: float = parameter(unit="um", meaning="height", ge=-1e4, le=1e4, sensible=(-20, 20))
 
@@ -98,10 +130,21 @@ class ScaleJoint(Effect):
     equation: ClassVar[str] = "d = size ((x - at_mm) / 1 m)^order where x >= at_mm, else 0"
     source: ClassVar[str] = "tapes and racks laid end to end: gap or difference in pitch; definition"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    recordings: ClassVar[tuple[str, ...]] = AXES
+    prior: ClassVar[EffectPrior | None] = EffectPrior(0.2, 2.0, "tapes and racks laid end to end", basis="grade")
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
-    order: int = parameter(1, unit="", role="choice", meaning="0: a gap in um, 1: a slope in um/m", ge=0, le=1)
+    order: int = parameter(
+        1, unit="", role="choice", meaning="0: a gap in um, 1: a slope in um/m", ge=0, le=1, grid=grids.values(0, 1)
+    )
     at_mm: float = parameter(
-        unit="mm", role="nonlinear", meaning="coordinate of the joint", ge=-1e5, le=1e5, sensible=(-2e3, 2e3)
+        unit="mm",
+        role="nonlinear",
+        meaning="coordinate of the joint",
+        ge=-1e5,
+        le=1e5,
+        sensible=(-2e3, 2e3),
+        edge=True,
+        grid=grids.joints_mm,
     )
     size: float = parameter(
         unit="um or um/m", meaning="error beyond the joint minus error before it", ge=-1e5, le=1e5, sensible=(-50, 50)
@@ -122,7 +165,7 @@ class ScrewError(Effect):
         "cyclic error of ball screws and their drives, ISO 230-2:2014; Slocum, Precision Machine Design"
     )
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
-    quadrature: ClassVar[tuple[str, str] | None] = ("amplitude_um", "phase_deg")
+    recordings: ClassVar[tuple[str, ...]] = AXES
     sought: ClassVar[bool] = False
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the screw: x, y or z")
     pitch_mm: float = parameter(
@@ -139,7 +182,7 @@ class ScrewError(Effect):
     )
     amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e3, sensible=(0, 20))
     phase_deg: float = parameter(
-        0.0, unit="deg", role="nonlinear", meaning="phase at coordinate 0", ge=-360, le=360, sensible=(-180, 180)
+        0.0, unit="deg", role="phase", meaning="phase at coordinate 0", ge=-360, le=360, sensible=(-180, 180)
     )
 
     def displacement_um(self, probings: Probings) -> Displacement:

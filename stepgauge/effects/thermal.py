@@ -8,22 +8,50 @@ indicates x if its sensor has no error.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from stepgauge.effects.base import Array, Axis, Direction, Displacement, Effect, along, parameter
+from stepgauge.effects import grids
+from stepgauge.effects.base import (
+    GAUGE,
+    Array,
+    Axis,
+    Direction,
+    Displacement,
+    Effect,
+    EffectPrior,
+    Grid,
+    along,
+    parameter,
+)
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.waves import sine
 
+LIKE_DIRECTIONS = 0.1
+"""Cosine to an axis below which a gauge hardly lies along it."""
+LATE = 0.2
+"""Odds of what begins during the measurement, over what was there before."""
 REFERENCE_C = 20.0
 """Reference temperature of lengths, ISO 1."""
 
 
-def begins_s() -> Any:
+def begins_s(grid: Grid) -> Any:
     """The parameter of effects that begin at an event: switching on, an opened door, the first coolant."""
     meaning = "time at which it begins; nothing before"
-    return parameter(0.0, unit="s", role="nonlinear", meaning=meaning, ge=-1e12, le=1e12, sensible=(0, 1e4))
+    return parameter(
+        0.0,
+        unit="s",
+        role="nonlinear",
+        meaning=meaning,
+        sensible=(0, 1e4),
+        grid=grid,
+        clock=True,
+        odds=LATE,
+        ge=-1e12,
+        le=1e12,
+    )
 
 
 def hours_since(start_s: float | Array, probings: Probings) -> Array:
@@ -44,6 +72,10 @@ class GaugeTemperature(Effect):
     equation: ClassVar[str] = "d = expansion_per_K delta_K S along the gauge axis"
     source: ClassVar[str] = "ISO 1:2022 and ISO/TR 16015; steel: 11.5 um/m per K"
     covariates: ClassVar[tuple[str, ...]] = ("position",)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        1.0, 0.3, "a thermometer that is off, or soaking that takes longer than the run"
+    )
     delta_K: float = parameter(
         unit="K", meaning="true minus recorded gauge temperature", ge=-40, le=40, sensible=(-5, 5)
     )
@@ -66,14 +98,24 @@ class GaugeSoaking(Effect):
     )
     source: ClassVar[str] = "ISO/TR 16015; a body with one time constant in air (Newton's law of cooling)"
     covariates: ClassVar[tuple[str, ...]] = ("position", "time")
+    process: ClassVar[bool] = True
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.6, 0.5, "from a store into the room, or in the hands when it is laid"
+    )
     warmed: Literal["once", "anew"] = parameter(
         "once", unit="", role="choice", meaning="warmed once, before start_s, or anew before each placement"
     )
     delta_K: float = parameter(unit="K", meaning="at first warmer than recorded by", ge=-200, le=200, sensible=(-5, 5))
     time_constant_h: float = parameter(
-        unit="h", role="nonlinear", meaning="time constant", gt=0, le=1e4, sensible=(0.05, 5)
+        unit="h", role="nonlinear", meaning="time constant", gt=0, le=1e4, sensible=(0.05, 5), grid=grids.soaking_h
     )
-    start_s: float = begins_s()
+    start_s: float = begins_s(grids.values(None))
+
+    @classmethod
+    def is_own(cls, choices: Mapping[str, Any], probings: Probings) -> bool:
+        """Of one placement both ways of warming are the same."""
+        return bool(choices["warmed"] == "once" or np.ptp(probings.column("placement")) > 0)
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Proportional to the certified position of the face, and less with time."""
@@ -90,12 +132,22 @@ class ScaleTemperature(Effect):
     equation: ClassVar[str] = "d = -scale_expansion_per_K delta_K x"
     source: ClassVar[str] = "ISO/TR 16015; alpha_s is machine.scale_expansion_per_K; the same compensated or not"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.6, 0.5, "a sensor that hangs in the air, or is not calibrated", again=1.0
+    )
     axis: Axis | Literal["all"] = parameter(
         unit="", role="choice", meaning="axis of the scale: x, y or z; all: those of one room are alike"
     )
     delta_K: float = parameter(
         unit="K", meaning="true minus recorded scale temperature", ge=-40, le=40, sensible=(-5, 5)
     )
+
+    @classmethod
+    def is_own(cls, choices: Mapping[str, Any], probings: Probings) -> bool:
+        """Along one axis only its own scale shows."""
+        seen = np.abs(list(probings.setting.axis.values())).max(axis=0)
+        return choices["axis"] != "all" or bool((seen > LIKE_DIRECTIONS).sum() > 1)
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Proportional to the coordinate, from machine zero."""
@@ -113,12 +165,24 @@ class ThermalDrift(Effect):
     )
     source: ClassVar[str] = "first-order warm-up, ISO 230-3:2020"
     covariates: ClassVar[tuple[str, ...]] = ("time",)
+    process: ClassVar[bool] = True
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        1.0, 2.0, "for an hour or more; what ends sooner moves by 2 um in all"
+    )
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
     rate_um_per_h: float = parameter(unit="um/h", meaning="rate at start_s", ge=-1e5, le=1e5, sensible=(-50, 50))
     time_constant_h: float | None = parameter(
-        None, unit="h", role="nonlinear", meaning="time constant; without it linear", gt=0, le=1e3, sensible=(0.01, 5)
+        None,
+        unit="h",
+        role="nonlinear",
+        meaning="time constant; without it linear",
+        gt=0,
+        le=1e3,
+        sensible=(0.01, 5),
+        grid=grids.time_constants_h,
+        odds=12.0,
     )
-    start_s: float = begins_s()
+    start_s: float = begins_s(grids.starts_s)
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """A ramp, or an exponential approach with the time constant."""
@@ -136,12 +200,22 @@ class TemperatureCycle(Effect):
     equation: ClassVar[str] = "d = amplitude_um sin(2 pi time_s / period_s + phase_deg)"
     source: ClassVar[str] = "environmental temperature variation error, ISO 230-3:2020"
     covariates: ClassVar[tuple[str, ...]] = ("time",)
-    quadrature: ClassVar[tuple[str, str] | None] = ("amplitude_um", "phase_deg")
+    process: ClassVar[bool] = True
+    prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.5)
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
     amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e4, sensible=(0, 20))
-    period_s: float = parameter(unit="s", role="nonlinear", meaning="period", gt=0, le=1e9, sensible=(60, 7200))
+    period_s: float = parameter(
+        unit="s",
+        role="nonlinear",
+        meaning="period",
+        gt=0,
+        le=1e9,
+        sensible=(60, 7200),
+        grid=grids.slow_periods_s,
+        decades=True,
+    )
     phase_deg: float = parameter(
-        0.0, unit="deg", role="nonlinear", meaning="phase at time 0", ge=-360, le=360, sensible=(-180, 180)
+        0.0, unit="deg", role="phase", meaning="phase at time 0", ge=-360, le=360, sensible=(-180, 180)
     )
 
     def displacement_um(self, probings: Probings) -> Displacement:

@@ -2,24 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import model_validator
 
-from stepgauge.effects.base import Array, Displacement, Effect, parameter
+from stepgauge.effects import grids
+from stepgauge.effects.base import GAUGE, UNDETERMINED, Array, Displacement, Effect, EffectPrior, UsualShape, parameter
 from stepgauge.effects.probings import Probings, Setting
 from stepgauge.errors import InputError
 from stepgauge.physics import friction, trigger
 from stepgauge.physics.directions import iso_10360_5_points
+from stepgauge.probes import MechanicalProbe
 from stepgauge.probes.base import head_frame
 
+LEVER = UsualShape(15.0, 1.4, "in units of a seat of 10 mm and 30 deg: seats of 7 to 14 mm", beyond_stylus=True)
+ALONG = UsualShape(0.03, 3.0, "OMP40-2 with 50 mm, most of it where the tip meets the face; a module is softer")
+UNQUALIFIED = 0.03
+"""Odds of a tripod's whole pre-travel, over its variation alone: tips are qualified before they measure."""
+FEWEST_DIRECTIONS = 3
+SEAT_SHARE = 0.2
+"""Of its reaction at rest, at which a bad seat opens: readings show its product with the compliance."""
 QUALIFIED = iso_10360_5_points()
 """Contact normals of a qualification, in the frame of the probe."""
 FEW = 300
 """Numbers of directions up to which a trigger force is kept."""
+
+
+def arm_azimuth(turn: float) -> Any:
+    """The parameter of a tripod's azimuth; ``turn``, deg: after which it looks the same."""
+    meaning, grid = "azimuth of an arm in the probe's frame", grids.arm_azimuths_deg
+    return parameter(
+        0.0,
+        unit="deg",
+        role="nonlinear",
+        meaning=meaning,
+        sensible=(-60, 60),
+        grid=grid,
+        turn=turn,
+        ge=-360,
+        le=360,
+    )
 
 
 class Seated(Effect):
@@ -37,17 +62,15 @@ class Seated(Effect):
         sensible=(0.5, 50),
     )
     lever_mm: float = parameter(
-        unit="mm", role="nonlinear", meaning="from the plane of the arms to the tip", gt=0, le=1e3, sensible=(15, 150)
-    )
-    arm_azimuth_deg: float = parameter(
-        0.0,
-        unit="deg",
+        unit="mm",
         role="nonlinear",
-        meaning="azimuth of an arm in the probe's frame",
-        ge=-360,
-        le=360,
-        sensible=(-60, 60),
+        meaning="from the plane of the arms to the tip",
+        gt=0,
+        le=1e3,
+        sensible=(15, 150),
+        usual=LEVER,
     )
+    arm_azimuth_deg: float = arm_azimuth(120.0)
     along: float = parameter(
         0.03,
         unit="1",
@@ -56,6 +79,7 @@ class Seated(Effect):
         ge=0,
         le=10,
         sensible=(0.003, 0.3),
+        usual=ALONG,
     )
     friction: float = parameter(
         0.0, unit="1", role="fixed", meaning="coefficient of friction of the arms in their seats", ge=0, le=0.4
@@ -76,6 +100,22 @@ class Seated(Effect):
         if self.friction:
             friction.trigger_force_N(self.tripod(), [0.0, 0.0, 1.0], self.friction)  # says so where the seat jams
         return self
+
+    @classmethod
+    def is_own(cls, choices: Mapping[str, Any], probings: Probings) -> bool:
+        """Of a probe that is modelled by its construction a part may be different; it is not another tripod."""
+        return not isinstance(probings.setting.sensor, MechanicalProbe)
+
+    @classmethod
+    def rarity(cls, probings: Probings) -> float:
+        """Along few directions it is a radius or a reversal."""
+        few = len(probings.approaches()[0]) < FEWEST_DIRECTIONS + len(np.unique(probings.column("placement")))
+        return UNDETERMINED if few else 1.0
+
+    @classmethod
+    def preference(cls, choices: Mapping[str, Any]) -> float:
+        """The mean pre-travel is in the effective radius of the qualification."""
+        return UNQUALIFIED if choices.get("part") == "whole" else 1.0
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Force times compliance; computed once for every distinct direction."""
@@ -149,6 +189,15 @@ class KinematicPretravel(Seated):
     )
     source: ClassVar[str] = "statics of six contacts, docs/virtual-cmm.md; Rodrigues 2021, 2.7 to 2.9; Ren et al. 2020"
     covariates: ClassVar[tuple[str, ...]] = ("azimuth", "polar")
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    touch: ClassVar[tuple[str, ...]] = ("gauge",)
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        2.0,
+        5.0,
+        "every kinematic probe has it, a qualification leaves its variation; OMP40-2: 4.6 at 50 mm",
+        basis="stylus",
+        unit="um/N",
+    )
     part: Literal["whole", "varying"] = parameter(
         "whole",
         unit="",
@@ -177,11 +226,18 @@ class SeatDefect(Seated):
     )
     source: ClassVar[str] = "statics of six contacts, of which two count as open too early; docs/virtual-cmm.md"
     covariates: ClassVar[tuple[str, ...]] = ("azimuth", "polar")
+    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    touch: ClassVar[tuple[str, ...]] = ("gauge",)
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.2, 5.0, "bends the stylus as kinematic_pretravel does", basis="stylus", unit="um/N"
+    )
+    arm_azimuth_deg: float = arm_azimuth(360.0)
     arm: Literal["first", "second", "third"] = parameter(
         "first",
         unit="",
         role="choice",
         meaning="arm on the defective seat: first (at arm_azimuth_deg), second or third",
+        grid=grids.values("first"),  # the azimuth says which one
     )
     share: float = parameter(
         unit="1",
@@ -190,6 +246,7 @@ class SeatDefect(Seated):
         ge=0,
         le=0.95,
         sensible=(0.02, 0.5),
+        grid=grids.values(SEAT_SHARE),
     )
 
     def force_N(self, normal: Array) -> Array:

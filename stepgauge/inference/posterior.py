@@ -8,7 +8,7 @@ were only rated (:mod:`looks`), not computed, count with this rating on the scal
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,13 +17,15 @@ from scipy import special
 
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.noise_models import NoiseModel
-from stepgauge.inference.problem import Candidate, Term, residual_columns
+from stepgauge.inference.problem import Candidate, Law, Term, renumbered, residual_columns
 from stepgauge.inference.proposal import Proposal
 from stepgauge.inference.search import Search
 
 Array = NDArray[np.float64]
 NEAR = 9.0
 """Rivals of a term that are less probable by more than this are not computed, nats."""
+BETWEEN = 0.3
+"""Share of a term's gain that a rival must have at a shape of its grid to be computed between these shapes."""
 COMPUTED = 6
 """Rivals of a term that are computed exactly."""
 
@@ -230,13 +232,19 @@ def credible_set(search: Search, best: Hypothesis, place: int) -> CredibleSet:
 
     What the readings do not make more probable than it was explains nothing of the place: it counts as nothing there.
     """
-    base = search.without(best, place)
+    mine, base = best.terms[place].candidate, search.without(best, place)
+    base = search.evidence(renumbered(base.terms), base.noise, base.sigma_um)
     proposals = search.screen(base)
-    own = next(proposal for proposal in proposals if proposal.candidate is best.terms[place].candidate)
-    near = [proposal for proposal in proposals if proposal is not own and proposal.gain >= own.gain - NEAR]
+    same = next(one for one in proposals if one.candidate is mine or one.candidate.first is mine)
+    own, others = replace(same, candidate=mine), [one for one in proposals if one is not same]
+    near = [proposal for proposal in others if proposal.gain >= own.gain - NEAR]
     # a look at a rival does not tell that it is more probable
     computed = [proposal for i, proposal in enumerate(near) if i < COMPUTED or proposal.gain > own.gain]
-    hypotheses = [(own, best), *((proposal, search.added(base, proposal)) for proposal in computed)]
+    between = [proposal for proposal in others if proposal not in near and _reaches(proposal, own)]
+    hypotheses = [
+        (own, best),
+        *((proposal, search.added(base, proposal)) for proposal in [*computed, *between[:COMPUTED]]),
+    ]
     worth: list[tuple[Proposal, float, Hypothesis | None]] = [
         (one, s.log_posterior - base.log_posterior, s) for one, s in hypotheses
     ]
@@ -252,6 +260,13 @@ def credible_set(search: Search, best: Hypothesis, place: int) -> CredibleSet:
         if not spoken_for:
             nothing += share
     return CredibleSet(place, (members[0], *sorted(members[1:], key=lambda one: -one.probability)), nothing)
+
+
+def _reaches(proposal: Proposal, own: Proposal) -> bool:
+    """Whether a rival may be as good as a term between the shapes of its grid, of which one was rated."""
+    candidate = proposal.candidate
+    refined = isinstance(candidate, Law) and candidate.refine is not None
+    return refined and proposal.gain > BETWEEN * own.gain
 
 
 def _has(noise: NoiseModel, has: str) -> bool:

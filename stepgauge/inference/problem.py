@@ -5,7 +5,7 @@ from __future__ import annotations
 import zlib
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -68,7 +68,7 @@ class Candidate:
     is a law; ``log_odds``: log of its prior odds; ``sizes``: prior of its amplitudes; ``source``: the object that
     the candidate was made from; ``once``: whether a hypothesis has one candidate of its kind only; ``combined``:
     whether it is several laws at once, which fit whatever one of them does; ``again``: what its log odds rise by beside
-    another one of its kind.
+    another one of its kind; ``first``: the candidate of which it is a second one, which it becomes without that.
     """
 
     kind: str
@@ -80,6 +80,7 @@ class Candidate:
     once: bool = False
     combined: bool = False
     again: float = 0.0
+    first: Candidate | None = None
 
     @property
     def atoms(self) -> int:
@@ -321,6 +322,17 @@ class Problem:
         every = np.maximum(np.bincount(self.group, weight), 1e-300)
         mean = np.bincount(self.group, um * weight) / every
         return float(np.sqrt(((um - mean[self.group]) ** 2 * weight).sum() / dof))
+
+
+def renumbered(terms: tuple[Term, ...]) -> tuple[Term, ...]:
+    """The terms with second ones as first ones where these are not there."""
+    there = {term.candidate.label for term in terms}
+    return tuple(
+        term
+        if (first := term.candidate.first) is None or first.label in there
+        else replace(term, candidate=first, log_prior=term.log_prior + first.log_odds - term.candidate.log_odds)
+        for term in terms
+    )
 
 
 def residual_columns(columns: Array, others: Array) -> Array:

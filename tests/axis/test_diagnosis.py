@@ -9,15 +9,18 @@ import numpy as np
 import pytest
 
 from stepgauge.axis.recording import AxisRecording, write_axis_recording
-from stepgauge.axis.sensors import PROBE, not_candidates, without_probe
+from stepgauge.axis.sensors import not_candidates, without_probe
 from stepgauge.diagnosis.axis.diagnosis import diagnose_axis
 from stepgauge.diagnosis.engine import diagnose
+from stepgauge.effects import effect_kinds
 from tests.axis.made import axis, distances, spot
 from tests.cli.conftest import Run
 from tests.diagnosis.made import ALONG_X, gauge, machine, record
 
 LINE = np.arange(0.0, 501.0, 25.0)
 CIRCLE = np.arange(0.0, 360.0, 15.0)
+
+BY_TOUCH = {kind for kind, one in effect_kinds().items() if one.touch}
 
 
 def scale(per_unit: float):
@@ -104,7 +107,7 @@ def test_a_gauge_that_a_laser_read_has_no_pretravel() -> None:
         for found in [diagnose(recording.with_comments(sensor=sensor), gauge(), machine())]
     }
     assert "effective_radius" in kinds["touch"]
-    assert not kinds["laser"] & PROBE
+    assert not kinds["laser"] & BY_TOUCH
 
 
 def test_kinds_that_are_known_not_to_be_there_are_named_rightly(run: Run, tmp_path: Path) -> None:
@@ -118,7 +121,7 @@ def test_a_circle_has_no_scale_error_and_a_spot_no_scale() -> None:
     assert {"scale_error", "scale_curvature"} <= not_candidates("encoder", "axis", rotary=True)
     assert {"scale_error", "reversal_error", "effective_radius"} <= not_candidates("inductive", "spot")
     assert "effective_radius" not in not_candidates("edm", "distances")
-    assert {"effective_radius", "probe_lobing"} <= set(without_probe("laser")) <= PROBE
+    assert {"effective_radius", "probe_lobing"} <= set(without_probe("laser")) <= BY_TOUCH
     assert not without_probe("touch")
     assert not without_probe(None)
 

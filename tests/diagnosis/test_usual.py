@@ -7,10 +7,11 @@ from dataclasses import replace
 import pytest
 
 from stepgauge.cli import main
-from stepgauge.diagnosis.laws.choices import choice_odds
-from stepgauge.diagnosis.laws.usual import shape_range, size_of_shape, usual_size
+from stepgauge.diagnosis.laws.grids import shape_range
+from stepgauge.diagnosis.laws.usual import size_of_shape, usual_size
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.effects import effect_kinds
+from stepgauge.effects.following import SAME_PART
 from stepgauge.gauge.certified import Gauge
 from tests.diagnosis.made import gauge, machine
 
@@ -83,9 +84,10 @@ def test_a_longer_stylus_bends_with_its_third_power() -> None:
 
 
 def test_a_period_is_between_two_steps_of_the_display_and_the_travel() -> None:
-    assert shape_range("period_mm", PRIORS, ON, "y") == (PRIORS.shapes["period_mm"][0], 1200.0)
+    period = next(p for p in KINDS["periodic_scale_error"].parameters() if p.decades)
+    assert shape_range(period, ON, "y") == (0.004, 1200.0)
     shown = replace(ON, stated=ON.stated.model_copy(update={"resolution_um": 5.0}))
-    assert shape_range("period_mm", PRIORS, shown, "x") == (0.01, 700.0)
+    assert shape_range(period, shown, "x") == (0.01, 700.0)
 
 
 def test_effects_tells_what_is_usual_here(capsys: pytest.CaptureFixture[str]) -> None:
@@ -111,8 +113,8 @@ def test_effects_tells_what_is_usual_here(capsys: pytest.CaptureFixture[str]) ->
 def test_two_thermometers_on_one_part_are_there_for_its_bending(one: str, other: str, same: bool) -> None:
     """Scales have documented columns, one for each axis; names that begin with the quantity tell of no part."""
     choices = {"column": one} | ({"minus": other} if other else {})
-    assert (choice_odds("thermal_bending", choices | {"axis": "y"}, PRIORS) > 1.0) == same
-    assert choice_odds("thermal_shift", choices, PRIORS) == 1.0
+    assert (KINDS["thermal_bending"].preference(choices | {"axis": "y"}) > 1.0) == same
+    assert KINDS["thermal_shift"].preference(choices) == 1.0
 
 
 @pytest.mark.parametrize(
@@ -127,9 +129,9 @@ def test_two_thermometers_on_one_part_are_there_for_its_bending(one: str, other:
     ],
 )
 def test_a_thermometer_on_another_part_is_less_likely_to_tell_of_a_length(part: str, column: str, other: bool) -> None:
-    odds = choice_odds("thermal_expansion_of", {"of": part, "column": column}, PRIORS)
-    assert odds == (1.0 / PRIORS.laws.same_part if other else 1.0)
-    assert choice_odds("scale_error", {"axis": "x"}, PRIORS) == 1.0
+    odds = KINDS["thermal_expansion_of"].preference({"of": part, "column": column})
+    assert odds == (1.0 / SAME_PART if other else 1.0)
+    assert KINDS["scale_error"].preference({"axis": "x"}) == 1.0
 
 
 @pytest.mark.parametrize(

@@ -11,11 +11,10 @@ import numpy as np
 import pandas as pd
 
 from stepgauge.axis.recording import AxisRecording, join_axis_recordings, places_of
-from stepgauge.axis.sensors import SCALE, SENSORS, not_candidates
+from stepgauge.axis.sensors import SENSORS, not_candidates
 from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
 from stepgauge.diagnosis.axis.told import Teller
 from stepgauge.diagnosis.axis.words import About, aliases_of, kind_name, limits, meaning, uneven_targets
-from stepgauge.diagnosis.covariates import WAY
 from stepgauge.diagnosis.engine import diagnose_residuals
 from stepgauge.diagnosis.output.aliases import even
 from stepgauge.diagnosis.output.files import Inputs, checksum, diagnosis_to_dict, without_nan
@@ -23,16 +22,11 @@ from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.output.summary import axis_line, numbers_of
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.result import Diagnosis
-from stepgauge.effects import effect_kinds
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Shown, as_lines
 from stepgauge.files.text import write_json, write_text
 from stepgauge.recording.simulated import is_simulated
 
-OF_POSITION = ("position", "machine x", "face", WAY)
-"""Covariates of forms that a law of the position may be a part of."""
-IN_FORMS = SCALE | {"effective_radius"}
-"""Such laws: a function of the position has a mean, too, which is an additive constant."""
 UNUSED = ("empirical", "inputs")
 """Parts of the JSON that are of a gauge on a machine, and are told otherwise here."""
 
@@ -74,17 +68,11 @@ def diagnose_axis(
 ) -> AxisDiagnosis:
     """What is behind the deviations of an axis; parameters as :func:`stepgauge.diagnosis.engine.diagnose`.
 
-    Only effects that the sensor and the form of the recording can have are candidates. Beside a form over the position
-    no law of the position is told, and no constant: some dozens of targets in one line hold both, and a law could be a
-    part of the form.
+    Only effects that the sensor and the form of the recording can have are candidates.
     """
     data = axis_data(recording)
     absent = {*not_candidates(recording.sensor, recording.form, recording.units.axis == "rotary"), *without}
     found = diagnose_residuals(data.residuals, absent, priors)
-    if any(one.covariate in OF_POSITION for one in found.unexplained) and any(
-        one.kind in IN_FORMS for one in found.findings
-    ):
-        found = diagnose_residuals(data.residuals, absent | (IN_FORMS & set(effect_kinds())), priors)
     return AxisDiagnosis(found, data, _said(found, data), (recording,))
 
 

@@ -2,7 +2,8 @@
 
 Every target is two faces at one place, the first for travel towards +, the second for travel towards -; the line of the
 targets is machine x. There is no machine file: the priors were made for CMMs, so the axis is scaled to the size of one
-(:class:`Scaling`), and its repeatability is estimated from readings that follow one another.
+(:class:`Scaling`), and its repeatability is estimated from readings that follow one another. So nothing depends on the
+units or the size of an axis.
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.axis.recording import AxisRecording, places_of
+from stepgauge.axis.sensors import recording_of
 from stepgauge.diagnosis.axis.stations import fitted_distances, station_columns
 from stepgauge.diagnosis.output.aliases import even
 from stepgauge.diagnosis.priors import shipped_priors
-from stepgauge.diagnosis.residuals import FEWEST_ROWS, SHORTEST_MM, Residuals
+from stepgauge.diagnosis.residuals import FEWEST_ROWS, Residuals
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import CertificateTable, Gauge, GaugeTable
@@ -30,20 +32,25 @@ from stepgauge.recording import APPROACH, POSITION
 from stepgauge.recording.columns import OPTIONAL
 
 Array = NDArray[np.float64]
-TYPICAL_MM = 300.0
-"""Span of a step gauge on a CMM, for which the priors are made."""
-ROUNDING = 1e-6
-"""Scatter, um or arcsec, of numbers that are the same but for the last digits of the computer."""
+TYPICAL_MM, TYPICAL_S = 300.0, 3600.0
+"""Span of a step gauge on a CMM and duration of a run, for which the priors are made."""
+ROUNDING = 1e-9
+"""Share of a reading that is the last digits of the computer."""
+FINE = 0.03
+"""Resolution over the scatter of a reading that does not show."""
+FEWEST_SCANNED, STANDING = 40, 0.1
+"""Readings in one pass from which an axis counts as scanned, and the share of them that may be where the last was."""
 SURELY = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
 
 
 @dataclass(frozen=True)
 class Scaling:
-    """``position``, ``deviation``: what one mm or deg, one um or arcsec is computed as; powers of ten."""
+    """``position``, ``deviation``, ``time``: what one mm or deg, one um or arcsec, one second is computed as."""
 
     position: float
     deviation: float
+    time: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -70,21 +77,30 @@ def axis_data(recording: AxisRecording) -> AxisData:
     face = 2 * index + np.where(way > 0, 1, 2)
     repeatability = scatter_of_neighbours(away, frame["placement"].to_numpy(), face)
     typical_um = shipped_priors().sizes.repeatability_um
-    scaling = Scaling(_power(TYPICAL_MM, float(np.ptp(places))), _power(typical_um, repeatability))
+    duration = float(np.ptp(frame["time_s"])) if "time_s" in frame else 0.0
+    scaling = Scaling(
+        _scale(TYPICAL_MM, float(np.ptp(places))), _scale(typical_um, repeatability), _scale(TYPICAL_S, duration)
+    )
     gauge = _gauge(recording, places * scaling.position, _u_of_targets(recording, index) * scaling.deviation)
     machine = _machine(recording, places * scaling.position, repeatability * scaling.deviation)
-    rows = _rows(recording, face, target * _base_deviations(recording) + away, scaling)
+    reading = target * _base_deviations(recording) + away
+    rows = _rows(recording, face, reading, scaling)
     um = away * scaling.deviation * way
-    turn_mm = 360.0 * scaling.position if recording.form == "axis" and units.axis == "rotary" else None
-    shortest_mm = _shortest(places, scaling) if recording.form == "axis" else SHORTEST_MM
-    residuals = replace(_residuals(recording, rows, um, way, gauge, machine, turn_mm), shortest_mm=shortest_mm)
-    return AxisData(recording, residuals, scaling, repeatability)
+    residuals = _residuals(recording, rows, um, way, gauge, machine, scaling)
+    step_um = resolution(reading, repeatability) * scaling.deviation
+    return AxisData(recording, replace(residuals, step_um=step_um), scaling, repeatability)
 
 
-def _shortest(places: Array, scaling: Scaling) -> float:
-    """The shortest period to look for, scaled: of evenly spaced targets two steps, what is shorter is an alias."""
-    steps = even(places)
-    return scaling.position * (SHORTEST_MM if steps is None else max(2.0 * steps.spacing, SHORTEST_MM))
+def resolution(reading: Array, scatter: float) -> float:
+    """The step of which all readings are multiples, in their unit; 0 for none that shows beside their scatter."""
+    met = np.unique(reading)
+    steps = np.diff(met)
+    steps = steps[steps > ROUNDING * max(float(np.abs(met).max()), 1e-300)]
+    if not steps.size:
+        return 0.0
+    step = float(steps.min())
+    off = (met - met[0]) / step
+    return step if step > FINE * scatter and np.abs(off - np.rint(off)).max() < FINE else 0.0
 
 
 def _targets(recording: AxisRecording) -> Array:
@@ -114,13 +130,14 @@ def scatter_of_neighbours(away: Array, placement: NDArray[np.int64], face: NDArr
     steps = np.diff(away[order])[same] if same.sum() >= FEWEST_ROWS // 2 else np.diff(away)
     median = float(np.median(np.abs(steps))) * SURELY / np.sqrt(2.0)
     root = float(np.sqrt((steps**2).mean() / 2.0))
-    found = (one for one in (median, root, float(np.std(away))) if one > ROUNDING)
+    least = ROUNDING * float(np.abs(away).max())
+    found = (one for one in (median, root, float(np.std(away))) if one > least)
     return next(found, shipped_priors().sizes.repeatability_um)
 
 
-def _power(typical: float, value: float) -> float:
-    """The power of ten that brings a value near to what is typical."""
-    return float(10.0 ** np.rint(np.log10(typical / value))) if value > 0.0 else 1.0
+def _scale(typical: float, value: float) -> float:
+    """The factor from a value to what is typical."""
+    return typical / value if value > 0.0 else 1.0
 
 
 def _u_of_targets(recording: AxisRecording, index: NDArray[np.intp]) -> Array:
@@ -193,7 +210,7 @@ def _rows(recording: AxisRecording, face: NDArray[np.intp], reading: Array, scal
     rows["x_mm"] = reading * scaling.deviation * 1e-3
     rows["approach_i"] = frame["way"].to_numpy(float)
     if "time_s" in frame:
-        rows["time_s"] = frame["time_s"].to_numpy(float)
+        rows["time_s"] = frame["time_s"].to_numpy(float) * scaling.time
     for name in recording.covariates:
         rows[f"{name} recorded" if name in OPTIONAL[3:] or name in rows else name] = frame[name].to_numpy(float)
     return rows
@@ -206,11 +223,40 @@ def _residuals(
     way: Array,
     gauge: Gauge,
     machine: Machine,
-    turn_mm: float | None,
+    scaling: Scaling,
 ) -> Residuals:
     numbers, placement = np.unique(rows["placement"], return_inverse=True)
-    setting = Setting.of(machine, gauge, {int(number): np.array([1.0, 0.0, 0.0]) for number in numbers})
+    turns = recording.form == "axis" and recording.units.axis == "rotary"
+    steps = even(gauge.position_mm) if recording.form == "axis" else None
+    setting = replace(
+        Setting.of(machine, gauge, {int(number): np.array([1.0, 0.0, 0.0]) for number in numbers}),
+        recording=recording_of(recording.form, turns),
+        turn_mm=360.0 * scaling.position if turns else None,
+        step_mm=None if steps is None else steps.spacing,
+    )
     face = rows["face"].to_numpy()
     seen = rows.assign(x_mm=gauge.position_mm[face - 1])
+    speed = scanning_speed(seen)
+    if speed is not None and "speed_mm_s" not in rows:
+        rows, seen = rows.assign(speed_mm_s=speed), seen.assign(speed_mm_s=speed)
     unknown = station_columns(recording) if recording.form == "distances" else None
-    return Residuals(um, way, placement, face, Probings(seen, setting), rows, gauge, machine, unknown, turn_mm)
+    return Residuals(um, way, placement, face, Probings(seen, setting), rows, gauge, machine, unknown)
+
+
+def scanning_speed(rows: pd.DataFrame) -> Array | None:
+    """Speed at every reading, mm/s ``(n,)``, of an axis that is read while it moves; None for any other.
+
+    From the neighbours in time of the same pass: central differences.
+    """
+    if "time_s" not in rows or rows["time_s"].nunique() < len(rows):
+        return None
+    order = np.argsort(rows["time_s"].to_numpy(), kind="stable")
+    x, t, way = (rows[name].to_numpy(float)[order] for name in ("x_mm", "time_s", "approach_i"))
+    passes = np.split(np.arange(len(x)), np.flatnonzero(np.diff(way)) + 1)
+    standing = float((np.abs(np.diff(x)) < ROUNDING * max(float(np.ptp(x)), 1e-300)).mean())
+    if min(map(len, passes)) < FEWEST_SCANNED or standing > STANDING:
+        return None
+    speed = np.empty(len(x))
+    for one in passes:
+        speed[order[one]] = np.abs(np.gradient(x[one], t[one]))
+    return speed

@@ -18,7 +18,7 @@ from stepgauge.diagnosis.axis.words import kind_name
 from stepgauge.files.notation import rounded
 
 _NUMBER = r"(?<![\w.])([-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?) "
-_KEY = re.compile(r"^(.*_)?(um|mm)$")
+_KEY = re.compile(r"^(.*_)?(um|mm|s)$")
 PLAIN = ("in_practice", "command", "commands", "path", "sha256", "label", "separate_by", "kind")
 """Keys whose texts stay as they are."""
 _RELATIVE = {"m": "mm/km", "inch": "uin/inch", "thou": "uin/inch", "uin": "uin/inch"}
@@ -50,24 +50,28 @@ class Teller:
 
     @cached_property
     def factors(self) -> dict[str, tuple[float, str]]:
-        """Factor and unit by the unit of a parameter."""
-        units = self.units
-        um = 1.0 / self.scaling.deviation / units.base_deviation
-        mm = 1.0 / self.scaling.position / units.base_position
-        slope = self.scaling.position / self.scaling.deviation
-        dev = units.deviation
-        found = {"um": (um, dev), "mm": (mm, units.position)}
-        found |= {f"um/{rest}": (um, f"{dev}/{rest}") for rest in ("h", "K", "(mm/s)")}
+        """Factor and unit by the unit of a parameter, of a deviation, a position, a time and what is made of them."""
+        units, scaling = self.units, self.scaling
+        um = 1.0 / scaling.deviation / units.base_deviation
+        mm = 1.0 / scaling.position / units.base_position
+        s = 1.0 / scaling.time
+        dev, place = units.deviation, units.position
+        found = {"um": (um, dev), "mm": (mm, place), "s": (s, "s"), "h": (s, "h"), "Hz": (1.0 / s, "Hz")}
+        found |= {"um/h": (um / s, f"{dev}/h"), "um/K": (um, f"{dev}/K"), "mm/s": (mm / s, f"{place}/s")}
+        found["ms"] = (scaling.position / scaling.deviation * s, "ms")
+        found["um/(mm/s)^2"] = (um * (s / mm) ** 2, f"{dev}/({place}/s)^2")
+        slope = scaling.position / scaling.deviation
         if units.axis == "rotary":
             per_deg = slope * 1e-3 / units.base_deviation
+            found["ms"] = (slope * s * 1e3 / 3600.0, "ms")  # of um/(mm/s) arcsec/(deg/s)
             return found | {
                 "um/m": (per_deg, f"{dev}/deg"),
                 "um/(m K)": (per_deg, f"{dev}/(deg K)"),
-                "um/m^2": (per_deg * self.scaling.position * 1e-3, f"{dev}/deg^2"),
+                "um/m^2": (per_deg * scaling.position * 1e-3, f"{dev}/deg^2"),
             }
         relative = _RELATIVE.get(units.position, "um/m")
         found["um/(m K)"] = (slope, "um/(m K)")
-        return found | {"um/m": (slope, relative), "um/m^2": (slope * self.scaling.position, "um/m^2")}
+        return found | {"um/m": (slope, relative), "um/m^2": (slope * scaling.position, "um/m^2")}
 
     def told(self, value: Any, key: str = "") -> Any:
         """The same JSON in the user's units and words; keys that end in um or mm end in the user's units."""
@@ -106,11 +110,12 @@ class Teller:
         if self.form == "distances":
             words = words.replace("target", "pair").replace("position", "distance")
         words = _LABEL.sub(lambda match: kind_name(match[1], self.form), words)
-        return re.sub(rf"{_NUMBER}(um|mm)\b(?!/)", self._scaled, words)
+        return re.sub(rf"{_NUMBER}(um|mm|s|Hz)\b(?!/)", self._scaled, words)
 
     def _scaled(self, match: re.Match[str]) -> str:
         factor, unit = self.factors[match[2]]
-        return f"{rounded(float(match[1]) * factor, 4)} {unit}"
+        digits = max(4, len(re.sub(r"e.*|\D", "", match[1]).strip("0")))
+        return f"{rounded(float(match[1]) * factor, digits) if factor != 1.0 else match[1]} {unit}"
 
 
 def _of_joint(parameters: Mapping[str, Any]) -> dict[str, Any]:

@@ -18,8 +18,6 @@ BEYOND = 0.02
 """Standard deviation by which a non-linear parameter may lie outside its grid, as a share of the grid."""
 SMALLEST_SHARE = 0.01
 """Share of the least value of the grid below which all values count as equal: a logarithm needs a positive one."""
-FROZEN = {"time_s", "when"}
-"""Parameters without a derivative of the displacement."""
 
 
 class FittedLaw:
@@ -39,7 +37,8 @@ class FittedLaw:
             if value is not None and name not in self.frozen
             for part in parts_of(name, value)
         ]
-        phase = ["phase_deg"] if "phase_deg" in known else []
+        self.phase = self.law.phase()
+        phase = [self.phase.name] if self.phase is not None else []
         components = [f"component {i}" for i in range(self.free)]
         self.names = [*(components or self.linear), *moving, *phase]
         self.units = {name: known[name].unit for name in known}
@@ -57,7 +56,7 @@ class FittedLaw:
     @property
     def frozen(self) -> set[str]:
         """Parameters that are not fitted: their resolution is that of the grid."""
-        return FROZEN | self.family.taken
+        return {p.name for p in self.law.parameters() if not p.fitted} | {"when"} | self.family.taken
 
     @property
     def free(self) -> int:
@@ -67,12 +66,11 @@ class FittedLaw:
     def start(self, coefficients: Array) -> Array:
         """Parameters from the coefficients of the signature."""
         values: dict[str, Any] = dict(self.atom)
-        if "phase_deg" in self.names:
-            lobes = 1.0 if self.law.quadrature else 3.0
+        if self.phase is not None:
             size, turn = _sine(coefficients.reshape(-1, 2))
-            names = [f"component {i}" for i in range(self.free)] or ["amplitude_um"]
+            names = [f"component {i}" for i in range(self.free)] or self.linear
             values |= dict(zip(names, map(float, size), strict=True))
-            values["phase_deg"] = float(np.degrees(turn) / lobes)
+            values[self.phase.name] = float(turn / (2.0 * np.pi) * self.phase.turn)
         elif self.law.kind == "misalignment":
             values["mrad"] = float(np.sqrt(max(coefficients[0], 0.0)))
         else:
@@ -93,7 +91,7 @@ class FittedLaw:
             fitted = {name: value for name, value in fitted.items() if not name.startswith("component")}
             fitted |= {
                 self.linear[0]: size,
-                "direction": tuple(vector / size) if size > 0.0 else tuple(self.family.directions[0]),
+                self.law.free_direction(): tuple(vector / size) if size > 0.0 else tuple(self.family.directions[0]),
             }
         for name, value in self.atom.items():
             if isinstance(value, tuple):
@@ -114,7 +112,10 @@ class FittedLaw:
     def _shape(self, sets: Array, data: Residuals) -> Array:
         values = self._values_of_sets(sets)
         effect = self.law.model_construct(**(values | dict.fromkeys(self.linear, 1.0)))
-        um = np.broadcast_to(along_approach_um(effect, data.probings), (len(sets), len(data)))
+        with np.errstate(all="ignore"):  # far from its range an effect may be no number, and no step leads there
+            um = np.broadcast_to(along_approach_um(effect, data.probings), (len(sets), len(data)))
+        if not np.isfinite(um).all():
+            raise InputError("effects", "no number", found=self.law.kind)
         return um[:, None] * (1.0 if self.family.directions is None else self._shares(data))
 
     def _values_of_sets(self, sets: Array) -> dict[str, Any]:
@@ -123,7 +124,7 @@ class FittedLaw:
         for name, value in self.atom.items():
             if isinstance(value, tuple):
                 fitted[name] = tuple(fitted.pop(part) for part in parts_of(name, value))
-        direction = {} if self.family.directions is None else {"direction": "approach"}
+        direction = {} if self.family.directions is None else {self.law.free_direction(): "approach"}
         return stated(fixed_values(self.law) | self.family.choices | self.atom | fitted | direction)
 
     def _shares(self, data: Residuals) -> Array:
@@ -205,7 +206,7 @@ class FittedLaw:
         """Step of each parameter for its derivative."""
         return np.array(
             [
-                10.0 if name.endswith("_deg") or "_mm" in name else max(abs(value), 1e-3)
+                10.0 if self.units.get(name.split()[0]) in ("deg", "mm") else max(abs(value), 1e-3)
                 for name, value in zip(self.names, parameters, strict=True)
             ]
         )

@@ -127,9 +127,13 @@ def _told(solved: Solved, lag: Estimate, size: Array, covariance: Array) -> Solv
     unit = size / max(length, 1e-300)
     changed: dict[str, Any] = {LAG: lag.value, name: float(size[0])}
     if solved.family.directions is not None:
+        assert solved.family.law is not None
         along = unit @ solved.family.directions
         sign = np.sign(along[np.abs(along).argmax()])
-        changed |= {name: float(sign * length), "direction": tuple(float(sign * share) for share in along)}
+        changed |= {
+            name: float(sign * length),
+            solved.family.law.free_direction(): tuple(float(sign * share) for share in along),
+        }
     told = Estimate(changed[name], float(np.sqrt(unit @ covariance @ unit)), solved.parameters[name].unit)
     parameters = {**solved.parameters, name: told, LAG: lag}
     return replace(solved, effect=solved.effect.model_copy(update=changed), parameters=parameters)

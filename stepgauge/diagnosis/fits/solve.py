@@ -183,17 +183,14 @@ def _spreads(law: FittedLaw, parameters: Array, covariance: Array) -> dict[str, 
 
 def _solved(law: FittedLaw, parameters: Array, covariance: Array) -> Solved:
     values = law.values(parameters)
-    if "direction" in values and law.free:
+    if law.free:
         _point_forward(values, law)
-    if "amplitude_um" in values and values["amplitude_um"] < 0:
-        values["amplitude_um"] *= -1.0
-        values["phase_deg"] += 180.0 if law.law.quadrature else 60.0
-    if "phase_deg" in values:
-        turn = 360.0 if law.law.quadrature else 120.0
-        values["phase_deg"] = (values["phase_deg"] + turn / 2.0) % turn - turn / 2.0
-    if "arm_azimuth_deg" in values:
-        turn = 360.0 if "arm" in values else 120.0  # which of three arms alike is not told
-        values["arm_azimuth_deg"] = (values["arm_azimuth_deg"] + turn / 2.0) % turn - turn / 2.0
+    if law.phase is not None and values[law.linear[0]] < 0:
+        values[law.linear[0]] *= -1.0
+        values[law.phase.name] += law.phase.turn / 2.0
+    for p in law.law.parameters():
+        if p.turn and isinstance(values.get(p.name), float):
+            values[p.name] = (values[p.name] + p.turn / 2.0) % p.turn - p.turn / 2.0
     spreads = _spreads(law, parameters, covariance)
     if law.law.kind == "misalignment":
         values["mrad"] = abs(values["mrad"])
@@ -222,14 +219,15 @@ def _above_zero(value: float, u: float) -> tuple[float, float]:
 
 def _point_forward(values: dict[str, Any], law: FittedLaw) -> None:
     """A direction and its opposite are equivalent: the one with its largest component positive is stated."""
-    direction = np.array(values["direction"])
+    name = law.law.free_direction()
+    direction = np.array(values[name])
     if direction[np.abs(direction).argmax()] < 0.0:
         direction = -direction
-        if "phase_deg" in values:
-            values["phase_deg"] += 180.0
+        if law.phase is not None:
+            values[law.phase.name] += law.phase.turn / 2.0
         else:
             values[law.linear[0]] *= -1.0
-    values["direction"] = tuple(float(share) for share in direction)
+    values[name] = tuple(float(share) for share in direction)
 
 
 def orthonormal(columns: Array) -> Array:

@@ -38,9 +38,11 @@ from stepgauge.diagnosis.forms.form import (
 from stepgauge.diagnosis.forms.memories import hysteresis, lagged, of_ways, rests
 from stepgauge.diagnosis.forms.smooth import changing, functions, volumes
 from stepgauge.diagnosis.forms.waves import beats, sawteeth, waves
-from stepgauge.diagnosis.laws.choices import LIKE_DIRECTIONS, TEMPERATURES, goes_both_ways, share_beside
+from stepgauge.diagnosis.laws.choices import goes_both_ways
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.effects.grids import TEMPERATURES
+from stepgauge.effects.probe import LIKE_DIRECTIONS, share_beside
 from stepgauge.inference.problem import AmplitudePrior, Candidate, GaussianProcess, Law
 
 Array = NDArray[np.float64]

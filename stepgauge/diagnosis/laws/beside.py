@@ -36,7 +36,6 @@ NEGLIGIBLE = 1e-6
 MOST_SHAPES = 400
 """Shapes of a law whose other shapes are tried: beyond it these are single waves."""
 HARMONICS = (2, 3)
-PERIOD = "period_s"
 LAG, UNREAD = "lag_s", "unread"
 
 
@@ -72,7 +71,7 @@ class Untold:
 
 def untold(family: Family, courses: Courses, data: Residuals, priors: Priors) -> Untold:
     """What a law moves beside its signature by these priors."""
-    process = is_process(family, frozenset(priors.laws.processes))
+    process = is_process(family)
     return Untold(family, courses, data, priors.laws.discrepancy if process else 0.0)
 
 
@@ -104,12 +103,11 @@ class Courses:
         return np.asarray(np.linalg.norm(self.pattern[atom]) * mixed @ courses)
 
 
-def is_process(family: Family, shapes: frozenset[str]) -> bool:
-    """Whether a law has a shape that idealises a process: one of those parameters, with values to choose from."""
-    if PERIOD in family.atoms[0]:
-        return PERIOD in shapes
-    few = 1 < len(family.atoms) <= MOST_SHAPES and family.pattern.shape[1] == 1
-    return few and bool(shapes & family.atoms[-1].keys())
+def is_process(family: Family) -> bool:
+    """Whether a law has a shape that idealises a process, with values to choose from."""
+    if family.law is None or not family.law.process or family.law.phase():
+        return family.law is not None and family.law.process
+    return 1 < len(family.atoms) <= MOST_SHAPES and family.pattern.shape[1] == 1
 
 
 def discrepancy(family: Family, courses: Courses, atom: int, shape: dict[str, Any], data: Residuals) -> Array:
@@ -117,9 +115,10 @@ def discrepancy(family: Family, courses: Courses, atom: int, shape: dict[str, An
 
     The law has a ``shape`` near that of an ``atom``; what would be the law itself again is taken out.
     """
-    if PERIOD in shape:
-        periods = ({**shape, PERIOD: shape[PERIOD] / order} for order in HARMONICS)
-        return np.concatenate([family_signatures(family, one, data) for one in periods])
+    if family.law is not None and family.law.phase():
+        period, inverse = family.law.rhythm()
+        waves = ({**shape, period: shape[period] * (order if inverse else 1.0 / order)} for order in HARMONICS)
+        return np.concatenate([family_signatures(family, one, data) for one in waves])
     beside = np.concatenate([courses.beside(atom) * share for share in family.share_rows])
     return residual_columns(beside, family_signatures(family, shape, data))
 

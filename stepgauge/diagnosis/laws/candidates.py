@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -12,19 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import solve
-from stepgauge.diagnosis.laws.beside import LAG, Courses, Untold, untold
-from stepgauge.diagnosis.laws.choices import ALL, choice_odds, is_common
+from stepgauge.diagnosis.laws.beside import Courses, Untold, untold
+from stepgauge.diagnosis.laws.choices import ALL, is_common
+from stepgauge.diagnosis.laws.grids import usual_shape
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
-from stepgauge.diagnosis.laws.usual import odds_of, shape_range, size_of_shape, usual_shape, usual_size
+from stepgauge.diagnosis.laws.usual import odds_of, size_of_shape, usual_size
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.problem import AmplitudePrior, Law, Refined
 
 Array = NDArray[np.float64]
-START = "start_s"
 OF_THE_PROBE = ("kinematic_pretravel", "seat_defect")
 """Laws of which a recording has one, since it was made with one probe."""
+BESIDE_FIRST, ALONE = 1e-9, 30.0
+"""What the log odds of a first wave rise by beside a second one: nothing; and what a second one lacks without it."""
 BEYOND = 1.1
 """Factor by which a fitted shape may lie beyond the grid."""
 
@@ -32,13 +34,13 @@ BEYOND = 1.1
 def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Collection[str] = ()) -> list[Law]:
     """Candidates for all laws with a signature here; ``metric``: for the fit of shapes between points of the grid."""
     families = list(effect_families(data, priors, without))
-    share, labels, patterns = _shares(families, priors), Counter[str](), dict[int, Array]()
+    share, labels, patterns = _shares(families, priors, data), Counter[str](), dict[int, Array]()
     courses = dict[int, Courses]()
     found = []
     for family, own in zip(families, share, strict=True):
         labels[family.label] += 1
         label = family.label if labels[family.label] == 1 else f"{family.label} #{labels[family.label]}"
-        family = replace(family, about=_about(family, priors, data))
+        family = replace(family, about=_about(family, data))
         sizes, log_odds = sizes_of(family, priors, data), float(np.log(odds_of(family.kind, priors) * own))
         again = None if is_common(family.kind, family.choices) else priors.laws.of(family.kind).again
         if id(family.pattern) not in patterns:
@@ -55,7 +57,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
                 replace(family, prior=float(sizes.sd.max()), sizes=sizes),
                 pattern=patterns[id(family.pattern)],
                 shares=family.share_rows,
-                log_weight=shape_weights(family, priors, data),
+                log_weight=family.log_weight,
                 positive=family.positive,
                 once=family.kind in OF_THE_PROBE,
                 again=0.0 if again is None else float(np.log(again)) - log_odds,
@@ -63,7 +65,21 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
                 discrepancy=beside if beside.any else None,
             )
         )
-    return found
+    return found if data.probings.setting.recording == "gauge" else [two for one in found for two in _twice(one)]
+
+
+def _twice(law: Law) -> Iterator[Law]:
+    """A wave, and a second one of its kind that is there beside the first only; any other law once.
+
+    A scale or a drive has several periods, and one of them may be told in time beside one along the axis.
+    """
+    if law.source.law.phase() is None:
+        yield law
+        return
+    first = replace(law, again=BESIDE_FIRST)
+    yield first
+    second = replace(law, label=f"{law.label} #2", log_odds=law.log_odds - ALONE, again=ALONE, first=first)
+    yield replace(second, pattern=law.pattern[:])  # another array: tables know a pattern by its identity
 
 
 def _usual_pattern(family: Family) -> Array:
@@ -77,18 +93,19 @@ def usual_signature(family: Family, shape: dict[str, Any], data: Residuals) -> A
     return size_of_shape(family.kind, shape, family.atoms) * family_signatures(family, shape, data)
 
 
-def _shares(families: Sequence[Family], priors: Priors) -> list[float]:
+def _shares(families: Sequence[Family], priors: Priors, data: Residuals) -> list[float]:
     """The share of each law in the odds of its kind, which all choices have together.
 
     One of all axes at once is another cause than those of single ones, with odds of its own.
     """
     common = [one.choices.get("axis") == ALL for one in families]
-    odds = [choice_odds(one.kind, one.choices, priors) for one in families]
+    odds = [preference(one) for one in families]
+    rare = {kind: law.rarity(data.probings) for kind, law in {one.kind: one.law for one in families}.items() if law}
     whole = defaultdict[str, float](float)
     for family, own, apart in zip(families, odds, common, strict=True):
         whole[family.kind] += 0.0 if apart else own
     return [
-        priors.laws.all_axes if apart else own / whole[family.kind]
+        rare[family.kind] * (priors.laws.all_axes if apart else own / whole[family.kind])
         for family, own, apart in zip(families, odds, common, strict=True)
     ]
 
@@ -109,38 +126,16 @@ def sizes_of(family: Family, priors: Priors, data: Residuals) -> AmplitudePrior:
     return priors.sizes.about(usual.size, usual.most)
 
 
-def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
-    """Logarithms of the prior of each shape ``(atoms,)``.
-
-    For a period or a frequency every decade of the physically possible range is equally likely, so that each point of
-    the grid has the share of its step. A shape of which something is usual is log-normal about it. All other shapes are
-    equally likely, except that all with a lag, or with a beginning during the measurement, have odds of their own.
-    """
-    count = len(family.atoms)
-    for name in priors.shapes:
-        if name not in family.atoms[0] or count < 2:
-            continue
-        low, high = shape_range(name, priors, data.machine, family.choices.get("axis", ""))
-        values = np.array([float(atom[name]) for atom in family.atoms])
-        rate = values if name.endswith("_hz") else 1.0 / values
-        if name == "period_s" and data.has_time:
-            high = max(high, float(np.ptp(data.frame["time_s"])) / 2.0)
-        share = np.minimum(np.abs(np.median(np.diff(rate))) / rate, 1.0)
-        return np.asarray(np.log(share / np.log(high / low)))
-    if family.about:
-        weight = np.array([family.log_prior(atom) for atom in family.atoms])
-        return weight - np.logaddexp.reduce(weight)
-    for name in (name for name in (LAG, START) if name in family.atoms[0]):
-        late = np.array([atom[name] is not None for atom in family.atoms])
-        if late.any() and not late.all():
-            odds = priors.laws.lag if name == LAG else priors.laws.late
-            return np.asarray(np.log(np.where(late, odds / late.sum(), 1.0 / (~late).sum()) / (1.0 + odds)))
-    return np.full(count, -np.log(count))
+def preference(family: Family) -> float:
+    """Odds of the choices of a law over others."""
+    assert family.law is not None
+    return family.law.preference(family.choices)
 
 
-def _about(family: Family, priors: Priors, data: Residuals) -> dict[str, tuple[float, float]]:
+def _about(family: Family, data: Residuals) -> dict[str, tuple[float, float]]:
     """The shapes of a family of which something is usual."""
-    every = {name: usual_shape(name, priors, data.machine) for name in family.atoms[0]}
+    assert family.law is not None
+    every = {p.name: usual_shape(p, data.machine) for p in family.law.parameters() if p.name in family.atoms[0]}
     return {name: usual for name, usual in every.items() if usual is not None}
 
 

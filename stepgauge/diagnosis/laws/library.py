@@ -8,15 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
-from itertools import product
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.laws.choices import choices_of, has_free_direction, is_spanned
-from stepgauge.diagnosis.laws.grids import parameter_grid
+from stepgauge.diagnosis.laws.choices import choices_of
+from stepgauge.diagnosis.laws.grids import shapes_of
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um, effect_kinds
@@ -53,7 +52,8 @@ class Family:
     ``sizes``: the mixture of which it is one, None for none.
     ``taken``: non-linear parameters that the recording does not determine; they are taken to be what is usual.
     ``within``: the ranges of the family of which these are some shapes, None for the ranges of its own.
-    ``about``: median and logarithmic standard deviation of shapes with a log-normal prior.
+    ``about``: median and logarithmic standard deviation of shapes with a log-normal prior; ``log_weight (atoms,)``:
+    logarithms of the prior of the shapes.
     """
 
     kind: str
@@ -72,6 +72,7 @@ class Family:
     taken: frozenset[str] = frozenset()
     within: dict[str, tuple[float, float]] | None = None
     about: dict[str, tuple[float, float]] = field(default_factory=dict)
+    log_weight: Array = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def dimension(self) -> int:
@@ -95,7 +96,8 @@ class Family:
             return self.within
         names = [name for name, value in self.atoms[-1].items() if isinstance(value, float | int)]
         # an angle goes on beyond a turn, what is usual is no bound
-        names = [name for name in names if not name.endswith("_deg") and name not in self.about]
+        turning = set() if self.law is None else {p.name for p in self.law.parameters() if p.turn}
+        names = [name for name in names if name not in turning and name not in self.about]
         values = {name: [atom[name] for atom in self.atoms if atom[name] is not None] for name in names}
         return {name: (float(min(tried)), float(max(tried))) for name, tried in values.items()}
 
@@ -119,23 +121,19 @@ def effect_families(data: Residuals, priors: Priors, without: Collection[str] = 
         if kind in NOT_LAWS or kind in without:
             continue
         for choices in choices_of(law, data):
-            atoms = _atoms(law, choices, data, priors)
-            if not atoms:
-                continue
             try:
-                if not _is_shown(law, choices, atoms[0], data):
+                atoms, weight = shapes_of(law, choices, data, partial(signatures, law, choices, data=data))
+                if not atoms or not _is_shown(law, choices, atoms[0], data):
                     continue
                 columns = signatures(law, choices, atoms, data)
             except (InputError, ValueError):
                 continue  # impossible choices (travel and direction the same), or a column this recording lacks
-            if has_free_direction(law):
-                families = _directed(law, choices, atoms, columns, directions)
-            else:
-                size = _sizes(columns, [np.ones((1, len(data)))])[0]
-                seen = columns if _has_phase(law) else _beside_origins(columns, data)
-                spanned = is_spanned(law, atoms, seen, priors)
-                families = _family(law, choices, atoms, seen, size) if spanned else iter(())
-            yield from families
+            shapes = Shapes(law, choices, atoms, weight)
+            if law.free_direction():
+                yield from _directed(shapes, columns, directions)
+                continue
+            size = _sizes(columns, [np.ones((1, len(data)))])[0]
+            yield from _family(shapes, columns if law.phase() else _beside_origins(columns, data), size)
 
 
 def _is_shown(law: type[Effect], choices: dict[str, Any], atom: dict[str, Any], data: Residuals) -> bool:
@@ -173,12 +171,6 @@ def _beside_origins(columns: Array, data: Residuals) -> Array:
     return np.where(size > ORIGIN_ONLY * whole, left, columns)
 
 
-def _atoms(law: type[Effect], choices: dict[str, Any], data: Residuals, priors: Priors) -> list[dict[str, Any]]:
-    nonlinear = [p for p in law.parameters() if p.role == "nonlinear" and p.name != "phase_deg"]
-    grids = [parameter_grid(law, p, choices, data, priors) for p in nonlinear]
-    return [dict(zip((p.name for p in nonlinear), values, strict=True)) for values in product(*grids)]
-
-
 def visible_directions(axes: Array) -> Iterator[str | tuple[float, ...] | Array]:
     """Directions in which placements with gauge axes ``(m, 3)`` show a motion.
 
@@ -208,21 +200,26 @@ def _shown(data: Residuals) -> list[tuple[Direction, Array]]:
     return [(one, np.atleast_2d(unit) @ approach.T) for one, unit in zip(directions, units, strict=True)]
 
 
-def _directed(
-    law: type[Effect],
-    choices: dict[str, Any],
-    atoms: list[dict[str, Any]],
-    along: Array,
-    directions: Sequence[tuple[Direction, Array]],
-) -> Iterator[Family]:
+@dataclass(frozen=True)
+class Shapes:
+    """A law with its choices made, all its shapes, and the logarithms of their prior ``(atoms,)``."""
+
+    law: type[Effect]
+    choices: dict[str, Any]
+    atoms: list[dict[str, Any]]
+    weight: Array
+
+
+def _directed(shapes: Shapes, along: Array, directions: Sequence[tuple[Direction, Array]]) -> Iterator[Family]:
     """One family for every direction, from the signatures of a motion along each approach."""
-    sizes = _sizes(along, [shares for _, shares in directions])
+    sizes, free = _sizes(along, [shares for _, shares in directions]), shapes.law.free_direction()
     for (direction, shares), size in zip(directions, sizes, strict=True):
         if isinstance(direction, np.ndarray):
-            rest = {name: value for name, value in choices.items() if name != "direction"}
-            yield from _family(law, rest, atoms, along, size, shares, direction)
+            rest = {name: value for name, value in shapes.choices.items() if name != free}
+            yield from _family(replace(shapes, choices=rest), along, size, shares, direction)
         else:
-            yield from _family(law, choices | {"direction": direction}, atoms, along, size, shares)
+            chosen = shapes.choices | {free: direction}
+            yield from _family(replace(shapes, choices=chosen), along, size, shares)
 
 
 def _sizes(pattern: Array, shares: Sequence[Array]) -> list[Array]:
@@ -234,15 +231,10 @@ def _sizes(pattern: Array, shares: Sequence[Array]) -> list[Array]:
 
 
 def _family(
-    law: type[Effect],
-    choices: dict[str, Any],
-    atoms: list[dict[str, Any]],
-    pattern: Array,
-    size: Array,
-    shares: Array | None = None,
-    directions: Array | None = None,
+    shapes: Shapes, pattern: Array, size: Array, shares: Array | None = None, directions: Array | None = None
 ) -> Iterator[Family]:
     """The family of the signatures that are not zero, if there are any."""
+    law, choices, atoms = shapes.law, shapes.choices, shapes.atoms
     seen = size > 1e-9 * max(float(size.max()), 1e-300)
     if not seen.any() or size.max() == 0.0:
         return
@@ -262,6 +254,7 @@ def _family(
         directions=directions,
         shares=shares,
         taken=_taken(atoms),
+        log_weight=shapes.weight[seen],
     )
 
 
@@ -279,7 +272,7 @@ def _is_positive(law: type[Effect]) -> bool:
     round.
     """
     bounds = [p.low for p in law.parameters() if p.role == "linear"]
-    return law.kind == "misalignment" or (not _has_phase(law) and min(bounds, default=0.0) >= 0.0)
+    return law.kind == "misalignment" or (law.phase() is None and min(bounds, default=0.0) >= 0.0)
 
 
 def fixed_values(law: type[Effect]) -> dict[str, Any]:
@@ -298,7 +291,7 @@ def signatures(law: type[Effect], choices: dict[str, Any], atoms: Sequence[dict[
         return _apart(law, choices, atoms, unset, data)
     if len(atoms) < 2 or any(not isinstance(value, float | int | tuple) for atom in atoms for value in atom.values()):
         return np.concatenate([np.stack(_columns(law, choices, atom, data, 1), axis=1) for atom in atoms])
-    found = np.empty((len(atoms), 2 if _has_phase(law) else 1, len(data)))
+    found = np.empty((len(atoms), 2 if law.phase() else 1, len(data)))
     for some in chunks(len(atoms), len(data)):
         together = {name: _stacked([atom[name] for atom in atoms[some]]) for name in atoms[0]}
         for place, column in enumerate(_columns(law, choices, together, data, len(atoms[some]))):
@@ -332,7 +325,8 @@ def _apart(
 def family_signatures(family: Family, atom: dict[str, Any], data: Residuals) -> Array:
     """One signature of a family in another recording, shape ``(d, n)``."""
     assert family.law is not None
-    free = [{}] if family.directions is None else [{"direction": tuple(unit)} for unit in family.directions]
+    name = family.law.free_direction()
+    free = [{}] if family.directions is None else [{name: tuple(unit)} for unit in family.directions]
     return np.concatenate([signatures(family.law, family.choices | one, [atom], data)[0] for one in free])
 
 
@@ -348,18 +342,16 @@ def _columns(
     """One array ``(count, n)`` per linear parameter; a sine of any amplitude and phase is a sum of two."""
     linear = [p.name for p in law.parameters() if p.role == "linear"]
     values = fixed_values(law) | choices | atom | dict.fromkeys(linear, 1.0)
-    if not _has_phase(law):
+    phase = law.phase()
+    if phase is None:
         return [_column(law, values, data, count)]
-    quarter = 90.0 if law.quadrature else 30.0  # of a period, or of a lobe
-    return [_column(law, values | {"phase_deg": phase}, data, count) for phase in (0.0, quarter)]
-
-
-def _has_phase(law: type[Effect]) -> bool:
-    return any(p.name == "phase_deg" for p in law.parameters())
+    return [_column(law, values | {phase.name: at}, data, count) for at in (0.0, phase.turn / 4.0)]
 
 
 def _column(law: type[Effect], values: dict[str, Any], data: Residuals, count: int) -> Array:
-    return np.broadcast_to(along_approach_um(_made(law, values), data.probings), (count, len(data))).astype(float)
+    with np.errstate(all="ignore"):
+        um = np.broadcast_to(along_approach_um(_made(law, values), data.probings), (count, len(data))).astype(float)
+    return np.where(np.isfinite(um).all(axis=1, keepdims=True), um, 0.0)
 
 
 def _made(law: type[Effect], values: dict[str, Any]) -> Effect:

@@ -30,8 +30,6 @@ SMALLEST = 1.0 / 16.0
 FEWEST_VALUES = 16
 """Values of a covariate from which on edges are tried: with fewer its values tell levels apart, not a place."""
 DIGITS = 6
-OWN_EDGES = {"at_mm", "start_s", "time_s"}
-"""Parameters of laws that have a place or a beginning."""
 OF_A_TRAVEL = {"error_motion", "scale_curvature", "straightness"}
 """Polynomials over a whole travel: one that begins somewhere in it is a form."""
 OF_THE_PROBE = {"kinematic_pretravel", "lever_arm", "pretravel_scale", "probe_lobing", "seat_defect"}
@@ -122,7 +120,7 @@ def may_have(family: Family, condition: str) -> bool:
     along the axis that it belongs to, not along another: how axes act on each other is stated by the chain.
     """
     assert family.law is not None
-    if OWN_EDGES & family.law.model_fields.keys():
+    if any(p.edge for p in family.law.parameters()):
         return False
     of_axis = family.law.covariates[0] == "coordinate" and condition.split()[0] in POSITION
     if of_axis and family.kind in OF_A_TRAVEL:

@@ -15,6 +15,7 @@ import numpy as np
 
 from stepgauge.diagnosis.priors import Priors, SizePriors
 from stepgauge.effects import Effect
+from stepgauge.effects.following import PART_OF
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 
@@ -61,10 +62,6 @@ def usual_size(
                 priors.sizes.shortest_mm / span
             )
     return Usual(prior.usual * float(np.prod(list(factors.values()))), factors, most)
-
-
-PART_OF = {"gauge_temperature_C": "gauge"} | {f"scale_temperature_{axis}_C": axis for axis in "xyz"}
-"""The documented columns of temperatures, and the part that each is read on: an axis with its scale, or the gauge."""
 
 
 def is_corrected(kind: str, choices: Mapping[str, object]) -> bool:
@@ -142,26 +139,3 @@ def size_of_shape(kind: str, shape: Mapping[str, Any], shapes: Sequence[Mapping[
 def odds_of(kind: str, priors: Priors) -> float:
     """Prior odds that a law of this kind is there, of a recording that can show it."""
     return priors.laws.odds * priors.laws.of(kind).odds
-
-
-def usual_shape(name: str, priors: Priors, machine: Machine | None = None) -> tuple[float, float] | None:
-    """Median of a shape's log-normal prior and the logarithm of its factor; None for a shape without one."""
-    prior = priors.usual_shapes.get(name)
-    if prior is None:
-        return None
-    stylus_mm = machine.probe.shank_length_mm if machine is not None else STYLUS_MM
-    return prior.usual + (stylus_mm if prior.basis == "stylus" else 0.0), float(np.log(prior.factor))
-
-
-def shape_range(name: str, priors: Priors, machine: Machine | None = None, axis: str = "") -> tuple[float, float]:
-    """Range of a period or a frequency that is physically possible.
-
-    A period along an axis is not longer than its travel, and not shorter than two steps of its resolution.
-    """
-    low, high = priors.shapes[name]
-    if name != "period_mm" or machine is None:
-        return low, high
-    if axis in ("x", "y", "z"):
-        high = float(np.ptp(getattr(machine.table.travel_mm, axis)))
-    step_um = machine.stated.resolution_um
-    return (low if step_um is None else 2.0 * step_um * 1e-3), high

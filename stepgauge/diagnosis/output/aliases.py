@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stepgauge.diagnosis.laws.grids import FEWEST_ALONG
 from stepgauge.diagnosis.output.words import listed, significant
+from stepgauge.effects.grids import FEWEST_ALONG
 
 Array = NDArray[np.float64]
 LEADS_MM = (1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 32.0, 40.0)

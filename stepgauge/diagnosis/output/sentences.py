@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.diagnosis.laws.grids import lie_level
 from stepgauge.diagnosis.output.words import in_um, length_mm, line, long, size
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import along_approach_um, make_effects
+from stepgauge.effects.grids import lie_level
 from stepgauge.files.notation import rounded
 
 Values = Mapping[str, Any]
@@ -32,14 +32,14 @@ def _tripod(v: Values, data: Residuals) -> str:
     return (
         f"The probe triggers as a tripod on six contacts does: in the directions of this recording its pre-travel"
         f" differs by {in_um(spread)}, with an arm at an azimuth of {v['arm_azimuth_deg']:.0f} deg."
-        f"{unseen if lie_level(data) else ''} Qualify the probe in the directions in which it measures, or compensate"
-        " it by direction."
+        f"{unseen if lie_level(data.probings) else ''} Qualify the probe in the directions in which it measures,"
+        " or compensate it by direction."
     )
 
 
 def _seat(v: Values, data: Residuals) -> str:
     least = float(_of_kind("seat_defect", v, data).min())
-    opposite = " (or opposite to it, for all gauges lay level)" if lie_level(data) else ""
+    opposite = " (or opposite to it, for all gauges lay level)" if lie_level(data.probings) else ""
     return (
         f"One seat of the probe's tripod opens too early, that of the arm at {v['arm_azimuth_deg']:.0f} deg of azimuth"
         f"{opposite}: readings are up to {in_um(least)} early there. Have the"
