@@ -151,7 +151,7 @@ def _try(effect: type[Effect], where: str, path: str | Path) -> None:
     if "" in values.values():
         return
     rows = np.arange(float(ROWS))
-    columns = {name: rows * 30.0 for name in ("x_mm", "y_mm", "z_mm", "time_s")} | {"face": rows.astype(int) % 2 + 1}
+    columns = dict.fromkeys(("x_mm", "y_mm", "z_mm", "time_s"), rows * 30.0) | {"face": rows.astype(int) % 2 + 1}
     columns |= {"approach_i": 1.0 - 2.0 * (rows % 2), "approach_j": 0.0 * rows, "approach_k": 0.0 * rows}
     columns |= {
         "speed_mm_s": 3.0 + 0.0 * rows,
