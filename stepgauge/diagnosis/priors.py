@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict
 from functools import cache
 from importlib.resources import files
@@ -178,19 +178,19 @@ def shipped_priors() -> Priors:
 def read_priors(path: str | Path) -> Priors:
     """The shipped priors, replaced by those of a file (:class:`InputError` for a file that is not valid)."""
     own, shipped = read_toml(path), shipped_priors()
-    _check_kinds(path, own, ("laws", "kinds"), shipped.laws)
-    _check_kinds(path, own, ("maps", "laws", "kinds"), shipped.maps.laws)
+    _check_kinds(path, own, ("laws", "kinds"), {*shipped.laws.kinds, *effect_kinds()})
+    _check_kinds(path, own, ("maps", "laws", "kinds"), shipped.maps.laws.kinds)
     return check_table(Priors, _over(tomllib.loads(priors_text()), own), path)
 
 
-def _check_kinds(path: str | Path, own: Any, keys: Sequence[str], laws: LawPriors) -> None:
+def _check_kinds(path: str | Path, own: Any, keys: Sequence[str], known: Collection[str]) -> None:
     """Kinds of laws in a file must be known; values that are no tables are reported elsewhere."""
     for key in keys:
         own = own.get(key) if isinstance(own, dict) else None
     for kind in own if isinstance(own, dict) else ():
-        if kind not in laws.kinds and kind not in effect_kinds():
-            near = difflib.get_close_matches(kind, laws.kinds, 1)
-            expected = f"{near[0]}?" if near else ", ".join(laws.kinds)
+        if kind not in known:
+            near = difflib.get_close_matches(kind, known, 1)
+            expected = f"{near[0]}?" if near else ", ".join(sorted(known))
             raise InputError(path, f"key {'.'.join(keys)}.{kind} is no kind of law", expected=expected)
 
 
