@@ -79,7 +79,6 @@ def test_the_shipped_file_is_a_file_of_priors(tmp_path: Path) -> None:
         ("maps = 3\n", "maps"),
         ("laws = 3\n", "laws"),
         ("[forms]\nsizes = [1.0, 2.0]\n", "size"),
-        ("[shapes]\nperiod_mm = [200.0, 0.004]\n", "period_mm"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_named(text: str, said: str, tmp_path: Path) -> None:
