@@ -76,17 +76,33 @@ def _slips(points: Array, gauge: Gauge, blocks: tuple[int, int], turned: bool) -
     explains = _judge(gauge, blocks, turned)
     if explains(np.roll(points, 8, axis=0)):
         yield "points 1-8 and 9-16 look swapped: the first block is the one whose front faces away from the other"
-    for one, other in combinations(range(16), 2):
-        mended = points.copy()
-        mended[[one, other]] = mended[[other, one]]
-        if explains(mended):
-            yield f"points {one + 1} and {other + 1} look swapped"
+    for one, other in _pairs(points, explains):
+        yield f"points {one + 1} and {other + 1} look swapped"
     for point, block, mended in _moved_back(points, gauge, blocks):
         if explains(mended):
             yield f"point {point} looks like one on block {block}, not on block {blocks[(point - 1) // 8]}"
     yield from _columns(points, explains)
     yield from _single(points, gauge, blocks, turned, explains)
     yield from _others(points, gauge, blocks, explains)
+
+
+def _pairs(points: Array, explains: Explains) -> Iterator[tuple[int, int]]:
+    for one, other in combinations(range(16), 2):
+        if explains(exchanged(points, (one, other))):
+            yield one, other
+
+
+def exchanged(points: Array, pair: tuple[int, int]) -> Array:
+    """The points with two of them in each other's place."""
+    mended = points.copy()
+    mended[list(pair)] = points[list(pair[::-1])]
+    return mended
+
+
+def swapped_points(points: Array, gauge: Gauge, blocks: tuple[int, int], turned: bool) -> tuple[int, int] | None:
+    """The two points, from 0, that explain the contradiction if they are exchanged; None where no two do."""
+    explains = _judge(gauge, blocks, turned)
+    return next(_pairs(points, explains), None) if collinear(points) is None else None
 
 
 def _columns(points: Array, explains: Explains) -> Iterator[str]:

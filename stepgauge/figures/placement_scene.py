@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ def placement_scene(
     gauge: Gauge,
     placement: Placement | None,
     points: Array | None = None,
-    suspect: int | None = None,
+    suspects: Sequence[int] = (),
     travel_mm: Array | None = None,
 ) -> Any:
     """A plotly figure in machine coordinates, mm.
@@ -31,7 +32,7 @@ def placement_scene(
     ----------
     gauge, placement : drawn as blocks and rail; without a placement only the points are
     points : tip centres of the 16 points, shape ``(16, 3)``
-    suspect : the point, from 1, that disagrees
+    suspects : the points, from 1, that disagree
     travel_mm : box of the machine's travel, shape ``(3, 2)``
     """
     traces: list[Any] = []
@@ -40,9 +41,9 @@ def placement_scene(
         traces += [boxes(obstacles, slice(0, -1), "blocks", BLOCK_COLOR)]
         traces += [boxes(obstacles, slice(-1, None), "rail", RAIL_COLOR)]
     if points is not None:
-        others = [number for number in range(1, 17) if number != suspect]
+        others = [number for number in range(1, 17) if number not in suspects]
         traces += [_points(points, others, "points (tip centre)", MEASURE_COLOR)]
-        traces += [] if suspect is None else [_points(points, [suspect], "disagrees", STOP_COLOR)]
+        traces += [_points(points, list(suspects), "disagrees", STOP_COLOR)] if suspects else []
     if travel_mm is not None:
         traces += [travel_volume(np.asarray(travel_mm, float)).update(visible=True)]
     found = scene_of(traces)
@@ -60,8 +61,8 @@ def _points(points: Array, numbers: list[int], name: str, color: str) -> Any:
         y=y,
         z=z,
         text=[str(number) for number in numbers],
-        mode="markers+text" if len(numbers) == 1 else "markers",
+        mode="markers+text" if len(numbers) < 3 else "markers",
         name=name,
         hovertemplate=hover,
-        marker={"size": 5 if len(numbers) > 1 else 9, "color": color},
+        marker={"size": 5 if len(numbers) > 2 else 9, "color": color},
     )

@@ -192,6 +192,11 @@ _TABLES: dict[str, type[Table]] = {
 }
 
 
+def tables() -> dict[str, type[Table]]:
+    """The tables of the form by their names, without that of persons."""
+    return dict(_TABLES)
+
+
 def read_laboratory(path: str | Path) -> Laboratory:
     """Read and check a ``certificate.toml``; :class:`InputError` names the key that is wrong."""
     data = read_toml(path)

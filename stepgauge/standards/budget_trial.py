@@ -65,11 +65,10 @@ OPEN_SOURCES = {
 
 @dataclass(frozen=True)
 class BudgetTrial:
-    """``usual``: the budget with every open source at its usual value; ``names``: of the open ones; ``machine``."""
+    """``usual``: the budget with every open source at its usual value; ``names``: of the open ones."""
 
     usual: StoredBudget
     names: tuple[str, ...]
-    machine: Machine
 
     def with_values(self, values: Mapping[str, float]) -> StoredBudget:
         """The budget with these standard uncertainties, by name and in their units; what is 0 or missing stays open.
@@ -98,16 +97,17 @@ class BudgetTrial:
         gaps = [*self.usual.not_included, *open_]
         return self.usual.model_copy(update={"sources": sources, "quantities": lines, "not_included": gaps})
 
-    def statement(self, values: Mapping[str, float]) -> str:
-        """The lines of the machine file that state these values, by table."""
-        table = self.machine.table
-        value = {"scale_temperature": table.temperature_C, "scale_expansion": table.scale_expansion_per_K}
-        lines: dict[str, list[str]] = {}
-        for name, u in values.items():
-            if u > 0.0:
-                head, line = OPEN_SOURCES[name].toml.format(u=u, value=value.get(name)).split("\n")
-                lines.setdefault(head, []).append(line)
-        return "\n\n".join("\n".join([head, *some]) for head, some in lines.items())
+
+def machine_statement(machine: Machine, values: Mapping[str, float]) -> str:
+    """The lines of a machine file that state these values, by table."""
+    table = machine.table
+    value = {"scale_temperature": table.temperature_C, "scale_expansion": table.scale_expansion_per_K}
+    lines: dict[str, list[str]] = {}
+    for name, u in values.items():
+        if u > 0.0:
+            head, line = OPEN_SOURCES[name].toml.format(u=u, value=value.get(name)).split("\n")
+            lines.setdefault(head, []).append(line)
+    return "\n\n".join("\n".join([head, *some]) for head, some in lines.items())
 
 
 def _scaled(line: StoredLine, share: Mapping[str, float], percent: float) -> StoredLine:
@@ -146,7 +146,7 @@ def budget_trial(
     by_file = [what for what, how in said if how.endswith("machine file")]  # only such a value can be tried
     names = tuple(name for name, one in OPEN_SOURCES.items() if any(what.startswith(one.what) for what in by_file))
     model = read_model(recordings, _opened(machine, names), gauge, asked.placements, options)
-    return BudgetTrial(stored_budget(model, make_budget(model, asked), 0), names, machine)
+    return BudgetTrial(stored_budget(model, make_budget(model, asked), 0), names)
 
 
 def _opened(machine: Machine, names: Sequence[str]) -> Machine:

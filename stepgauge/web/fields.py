@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import types
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
@@ -28,7 +28,10 @@ PER_MILLION = "10⁻⁶/K"
 
 @dataclass(frozen=True)
 class Field:
-    """A field: ``name`` is the key of the file, ``factor`` what the value of the file is divided by to be shown."""
+    """A field: ``name`` is the key of the file, ``factor`` what the value of the file is divided by to be shown.
+
+    ``label``: what it is called, where that is not its name (``name`` may say of which table it is).
+    """
 
     name: str
     kind: Kind
@@ -38,6 +41,7 @@ class Field:
     required: bool = False
     choices: tuple[str, ...] = ()
     factor: float = 1.0
+    label: str = ""
 
     def shown(self, value: Any) -> str:
         """A value of the file as the field has it."""
@@ -53,7 +57,7 @@ class Field:
             return True if form.has(self.name) else None
         if not form.has(self.name):
             if self.required:
-                raise InputError(naming(self.name), naming("not_filled_in"))
+                raise InputError(naming(self.label or self.name), naming("not_filled_in"))
             return None
         if self.kind == "number":
             value = form.number(self.name, self.least / self.factor, self.most / self.factor)
@@ -78,9 +82,10 @@ def _date(name: str, given: str) -> datetime.date:
     raise InputError(naming(name), naming("not_a_date"), found=repr(given), expected="2026-03-02 or 02.03.2026")
 
 
-def fields_of(model: type[Table], names: Sequence[str], required: Iterable[str] = ()) -> tuple[Field, ...]:
-    """Fields for some keys of a table, in this order; ``required``: beside those that the table demands."""
-    return tuple(_field(name, model.model_fields[name], name in set(required)) for name in names)
+def fields_of(model: type[Table], names: Sequence[str], table: str = "") -> tuple[Field, ...]:
+    """Fields for some keys of a table, in this order; ``table``: its name, before that of the key, in a large form."""
+    found = (_field(name, model.model_fields[name], False) for name in names)
+    return tuple(replace(one, name=f"{table}.{one.name}", label=one.name) if table else one for one in found)
 
 
 def _field(name: str, info: FieldInfo, required: bool) -> Field:

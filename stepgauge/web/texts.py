@@ -23,6 +23,12 @@ def catalogue() -> Mapping[str, tuple[str, ...]]:
         }
 
 
+@cache
+def effects() -> tuple[str, ...]:
+    """Kinds of effects that have a name in every language."""
+    return tuple(key.removeprefix("effect.") for key in catalogue() if key.startswith("effect."))
+
+
 def best_language(accepted: str) -> str:
     """The language of a header ``Accept-Language``: the first that is known, else English."""
     wished = [one.partition(";")[0].strip().lower()[:2] for one in accepted.split(",")]
@@ -50,6 +56,13 @@ class Words:
         plain = option_of(name).removeprefix("--").replace("-", "_")
         key = next((one for one in (f"field.{name}", f"field.{plain}", f"wrong.{name}") if self.has(one)), "")
         return self(key) if key else plain.replace("_", " ")
+
+    def effect(self, label: str) -> str:
+        """An effect by its kind, or by its label, which has its choices behind the kind: ``scale_error_x``."""
+        kind = max((key for key in effects() if label == key or label.startswith(f"{key}_")), key=len, default="")
+        more = label.removeprefix(kind).replace("_", " ").strip() if kind else ""
+        name = self(f"effect.{kind}") if kind else label.replace("_", " ")
+        return f"{name} {more}".strip()
 
     def choice(self, field: str, key: str) -> str:
         """What a choice of a field is called."""

@@ -10,7 +10,7 @@ import stepgauge as sg
 from stepgauge.montecarlo import ModelOptions
 from stepgauge.recording import Recording
 from stepgauge.standards.budget_sources import Asked
-from stepgauge.standards.budget_trial import OPEN_SOURCES, budget_trial
+from stepgauge.standards.budget_trial import OPEN_SOURCES, budget_trial, machine_statement
 from tests.conftest import ROOT
 from tests.measured import run
 
@@ -45,7 +45,7 @@ def test_what_is_tried_is_what_it_would_be_if_it_were_stated(tmp_path: Path) -> 
 
     text = Path(machine.path).read_text()
     kept = [line for line in text.split("\n") if not line.startswith("temperature_C")]
-    stated = trial.statement(VALUES)
+    stated = machine_statement(machine, VALUES)
     for head in ("[machine]", "[uncertainty]"):
         lines = stated.partition(head)[2].partition("\n\n")[0]
         place = kept.index(head) if head in kept else len(kept)

@@ -37,15 +37,28 @@ def test_the_point_that_disagrees_is_found_with_its_distance(gauge: Gauge) -> No
     points = read_sixteen(POINTS)
     good = agreement(points, gauge, (1, 21))
     assert good is not None
-    assert good.suspect is None
+    assert good.suspects == ()
     assert np.abs(good.off_mm).max() < 2e-3
     points[7] += 0.9 * good.lies.axis
     found = agreement(points, gauge, (1, 21))
     assert found is not None
-    assert found.suspect == 8
+    assert found.suspects == (8,)
     assert found.off_mm[7] == pytest.approx(0.9, abs=0.01)
     assert np.allclose(found.lies.axis, good.lies.axis, atol=1e-5)
     assert agreement(np.zeros((16, 3)), gauge, (1, 21)) is None
+
+
+def test_two_points_that_were_exchanged_are_both_to_blame_and_no_other(gauge: Gauge) -> None:
+    points = read_sixteen(POINTS)
+    good = agreement(points, gauge, (1, 21))
+    assert good is not None
+    swapped = points.copy()
+    swapped[[3, 4]] = points[[4, 3]]
+    found = agreement(swapped, gauge, (1, 21))
+    assert found is not None
+    assert found.suspects == (4, 5)
+    assert np.allclose(found.lies.axis, good.lies.axis, atol=1e-9)
+    assert np.flatnonzero(np.abs(found.off_mm) > 0.01).tolist() == [3, 4]
 
 
 def paste(page: Any, text: str) -> None:

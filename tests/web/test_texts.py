@@ -7,14 +7,24 @@ import re
 from pathlib import Path
 
 import stepgauge.web
-from stepgauge.web.pages import PAGES
+from stepgauge.web.pages import NAVIGATION
 from stepgauge.web.render import json_answer
 from stepgauge.web.texts import LANGUAGES, Words, best_language, catalogue
 
 ROOM = Path(stepgauge.web.__file__).parent
 FAMILIES = (
     *("nav.", "look.", "kind.", "place.", "state.", "steer.", "verdict.", "wrong.", "project_reason."),
-    *("gauge_note.", "face_role.", "machine_kind.", "choice_", "condition.", "effect."),
+    *(
+        "gauge_note.",
+        "face_role.",
+        "machine_kind.",
+        "choice_",
+        "condition.",
+        "condition_state.",
+        "effect.",
+        "source.",
+        "outcome.",
+    ),
     *(
         "field.",
         "plan_choice.",
@@ -41,7 +51,7 @@ def test_no_text_is_missing_and_none_is_unused() -> None:
     sources = [*ROOM.rglob("*.py"), *ROOM.rglob("*.j2")]
     key = re.compile(r"\b(?:t|text|self)\([\"']([a-z_]+\.\w+)[\"']")
     used = {found for one in sources for found in key.findall(one.read_text("utf-8"))}
-    assert {f"nav.{page}" for page in PAGES} <= set(catalogue())
+    assert {f"nav.{page}" for page in {*NAVIGATION, "probe"}} <= set(catalogue())
     assert used - set(catalogue()) == set()
     assert {key for key in catalogue() if not key.startswith(FAMILIES)} - used == set()
 

@@ -137,7 +137,7 @@ def _rows(judged: Agreement) -> list[dict[str, Any]]:
             "place": PLACES[(number - 1) % 8],
             "block": judged.lies.first_block if number <= 8 else judged.lies.last_block,
             "off_um": 1e3 * float(judged.off_mm[number - 1]),
-            "suspect": number == judged.suspect,
+            "suspect": number in judged.suspects,
         }
         for number in range(1, 17)
     ]
@@ -160,14 +160,15 @@ def scene(request: Request) -> Response:
     site, query = site_of(request), request.query_params
     gauge = read_gauge(site.stated("gauge"))
     travel_mm = read_machine(site.stated("machine")).travel_mm
-    points, lies, suspect = None, None, None
+    points, lies = None, None
+    suspects: tuple[int, ...] = ()
     if name := query.get("points"):
         points = read_sixteen(existing(site.folder, name))
         judged = _judged(site, Asked(name, query.get("blocks", ""), bool(query.get("turned"))))
-        lies, suspect = (None, None) if judged is None else (judged.lies, judged.suspect)
+        lies, suspects = (None, ()) if judged is None else (judged.lies, judged.suspects)
     elif Path(site.placement).exists():
         lies = read_placement(site.placement, gauge)
-    return json_answer(request, placement_scene(gauge, lies, points, suspect, travel_mm).to_json())
+    return json_answer(request, placement_scene(gauge, lies, points, suspects, travel_mm).to_json())
 
 
 ROUTES = [

@@ -36,7 +36,15 @@ def show(request: Request) -> Response:
     said = {key: str(stated.get(key, "")) for key in SAID}
     written = listed(site.folder, [".pdf"])
     return render(
-        request, "report.html.j2", results=results, name=name, paper=paper, said=said, written=written, fields=SAID
+        request,
+        "report.html.j2",
+        certifiable=(site.folder / name / RESULTS[0]).exists(),
+        results=results,
+        name=name,
+        paper=paper,
+        said=said,
+        written=written,
+        fields=SAID,
     )
 
 

@@ -17,8 +17,8 @@ from starlette.routing import Route
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, inside, listed, relative
 from stepgauge.web.forms import Form, asked_form, with_form
-from stepgauge.web.limit import decided
-from stepgauge.web.render import json_answer, render, site_of
+from stepgauge.web.judgement import condition_line, decided, source_name, verdict
+from stepgauge.web.render import json_answer, render, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
 
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from stepgauge.recording import Recording
     from stepgauge.standards.budget_files import StoredBudget, StoredLine
     from stepgauge.standards.budget_trial import BudgetTrial
+    from stepgauge.web.texts import Words
 
 ERRORS = ("xm", "xf", "xb", "xr")
 MOST_OVER = 4
@@ -154,9 +155,10 @@ class Shown:
 
 
 def errors(request: Request) -> Response:
-    """Main numbers, notes, the chart, and the table of all faces."""
-    shown, site = Shown.of(request), site_of(request)
-    judged, why = decided(site, shown.data, _stored_budget(site, shown))
+    """The decision, main numbers, notes, the chart, and the table of all faces."""
+    shown, site, words = Shown.of(request), site_of(request), words_of(request)
+    budget = _stored_budget(site, shown)
+    judged, why = decided(site, shown.data, budget)
     number = shown.placement["placement"]
     rows = [(row, judged.of(number, row["face"]) if judged else None) for row in shown.placement["faces"]]
     return render(
@@ -167,8 +169,28 @@ def errors(request: Request) -> Response:
         gauge=shown.data["gauge"],
         rows=rows,
         judged=judged,
+        verdict=verdict(words, judged) if judged else None,
         why=why,
+        notes=_notes(shown, words),
+        simulated=_is_simulated(shown.data),
+        has_budget=budget is not None,
     )
+
+
+def _notes(shown: Shown, words: Words) -> list[str]:
+    """The conditions that are not as they have to be, and the notes that are none of them."""
+    from stepgauge.conditions import stored_conditions
+
+    conditions = [one for one in stored_conditions(shown.data) if one.state != "met"]
+    known = {one.sentence for one in conditions}
+    own = [note for note in shown.placement["notes"] if note not in known]
+    return [*(condition_line(words, one) for one in conditions), *own]
+
+
+def _is_simulated(data: Mapping[str, Any]) -> bool:
+    from stepgauge.recording.simulated import is_simulated
+
+    return is_simulated(data["comments"])
 
 
 def errors_chart(request: Request) -> Response:
@@ -330,9 +352,9 @@ def budget(request: Request) -> Response:
         line=line,
         title=label(line),
         shares=[(labels[name], um, (um / line.u_um) ** 2 if line.u_um else 0.0) for name, um in shares],
-        statement=trial.statement(values),
+        values={name: u for name, u in values.items() if u > 0.0},
         shown=shown,
-        missing=[one.what for one in tried.not_included],
+        missing=[source_name(words_of(request), one.what) for one in tried.not_included],
         percent=tried.coverage_percent,
     )
 
@@ -357,6 +379,39 @@ def sliders(request: Request) -> Response:
     faces = [one["face"] for one in shown.placement["faces"] if one[f"{shown.error}_um"] is not None]
     sources = {name: OPEN_SOURCES[name] for name in trial.names}
     return render(request, "result_sliders.html.j2", shown=shown, sources=sources, faces=faces, errors=ERRORS)
+
+
+def state(request: Request, form: Form) -> Response:
+    """Write the values that were tried into the machine file, and evaluate again with it."""
+    import tomllib
+
+    from stepgauge.files.text import write_text
+    from stepgauge.machine.file import read_machine
+    from stepgauge.standards.budget_trial import OPEN_SOURCES, machine_statement
+    from stepgauge.web.project_file import changed
+
+    site = site_of(request)
+    name = relative(site.folder, form.text("evaluation"))
+    place = existing(site.folder, site.stated("machine"))
+    values = {key: form.number(key, 0.0, one.most, 0.0) or 0.0 for key, one in OPEN_SOURCES.items()}
+    tables = tomllib.loads(machine_statement(read_machine(place), values))
+    text = changed(place, tables)
+    with site.writing():
+        write_text(place, text)
+        read_machine(place)
+    recordings = [relative(site.folder, str(one)) for one in _inputs(site, name)[0]]
+    then = f"/result?{urlencode({'evaluation': name})}"
+    return render(request, "work.html.j2", work=site.works.start(["evaluate", *recordings, "-o", name], then))
+
+
+def diagnose(request: Request, form: Form) -> Response:
+    """``stepgauge diagnose`` of the recordings of an evaluation."""
+    site = site_of(request)
+    name = relative(site.folder, form.text("evaluation"))
+    recordings = [relative(site.folder, str(one)) for one in _inputs(site, name)[0]]
+    output = _own_folder(site, "diagnose", "diagnosis", recordings[0])
+    work = site.works.start(["diagnose", *recordings, "-o", output], f"/diagnosis?{urlencode({'result': output})}")
+    return render(request, "work.html.j2", work=work)
 
 
 def evaluate(request: Request, form: Form) -> Response:
@@ -394,6 +449,8 @@ ROUTES = [
     Route("/result/probings.json", probings_json),
     Route("/result/sliders", sliders),
     Route("/result/budget", budget),
+    Route("/result/diagnose", with_form(diagnose), methods=["POST"]),
+    Route("/result/state", with_form(state), methods=["POST"]),
     Route("/result/evaluate", with_form(evaluate), methods=["POST"]),
     Route("/result/budget", with_form(write_budget), methods=["POST"]),
 ]

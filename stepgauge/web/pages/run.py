@@ -11,11 +11,12 @@ from starlette.responses import RedirectResponse, Response, StreamingResponse
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
+from stepgauge.web import concealed
 from stepgauge.web.asked import Asked
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, with_form
 from stepgauge.web.measuring import Run
-from stepgauge.web.render import address, render, site_of
+from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
 
 PROGRAMS = (".dmi", ".ipp")
@@ -37,7 +38,7 @@ def show(request: Request) -> Response:
         "run.html.j2",
         ready=ready,
         programs=listed(site.folder, PROGRAMS),
-        faults=listed(site.folder, [".toml"], deep=1) if ready else [],
+        faults=concealed.names(words_of(request)) if ready else [],
         chosen={key: request.query_params.get(key, "") for key in ("program", "placement")},
         placements=_placements(site) if ready else [],
         running=[one.asked.output for one in site.runs.running()],
@@ -119,9 +120,29 @@ def _asked(site: Site, form: Form) -> Asked:
         homing=form.has("homing") or not live,
         gauge_temperature_C=form.number("gauge_temperature", -20.0, 60.0),
         speed=SPEEDS[form.text("speed")] if not live else 1.0,
-        faults=file("faults"),
+        faults=_faults(site, form, output) if not live else "",
         seed=form.whole("seed", 0, 2**31, 0) or 0,
     )
+
+
+def _faults(site: Site, form: Form, output: str) -> str:
+    """The file of the fault that was chosen, beside the recording; empty for none."""
+    from stepgauge.files.text import write_text
+
+    effect = concealed.table(form)
+    if effect is None:
+        return ""
+    text, place = concealed.text(effect), inside(site.folder, f"{output}.fault.toml")
+    with site.writing():
+        place.parent.mkdir(parents=True, exist_ok=True)
+        write_text(place, text)
+    return relative(site.folder, str(place))
+
+
+def show_fault(request: Request) -> Response:
+    """The fields of a kind of fault."""
+    kind = request.query_params.get("fault", "")
+    return render(request, "run_fault.html.j2", fault=concealed.fault(kind) if kind else None)
 
 
 def steer(request: Request, form: Form) -> Response:
@@ -185,6 +206,7 @@ ROUTES = [
     Route("/run", show),
     Route("/run", with_form(start), methods=["POST"]),
     Route("/run/events", events),
+    Route("/run/fault", show_fault),
     Route("/run/{word:str}", with_form(steer), methods=["POST"]),
     Route("/run/next/{verb:str}", with_form(next_step), methods=["POST"]),
 ]

@@ -80,6 +80,10 @@ export function wire(root) {
   const all = selector => [...(root.matches?.(selector) ? [root] : []), ...root.querySelectorAll(selector)];
   all("form[data-into]").forEach(form => { form.noValidate = true; form.addEventListener("submit", submit); });
   all("select[data-submits]").forEach(one => one.addEventListener("change", () => one.form.requestSubmit()));
+  all("select[data-fetches]").forEach(one => one.addEventListener("change", async () => {
+    const into = document.querySelector(one.dataset.answers);
+    try { put(into, await ask(one.dataset.fetches + encodeURIComponent(one.value))); } catch (error) { fail(into, error); }
+  }));
   all("[data-follows]").forEach(form => {  // a form that answers to every change, after a moment of rest
     let wait;
     form.addEventListener("input", () => { clearTimeout(wait); wait = setTimeout(() => form.requestSubmit(), 250); });

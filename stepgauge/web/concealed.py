@@ -1,0 +1,99 @@
+"""A fault that the virtual CMM conceals, chosen by its name and size: what a learner, or a demonstration, looks for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from stepgauge.errors import InputError, naming
+from stepgauge.web.fields import Field
+from stepgauge.web.forms import Form
+from stepgauge.web.texts import Words
+
+if TYPE_CHECKING:
+    from stepgauge.effects import Effect, Parameter
+
+NEEDS_FILES = ("file", "column", "formula", "coefficients", "rows", "supports_mm")
+"""Parameters that a form of a few fields cannot bring."""
+ACROSS = ("direction", "rotation_axis")
+"""Usually another axis than that of the travel."""
+PREFIX = "fault_"
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A kind of effect, with fields for what must be said of it and a usual value of each."""
+
+    kind: str
+    fields: tuple[Field, ...]
+    usual: dict[str, str]
+
+
+def kinds() -> dict[str, type[Effect]]:
+    """The kinds that can be chosen by a few numbers."""
+    from stepgauge.effects import effect_kinds
+
+    known = effect_kinds(every=True)
+    return {
+        kind: effect
+        for kind, effect in sorted(known.items())
+        if not any(one.name in NEEDS_FILES and one.required for one in effect.parameters())
+    }
+
+
+def names(words: Words) -> list[tuple[str, str]]:
+    """Kinds with their names, in the order of the names."""
+    return sorted(((kind, words.effect(kind)) for kind in kinds()), key=lambda one: one[1].casefold())
+
+
+def fault(kind: str) -> Fault:
+    """The form of a kind (:class:`InputError` for what is none)."""
+    known = kinds()
+    if kind not in known:
+        raise InputError(naming("fault"), naming("not_a_choice"), found=repr(kind))
+    asked = [one for one in known[kind].parameters() if one.required]
+    return Fault(kind, tuple(map(_field, asked)), {f"{PREFIX}{one.name}": _usual(one) for one in asked})
+
+
+def _field(one: Parameter) -> Field:
+    unit = "" if one.unit == "1" else one.unit
+    return Field(
+        f"{PREFIX}{one.name}",
+        "choice" if one.choices else "number",
+        unit,
+        one.low,
+        one.high,
+        required=True,
+        choices=one.choices,
+        label=one.name,
+    )
+
+
+def _usual(one: Parameter) -> str:
+    """A value as real machines have it: half of the largest that is sensible."""
+    if one.choices:
+        return one.choices[1 if one.name in ACROSS else 0]
+    low, high = one.sensible or (1.0, 4.0)
+    return f"{(low * high) ** 0.5 if low > 0.0 else high / 2.0 if high < 1000.0 else 200.0:.3g}"
+
+
+def table(form: Form) -> dict[str, Any] | None:
+    """The ``[[effect]]`` that a form chose; None for none."""
+    if not form.has("fault"):
+        return None
+    chosen = fault(form.text("fault"))
+    values = {one.name.removeprefix(PREFIX): one.read(form) for one in chosen.fields}
+    whole = {
+        key: int(value) if key in ("face", "block", "order", "placement") else value for key, value in values.items()
+    }
+    return {"kind": chosen.kind, **whole}
+
+
+def text(effect: dict[str, Any]) -> str:
+    """As a file of faults has it, after its effect has been made once."""
+    import tomli_w
+
+    from stepgauge.effects import make_effects
+
+    make_effects([effect], "fault")
+    return tomli_w.dumps({"effect": [effect]})

@@ -1,0 +1,97 @@
+"""What a page says of an evaluation: the decision by the limit of the project, and the conditions of the readings.
+
+Sentences are made here from keys and values, in the language of the page; nothing is translated from English.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from stepgauge.errors import InputError
+from stepgauge.web.site import Site
+from stepgauge.web.texts import Words
+
+if TYPE_CHECKING:
+    from stepgauge.conditions import Condition
+    from stepgauge.standards.budget_files import StoredBudget
+    from stepgauge.standards.conformity import Conformity
+    from stepgauge.standards.mpe import Mpe
+
+
+LOOK = {"conforms": "good", "does not conform": "error", "not decidable": "warning", "no statement": "warning"}
+"""How a decision is shown."""
+SHORT = 8
+"""A value of a condition up to so many words is shown in any language: it is mostly numbers."""
+
+
+def key_of(name: str) -> str:
+    """The key of a text for a name in words."""
+    return name.replace(" ", "_")
+
+
+def verdict(words: Words, judged: Conformity) -> dict[str, Any]:
+    """The decision of page 1: how it looks, its word, and what it rests on."""
+    worst = max(judged.faces, key=lambda one: abs(one.error_um) / one.limit_um)
+    u = words("result.no_u") if worst.expanded_um is None else f"{words.number(worst.expanded_um)} µm"
+    numbers = {"error": words.number(worst.error_um), "limit": words.number(worst.limit_um)}
+    lines = [
+        words("result.mpe_is", mpe=words.decimal(judged.mpe.with_units())),
+        words("result.worst", face=worst.face, u=u, **numbers),
+    ]
+    if judged.missing and not judged.prevented:
+        lines.append(words("result.lacking", what=", ".join(source_name(words, one) for one in judged.missing)))
+    probabilities = [one.probability for one in judged.faces if one.probability is not None]
+    if probabilities and judged.outcome != "no statement":
+        lines.append(words("result.probability", least=words.number(100 * min(probabilities), 1)))
+    return {"look": LOOK[judged.outcome], "word": words(f"outcome.{key_of(judged.outcome)}"), "lines": lines}
+
+
+def source_name(words: Words, what: str) -> str:
+    """A source that a budget lacks, as the page calls it."""
+    key = f"source.{key_of(what.split(' (')[0])}"
+    return words(key) if words.has(key) else what
+
+
+def condition_line(words: Words, condition: Condition) -> str:
+    """A condition in a line: its sentence, or, in another language, its name, what it does, and the values found."""
+    if words.language == "en":
+        return condition.sentence
+    key = key_of(condition.name)
+    said = f"{words(f'condition.{key}')} – {words(f'condition_state.{condition.state}')}"
+    values = [("page.found", condition.found), ("page.expected", condition.expected)]
+    more = [f"{words(name)} {words.decimal(text)}" for name, text in values if text and len(text.split()) <= SHORT]
+    if condition.size_um is not None:
+        more.append(words("result.up_to", size=words.number(condition.size_um)))
+    return "; ".join([said, *more])
+
+
+def decided(
+    site: Site, evaluation: Mapping[str, Any], budget: StoredBudget | None
+) -> tuple[Conformity | None, InputError | None]:
+    """Decision and why there is none; no limit stated: None twice."""
+    from stepgauge.standards.conformity import conformity
+
+    try:
+        limit = stated_limit(site, evaluation["comments"])
+    except InputError as error:
+        return None, error
+    return (None if limit is None else conformity(evaluation, budget, limit)), None
+
+
+def stated_limit(site: Site, comments: Mapping[str, str]) -> Mpe | None:
+    """The limit of the project file, as ``evaluate`` takes it from there, else that of the project's machine file.
+
+    :class:`InputError` for what is no limit, and for a machine that is not the one of the recording (``comments``).
+    """
+    from stepgauge.machine.file import read_machine
+    from stepgauge.standards.conformity import machine_limit
+    from stepgauge.standards.mpe import Mpe
+
+    if not site.has_project:
+        return None
+    project = site.project()
+    stated = {**project.common, **project.table(("evaluate",))}
+    if "mpe" in stated:
+        return Mpe.parse(str(stated["mpe"]), stated.get("mpe-cap"))
+    return machine_limit(read_machine(site.stated("machine")), comments) if "machine" in stated else None

@@ -1,0 +1,133 @@
+"""Certificate: what only the laboratory knows, as a form; the file of it is that of the reports and of the DCC."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from stepgauge.web.fields import Field, fields_of, read_fields
+from stepgauge.web.folder import existing, relative
+from stepgauge.web.forms import Form, with_form
+from stepgauge.web.render import address, render, site_of
+from stepgauge.web.site import Site
+
+if TYPE_CHECKING:
+    from stepgauge.reports.certificate_file import Laboratory
+
+FILE = "certificate.toml"
+KEYS: Mapping[str, tuple[str, ...]] = {
+    "certificate": ("number", "issued", "received", "performed_from", "performed_to", "place", "mark", "example"),
+    "item": ("name", "manufacturer", "model", "serial", "owner_number", "condition"),
+    "laboratory": ("name", "street", "street_number", "post_code", "city", "country", "accreditation"),
+    "customer": ("name", "city", "country"),
+    "method": ("name", "deviations"),
+    "person": ("name", "role"),
+    "statements": ("traceability", "adjustment", "mpe", "remarks"),
+}
+"""Keys of the tables, in the order of the form."""
+AIR = {"temperature_C": "°C", "humidity_percent": "%"}
+ENDS = ("low", "high")
+
+
+@cache
+def groups() -> dict[str, tuple[Field, ...]]:
+    """The fields by table."""
+    from stepgauge.reports.certificate_file import ResponsiblePerson, tables
+
+    models = {**tables(), "person": ResponsiblePerson}
+    found = {name: fields_of(models[name], keys, name) for name, keys in KEYS.items()}
+    air = [
+        Field(f"conditions.{key}_{end}", "number", unit, label=f"{key}_{end}")
+        for key, unit in AIR.items()
+        for end in ENDS
+    ]
+    return {**found, "conditions": tuple(air)}
+
+
+def show(request: Request) -> Response:
+    """The form, as the file says."""
+    site = site_of(request)
+    said = _read(site)
+    return render(
+        request,
+        "certificate.html.j2",
+        groups=groups(),
+        values=_values(site, said),
+        result=request.query_params.get("result", ""),
+    )
+
+
+def _read(site: Site) -> Laboratory | None:
+    from stepgauge.reports.certificate_file import read_laboratory
+
+    path = site.folder / FILE
+    return read_laboratory(path) if path.is_file() else None
+
+
+def _values(site: Site, said: Laboratory | None) -> dict[str, str]:
+    """What the file says by field; of the item what the machine file says, as long as nothing else is stated."""
+    known: dict[str, Any] = {}
+    if said is not None:
+        tables = {name: getattr(said, name).model_dump() for name in KEYS if name != "person"}
+        tables["person"] = said.persons[0].model_dump() if said.persons else {}
+        known = {f"{name}.{key}": value for name, table in tables.items() for key, value in table.items()}
+        for key in AIR:
+            pair = getattr(said.conditions, key) or ("", "")
+            known |= {f"conditions.{key}_{end}": value for end, value in zip(ENDS, pair, strict=True)}
+    else:
+        known = _of_machine(site)
+    return {one.name: one.shown(known.get(one.name)) for some in groups().values() for one in some}
+
+
+def _of_machine(site: Site) -> dict[str, Any]:
+    from stepgauge.web.pages.machine import stated
+
+    machine = stated(site)
+    if machine is None:
+        return {}
+    return {"item.name": machine.table.name, "item.serial": machine.table.serial, "statements.mpe": machine.table.mpe}
+
+
+def make(request: Request, form: Form) -> Response:
+    """Write the file, and the certificate of an evaluation as a PDF."""
+    from stepgauge.files.text import write_text
+    from stepgauge.reports.certificate_file import check_filled, read_laboratory
+    from stepgauge.web.project_file import changed
+
+    site = site_of(request)
+    result = relative(site.folder, str(existing(site.folder, form.text("result"))))
+    text = changed(site.folder / FILE, _tables(form))
+    with site.writing():
+        write_text(site.folder / FILE, text)
+        said = read_laboratory(site.folder / FILE)
+    check_filled(said)
+    target = f"results/certificate-{Path(result).name}.pdf"
+    arguments = ["report", result, "--certificate", FILE, "-o", relative(site.folder, target)]
+    then = address("/report", result=result, paper=target)
+    return render(request, "work.html.j2", work=site.works.start(arguments, then))
+
+
+def _tables(form: Form) -> dict[str, Any]:
+    """The tables of the file; a key that was emptied goes."""
+    found: dict[str, Any] = {}
+    for name, some in groups().items():
+        if name in KEYS:
+            found[name] = {one.label: one.read(form) for one in some}
+    air = read_fields(form, groups()["conditions"])
+    pairs = {key: [air.get(f"conditions.{key}_{end}") for end in ENDS] for key in AIR}
+    found["conditions"] = {key: pair if None not in pair else None for key, pair in pairs.items()}
+    person = {key: value for key, value in found.pop("person").items() if value is not None}
+    found[""] = {"person": [{**person, "signs": True}] if person else None}
+    return found
+
+
+ROUTES = [
+    Route("/certificate", show),
+    Route("/certificate", with_form(make), methods=["POST"]),
+]
