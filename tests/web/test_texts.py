@@ -12,29 +12,34 @@ from stepgauge.web.render import json_answer
 from stepgauge.web.texts import LANGUAGES, Words, best_language, catalogue
 
 ROOM = Path(stepgauge.web.__file__).parent
-FAMILIES = (
-    *("nav.", "look.", "kind.", "place.", "state.", "steer.", "verdict.", "wrong.", "project_reason."),
-    *(
-        "gauge_note.",
-        "face_role.",
-        "machine_kind.",
-        "choice_",
-        "condition.",
-        "condition_state.",
-        "effect.",
-        "source.",
-        "outcome.",
-    ),
-    *(
-        "field.",
-        "plan_choice.",
-        "error_name.",
-        "open_source.",
-        "quantity.",
-        "probe_value.",
-        "probe_held.",
-        "figure.",
-    ),
+FAMILIES = tuple(
+    f"{table}."
+    for table in (
+        *(
+            "nav",
+            "look",
+            "kind",
+            "place",
+            "state",
+            "steer",
+            "verdict",
+            "wrong",
+            "project_reason",
+            "gauge_note",
+            "source",
+        ),
+        *("face_role", "machine_kind", "condition", "condition_state", "effect", "outcome", "report_said"),
+        *("certificate_part", "field", "plan_choice", "error_name", "open_source", "quantity", "probe_value"),
+        *(
+            "probe_held",
+            "figure",
+            "page",
+            "choice_temperature_convention",
+            "choice_sensor",
+            "choice_taken",
+            "choice_place",
+        ),
+    )
 )
 """Keys that are put together from a name."""
 
@@ -49,7 +54,7 @@ def test_every_text_is_there_in_every_language_with_the_same_gaps() -> None:
 
 def test_no_text_is_missing_and_none_is_unused() -> None:
     sources = [*ROOM.rglob("*.py"), *ROOM.rglob("*.j2")]
-    key = re.compile(r"\b(?:t|text|self)\([\"']([a-z_]+\.\w+)[\"']")
+    key = re.compile(r"\b(?:t|text|self|words)\([\"']([a-z_]+\.\w+)[\"']")
     used = {found for one in sources for found in key.findall(one.read_text("utf-8"))}
     assert {f"nav.{page}" for page in {*NAVIGATION, "probe"}} <= set(catalogue())
     assert used - set(catalogue()) == set()

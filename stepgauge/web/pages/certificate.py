@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ from stepgauge.web.render import address, render, site_of
 from stepgauge.web.site import Site
 
 if TYPE_CHECKING:
+    from stepgauge.files.config import Table
     from stepgauge.reports.certificate_file import Laboratory
 
 FILE = "certificate.toml"
@@ -31,6 +33,11 @@ KEYS: Mapping[str, tuple[str, ...]] = {
     "statements": ("traceability", "adjustment", "mpe", "remarks"),
 }
 """Keys of the tables, in the order of the form."""
+REQUIRED = {
+    *("certificate.number", "certificate.issued", "certificate.performed_from", "certificate.performed_to"),
+    *("laboratory.name", "laboratory.city", "customer.name", "item.manufacturer", "method.name", "person.name"),
+}
+"""Without these nothing may be signed (ISO/IEC 17025:2017, 7.8.2.1)."""
 AIR = {"temperature_C": "°C", "humidity_percent": "%"}
 ENDS = ("low", "high")
 
@@ -40,8 +47,11 @@ def groups() -> dict[str, tuple[Field, ...]]:
     """The fields by table."""
     from stepgauge.reports.certificate_file import ResponsiblePerson, tables
 
-    models = {**tables(), "person": ResponsiblePerson}
-    found = {name: fields_of(models[name], keys, name) for name, keys in KEYS.items()}
+    models: dict[str, type[Table]] = {**tables(), "person": ResponsiblePerson}
+    found = {
+        name: tuple(replace(one, required=one.name in REQUIRED) for one in fields_of(models[name], keys, name))
+        for name, keys in KEYS.items()
+    }
     air = [
         Field(f"conditions.{key}_{end}", "number", unit, label=f"{key}_{end}")
         for key, unit in AIR.items()

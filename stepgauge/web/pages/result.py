@@ -336,7 +336,6 @@ def _trial_of(site: Site, shown: Shown) -> BudgetTrial:
 
 def budget(request: Request) -> Response:
     """The budget of one error at one face, by source, with the values that are tried; nothing is stated by trying."""
-    from stepgauge.standards.budget_files import label
     from stepgauge.standards.budget_trial import OPEN_SOURCES
 
     shown, form = Shown.of(request), asked_form(request)
@@ -350,13 +349,20 @@ def budget(request: Request) -> Response:
         request,
         "result_budget.html.j2",
         line=line,
-        title=label(line),
+        title=_title(words_of(request), line),
         shares=[(labels[name], um, (um / line.u_um) ** 2 if line.u_um else 0.0) for name, um in shares],
         values={name: u for name, u in values.items() if u > 0.0},
         shown=shown,
         missing=[source_name(words_of(request), one.what) for one in tried.not_included],
         percent=tried.coverage_percent,
     )
+
+
+def _title(words: Words, line: StoredLine) -> str:
+    """Which error of which face a budget is of."""
+    error = words(f"error_name.{line.quantity}")
+    position = words.number(line.position_mm, 0)
+    return words("result.at_face", error=error, face=line.face, position=position)
 
 
 def _line(tried: StoredBudget, shown: Shown, form: Form) -> StoredLine:

@@ -1,0 +1,120 @@
+"""The certificate's form, the faults by name and the values that are stated: from a form to the files, as functions."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+import stepgauge as sg
+from stepgauge.live.faults import read_faults
+from stepgauge.reports.certificate_file import check_filled, read_laboratory
+from stepgauge.web import concealed
+from stepgauge.web.forms import Form
+from stepgauge.web.pages import certificate, result, run
+from stepgauge.web.texts import LANGUAGES, Words
+from stepgauge.web.work import Works
+from tests.web.conftest import Asked, make_project
+
+FILLED = {
+    "certificate.number": "2026-017",
+    "certificate.issued": "2026-05-06",
+    "certificate.performed_from": "4.5.2026",
+    "certificate.performed_to": "2026-05-05",
+    "certificate.example": "1",
+    "item.manufacturer": "Maker",
+    "item.serial": "B7",
+    "laboratory.name": "Lab",
+    "laboratory.city": "Town",
+    "customer.name": "Customer",
+    "method.name": "Procedure 1",
+    "person.name": "A. Person",
+    "conditions.temperature_C_low": "19,8",
+    "conditions.temperature_C_high": "20,3",
+    "statements.mpe": "1.8 + L/350",
+}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return make_project(tmp_path / "project")
+
+
+@pytest.fixture
+def begun(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
+    """What would be run, in place of running it."""
+    found: list[list[str]] = []
+
+    def start(_: Works, arguments: list[str], then: str) -> SimpleNamespace:
+        found.append(list(arguments))
+        return SimpleNamespace(number=1, is_running=True, has_failed=False, seconds=0.0, then=then, words=list)
+
+    monkeypatch.setattr(Works, "start", start)
+    return found
+
+
+def test_a_filled_form_is_a_file_that_may_be_signed_and_comes_back(folder: Path, begun: list[list[str]]) -> None:
+    (folder / "results/evaluation").mkdir()
+    asked = Asked(folder)
+    asked.post(certificate.make, {**FILLED, "result": "results/evaluation"})
+    said = read_laboratory(folder / "certificate.toml")
+    check_filled(said)
+    assert said.conditions.temperature_C == (19.8, 20.3)
+    assert [(one.name, one.signs) for one in said.persons] == [("A. Person", True)]
+    output = "results/certificate-evaluation.pdf"
+    assert begun == [["report", "results/evaluation", "--certificate", "certificate.toml", "-o", output]]
+    shown = Asked(folder, "de").get(certificate.show, result="results/evaluation")
+    assert 'name="laboratory.city" value="Town"' in shown
+    assert 'name="conditions.temperature_C_low" inputmode="decimal" value="19,8"' in shown
+    emptied = {**FILLED, "result": "results/evaluation", "statements.mpe": ""}
+    asked.post(certificate.make, emptied)
+    assert read_laboratory(folder / "certificate.toml").statements.mpe is None
+
+
+@pytest.mark.parametrize("lacking", sorted(certificate.REQUIRED))
+def test_what_must_be_there_is_asked_for_by_its_field(folder: Path, begun: list[list[str]], lacking: str) -> None:
+    (folder / "results/evaluation").mkdir()
+    answer = Asked(folder).post(certificate.make, {**FILLED, lacking: "", "result": "results/evaluation"})
+    label = Words("en").label(lacking.partition(".")[2])
+    assert f"{label}: it is not filled in" in answer
+    assert begun == []
+
+
+@pytest.mark.parametrize("kind", sorted(concealed.kinds()))
+def test_every_fault_of_the_list_can_be_concealed_with_its_usual_values(tmp_path: Path, kind: str) -> None:
+    form = {"fault": kind, **concealed.fault(kind).usual}
+    effect = concealed.table(Form(form, {}))
+    assert effect is not None
+    path = tmp_path / "fault.toml"
+    path.write_text(concealed.text(effect))
+    assert [one.kind for one in read_faults(path).effects] == [kind]
+    assert all(Words(language).effect(kind) for language in LANGUAGES)
+
+
+def test_a_fault_is_shown_with_its_fields_and_one_that_is_none_is_refused(folder: Path) -> None:
+    shown = Asked(folder, "de").get(run.show_fault, fault="scale_error")
+    assert 'name="fault_ppm"' in shown
+    assert "Größe (µm/m)" in shown
+    assert Asked(folder).get(run.show_fault).strip() == ""
+    for wrong in ({"fault": "error_map"}, {"fault": "scale_error", "fault_axis": "w", "fault_ppm": "1"}):
+        assert "not a choice" in Asked(folder).post(lambda _, form: concealed.table(form), wrong)
+
+
+def test_values_that_were_tried_are_written_into_the_machine_file(
+    folder: Path, begun: list[list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(result, "_inputs", lambda site, name: ([site.folder / "recordings/a.csv"], "gauge"))
+    path = folder / "machine/bridge-cmm.toml"
+    before = path.read_text()
+    values = {"gauge_temperature": "0,05", "scale_temperature": "0.1", "scale_expansion": "0.5"}
+    Asked(folder).post(result.state, {**values, "evaluation": "results/evaluation"})
+    machine = sg.read_machine(path)
+    assert machine.stated.gauge_temperature_K is not None
+    assert {one.key: one.u for one in machine.uncertain} == pytest.approx(
+        {"machine.temperature_C": 0.1, "machine.scale_expansion_per_K": 0.5e-6}
+    )
+    assert before.splitlines()[0] in path.read_text(), "comments stay"
+    assert tomllib.loads(before)["probe"] == tomllib.loads(path.read_text())["probe"]
+    assert begun == [["evaluate", "recordings/a.csv", "-o", "results/evaluation"]]
