@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 OTHER_TIP_UM = 50.0
 FALSE_WARNINGS = 0.05
 """Probability that a report of pure noise has any warning."""
-OF_TRENDS = 0.8
+OF_TRENDS = 0.9
 """Share of it that trends have; the rest is that of single values."""
 
 
@@ -91,12 +91,17 @@ def make_series(entries: Sequence[HistoryEntry]) -> list[Series]:
     ]
     of_trends = FALSE_WARNINGS * OF_TRENDS
     tested = [row for row, one in enumerate(made) if one.series.drift is not None]
-    by_chance = [drift.by_chance for one in made if (drift := one.series.drift) is not None]
-    found = dict(zip(tested, findings(by_chance, of_trends), strict=True))
+    drifts = [(one.series.quantity, drift) for one in made if (drift := one.series.drift) is not None]
+    weight = [QUANTITIES[name].weight for name, _ in drifts]
+    by_chance = [drift.by_chance for _, drift in drifts]
+    found = dict(zip(tested, findings(by_chance, of_trends, weight), strict=True))
     values = sum(int(count) for one in made if (count := np.isfinite(one.scored.score).sum()) >= FEWEST_FOR_CONTROL)
     of_value = FALSE_WARNINGS * (1.0 - OF_TRENDS) / max(values, 1)
-    alone = of_trends / max(len(tested), 1)
-    return [_judged(one, found.get(row, False), alone, of_value) for row, one in enumerate(made)]
+    share = of_trends / max(sum(weight), 1e-9)
+    return [
+        _judged(one, found.get(row, False), share * QUANTITIES[one.series.quantity].weight, of_value)
+        for row, one in enumerate(made)
+    ]
 
 
 def _made(name: str, direction: str, entries: list[HistoryEntry]) -> _Tested:
@@ -110,9 +115,10 @@ def _made(name: str, direction: str, entries: list[HistoryEntry]) -> _Tested:
         of_scale = np.nan_to_num([entry.reversal_of_scale_um for entry in ordered])
     scored = scores(name, ordered, value - of_scale, u)
     start, groups, none = ordered[0].measured_at, tip.tolist(), np.full(len(ordered), np.nan)
-    trend = fit_trend(start, days, value, u, groups)
+    growth = not QUANTITIES[name].signed
+    trend = fit_trend(start, days, value, u, groups, growth)
     drift = fit_trend(start, days, value - of_scale, u, groups)
-    tested = fit_trend(start, days, scored.score, scored.u, groups)
+    tested = fit_trend(start, days, scored.score, scored.u, groups, growth)
     drift = None if drift is None or tested is None else replace(drift, by_chance=tested.by_chance)
     return _Tested(
         Series(name, direction, tuple(ordered), value, u, trend, of_scale, drift, none, none), days, scored, tip

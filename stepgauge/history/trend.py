@@ -8,7 +8,7 @@ where visits differ by no more than they repeat, and where they differ by more.
 from __future__ import annotations
 
 import datetime
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,20 +51,22 @@ class Line:
     dof: int
     known: bool
 
-    @property
-    def by_chance(self) -> float:
-        """Probability of so large a slope by noise alone."""
+    def by_chance(self, growth: bool = False) -> float:
+        """Probability of so large a slope by noise alone; ``growth``: of one that grows, for nobody fears a smaller
+        range or scatter."""
         from scipy.stats import norm, t
 
-        u_scatter = self.u_slope * self.ratio
-        scatter = _tail(self.slope, u_scatter, lambda ratio: t.sf(ratio, self.dof)) if self.dof > 0 else 1.0
-        return max(scatter, _tail(self.slope, self.u_slope, norm.sf)) if self.known else scatter
+        size = self.slope if growth else abs(self.slope)
+        sides = 1.0 if growth else 2.0
+        scatter = sides * _upper(size, self.u_slope * self.ratio, lambda ratio: t.sf(ratio, self.dof))
+        return min(1.0, max(scatter, sides * _upper(size, self.u_slope, norm.sf)) if self.known else scatter)
 
 
-def _tail(slope: float, u: float, upper: object) -> float:
+def _upper(size: float, u: float, upper: Callable[[float], float]) -> float:
+    """Probability beyond ``size / u``; without scatter any growth is none of chance."""
     if u == 0.0:
-        return 0.0 if slope else 1.0
-    return min(1.0, 2.0 * float(upper(abs(slope) / u)))  # type: ignore[operator]
+        return 0.0 if size > 0.0 else 1.0
+    return float(upper(size / u))
 
 
 def fit_line(years: Array, value: Array, u: Array, group: Sequence[int] | None = None) -> Line | None:
@@ -98,7 +100,12 @@ def fit_line(years: Array, value: Array, u: Array, group: Sequence[int] | None =
 
 
 def fit_trend(
-    start: datetime.datetime, days: Array, value: Array, u: Array, group: Sequence[int] | None = None
+    start: datetime.datetime,
+    days: Array,
+    value: Array,
+    u: Array,
+    group: Sequence[int] | None = None,
+    growth: bool = False,
 ) -> Trend | None:
     """Weighted least squares in time; None with fewer than three dates.
 
@@ -113,18 +120,20 @@ def fit_trend(
         return None
     factor = max(line.ratio, 1.0) if line.known else 1.0
     middle = start + datetime.timedelta(days=line.middle * YEAR_DAYS)
-    return Trend(middle, line.level, factor * line.u_level, line.slope, factor * line.u_slope, line.by_chance)
+    return Trend(middle, line.level, factor * line.u_level, line.slope, factor * line.u_slope, line.by_chance(growth))
 
 
-def findings(by_chance: Sequence[float], share: float) -> list[bool]:
+def findings(by_chance: Sequence[float], share: float, weight: Sequence[float] | None = None) -> list[bool]:
     """Which of several tests are findings, so that noise alone gives any with the probability ``share`` at most.
 
-    Holm, Scand. J. Statist. 6 (1979) 65: whatever the tests have in common.
+    Holm, Scand. J. Statist. 6 (1979) 65, his procedure with weights: whatever the tests have in common. ``weight``:
+    how much of the share each gets, by what is looked for; default: equal.
     """
-    order = sorted(range(len(by_chance)), key=lambda row: by_chance[row])
-    found = [False] * len(by_chance)
-    for rank, row in enumerate(order):
-        if by_chance[row] > share / (len(by_chance) - rank):
+    parts = [1.0] * len(by_chance) if weight is None else list(weight)
+    order = sorted(range(len(by_chance)), key=lambda row: by_chance[row] / parts[row])
+    found, left = [False] * len(by_chance), sum(parts)
+    for row in order:
+        if by_chance[row] > share * parts[row] / left:
             break
-        found[row] = True
+        found[row], left = True, left - parts[row]
     return found
