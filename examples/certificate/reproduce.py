@@ -21,7 +21,7 @@ STEPS = (
     "plan placement.toml -g gauge.toml -m {here}/machine.toml -d dmis --cycles 5 -o program.dmi",
     "simulate program.dmi -m {here}/machine.toml -g gauge.toml -p placement.toml --seed 17"
     " --gauge-temperature 20.4 -o recording.csv",
-    "evaluate recording.csv -g gauge.toml -o result",
+    "evaluate recording.csv -g gauge.toml --measured-at 2026-05-04 -o result",
     "budget recording.csv -g gauge.toml -m {here}/machine.toml -p placement.toml -o result",
     "report result -g gauge.toml -m {here}/machine.toml -p placement.toml --budget result"
     " -c {here}/certificate.toml -o certificate.pdf",

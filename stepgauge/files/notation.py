@@ -113,6 +113,11 @@ def vector(values: Iterable[float], decimals: int, unit: str = "") -> str:
 KEPT = "\n\u00a0"
 
 
+def as_sentence(text: str, end: str = ".") -> str:
+    """A note as a sentence: a capital letter first, a full stop last."""
+    return f"{text[:1].upper()}{text[1:]}{end}"
+
+
 def clean(text: object) -> str:
     """Text a page can show: control characters become spaces, lone surrogates question marks.
 

@@ -23,8 +23,8 @@ Array = NDArray[np.float64]
 OTHER_TIP_UM = 50.0
 FALSE_WARNINGS = 0.05
 """Probability that a report of pure noise has any warning."""
-OF_TRENDS = 0.9
-"""Share of it that trends have; the rest is that of single values."""
+OF_TRENDS, OF_VALUES = 0.8, 0.1
+"""Shares of it that trends and single values have; the rest is kept, for scores are normal only nearly."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def make_series(entries: Sequence[HistoryEntry]) -> list[Series]:
     by_chance = [drift.by_chance for _, drift in drifts]
     found = dict(zip(tested, findings(by_chance, of_trends, weight), strict=True))
     values = sum(int(count) for one in made if (count := np.isfinite(one.scored.score).sum()) >= FEWEST_FOR_CONTROL)
-    of_value = FALSE_WARNINGS * (1.0 - OF_TRENDS) / max(values, 1)
+    of_value = FALSE_WARNINGS * OF_VALUES / max(values, 1)
     share = of_trends / max(sum(weight), 1e-9)
     return [
         _judged(one, found.get(row, False), share * QUANTITIES[one.series.quantity].weight, of_value)

@@ -25,6 +25,7 @@ from stepgauge.importing.result import Imported
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.source import Given, read_source
+from stepgauge.importing.thermal import read_convention, said_lines
 from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.programs import DIALECTS, check_lines, recognise
 from stepgauge.recording import Recording
@@ -142,7 +143,9 @@ def read_log(
             found=repr(lines[first - 1].strip()[:60]) if first else "an empty file",
             expected=known.layout,
         )
-    return _in_mm(known.read(text, path), asked.unit)
+    log = _in_mm(known.read(text, path), asked.unit)
+    thermal, told = read_convention(said_lines(text))
+    return replace(log, comments=thermal | dict(log.comments), mapped=(*log.mapped, *told))
 
 
 def _in_mm(log: ProbeLog, asked: str | None) -> ProbeLog:

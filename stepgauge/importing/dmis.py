@@ -26,7 +26,7 @@ _STATEMENT = re.compile(r"(?:([A-Z]+)\(([^()]*)\)\s*=\s*)?([A-Z]+)(?:\s*[/=]\s*(
 _MM = {"MM": 1.0, "CM": 10.0, "M": 1000.0, "INCH": LENGTH_MM["inch"]}
 _POINT = re.compile(r"C(\d{1,9})F(\d{1,9})|P(\d{1,9})C(\d{1,9})F(\d{1,9})", re.IGNORECASE | re.ASCII)
 _LABELLED = ("SNSDEF", "DATSET")
-_STATES = (*_LABELLED, "UNITS", "PRCOMP", "DMISMN", "FILNAM", "ENDFIL", "DATE", "TIME")
+_STATES = (*_LABELLED, "UNITS", "PRCOMP", "DMISMN", "FILNAM", "ENDFIL", "DATE", "TIME", "TECOMP")
 """Statements that say something of the points; with a label before them, and without."""
 _UNIT_LENGTH = 0.01
 """Normals are printed with a few digits; a vector this far from length 1 is no direction."""
@@ -107,6 +107,9 @@ class _Output:
         self.header = True
 
     _filnam = _dmismn
+
+    def _tecomp(self, _: list[str]) -> None:
+        """What is said of temperature is read from all logs alike (:mod:`stepgauge.importing.thermal`)."""
 
     def _endfil(self, _: list[str]) -> None:
         self.ended = True

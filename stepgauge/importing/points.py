@@ -33,6 +33,7 @@ from stepgauge.importing.tables.read import TableLayout, choose_table, read_file
 from stepgauge.importing.tables.rivals import MOST_OF_SPOT
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.importing.tables.values import beside, clock_of, finite, scaled
+from stepgauge.importing.thermal import read_convention, said_lines
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, comment_lines
 
 Array = NDArray[np.float64]
@@ -77,7 +78,9 @@ def read_points(given: Given, kind: str, layout: TableLayout, decisions: Decisio
     time = points.column("time_s")
     date = _date(points)
     clock = None if time is None else clock_of(table, [one for one in (date, time) if one is not None])
-    comments = comment_lines(file.comments)
+    lines = said_lines(source.decoded[0]) if kind == "csv" and source.frame is None else file.comments
+    thermal, told = read_convention([*lines, *(f"{key}: {value}" for key, value in table.facts.items())])
+    comments = thermal | comment_lines(file.comments)
     start = None if clock is None else clock.start
     if start is not None:
         comments.setdefault("measured_at", start)
@@ -94,7 +97,16 @@ def read_points(given: Given, kind: str, layout: TableLayout, decisions: Decisio
         comments=comments,
         surface={"surface": True, "tip centres": False}.get(comments.get("points", "")),
         dropped=file.beside,
-        mapped=(*file.notes, *table.left_out, *_mapped(points), *words, *kept, *decisions.taken, *decisions.rejected),
+        mapped=(
+            *file.notes,
+            *table.left_out,
+            *_mapped(points),
+            *told,
+            *words,
+            *kept,
+            *decisions.taken,
+            *decisions.rejected,
+        ),
         left_out=(*left_out, *(() if clock is None else clock.words)),
         degrees=tuple(one.header for one in points.columns if one.target is None and in_degrees(one)),
     )

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.drift import drift_figure
-from stepgauge.files.notation import number, quantity
+from stepgauge.files.notation import as_sentence, number, quantity
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.page import Column, Page, PrintedTable, Stated
 from stepgauge.reports.sections import Section
@@ -35,7 +35,7 @@ def drift_content(test: DriftTest, stated: Stated) -> dict[str, Any]:
     data, requirement = drift_to_dict(test), test.requirement
     page = Page(
         "Drift test",
-        f"{data['name'][0].upper()}{data['name'][1:]} by {data['standard']}",
+        f"{as_sentence(data['name'], '')} by {data['standard']}",
         (),
         _summary(data, requirement),
         ("iso230-3.json", data),

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.conditions import Conditions
-from stepgauge.files.notation import number
+from stepgauge.files.notation import as_sentence, number
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.reports.page import (
@@ -80,7 +80,7 @@ def rules_table(rules: Sequence[dict[str, Any]], excluded: Sequence[dict[str, st
 def said_of(conditions: Conditions) -> list[str]:
     """What was found of the readings, in sentences; what prevents a statement is page 1's sentence already."""
     notes = [one.sentence for one in conditions if one.state not in ("met", "prevents")]
-    return [f"{note[0].upper()}{note[1:]}." for note in notes]
+    return [as_sentence(note) for note in notes]
 
 
 def unmet(rules: Sequence[dict[str, Any]]) -> list[str]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stepgauge.conditions import Conditions
+from stepgauge.files.notation import as_sentence
 from stepgauge.standards.decision import DECISION_SOURCE, Outcome, stated, together
 from stepgauge.standards.iso10360 import KINDS, REMEASURE_SOURCE, LengthTest
 from stepgauge.standards.iso10360_further import further_statements
@@ -91,12 +92,12 @@ def overall(tests: Sequence[LengthTest]) -> Overall:
 
 def statements(test: LengthTest) -> list[str]:
     """What can be said of the machine, and what the test leaves open, in sentences."""
-    return verdicts(test) + [text[0].upper() + text[1:] + "." for text in incomplete(test.rules)]
+    return verdicts(test) + [as_sentence(text) for text in incomplete(test.rules)]
 
 
 def verdicts(test: LengthTest) -> list[str]:
     """What can be said of the machine, without the rules that were not met."""
-    said = [f"{note[0].upper()}{note[1:]}." for note in test.conditions.notes]
+    said = [as_sentence(note) for note in test.conditions.notes]
     said += [_verdict(test, kind) for kind in KINDS if test.lengths(kind)]
     said += [text for kind in KINDS for text in _repeatability(test, kind)]
     said += [text for kind in KINDS for text in _not_provable(test, kind)]

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
+from stepgauge.files.notation import as_sentence
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_json, write_text
-from stepgauge.recording.conventions import convention_words
+from stepgauge.recording.conventions import convention_of, convention_words
 from stepgauge.standards.gauge_table import gauge_to_dict
 from stepgauge.standards.iso230 import AxisParameters
 from stepgauge.standards.iso230_decision import parameters_um
@@ -21,6 +22,7 @@ SIGN_CONVENTION = (
     "a deviation is the actual position minus the target position, that is certified minus indicated position"
 )
 AS_READ = "readings are taken as they are: what the instrument corrects for temperature, it has corrected"
+TO_20 = "the instrument has corrected the readings to 20 deg C, as its file says"
 TARGET_COLUMNS = (
     "target_mm",
     "along_gauge_mm",
@@ -79,7 +81,7 @@ def as_linear(test: PositioningTest) -> dict[str, Any]:
 def _reference(test: PositioningTest) -> dict[str, Any]:
     """What realises the positions: the gauge, or an instrument beside the axis."""
     if test.gauge is None or test.tip is None or test.pairing is None:
-        return {**test.instrument, "temperature_convention": AS_READ}
+        return {**test.instrument, "temperature_convention": _of_instrument(test)}
     return {
         "gauge": gauge_to_dict(test.gauge),
         "tip_diameter": {"diameter_mm": test.tip.diameter_mm, "u_um": test.tip.u_um, "origin": test.tip.origin},
@@ -138,7 +140,7 @@ def assumptions(test: PositioningTest) -> list[str]:
         return [
             f"The {'readings are the actual' if test.instrument['actual'] == 'reading' else 'targets are the actual'}"
             f" positions{_own_reversal(test)}.",
-            f"{AS_READ[0].upper()}{AS_READ[1:]}.",
+            as_sentence(_of_instrument(test)),
             scatter.format(test.instrument["instrument"]),
         ]
     return [
@@ -149,6 +151,11 @@ def assumptions(test: PositioningTest) -> list[str]:
         " as much. A diameter qualified on a sphere of this machine has the machine's reversal in it.",
         scatter.format("probe"),
     ]
+
+
+def _of_instrument(test: PositioningTest) -> str:
+    """What an instrument beside the axis has corrected."""
+    return TO_20 if convention_of(test.comments) == "corrected_to_20" else AS_READ
 
 
 def _own_reversal(test: PositioningTest) -> str:

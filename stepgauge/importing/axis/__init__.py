@@ -26,6 +26,7 @@ from stepgauge.importing.tables.rivals import is_text, settled_roles
 from stepgauge.importing.tables.roles import IGNORE, VALUE_ROLES, Role, read_roles
 from stepgauge.importing.tables.scope import named_by_scope
 from stepgauge.importing.tables.source import Given, read_source
+from stepgauge.importing.thermal import read_convention, said_lines
 from stepgauge.recording import comment_lines
 
 __all__ = ["AxisOptions", "import_axis"]
@@ -65,10 +66,12 @@ def import_axis(
         recording = reduced(recording, read_heights(options.heights), options.heights)
     clock = () if found.clock is None else found.clock.words
     decided = (*decisions.taken, *decisions.rejected)
-    report = (*file.notes, *table.left_out, *_words(roles, found, recording, targets), *clock, *decided)
+    lines = file.comments if source.is_workbook or source.frame is not None else said_lines(source.decoded[0])
+    thermal, told = read_convention([*lines, *(f"{key}: {value}" for key, value in table.facts.items())])
+    report = (*file.notes, *table.left_out, *_words(roles, found, recording, targets), *told, *clock, *decided)
     comments = {key: value for key, value in comment_lines(file.comments).items() if key not in _OURS}
     name = Path(source.name).name
-    said = {**recording.comments, **_date(found), **comments, "log": name, "import": "\n".join(report)}
+    said = {**recording.comments, **_date(found), **thermal, **comments, "log": name, "import": "\n".join(report)}
     whole = AxisRecording(recording.frame, recording.form, recording.units, recording.sensor, said)
     return Imported(whole, report, tuple(decisions.columns), rejected=tuple(decisions.rejected))
 
