@@ -17,6 +17,7 @@ from stepgauge.cli.options import (
     R_EFF,
     SEARCH,
     SUFFIX,
+    TEMPERATURE_CONVENTION,
     U_GAUGE_TEMPERATURE,
     Decorator,
     FiniteRange,
@@ -79,6 +80,8 @@ def choice_options(function: Callable[..., Any]) -> Callable[..., Any]:
             help="A contribution of your own, repeatable, in um or with a sensitivity: 'form=0.2, distribution=uniform,"
             " dof=8'. Further keys: sensitivity, sensitivity_per_m. Or [[contribution]] in the machine file.",
         ),
+        TEMPERATURE_CONVENTION,
+        click.option("--correct-drift", is_flag=True, help="Take off a drift with time that the repeats show."),
         click.option(
             "--measured-at", metavar="DATE", help="ISO date, where no recording says it: the age of the calibration."
         ),
@@ -90,7 +93,8 @@ def choice_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def chosen(options: dict[str, Any]) -> dict[str, Any]:
     """The keywords, by the options of :func:`choice_options`."""
-    same = ("blocks", "certificate_correlation", "repeats", "runs", "seed", "measurand", "measured_at")
+    same: tuple[str, ...] = ("blocks", "certificate_correlation", "repeats", "runs", "seed", "measurand", "measured_at")
+    same += ("temperature_convention", "correct_drift")
     return {
         **{name: options[name] for name in same},
         "r_eff_origin": options["r_eff_origin"],

@@ -32,7 +32,8 @@ class Readings:
     ``axis``: the gauge axis that positions are projected on; ``by_face``: positions along it minus certified positions
     at the recorded gauge temperature; ``faces``: of the used section. ``judged``: readings that their repeats
     contradict; ``kept``: rows of the recording that are used, None for all; ``tilt_rad``: angle of the line of the
-    readings to the axis; ``drift_corrected``: the drift that was taken off, in words.
+    readings to the axis; ``drift_corrected``: the drift that was taken off, in words, and ``drift_u_mm``: what a
+    standard uncertainty of its rate moves every reading by, ``(n,)``.
     """
 
     axis: Array
@@ -42,6 +43,7 @@ class Readings:
     kept: NDArray[np.intp] | None = None
     tilt_rad: float = 0.0
     drift_corrected: str = ""
+    drift_u_mm: Array | None = None
 
     @property
     def left_out(self) -> tuple[LeftOut, ...]:
@@ -109,6 +111,7 @@ def _without_drift(readings: Readings, recording: Recording) -> Readings:
     rate, u = drift_rate(readings.off_mm, readings.face, time)
     if not np.isfinite(rate):
         return readings
-    by_face = ByFace.of(readings.off_mm - rate * (time - time.mean()), readings.face, len(readings.by_face.count))
+    since = time - time.mean()
+    by_face = ByFace.of(readings.off_mm - rate * since, readings.face, len(readings.by_face.count))
     words = f"a drift of {rounded(rate * 1e6, 3, plus=True)} nm/{unit} (u = {rounded(u * 1e6, 2)}) was taken off"
-    return replace(readings, by_face=by_face, drift_corrected=words)
+    return replace(readings, by_face=by_face, drift_corrected=words, drift_u_mm=u * since)

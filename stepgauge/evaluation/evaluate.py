@@ -28,6 +28,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.by_face import FaceStatistics
+from stepgauge.recording.conventions import recorded_scales_C
 from stepgauge.recording.identity import check_gauge
 from stepgauge.recording.rows import check_copies
 
@@ -259,7 +260,7 @@ def _evaluate_placement(
     _check_reference(seen, recording.path)
     blocks = _check_blocks(seen, origin, recording.path)
     errors = face_errors(seen, gauge.u_um[faces - 1], origin, gauge.correlation_of(faces))
-    temperature = recording.columns.get("gauge_temperature_C")
+    temperature, scales = recording.columns.get("gauge_temperature_C"), recorded_scales_C(recording)
     defined = definitions(seen, origin, blocks, gauge.position_mm[faces - 1], errors.xm_um)
     conditions = gauge_conditions(recording, gauge, readings, seen) + defined
     first_touch = int(np.abs(readings.face - faces[0]).argmin())
@@ -281,22 +282,8 @@ def _evaluate_placement(
         None if temperature is None else float(temperature[kept].mean()),
         conditions,
         readings.left_out,
-        _along_scales_C(recording, readings.axis, kept),
+        None if scales is None else float(scales[kept].mean()),
     )
-
-
-def _along_scales_C(recording: Recording, axis: Array, kept: slice | NDArray[np.intp]) -> float | None:
-    """Mean recorded temperature of the scales that read a length along ``axis``, deg C.
-
-    A scale that reads the share a of the length lengthens it by a^2 of its own expansion. None where the scales of half
-    the length or more have no temperature.
-    """
-    columns = {i: recording.columns.get(f"scale_temperature_{name}_C") for i, name in enumerate("xyz")}
-    known = {i: float(column[kept].mean()) for i, column in columns.items() if column is not None}
-    share = {i: float(axis[i] ** 2) for i in known}
-    if sum(share.values()) <= 0.5:
-        return None
-    return sum(share[i] * known[i] for i in known) / sum(share.values())
 
 
 def _check_reference(seen: FaceStatistics, path: str) -> None:

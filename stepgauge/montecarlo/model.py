@@ -48,7 +48,7 @@ from stepgauge.montecarlo.inputs import (
 from stepgauge.motion.moves import Program
 from stepgauge.recording import Recording
 from stepgauge.recording.by_face import ByFace, FaceStatistics, face_statistics
-from stepgauge.recording.conventions import warmer_K
+from stepgauge.recording.conventions import convention_of, warmer_K
 
 Array = NDArray[np.float64]
 BY_FACE = ("xf_um", "sf_um", "xb_um", "sb_um", "xm_um", "xr_um")
@@ -111,9 +111,16 @@ class Model:
         return self.nominal.conditions if self.sign < 0.0 else Conditions()
 
     def as_it_is(self) -> Model:
-        """The model whose measurand is the machine as it is: what its scales' temperature makes is its own error."""
-        scalars = tuple(one for one in self.inputs.scalars if one.key not in SCALE_KEYS)
+        """The model whose measurand is the machine as it is: what its scales' temperature makes is its own error,
+        unless that is corrected."""
+        gone = set() if self.corrects_scales else SCALE_KEYS
+        scalars = tuple(one for one in self.inputs.scalars if one.key not in gone)
         return replace(self, inputs=replace(self.inputs, scalars=scalars), at_reference=False)
+
+    @property
+    def corrects_scales(self) -> bool:
+        """Whether the readings are corrected for the expansion of the scales, which then is part of the correction."""
+        return self.sign < 0.0 and convention_of(self.nominal.comments) == "nominal_expansion"
 
     @property
     def n_rows(self) -> int:
@@ -333,7 +340,8 @@ def program_model(
         raise executed.stop
     recording = Recording(executed.frame, {}, program.name)
     inputs = collect_inputs(machine, gauge, u_gauge_temperature_K)
-    return _model(recording, machine, gauge, executed.setting, inputs, origin, 1.0)
+    nominal = evaluate(recording, gauge, None, origin)
+    return _model(recording, nominal, machine, executed.setting, inputs, 1.0)
 
 
 def recording_model(
@@ -343,16 +351,17 @@ def recording_model(
     u_gauge_temperature_K: float = 0.0,
     origin: REffOrigin = "first",
     blocks: tuple[int, int] | None = None,
+    correct_drift: bool = False,
 ) -> Model:
-    """The model of a measurement that was made; ``blocks``: first and last of the used section, as in ``evaluate``.
+    """The model of a measurement that was made; ``blocks`` and ``correct_drift`` as in ``evaluate``.
 
     The effects of the machine file are influence quantities of this measurement: only their uncertain parameters
     count. The repeatability is that of the recording, pooled over its faces, where it has repeats.
     """
-    axes = {r.placement: r.axis for r in evaluate(recording, gauge, blocks, origin).results}
-    setting = Setting.of(machine, gauge, axes)
+    nominal = evaluate(recording, gauge, blocks, origin, correct_drift=correct_drift)
+    setting = Setting.of(machine, gauge, {one.placement: one.axis for one in nominal.results})
     inputs = collect_inputs(machine, gauge, u_gauge_temperature_K)
-    model = _model(recording, machine, gauge, setting, inputs, origin, -1.0, blocks)
+    model = _model(recording, nominal, machine, setting, inputs, -1.0, correct_drift)
     pooled, _ = pooled_deviation_um(model.nominal.results)
     if not np.isfinite(pooled):
         return model
@@ -363,21 +372,22 @@ def recording_model(
 
 def _model(
     recording: Recording,
+    nominal: Evaluation,
     machine: Machine,
-    gauge: Gauge,
     setting: Setting,
     inputs: Inputs,
-    origin: REffOrigin,
     sign: float,
-    blocks: tuple[int, int] | None = None,
+    correct_drift: bool = False,
 ) -> Model:
-    nominal = evaluate(recording, gauge, blocks, origin)
+    gauge, origin = nominal.gauge, nominal.r_eff_origin
     parts, first = [], 0
     for result in nominal.results:
         recorded_C = result.scale_temperature_C
         scales_C = machine.table.temperature_C if recorded_C is None else recorded_C
         number = result.placement
-        part = _part(recording.of_placement(number), gauge, nominal.blocks, number, first, sign, scales_C)
+        own = recording.of_placement(number)
+        readings = project_readings(own, gauge, nominal.blocks, correct_drift=correct_drift)
+        part = _part(own, gauge, readings, number, first, sign, scales_C)
         parts.append(part)
         first += len(part)
     effects = tuple(machine_effects(machine))
@@ -399,13 +409,12 @@ def _is_drawn(machine: Machine, effects: Sequence[Effect]) -> list[bool]:
 def _part(
     recording: Recording,
     gauge: Gauge,
-    section: tuple[int, int],
+    readings: Readings,
     number: int,
     first_row: int,
     sign: float,
     scales_C: float,
 ) -> Part:
-    readings = project_readings(recording, gauge, section)
     if readings.kept is not None:
         recording = replace(recording, frame=recording.frame.iloc[readings.kept])
     if sign < 0:

@@ -16,7 +16,7 @@ from stepgauge.montecarlo.model import Model, program_model, recording_model
 from stepgauge.planning.plan import parse_section
 from stepgauge.programs import read_program
 from stepgauge.recording import Recording, is_recording_file, join_recordings, read_recording
-from stepgauge.recording.conventions import with_convention
+from stepgauge.recording.conventions import state_convention, with_convention
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,8 @@ class ModelOptions:
     no gauge temperature was recorded; ``origin``: of R_eff; ``blocks``: used section of a recording, ``A:B``;
     ``gauge_temperature_C``: as a program is run (None: of the certificate); ``search_mm``: beyond the target of a
     program whose text does not state it; ``at_reference``: of a recording, whether the measurand is the machine at
-    20 deg C: else it is as it is, and what the temperature of its scales makes is its error and no uncertainty.
+    20 deg C: else it is as it is, and what the temperature of its scales makes is its error and no uncertainty;
+    ``correct_drift``, ``temperature_convention``: of a recording, as in ``evaluate``.
     """
 
     u_gauge_temperature_K: float | None = None
@@ -36,6 +37,8 @@ class ModelOptions:
     gauge_temperature_C: float | None = None
     search_mm: float = 2.0
     at_reference: bool = False
+    correct_drift: bool = False
+    temperature_convention: str | None = None
 
 
 def read_model(
@@ -56,12 +59,12 @@ def read_model(
         tables = [one if isinstance(one, Recording) else read_recording(one) for one in sources]
         recording = tables[0] if len(tables) == 1 else join_recordings(tables)
         check_recorded(recording.comments, machine)
-        recording = with_convention(recording, machine.table)
+        recording = with_convention(state_convention(recording, options.temperature_convention), machine.table)
         if options.gauge_temperature_C is not None:
             raise InputError(naming("gauge_temperature_C"), "belongs to a program; a recording has its own")
         section = parse_section(options.blocks, gauge)
         u_K = _u_recorded_K(recording, machine, options)
-        model = recording_model(recording, machine, gauge, u_K, options.origin, section)
+        model = recording_model(recording, machine, gauge, u_K, options.origin, section, options.correct_drift)
         return model if options.at_reference else model.as_it_is()
     _check_program(files, placements, options)
     program = read_program(files[0], probing_settings(machine, options.search_mm))
@@ -88,5 +91,9 @@ def _check_program(sources: Sequence[str | Path], placements: Sequence[Placement
             found=f"{len(placements)} placement files",
             expected="one",
         )
+    if options.correct_drift:
+        raise InputError(naming("correct_drift"), "belongs to a recording; a program has not drifted yet")
+    if options.temperature_convention:
+        raise InputError(naming("temperature_convention"), "belongs to a recording; a program has no readings yet")
     if options.blocks:
         raise InputError(naming("blocks"), "belongs to a recording; a program measures what it was planned for")

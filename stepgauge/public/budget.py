@@ -45,6 +45,8 @@ def budget(
     measurand: str = "as-is",
     contributions: str | Iterable[str] = (),
     measured_at: str | None = None,
+    temperature_convention: str | None = None,
+    correct_drift: bool = False,
     progress: Callable[[str], Progress] | None = None,
 ) -> StoredBudget:
     """Uncertainty budget (GUM) of R_eff, XF, XB, XM and XR at every face, with the Monte Carlo beside it.
@@ -67,6 +69,7 @@ def budget(
     measurand : the machine ``"as-is"``, or ``"at-20"``: at 20 deg C, with the temperature of its scales in U
     contributions : one's own, ``"form of the faces=0.2, distribution=uniform, dof=8"``, beside the machine file's
     measured_at : ISO date, where no recording says it: the age of the gauge's calibration
+    temperature_convention, correct_drift : of recordings, as of :func:`stepgauge.evaluate`
     progress : given ``"Monte Carlo"`` or ``"budget"``, returns what is called with (done, total)
 
     Returns
@@ -87,6 +90,8 @@ def budget(
         measurand,
         contributions,
         measured_at,
+        temperature_convention,
+        correct_drift,
     )
     steps = as_gauge(gauge)
     given = [getattr(one, "recording", one) for one in several(sources)]
@@ -107,6 +112,8 @@ def budget_choice(
     measurand: str = "as-is",
     contributions: str | Iterable[str] = (),
     measured_at: str | None = None,
+    temperature_convention: str | None = None,
+    correct_drift: bool = False,
 ) -> Choice:
     """What :func:`budget` takes beside the files, checked."""
     at_least("u_gauge_temperature_K", u_gauge_temperature_K, 0.0, "K")
@@ -115,7 +122,8 @@ def budget_choice(
     origin = cast(REffOrigin, one_of("r_eff_origin", r_eff_origin, R_EFF))
     by = cast(Repeats, one_of("repeats", repeats, REPEATS))
     at_reference = one_of("measurand", measurand, MEASURANDS) == "at-20"
-    model = ModelOptions(u_gauge_temperature_K, origin, blocks, gauge_temperature_C, search_mm, at_reference)
+    recorded = (correct_drift, temperature_convention)
+    model = ModelOptions(u_gauge_temperature_K, origin, blocks, gauge_temperature_C, search_mm, at_reference, *recorded)
     texts = [contributions] if isinstance(contributions, str) else contributions
     own = tuple(parse_contribution(text) for text in texts)
     return Choice(model, certificate_correlation, by, coverage_percent, runs, seed, own, measured_at)

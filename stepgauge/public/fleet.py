@@ -158,6 +158,8 @@ def budget_fleet(
     measurand: str = "as-is",
     contributions: str | Iterable[str] = (),
     measured_at: str | None = None,
+    temperature_convention: str | None = None,
+    correct_drift: bool = False,
     jobs: int | None = 1,
     scheduler: str | None = None,
     memory_MB: float | None = None,
@@ -173,7 +175,7 @@ def budget_fleet(
     store : its folder
     blocks, r_eff_origin, u_gauge_temperature_K, certificate_correlation, repeats, coverage_percent, runs, seed : as of
         :func:`stepgauge.budget`, the same for all recordings
-    measurand, contributions, measured_at : as of :func:`stepgauge.budget`, too
+    measurand, contributions, measured_at, temperature_convention, correct_drift : as of :func:`stepgauge.budget`, too
     jobs, scheduler, memory_MB, progress : as of :func:`evaluate_fleet`
 
     Returns
@@ -185,7 +187,8 @@ def budget_fleet(
     from stepgauge.public.budget import budget_choice
 
     stated = (u_gauge_temperature_K, certificate_correlation, repeats, coverage_percent, runs, seed)
-    further = {"measurand": measurand, "contributions": contributions, "measured_at": measured_at}
+    further: dict[str, Any] = {"measurand": measurand, "contributions": contributions, "measured_at": measured_at}
+    further |= {"temperature_convention": temperature_convention, "correct_drift": correct_drift}
     choice = budget_choice(blocks, r_eff_origin, *stated, **further)  # type: ignore[arg-type]
     return budget_stored(Fleet(store), engine_of(jobs, scheduler, memory_MB), choice, progress)
 

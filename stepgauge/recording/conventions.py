@@ -115,20 +115,28 @@ def scales_longer(recording: Recording) -> Array | float:
         found, expected = recording.comments.get(EXPANSION, "nothing"), "1/K, e.g. '# scale_expansion_per_K: 8e-6'"
         what = f"a correction for nominal expansion needs {EXPANSION}"
         raise InputError(recording.path, what, found=found, expected=expected)
-    return expansion * (_along_scales_C(recording) - REFERENCE_C)
+    recorded = recorded_scales_C(recording)
+    return expansion * ((_stated_scales_C(recording) if recorded is None else recorded) - REFERENCE_C)
 
 
-def _along_scales_C(recording: Recording) -> Array | float:
-    """Temperature of the scales that read the length, each by its share of it, deg C."""
+def recorded_scales_C(recording: Recording) -> Array | None:
+    """Recorded temperature of the scales that read the length, deg C, of every row.
+
+    A scale that reads the share a of the length lengthens it by a^2 of its own expansion. None where the scales of half
+    the length or more have no temperature.
+    """
     columns = {i: recording.columns.get(f"scale_temperature_{name}_C") for i, name in enumerate("xyz")}
     share = {i: float(np.mean(recording.columns[APPROACH[i]] ** 2)) for i, one in columns.items() if one is not None}
-    if sum(share.values()) > 0.5:
-        total = sum(share[i] * np.asarray(columns[i], float) for i in share)
-        return np.asarray(total / sum(share.values()))
+    if sum(share.values()) <= 0.5:
+        return None
+    total = sum(share[i] * np.asarray(columns[i], float) for i in share)
+    return np.asarray(total / sum(share.values()))
+
+
+def _stated_scales_C(recording: Recording) -> float:
     stated = number(recording.comments.get(SCALES_C, ""))
     if not np.isfinite(stated):
+        what = "a correction for nominal expansion needs the temperature of the scales"
         expected = "a column scale_temperature_x_C (y, z), or the machine file"
-        raise InputError(
-            recording.path, "a correction for nominal expansion needs the temperature of the scales", expected=expected
-        )
+        raise InputError(recording.path, what, expected=expected)
     return stated

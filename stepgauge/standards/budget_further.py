@@ -18,7 +18,7 @@ from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.budget_terms import Source, Term, independent
 
 Array = NDArray[np.float64]
-GAUGE_DRIFT = "drift of the gauge"
+GAUGE_DRIFT, DRIFT_CORRECTION = "drift of the gauge", "correction of the drift"
 SHOWN = {"drift": "drift of the readings", "temperature convention": "temperature convention of the readings"}
 """Conditions of readings that grow along the gauge, and the sources that they are while they are not corrected."""
 YEAR_DAYS = 365.25
@@ -82,6 +82,22 @@ def shown_by_readings(model: Model, part: Part) -> Iterator[Term]:
             u = size_um / math.sqrt(3.0) / span_m
             source = Source(name, name, "B", (u, u), "um/m", math.inf, f"recording: up to {size_um:.3g} um")
             yield common_by_position(model, part, u, source)
+
+
+def drift_correction(model: Model, part: Part) -> Term | None:
+    """Of the rate that was taken off: it moves every face by its mean time of reading, all together."""
+    from GTC import ureal
+
+    readings = part.readings
+    if readings.drift_u_mm is None:
+        return None
+    by_face = np.bincount(readings.face, readings.drift_u_mm * 1e3, int(readings.faces[-1]) + 1)[readings.faces]
+    count = np.bincount(readings.face, minlength=int(readings.faces[-1]) + 1)[readings.faces]
+    um = by_face / np.maximum(count, 1)
+    said = f"recording: {readings.drift_corrected}"
+    u = (float(np.abs(um).min()), float(np.abs(um).max()))
+    one = ureal(0.0, 1.0, math.inf, label=DRIFT_CORRECTION)
+    return Term(Source(DRIFT_CORRECTION, DRIFT_CORRECTION, "A", u, "um", math.inf, said), [float(v) * one for v in um])
 
 
 def condition_um(model: Model, part: Part, name: Any) -> float:

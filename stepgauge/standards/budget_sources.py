@@ -26,6 +26,7 @@ from stepgauge.montecarlo.model import Model, Part
 from stepgauge.standards.budget_further import (
     DRIFT_STATED_BY,
     condition_um,
+    drift_correction,
     drift_um_per_m_per_year,
     gauge_ages,
     gauge_drift,
@@ -70,7 +71,8 @@ def terms(model: Model, part: Part, asked: Asked, placement: Placement | None) -
     found = [_certificate(model, part), _repeatability(model, part, asked.repeats)]
     found += [_scalar(model, part, index) for index in range(len(model.inputs.scalars))]
     found += [_probing(model, part), _resolution(model, part), _alignment(model, part, placement)]
-    found += [gauge_drift(model, part, asked.measured_at), *shown_by_readings(model, part)]
+    found += [gauge_drift(model, part, asked.measured_at), drift_correction(model, part)]
+    found += shown_by_readings(model, part)
     return [term for term in found if term is not None] + own_contributions(model, part, asked.contributions)
 
 
@@ -318,22 +320,27 @@ Check = tuple[bool, str, str]
 
 
 def _scales(model: Model) -> list[Check]:
-    """What is asked of the scales: only the machine at 20 deg C has not the errors that their temperature makes."""
-    if not model.at_reference:
+    """What is asked of the scales: only the machine at 20 deg C has not the errors that their temperature makes, and
+    readings that were corrected for their expansion hold what is not known of it."""
+    if not (model.at_reference or model.corrects_scales):
         return []
-    return [
+    checks = [
         (
             f"machine.{key}" in model.inputs.names,
             f"{what} of the scales",
             f"machine.{key} = {{ value = .., u = .. }} in the machine file",
         )
         for key, what in (("temperature_C", "temperature"), ("scale_expansion_per_K", "expansion"))
-    ] + [
+    ]
+    if model.corrects_scales:
+        return checks
+    return [
+        *checks,
         (
             model.sign > 0 or model.machine.table.scales_compensated,
             "correction of the readings to scales at 20 deg C (the machine file says that the controller makes none)",
             "a measurand as it is, or scales that are compensated",
-        )
+        ),
     ]
 
 

@@ -7,10 +7,12 @@ the editions number them differently.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.recording.conventions import CONVENTIONS, REFERENCE_C, Convention
 from stepgauge.standards.rules import Rule
 from stepgauge.standards.tip import TipDiameter
 
@@ -23,15 +25,27 @@ SAME_STEP = 1e-3
 """Steps between targets that differ by less than this share are one constant step."""
 LINEAR = "ISO 230-2:2014, linear axes up to 2\u00a0000 mm"
 FULL_TURN_DEG = 360.0
+AT_20_K = 0.1
+"""Nearer to 20 deg C than this scales and gauge are at 20 deg C: 1 um/m of steel."""
 TARGETS_BY_TRAVEL = ((90.0, 3), (180.0, 5), (FULL_TURN_DEG, 8))
 """Least number of targets by the travel of a rotary axis, deg, up to and with it."""
 ROTARY = "ISO 230-2:2014, rotary axes up to 360° (numbers of targets: its text was not at hand, unconfirmed)"
 
 
+@dataclass(frozen=True)
+class Thermal:
+    """Mean temperatures of gauge and scales, deg C (None: not recorded), and what the readings were corrected for."""
+
+    gauge_C: float | None
+    scales_C: float | None
+    convention: Convention | None
+
+
 def rules_of(
-    target_mm: Array, runs: int, off_deg: float, along_deg: float, tip: TipDiameter, temperature_C: float | None
+    target_mm: Array, runs: int, off_deg: float, along_deg: float, tip: TipDiameter, thermal: Thermal
 ) -> tuple[Rule, ...]:
     """Every rule, in the order of the standard; ``target_mm (m,)`` are the target positions, rising."""
+    temperature_C = thermal.gauge_C
     known = "not recorded" if temperature_C is None else f"{temperature_C:.2f} °C (mean), positions corrected to it"
     return (
         Rule(
@@ -43,6 +57,7 @@ def rules_of(
         *_runs_and_targets(target_mm, runs),
         _reversal(tip),
         _temperature(known, temperature_C is not None),
+        _nominal_expansion(thermal),
     )
 
 
@@ -76,6 +91,19 @@ def axis_rules(
 
 def _temperature(found: str, met: bool) -> Rule:
     return Rule("ISO 230-2:2014, test conditions", "temperature of the reference known", found, met)
+
+
+def _nominal_expansion(thermal: Thermal) -> Rule:
+    """Results hold at 20 deg C: readings at other temperatures are corrected for the expansion of scales and gauge."""
+    source = "ISO 230-2:2014, test conditions (ISO 1: 20 °C)"
+    asks = "readings corrected for nominal differential expansion where scales or gauge are not at 20 °C"
+    away = [abs(one - REFERENCE_C) for one in (thermal.gauge_C, thermal.scales_C) if one is not None]
+    if thermal.convention in ("nominal_expansion", "corrected_to_20"):
+        return Rule(source, asks, CONVENTIONS[thermal.convention], True)
+    if not away:
+        return Rule(source, asks, "no temperature was recorded", None)
+    found = f"{max(away):.2f} K off 20 °C; the expansion of the scales is not corrected and is in the deviations"
+    return Rule(source, asks, found, max(away) <= AT_20_K)
 
 
 def _runs_and_targets(target_mm: Array, runs: int) -> tuple[Rule, ...]:

@@ -22,6 +22,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.recording import POSITION, Recording
+from stepgauge.recording.conventions import recorded_scales_C
 from stepgauge.standards.rules import Rule
 
 Array = NDArray[np.float64]
@@ -39,7 +40,8 @@ class FaceTable:
     recorded gauge temperature, NaN where a cycle has no reading of a face. The tip is still in it.
 
     ``point_mm``: the mean tip centre; ``temperature_C``: mean of the gauge, None where it was not recorded;
-    ``doubtful``: readings that their repeats contradict; ``conditions``: what was found of the readings.
+    ``scales_C``: of the scales, likewise; ``doubtful``: readings that their repeats contradict; ``conditions``: what
+    was found of the readings.
     """
 
     placement: int
@@ -51,6 +53,7 @@ class FaceTable:
     off_mm: Array
     doubtful: tuple[LeftOut, ...] = ()
     conditions: Conditions = NOTHING
+    scales_C: float | None = None
 
     def of_face(self, face: int) -> Array:
         """Readings of one face by cycle, ``(cycles,)``; NaN where it was not probed."""
@@ -74,7 +77,7 @@ def face_table(recording: Recording, gauge: Gauge, number: int, placement: Place
     readings = project_readings(part, gauge, section, None if placement is None else placement.axis, leave_out=False)
     _check_once(part, number)
     table = _by_cycle_and_face(frame, readings)
-    temperature = frame.get("gauge_temperature_C")
+    temperature, scales = frame.get("gauge_temperature_C"), recorded_scales_C(part)
     return FaceTable(
         number,
         readings.axis,
@@ -85,6 +88,7 @@ def face_table(recording: Recording, gauge: Gauge, number: int, placement: Place
         table.to_numpy(float),
         readings.left_out,
         gauge_conditions(part, gauge, readings, readings.by_face.statistics(readings.faces)),
+        None if scales is None else float(scales.mean()),
     )
 
 

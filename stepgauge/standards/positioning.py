@@ -25,11 +25,11 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
-from stepgauge.recording.conventions import with_convention
+from stepgauge.recording.conventions import Convention, convention_of, with_convention
 from stepgauge.recording.identity import check_recording
 from stepgauge.standards.iso230 import AxisParameters, Parameters, axis_parameters
 from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
-from stepgauge.standards.iso230_rules import rules_of
+from stepgauge.standards.iso230_rules import Thermal, rules_of
 from stepgauge.standards.lengths import FaceTable, doubtful_rule, face_table, nearest_axis
 from stepgauge.standards.rules import Excluded, Rule
 from stepgauge.standards.tip import TipDiameter, tip_diameter
@@ -174,8 +174,9 @@ def positioning_test(
     if tip is None:
         raise InputError(recording.path, "no block has both faces measured", expected="fronts and backs of the blocks")
     lies: Sequence[Placement | None] = placements or [None] * len(numbers)
+    convention = convention_of(recording.comments, recording.path)
     axes = tuple(
-        _axis_test(face_table(recording, gauge, number, place), gauge, tip, pairing, machine)
+        _axis_test(face_table(recording, gauge, number, place), gauge, tip, pairing, machine, convention)
         for number, place in zip(numbers, lies, strict=True)
     )
     conditions = sum((one.conditions for one in axes), Conditions())
@@ -183,13 +184,21 @@ def positioning_test(
     return PositioningTest(gauge, tip, pairing, axes, recording.path, recording.comments, wanted)
 
 
-def _axis_test(table: FaceTable, gauge: Gauge, tip: TipDiameter, pairing: Pairing, machine: Machine | None) -> AxisTest:
+def _axis_test(
+    table: FaceTable,
+    gauge: Gauge,
+    tip: TipDiameter,
+    pairing: Pairing,
+    machine: Machine | None,
+    convention: Convention | None,
+) -> AxisTest:
     blocks, runs = _complete(table)
     nearest, off_deg = nearest_axis(table.axis)
     along = off_deg <= ALONG_AXIS_DEG
     against = bool(table.axis[nearest] < 0.0)  # also where several axes move: the targets are told on the nearest one
     middle = gauge.block_centre_mm[blocks - 1]
     order = slice(None, None, -1 if against else 1)
+    thermal = Thermal(table.temperature_C, table.scales_C, convention)
     return AxisTest(
         table.placement,
         "xyz"[nearest] if along else None,
@@ -201,7 +210,9 @@ def _axis_test(table: FaceTable, gauge: Gauge, tip: TipDiameter, pairing: Pairin
         _deviations(*_errors_um(table, gauge, tip, pairing, blocks, runs), against),
         table.temperature_C,
         None if machine is None else float(np.ptp(machine.travel_mm[nearest])),
-        rules_of(middle, len(runs), off_deg, ALONG_AXIS_DEG, tip, table.temperature_C)
+        rules_of(
+            middle, len(runs), off_deg, ALONG_AXIS_DEG, tip, Thermal(table.temperature_C, table.scales_C, convention)
+        )
         + doubtful_rule([table], "ISO 230-2, test procedure"),
         _excluded(table, blocks, runs),
         conditions=table.conditions,

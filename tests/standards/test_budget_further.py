@@ -17,6 +17,7 @@ from stepgauge.conditions.certificate import certificate_conditions
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import EarlierCalibration, Gauge
 from stepgauge.machine.contribution import Contribution, parse_contribution
+from stepgauge.machine.uncertain import Uncertain
 from stepgauge.montecarlo import recording_model
 from stepgauge.montecarlo.model import Model
 from stepgauge.standards.budget import make_budget
@@ -197,3 +198,53 @@ def test_u_covers_the_truth_as_often_as_it_says() -> None:
     found = coverage(20, seed=2, u_scales_K=0.5)
     assert min(found.values()) >= 16 / 20
     assert np.mean(list(found.values())) == pytest.approx(0.955, abs=0.06)
+
+
+def test_the_scales_count_as_they_are_corrected_for_nominal_expansion() -> None:
+    """By hand: over a length L at scales of T with a_s, u(L) = L hypot((T - 20) u(a_s), a_s u(T))."""
+    machine = shipped()[1]
+    scales = {"scale_expansion_per_K": 8e-6, "temperature_C": 25.0, "scales_compensated": False}
+    uncertain = (
+        Uncertain("machine.scale_expansion_per_K", 8e-6, 0.6e-6),
+        Uncertain("machine.temperature_C", 25.0, 0.3),
+    )
+    table = machine.table.model_copy(update=scales)
+    frame = REAL.frame.assign(**{f"scale_temperature_{axis}_C": 25.0 for axis in "xyz"}, gauge_temperature_C=25.0)
+    comments = {"temperature_convention": "nominal_expansion", "scale_expansion_per_K": "8e-6"}
+    read = replace(REAL, frame=frame).with_comments(**comments)
+    for compensated in (False, True):
+        scaled = replace(machine, table=table.model_copy(update={"scales_compensated": compensated}))
+        made = recording_model(read, replace(scaled, uncertain=uncertain), gauge(), 0.1).as_it_is()
+        budget = make_budget(made, Asked())
+        far = next(one for one in budget.lines if one.name == "xf_um" and one.face == 11)
+        length_m = from_first_m(gauge(), 11)
+        assert far.contribution["machine.scale_expansion_per_K"] == pytest.approx(5.0 * 0.6 * length_m, rel=2e-3)
+        assert far.contribution["machine.temperature_C"] == pytest.approx(8.0 * 0.3 * length_m, rel=2e-3)
+        assert "of the scales" not in missing(made)
+    silent = recording_model(read, replace(machine, table=table), gauge(), 0.1).as_it_is()
+    assert missing(silent).count("of the scales") == 2
+    as_read = read.with_comments(temperature_convention="as_read")
+    assert "of the scales" not in missing(recording_model(as_read, machine, gauge(), 0.1).as_it_is())
+
+
+def test_a_corrected_drift_counts_with_the_uncertainty_of_its_rate() -> None:
+    """20 nm/s are taken off as evaluate does; u of the rate times the time between the faces is left."""
+    order = np.arange(len(REAL))
+    axis = np.array([-0.001, 1.0, 0.0])
+    drifting = REAL.frame.assign(time_s=2.0 * order)
+    for name, share in zip(("x_mm", "y_mm", "z_mm"), axis, strict=True):
+        drifting[name] = drifting[name] + 0.04e-3 * order * share
+    read = replace(REAL, frame=drifting)
+    plain, corrected = (recording_model(read, shipped()[1], gauge(), 0.1, correct_drift=on) for on in (False, True))
+    result = sg.evaluate(read, gauge(), correct_drift=True).results[0]
+    far = len(result.xf_um) - 2
+    for of, name, expected_um in ((plain, "drift of the readings", None), (corrected, "correction of the drift", 0.2)):
+        budget = make_budget(of.as_it_is(), Asked())
+        line = next(one for one in budget.lines if one.name == "xf_um" and one.face == 11)
+        others = {"drift of the readings", "correction of the drift"} - {name}
+        assert line.contribution[name] > 0.0
+        assert not any(line.contribution.get(one) for one in others)
+        if expected_um is not None:
+            assert line.value == pytest.approx(result.xf_um[far])
+            assert line.contribution[name] < expected_um
+    assert plain.best()[far] - corrected.best()[far] == pytest.approx(0.04 * 10, abs=0.1)
