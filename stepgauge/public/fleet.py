@@ -187,7 +187,7 @@ def budget_fleet(
     from stepgauge.public.budget import budget_choice
 
     stated = (u_gauge_temperature_K, certificate_correlation, repeats, coverage_percent, runs, seed)
-    further: dict[str, Any] = {"measurand": measurand, "contributions": contributions, "measured_at": measured_at}
+    further: dict[str, object] = {"measurand": measurand, "contributions": contributions, "measured_at": measured_at}
     further |= {"temperature_convention": temperature_convention, "correct_drift": correct_drift}
     choice = budget_choice(blocks, r_eff_origin, *stated, **further)  # type: ignore[arg-type]
     return budget_stored(Fleet(store), engine_of(jobs, scheduler, memory_MB), choice, progress)

@@ -210,9 +210,7 @@ def _axis_test(
         _deviations(*_errors_um(table, gauge, tip, pairing, blocks, runs), against),
         table.temperature_C,
         None if machine is None else float(np.ptp(machine.travel_mm[nearest])),
-        rules_of(
-            middle, len(runs), off_deg, ALONG_AXIS_DEG, tip, Thermal(table.temperature_C, table.scales_C, convention)
-        )
+        rules_of(middle, len(runs), off_deg, ALONG_AXIS_DEG, tip, thermal)
         + doubtful_rule([table], "ISO 230-2, test procedure"),
         _excluded(table, blocks, runs),
         conditions=table.conditions,

@@ -18,7 +18,7 @@ from scipy import stats
 
 from stepgauge.dcc.write import machine_certificate
 from stepgauge.errors import InputError
-from stepgauge.evaluation.evaluate import _along_scales_C, evaluate
+from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.files.resources import find_data
 from stepgauge.files.text import write_json
@@ -28,6 +28,7 @@ from stepgauge.machine.file import Machine, StandardUncertainty, UncertaintyTabl
 from stepgauge.machine.uncertain import Uncertain
 from stepgauge.montecarlo import Model, ModelOptions, read_model, recording_model, run_monte_carlo
 from stepgauge.recording import Recording, write_recording
+from stepgauge.recording.conventions import recorded_scales_C
 from stepgauge.standards.budget import Budget, Line, make_budget
 from stepgauge.standards.budget_files import (
     budget_csv,
@@ -240,13 +241,17 @@ def test_temperature_and_expansion_of_the_scales_by_hand(compensated: bool) -> N
 
 def test_the_temperature_of_the_scales_is_that_of_those_that_read_the_length() -> None:
     """Along (0.8, 0.6, 0), x reads 0.64 of a length and y the rest; z does not count, nor a mere third of it."""
-    axis = np.array([0.8, 0.6, 0.0])
-    frame = RECORDING.frame.assign(scale_temperature_x_C=24.0, scale_temperature_y_C=21.0, scale_temperature_z_C=30.0)
+    side = np.where(RECORDING.frame["face"] % 2 == 1, 1.0, -1.0)
+    approach = {"approach_i": 0.8 * side, "approach_j": 0.6 * side, "approach_k": 0.0}
+    frame = RECORDING.frame.assign(**approach).assign(
+        scale_temperature_x_C=24.0, scale_temperature_y_C=21.0, scale_temperature_z_C=30.0
+    )
     whole = Recording(frame, {}, "whole.csv")
-    assert _along_scales_C(whole, axis, slice(None)) == pytest.approx(0.64 * 24.0 + 0.36 * 21.0)
+    assert recorded_scales_C(whole) == pytest.approx(0.64 * 24.0 + 0.36 * 21.0)
     for gone, expected in (("x", None), ("y", 24.0)):
         part = Recording(frame.drop(columns=f"scale_temperature_{gone}_C"), {}, "part.csv")
-        assert _along_scales_C(part, axis, slice(None)) == expected
+        found = recorded_scales_C(part)
+        assert (None if found is None else found[0]) == expected
 
 
 def test_resolution_probing_and_degrees_of_freedom_by_hand() -> None:
