@@ -32,10 +32,12 @@ add_to_fleet(store, recordings, gauge=None, machine=None, *, placements=(), rost
     machine_type=None, hall=None, probe_id=None, gauge_id=None, measured_at=None, progress=None)
 budget(sources, gauge, machine, *, placements=(), blocks=None, r_eff_origin="first", u_gauge_temperature_K=None,
     certificate_correlation=None, repeats="pooled", coverage_percent=95.45, runs=10000, seed=0,
-    gauge_temperature_C=None, search_mm=2.0, measurand="as-is", contributions=(), measured_at=None, progress=None)
+    gauge_temperature_C=None, search_mm=2.0, measurand="as-is", contributions=(), measured_at=None,
+    temperature_convention=None, correct_drift=False, progress=None)
 budget_fleet(store, *, blocks=None, r_eff_origin="first", u_gauge_temperature_K=None, certificate_correlation=None,
     repeats="pooled", coverage_percent=95.45, runs=10000, seed=0, measurand="as-is", contributions=(),
-    measured_at=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
+    measured_at=None, temperature_convention=None, correct_drift=False, jobs=1, scheduler=None, memory_MB=None,
+    progress=None)
 diagnose(recordings, gauge=None, machine=None, *, styli=(), without=(), priors=None)
 diagnose_fleet(store, *, without=(), priors=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
 diagnose_probe_map(probe_map, probe, *, columns=None, priors=None)
