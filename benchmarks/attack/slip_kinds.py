@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import datetime
 import random
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -179,6 +180,80 @@ def dropped(world: Any, pick: random.Random) -> str:
     return f"rows {row} to {row + 2} lost"
 
 
+def number_of(tag: str, change: Callable[[float, random.Random], float], within: str = "") -> Slip:
+    """One number of an element of an XML certificate; ``within``: text before it, by which it is found."""
+
+    def slip(world: Any, pick: random.Random) -> str:
+        start = world.xml.index(within) if within else 0
+        found = list(re.finditer(rf"<{tag}>([^<]*)</{tag}>", world.xml[start:]))[0]
+        numbers = found[1].split()
+        place = pick.randrange(min(1, len(numbers) - 1), len(numbers))
+        old = float(numbers[place])
+        numbers[place] = f"{change(old, pick):.9g}"
+        first, last = start + found.start(1), start + found.end(1)
+        world.xml = world.xml[:first] + " ".join(numbers) + world.xml[last:]
+        return f"{tag} {place}: {old:g} -> {numbers[place]}"
+
+    return slip
+
+
+def all_of(tag: str, change: Callable[[float], float], within: str = "") -> Slip:
+    """All numbers of an element."""
+
+    def slip(world: Any, pick: random.Random) -> str:
+        start = world.xml.index(within) if within else 0
+        found = list(re.finditer(rf"<{tag}>([^<]*)</{tag}>", world.xml[start:]))[0]
+        text = " ".join(f"{change(float(one)):.9g}" for one in found[1].split())
+        world.xml = world.xml[: start + found.start(1)] + text + world.xml[start + found.end(1) :]
+        return f"{tag}, all"
+
+    return slip
+
+
+def words(old: str, new: str) -> Slip:
+    """Other words in an XML certificate, where they stand last."""
+
+    def slip(world: Any, pick: random.Random) -> str:
+        assert old in world.xml, old
+        before, _, behind = world.xml.rpartition(old)
+        world.xml = before + new + behind
+        return f"{old} -> {new}"
+
+    return slip
+
+
+def exchanged_positions(world: Any, pick: random.Random) -> str:
+    """Two neighbouring positions, exchanged."""
+    start = world.xml.index(_MEASURED)
+    found = list(re.finditer(r"<si:valueXMLList>([^<]*)<", world.xml[start:]))[0]
+    numbers = found[1].split()
+    place = pick.randrange(1, len(numbers) - 1)
+    numbers[place], numbers[place + 1] = numbers[place + 1], numbers[place]
+    world.xml = world.xml[: start + found.start(1)] + " ".join(numbers) + world.xml[start + found.end(1) :]
+    return f"positions {place} and {place + 1}"
+
+
+_MEASURED = "basic_measuredValue"
+_LIST, _U = "si:valueXMLList", "si:uncertaintyXMLList"
+CERTIFICATE: Kinds = {
+    "a digit of a position": number_of(_LIST, digits(0.02, 0.15), _MEASURED),
+    "a large digit of a position": number_of(_LIST, digits(0.5, 90.0), _MEASURED),
+    "decimal point of a position": number_of(_LIST, lambda old, pick: _decimal(old or 1.0, pick), _MEASURED),
+    "sign of a position": number_of(_LIST, lambda old, _: -(old or 1.0), _MEASURED),
+    "positions exchanged": exchanged_positions,
+    "an uncertainty": number_of(_U, lambda old, pick: old * pick.choice((10.0, 100.0, 0.0)), _MEASURED),
+    "uncertainties of zero": all_of(_U, lambda _: 0.0, _MEASURED),
+    "uncertainties in another unit": all_of(_U, lambda u: 1e3 * u, _MEASURED),
+    "unit of the positions": words("\\milli\\metre</si:unitXMLList>", "\\metre</si:unitXMLList>"),
+    "coverage factor": all_of("si:coverageFactorXMLList", lambda _: 20.0),
+    "end before the beginning": words("2026-03-02</dcc:endPerf", "2025-03-02</dcc:endPerf"),
+    "another century": words("2026-03-02</dcc:endPerf", "2126-03-02</dcc:endPerf"),
+    "expansion": number_of(
+        "si:value", lambda old, pick: old * pick.choice((0.1, 10.0, 2.0, 0.0)), "stepgauge_expansion"
+    ),
+    "reference temperature": number_of("si:value", lambda *_: 2.0, "stepgauge_referenceTemperature"),
+    "width of a block": number_of("si:value", lambda *_: 0.02, "stepgauge_blockWidth"),
+}
 POSITION = ["x_mm", "y_mm", "z_mm"]
 _F = lambda c: c * 1.8 + 32.0  # noqa: E731
 GAUGE_TABLE: Kinds = {

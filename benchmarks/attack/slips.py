@@ -1,6 +1,6 @@
-"""Slips of a hand in what goes into twelve verbs: refused, said, within U, or accepted silently.
+"""Slips of a hand in what goes into fourteen verbs: refused, said, within U, or accepted silently.
 
-``python -m benchmarks.attack.slips [COUNT] [SEED]`` puts COUNT slips (100) into each verb. Every measurement is made
+``python -m benchmarks.attack.slips [COUNT] [SEED] [VERB]`` puts COUNT slips (100) into each verb. Every measurement is made
 twice: of a machine that keeps its limit and of one that does not, so that a slip can turn a decision either way. Judged
 are slips that the data at hand can show; ``docs/readings.md`` lists those that no data can show.
 """
@@ -20,11 +20,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from benchmarks.attack.slip_kinds import AXIS, CHANNELS, GAUGE_FILE, GAUGE_TABLE, SPHERE, Kinds
+from benchmarks.attack.slip_kinds import AXIS, CERTIFICATE, CHANNELS, GAUGE_FILE, GAUGE_TABLE, SPHERE, Kinds
 from stepgauge.axis.recording import AxisRecording
 from stepgauge.axis.units import AxisUnits
 from stepgauge.compensation import TableOptions, TipRadius, axis_faces, make_table
 from stepgauge.conditions import Conditions, require_statement
+from stepgauge.dcc.elements import to_bytes
+from stepgauge.dcc.gauge_read import import_gauge, write_gauge
+from stepgauge.dcc.gauge_write import gauge_certificate
+from stepgauge.diagnosis.engine import diagnose
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import Evaluation, evaluate
 from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
@@ -35,6 +39,7 @@ from stepgauge.montecarlo import recording_model
 from stepgauge.physics.directions import evenly_spread_points
 from stepgauge.probes.files import read_points
 from stepgauge.recording import Recording, read_recording, write_recording
+from stepgauge.reports.certificate_file import read_laboratory
 from stepgauge.standards.drift import drift_test, read_drift
 from stepgauge.standards.iso230_decision import Requirement, parameters_um
 from stepgauge.standards.iso10360 import Choices, Specification, length_test
@@ -47,6 +52,7 @@ from stepgauge.standards.positioning_axis import axis_positioning_test
 
 Array = NDArray[np.float64]
 BLOCKS, CYCLES, TIP_MM = 12, 5, 3.994
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @dataclass(frozen=True)
@@ -77,6 +83,7 @@ class World:
     comments: dict[str, str]
     gauge: Gauge
     machine: Machine = field(default_factory=lambda: read_machine("bridge-cmm"))
+    xml: str = ""
 
     def recording(self) -> Recording:
         """The table, written and read as a file of a user."""
@@ -143,6 +150,13 @@ def drift_world(folder: Path, wrong: bool, seed: int) -> World:
     return World(folder, wrong, table, {}, read_gauge("step-gauge-420"))
 
 
+def certificate_world(folder: Path, wrong: bool, seed: int) -> World:
+    """The gauge's certificate as its laboratory would send it."""
+    gauge, form = read_gauge("step-gauge-420"), read_laboratory(ROOT / "examples/certificate/gauge-laboratory.toml")
+    xml = to_bytes(gauge_certificate(gauge, form)).decode()
+    return World(folder, wrong, pd.DataFrame(), {}, gauge, xml=xml)
+
+
 def _evaluated(world: World) -> tuple[Evaluation, Array, Array]:
     found = evaluate(world.recording(), world.gauge)
     (one,) = found.results
@@ -189,6 +203,29 @@ def run_history(world: World) -> Answer:
     (one,) = read_entries(folder / "evaluation.json", world.folder, "")
     um = [one.scale_ppm, one.reversal_um, 1e3 * one.r_eff_mm]
     return Answer.of(um, [max(2.0 * one.u_scale_ppm, 1.0), 1.0, 0.5], found.conditions)
+
+
+def run_import_gauge(world: World) -> Answer:
+    """The gauge file of a certificate: its positions and their U, and what is told; sizes in um beside them."""
+    path = world.folder / "gauge.xml"
+    path.write_text(world.xml)
+    found = import_gauge(path)
+    gauge = write_gauge(world.folder / "gauge.toml", found)
+    expanded = gauge.u_um * gauge.certificate.coverage_factor
+    table = gauge.table
+    um = [*(gauge.position_mm * 1e3), *expanded, table.expansion_per_K * 1e6 * 420.0, table.reference_temperature_C]
+    limit = [*np.maximum(world.gauge.u_um * 2.0, 0.1), *np.full(len(expanded), 0.2), 100.0, 1.0]
+    return Answer(np.array(um), np.array(limit), "", frozenset(found.report))
+
+
+def run_diagnose(world: World) -> Answer:
+    """What is found, beside the verdict; the slope of the scale is the number."""
+    recording = world.recording()
+    found = diagnose(recording, world.gauge, world.machine, separations=False)
+    said = {f"{one.kind} {sorted(one.parameters)}" for one in found.findings}
+    said |= {*found.remarks, *(f"located in {one.covariate}" for one in found.located)}
+    ppm = [one.parameters["ppm"].value for one in found.findings if one.kind == "scale_error"]
+    return Answer(np.array([sum(ppm) * 0.23]), np.array([0.5]), found.verdict, frozenset(said))
 
 
 def run_iso230(world: World) -> Answer:
@@ -268,6 +305,8 @@ VERBS = {
     "report and dcc": Verb(gauge_world, run_signed, OF_GAUGE),
     "history": Verb(gauge_world, run_history, OF_GAUGE),
     "fleet": Verb(gauge_world, run_signed, OF_GAUGE),
+    "dcc import-gauge": Verb(certificate_world, run_import_gauge, CERTIFICATE),
+    "diagnose": Verb(gauge_world, run_diagnose, OF_GAUGE),
 }
 
 
@@ -310,11 +349,13 @@ def _plain(notes: frozenset[str]) -> set[str]:
     return {re.sub(r"[-+]?\d[\d.e-]*", "#", note) for note in notes}
 
 
-def main(count: int = 100, seed: int = 47) -> int:
-    """All verbs; the number of slips that were silent."""
+def main(count: int = 100, seed: int = 47, only: str = "") -> int:
+    """All verbs, or one; the number of slips that were silent."""
     total, bad = 0, 0
     with tempfile.TemporaryDirectory() as folder:
         for place, (name, verb) in enumerate(VERBS.items()):
+            if only not in ("", name):
+                continue
             outcomes, silent = attack(verb, count, seed + 1000 * place, Path(folder))
             total, bad = total + count, bad + len(silent)
             print(f"{name}: {', '.join(f'{n} {what}' for what, n in sorted(outcomes.items()))}", flush=True)
@@ -325,5 +366,5 @@ def main(count: int = 100, seed: int = 47) -> int:
 
 
 if __name__ == "__main__":
-    numbers = [int(text) for text in sys.argv[1:]]
-    sys.exit(int(main(*numbers) > 0))
+    numbers = [int(text) for text in sys.argv[1:3]]
+    sys.exit(int(main(*numbers, *sys.argv[3:]) > 0))

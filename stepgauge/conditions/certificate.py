@@ -5,8 +5,12 @@ from __future__ import annotations
 import datetime
 from collections.abc import Iterator
 
+import numpy as np
+
 from stepgauge.conditions.condition import Condition
-from stepgauge.files.dates import moments, parse_moment
+from stepgauge.conditions.outliers import odd_faces
+from stepgauge.files.dates import YEAR_DAYS, moments, parse_moment
+from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import Recording
 from stepgauge.recording.conventions import REFERENCE_C
@@ -14,7 +18,12 @@ from stepgauge.recording.conventions import REFERENCE_C
 OLD_YEARS, FORGOTTEN_YEARS = 3.0, 10.0
 """Gauges are calibrated again after one to three years (their certificates recommend it): older is remarked. After
 ten years nobody knows what the gauge is today."""
-YEAR_DAYS = 365.25
+ODD_LEAST_UM = 10.0
+"""A certified position is remarked beyond so much: gauges deviate from nominal as they were made, and slips more."""
+ODD_SHARE = 5.0
+"""An uncertainty is unlike the others beyond so many times the usual one: it grows along a gauge, but not so."""
+BEST_UM, WORST_UM = 0.02, 20.0
+"""Expanded uncertainties of positions that laboratories state, short to long and good to simple gauges, widened."""
 EXPANSION_PER_K = {
     "invar": (0.0, 3e-6),
     "zerodur": (-0.2e-6, 0.2e-6),
@@ -38,13 +47,49 @@ ranges, widened by the spread of alloys); a material that is not here is not jud
 
 
 def certificate_conditions(recording: Recording, gauge: Gauge) -> Iterator[Condition]:
-    """Reference temperature, expansion against material, and dates."""
+    """What the certificate says, and its dates."""
+    yield from table_conditions(gauge)
+    yield from _dates(recording, gauge)
+
+
+def table_conditions(gauge: Gauge) -> Iterator[Condition]:
+    """Reference temperature, expansion against material, and single faces unlike the others; of no measurement."""
     reference = gauge.table.reference_temperature_C
     if reference != REFERENCE_C:
         words = f"the certificate holds at {reference:g} deg C, not at {REFERENCE_C:g} (ISO 1)"
         yield Condition("certificate", "contribution", words, f"{reference:g} deg C", f"{REFERENCE_C:g} deg C")
     yield from _expansion(gauge)
-    yield from _dates(recording, gauge)
+    yield from _positions(gauge)
+    yield from _uncertainties(gauge)
+
+
+def _positions(gauge: Gauge) -> Iterator[Condition]:
+    """Faces whose deviation from nominal is unlike that of their neighbours: a slip of the pen moves one."""
+    um = (gauge.position_mm - gauge.nominal_mm) * 1e3
+    faces = odd_faces(np.arange(1, gauge.n_faces + 1), gauge.position_mm, um, gauge.u_um)
+    faces = [(face, off) for face, off in faces if abs(off) > ODD_LEAST_UM]
+    if faces:
+        shown = ", ".join(f"face {face} ({rounded(off, 3, plus=True)} um)" for face, off in faces[:5])
+        words = f"certified deviations from nominal unlike those of the neighbours: {shown}: a slip in the table?"
+        size = max(abs(off) for _, off in faces)
+        yield Condition("certificate", "contribution", words, shown, "deviations of one size", size)
+
+
+def _uncertainties(gauge: Gauge) -> Iterator[Condition]:
+    """Uncertainties of single faces unlike the others, and of all that no laboratory states."""
+    expanded = gauge.u_um * gauge.certificate.coverage_factor
+    stated = expanded[expanded > 0.0]
+    if not stated.size:
+        return
+    usual = float(np.median(stated))
+    rows = np.flatnonzero((expanded > ODD_SHARE * usual) | ((expanded == 0.0) & (np.arange(len(expanded)) > 0)))
+    if rows.size:
+        shown = ", ".join(f"face {row + 1} ({rounded(float(expanded[row]), 3)} um)" for row in rows[:5])
+        words = f"certified uncertainties unlike the others (U = {rounded(usual, 2)} um): {shown}: a slip in the table?"
+        yield Condition("certificate", "contribution", words, shown, "uncertainties of one size")
+    if not BEST_UM <= usual <= WORST_UM:
+        words = f"no laboratory states such an uncertainty of a step gauge: U = {rounded(usual, 2)} um; another unit?"
+        yield Condition("certificate", "contribution", words, f"{usual:g} um", f"{BEST_UM:g} to {WORST_UM:g} um")
 
 
 def _expansion(gauge: Gauge) -> Iterator[Condition]:

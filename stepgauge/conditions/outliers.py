@@ -15,6 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.files.notation import rounded
+from stepgauge.physics.robust import TO_SIGMA, mad_sigma
 from stepgauge.recording.by_face import ByFace
 
 Array = NDArray[np.float64]
@@ -41,8 +42,8 @@ OF_CYCLE = 6
 CLEARER = 3.0
 """Of two repeats one is named where the other lies so many times nearer to the line between the neighbours."""
 SHOWN = 10
-_TO_SIGMA, _CALM_TO_SIGMA = 1.4826, 1.6
-_OF_DIFFERENCE = _TO_SIGMA / np.sqrt(2.0)
+_CALM_TO_SIGMA = 1.6
+_OF_DIFFERENCE = TO_SIGMA / np.sqrt(2.0)
 """Standard deviation of a reading over the median of the size of the difference of two."""
 
 
@@ -257,7 +258,7 @@ def odd_blocks(faces: Rows, level_um: Array, u_um: Array) -> list[tuple[int, flo
     size = level_um[fronts + 1] - level_um[fronts]
     off = size - np.median(size)
     u = np.hypot(u_um[fronts], u_um[fronts + 1])
-    limit = np.maximum(ODD_TIMES * _TO_SIGMA * np.median(np.abs(off)), LEAST_UM / 2.0 + 4.0 * u)
+    limit = np.maximum(ODD_TIMES * mad_sigma(off), LEAST_UM / 2.0 + 4.0 * u)
     rows = np.flatnonzero(np.abs(off) > limit)
     few = max(1.0, len(fronts) / 4.0)
     return [(int(faces[fronts[i]] + 1) // 2, float(off[i])) for i in rows] if 0 < rows.size <= few else []

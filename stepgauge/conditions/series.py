@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from stepgauge.conditions.condition import Condition
 from stepgauge.conditions.resolution import step_of
 from stepgauge.files.notation import rounded
+from stepgauge.physics.robust import mad_sigma
 from stepgauge.recording.temperatures import no_temperature
 
 Array = NDArray[np.float64]
@@ -102,7 +103,7 @@ def spikes(values: Array, times: float = 8.0) -> tuple[NDArray[np.intp], Array]:
     off = np.r_[values[0] - 2.0 * values[1] + values[2], values[1:-1] - (values[:-2] + values[2:]) / 2.0]
     off = np.r_[off, values[-1] - 2.0 * values[-2] + values[-3]]
     weight = np.r_[np.sqrt(6.0), np.full(len(values) - 2, np.sqrt(1.5)), np.sqrt(6.0)]
-    scatter = 1.4826 * float(np.median(np.abs(off / weight)))
+    scatter = mad_sigma(off / weight)
     size = np.abs(off) / weight
     peak = (size >= np.r_[0.0, size[:-1]]) & (size >= np.r_[size[1:], 0.0])
     least = 1.6e3 * step_of(values * 1e-3)

@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.conditions import Conditions, require_statement
+from stepgauge.conditions.certificate import table_conditions
 from stepgauge.dcc.elements import one_line
 from stepgauge.dcc.gauge_write import (
     CORRELATION,
@@ -94,7 +96,10 @@ def import_gauge(path: str | Path, wanted: StatedGauge | None = None) -> GaugeIm
 
 
 def write_gauge(path: str | Path, found: GaugeImport) -> Gauge:
-    """Write ``NAME.toml`` and ``NAME.csv``, after the gauge reader has accepted both; returns the gauge."""
+    """Write ``NAME.toml`` and ``NAME.csv``, after the gauge reader has accepted both; returns the gauge.
+
+    What stands out in it (a face unlike the others, an expansion that is not the material's) is put into the report.
+    """
     target = Path(path)
     if target.suffix.lower() != ".toml":
         raise InputError(target, "not a gauge file", found=repr(target.suffix), expected="NAME.toml")
@@ -104,10 +109,14 @@ def write_gauge(path: str | Path, found: GaugeImport) -> Gauge:
         write_text(csv_path, csv_text)
         write_sealed(target, toml_text)
         try:
-            return read_gauge(target)
+            gauge = read_gauge(target)
         except InputError as error:
             what = f"the certificate gives no gauge: {error.what}"
             raise InputError(error.where, what, found=error.found, expected=error.expected) from None
+        conditions = Conditions(tuple(table_conditions(gauge)))
+        require_statement(conditions, target)
+    found.report += [f"note: {note}" for note in conditions.notes]
+    return gauge
 
 
 def _format(found: GaugeImport, csv_name: str) -> tuple[str, str]:

@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
+from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.history.entries import QUANTITIES
 from stepgauge.history.series import Series
 
@@ -112,7 +113,7 @@ def _draw_trend(axes: Axes, one: Series, when: np.ndarray, color: str) -> None:
     if one.trend is None:
         return
     x = np.linspace(when.min(), when.max(), 50)
-    years = (x - mdates.date2num(one.trend.middle)) / 365.25
+    years = (x - mdates.date2num(one.trend.middle)) / YEAR_DAYS
     line = one.trend.value + one.trend.per_year * years
     axes.plot(x, line, color=color, linewidth=1.3, linestyle="-" if one.trend.significant else (0, (4, 2)), zorder=3)
 

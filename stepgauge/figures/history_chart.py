@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from stepgauge.figures.error_chart import LINES, SYMBOLS, numbers
+from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.files.notation import printed_unit
 from stepgauge.history.entries import QUANTITIES
 from stepgauge.history.series import Series
-from stepgauge.history.trend import YEAR_DAYS
 
 GAP = 0.04
 """Between two panels, in shares of the height."""

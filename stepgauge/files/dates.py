@@ -8,6 +8,7 @@ from pathlib import Path
 
 from stepgauge.errors import InputError, Place
 
+YEAR_DAYS = 365.25
 EARLIEST = 1970
 """Year before which nothing was measured that is still of use; clocks of controllers begin there when they are lost."""
 _IN_PATH = re.compile(r"(?<!\d)(\d{4})-(\d{2})-(\d{2})(?!\d)")

@@ -13,11 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.files.notation import rounded
 from stepgauge.history.chart import FEWEST_FOR_CONTROL, control_limits
 from stepgauge.history.entries import QUANTITIES, HistoryEntry
 from stepgauge.history.scores import Scores, scores
-from stepgauge.history.trend import YEAR_DAYS, Trend, findings, fit_trend
+from stepgauge.history.trend import Trend, findings, fit_trend
 
 Array = NDArray[np.float64]
 OTHER_TIP_UM = 50.0

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.dates import YEAR_DAYS
+
 Array = NDArray[np.float64]
-YEAR_DAYS = 365.25
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.files.dates import moments, parse_moment
+from stepgauge.files.dates import YEAR_DAYS, moments, parse_moment
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.contribution import Contribution
 from stepgauge.montecarlo.model import Model, Part
@@ -21,7 +21,6 @@ Array = NDArray[np.float64]
 GAUGE_DRIFT, DRIFT_CORRECTION = "drift of the gauge", "correction of the drift"
 SHOWN = {"drift": "drift of the readings", "temperature convention": "temperature convention of the readings"}
 """Conditions of readings that grow along the gauge, and the sources that they are while they are not corrected."""
-YEAR_DAYS = 365.25
 DRIFT_STATED_BY = "gauge file: drift_um_per_m_per_year of [certificate], or [[certificate.earlier]]"
 
 

@@ -27,6 +27,7 @@ from stepgauge.effects import Probings, Setting
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import CertificateTable, Gauge, GaugeTable
 from stepgauge.machine.file import Machine, MachineTable, Travel
+from stepgauge.physics.robust import mad_sigma
 from stepgauge.probes.schema import ConstantTable
 from stepgauge.recording import APPROACH, POSITION
 from stepgauge.recording.columns import OPTIONAL
@@ -40,8 +41,6 @@ FINE = 0.03
 """Resolution over the scatter of a reading that does not show."""
 FEWEST_SCANNED, STANDING = 40, 0.1
 """Readings in one pass from which an axis counts as scanned, and the share of them that may be where the last was."""
-SURELY = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +127,7 @@ def scatter_of_neighbours(away: Array, placement: NDArray[np.int64], face: NDArr
     order = np.lexsort((np.arange(len(face)), face, placement))
     same = (np.diff(face[order]) == 0) & (np.diff(placement[order]) == 0)
     steps = np.diff(away[order])[same] if same.sum() >= FEWEST_ROWS // 2 else np.diff(away)
-    median = float(np.median(np.abs(steps))) * SURELY / np.sqrt(2.0)
+    median = mad_sigma(steps) / np.sqrt(2.0)
     root = float(np.sqrt((steps**2).mean() / 2.0))
     least = ROUNDING * float(np.abs(away).max())
     found = (one for one in (median, root, float(np.std(away))) if one > least)

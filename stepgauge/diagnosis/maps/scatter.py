@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.maps.data import MapData
+from stepgauge.physics.robust import TO_SIGMA, mad_sigma
 
 Array = NDArray[np.float64]
 FEWEST_DOF = 6
 """Least degrees of freedom at which the scatter between repeats is used."""
 FAR = 6.0
 """Standard deviations from which a reading is left out of the scatter."""
-MAD = 1.4826
-"""Standard deviation over the median of absolute deviations, of a normal distribution."""
 ROUNDS, ROBUST = 20, 3
 
 
@@ -63,7 +62,7 @@ def _among_repeats(values: Array, group: NDArray[np.intp]) -> tuple[float, int]:
             return 0.0, 0
         deviation = np.where(keep, values - mean[group], 0.0)
         standard = np.abs(deviation) / np.sqrt(1.0 - 1.0 / np.maximum(count[group], 2.0))
-        scale = MAD * float(np.median(standard[keep])) or float(np.sqrt((deviation**2).sum() / dof))
+        scale = TO_SIGMA * float(np.median(standard[keep])) or float(np.sqrt((deviation**2).sum() / dof))
         worst = int(standard.argmax())
         if standard[worst] <= FAR * scale:
             break
@@ -74,7 +73,7 @@ def _among_repeats(values: Array, group: NDArray[np.intp]) -> tuple[float, int]:
 def _about_a_surface(data: MapData, residual: Array) -> float:
     """Robust scatter of residuals about a smooth function of the direction."""
     fitted, count = surface(data, residual)
-    scale = MAD * float(np.median(np.abs(residual - fitted)))
+    scale = mad_sigma(residual - fitted)
     return scale * float(np.sqrt(len(data) / max(len(data) - count, 1)))
 
 
@@ -90,6 +89,6 @@ def surface(data: MapData, values: Array) -> tuple[Array, int]:
     for _ in range(ROBUST):
         root = np.sqrt(weight)
         fitted = np.linalg.lstsq((columns * root).T, values * root, rcond=None)[0] @ columns
-        scale = MAD * float(np.median(np.abs(values - fitted)))
+        scale = mad_sigma(values - fitted)
         weight = 1.0 / (1.0 + ((values - fitted) / max(3.0 * scale, 1e-300)) ** 2)
     return fitted, len(columns)

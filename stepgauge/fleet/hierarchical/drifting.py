@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
+from stepgauge.files.dates import YEAR_DAYS
+
 Array = NDArray[np.float64]
-YEAR_DAYS = 365.25
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from stepgauge.effects import Effect, along_approach_um
 from stepgauge.effects.geometry import Squareness
 from stepgauge.effects.reversal import ReversalError
 from stepgauge.effects.scales import ScaleError
+from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.fleet.hierarchical.background import Background, Term
 from stepgauge.fleet.hierarchical.causes import Cause, Columns, VisitCandidates, courses, growth, of_owner
 from stepgauge.fleet.hierarchical.priors import FleetPriors
@@ -234,7 +235,7 @@ def _seasons(columns: Columns, fleet: Crossing, expands: Array, priors: FleetPri
     def phases(day: Array) -> list[tuple[str, float, Array, float]]:
         """Courses as :func:`courses` gives them: a sine of one year at each of ``PHASES`` phases."""
         turns = np.arange(PHASES) / (2.0 * PHASES)
-        angle = 2.0 * np.pi * (day / 365.25 - turns[:, None])
+        angle = 2.0 * np.pi * (day / YEAR_DAYS - turns[:, None])
         return [
             ("season", float(turn), np.sin(one), priors.time.season / PHASES)
             for turn, one in zip(turns, angle, strict=True)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.residuals import Residuals, unchecked_residuals
 from stepgauge.gauge.certified import MAX_DEVIATION_MM, Gauge
 from stepgauge.machine.file import Machine
+from stepgauge.physics.robust import mad_sigma
 from stepgauge.recording import Recording
 from stepgauge.recording.identity import check_gauge
 
@@ -110,7 +111,7 @@ class _Levels:
         self.freedoms = float((self.many - 1).sum())
         self.mean, self.rate = _medians(um, face, len(self.many)), 0.0
         off = np.abs(um - self.mean[face])[self.many[face] > 2]
-        self.sigma = max(float(np.median(off)) * 1.4826 * 1.2, stated_um / 10.0) if len(off) > 8 else stated_um
+        self.sigma = max(1.2 * mad_sigma(off), stated_um / 10.0) if len(off) > 8 else stated_um
         self.weight = np.ones(len(um))
 
     def sweep(self) -> None:

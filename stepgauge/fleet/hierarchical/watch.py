@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.stats import norm
 
+from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.fleet.hierarchical.answer import FleetInference, Number
 from stepgauge.fleet.hierarchical.drifting import DriftPrior, DriftState, beyond, due_day, follow
 from stepgauge.fleet.hierarchical.priors import fleet_priors
 from stepgauge.fleet.hierarchical.spread import believed
 from stepgauge.history.series import FALSE_WARNINGS
 from stepgauge.history.trend import findings
+from stepgauge.physics.robust import mad_sigma
 from stepgauge.standards.decision import Outcome, decide
 
 Array = NDArray[np.float64]
@@ -30,7 +32,7 @@ RATE, JUMP = 1.0, 5.0
 """Standard deviations of the rate in a year and of a known jump, over the level's."""
 SEEN = 0.5
 """Least share of a component that some visit must see, over the largest in the fleet, for it to be watched."""
-RISK, HORIZON_DAYS = 0.05, 5.0 * 365.25
+RISK, HORIZON_DAYS = 0.05, 5.0 * YEAR_DAYS
 FALSE_SHARE = 0.05
 """Of the owners that are said to have left their peers (Benjamini and Hochberg, J. R. Stat. Soc. B 57 (1995) 289)."""
 
@@ -258,7 +260,7 @@ def _beside_peers(one: Watched, group: Sequence[Watched]) -> Watched:
         return one
     level, u = (np.array([getattr(other, name)[-1] for other in others]) for name in ("level", "u"))
     middle = float(np.median(level))
-    robust = 1.4826 * float(np.median(np.abs(level - middle)))
+    robust = mad_sigma(level - middle)
     spread = float(np.hypot(robust, np.median(u) if robust == 0.0 else 0.0))
     z = abs(one.level[-1] - middle) / float(np.hypot(spread, one.u[-1]))
     return replace(one, peers=(middle, spread), by_chance=float(2.0 * norm.sf(z)))

@@ -125,10 +125,12 @@ def _rows(gauge: Gauge) -> list[dict[str, Any]]:
     """Faces with their deviation from nominal, and which of them stand out from their neighbours."""
     import numpy as np
 
+    from stepgauge.physics.robust import mad_sigma
+
     off_um = 1e3 * (gauge.position_mm - gauge.nominal_mm)
     between = np.zeros_like(off_um)
     between[1:-1] = off_um[1:-1] - (off_um[:-2] + off_um[2:]) / 2.0
-    limit = max(STANDS_OUT * 1.4826 * float(np.median(np.abs(between))), LEAST_SHOWN_UM)
+    limit = max(STANDS_OUT * mad_sigma(between), LEAST_SHOWN_UM)
     worst = np.abs(between)
     return [
         {
