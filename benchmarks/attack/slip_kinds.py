@@ -180,17 +180,22 @@ def dropped(world: Any, pick: random.Random) -> str:
     return f"rows {row} to {row + 2} lost"
 
 
+def _element(xml: str, tag: str, within: str) -> tuple[int, int]:
+    """Where the text of the first element of a name stands, behind the words by which it is found."""
+    found = re.compile(rf"<{tag}>([^<]*)</{tag}>").search(xml, xml.index(within) if within else 0)
+    assert found is not None
+    return found.span(1)
+
+
 def number_of(tag: str, change: Callable[[float, random.Random], float], within: str = "") -> Slip:
     """One number of an element of an XML certificate; ``within``: text before it, by which it is found."""
 
     def slip(world: Any, pick: random.Random) -> str:
-        start = world.xml.index(within) if within else 0
-        found = list(re.finditer(rf"<{tag}>([^<]*)</{tag}>", world.xml[start:]))[0]
-        numbers = found[1].split()
+        first, last = _element(world.xml, tag, within)
+        numbers = world.xml[first:last].split()
         place = pick.randrange(min(1, len(numbers) - 1), len(numbers))
         old = float(numbers[place])
         numbers[place] = f"{change(old, pick):.9g}"
-        first, last = start + found.start(1), start + found.end(1)
         world.xml = world.xml[:first] + " ".join(numbers) + world.xml[last:]
         return f"{tag} {place}: {old:g} -> {numbers[place]}"
 
@@ -201,10 +206,9 @@ def all_of(tag: str, change: Callable[[float], float], within: str = "") -> Slip
     """All numbers of an element."""
 
     def slip(world: Any, pick: random.Random) -> str:
-        start = world.xml.index(within) if within else 0
-        found = list(re.finditer(rf"<{tag}>([^<]*)</{tag}>", world.xml[start:]))[0]
-        text = " ".join(f"{change(float(one)):.9g}" for one in found[1].split())
-        world.xml = world.xml[: start + found.start(1)] + text + world.xml[start + found.end(1) :]
+        first, last = _element(world.xml, tag, within)
+        text = " ".join(f"{change(float(one)):.9g}" for one in world.xml[first:last].split())
+        world.xml = world.xml[:first] + text + world.xml[last:]
         return f"{tag}, all"
 
     return slip
@@ -224,17 +228,16 @@ def words(old: str, new: str) -> Slip:
 
 def exchanged_positions(world: Any, pick: random.Random) -> str:
     """Two neighbouring positions, exchanged."""
-    start = world.xml.index(_MEASURED)
-    found = list(re.finditer(r"<si:valueXMLList>([^<]*)<", world.xml[start:]))[0]
-    numbers = found[1].split()
+    first, last = _element(world.xml, _LIST, _MEASURED)
+    numbers = world.xml[first:last].split()
     place = pick.randrange(1, len(numbers) - 1)
     numbers[place], numbers[place + 1] = numbers[place + 1], numbers[place]
-    world.xml = world.xml[: start + found.start(1)] + " ".join(numbers) + world.xml[start + found.end(1) :]
+    world.xml = world.xml[:first] + " ".join(numbers) + world.xml[last:]
     return f"positions {place} and {place + 1}"
 
 
 _MEASURED = "basic_measuredValue"
-_LIST, _U = "si:valueXMLList", "si:uncertaintyXMLList"
+_EXPANSION, _LIST, _U = "stepgauge_expansion", "si:valueXMLList", "si:uncertaintyXMLList"
 CERTIFICATE: Kinds = {
     "a digit of a position": number_of(_LIST, digits(0.02, 0.15), _MEASURED),
     "a large digit of a position": number_of(_LIST, digits(0.5, 90.0), _MEASURED),
@@ -248,9 +251,7 @@ CERTIFICATE: Kinds = {
     "coverage factor": all_of("si:coverageFactorXMLList", lambda _: 20.0),
     "end before the beginning": words("2026-03-02</dcc:endPerf", "2025-03-02</dcc:endPerf"),
     "another century": words("2026-03-02</dcc:endPerf", "2126-03-02</dcc:endPerf"),
-    "expansion": number_of(
-        "si:value", lambda old, pick: old * pick.choice((0.1, 10.0, 2.0, 0.0)), "stepgauge_expansion"
-    ),
+    "expansion": number_of("si:value", lambda old, pick: old * pick.choice((0.1, 10.0, 2.0, 0.0)), _EXPANSION),
     "reference temperature": number_of("si:value", lambda *_: 2.0, "stepgauge_referenceTemperature"),
     "width of a block": number_of("si:value", lambda *_: 0.02, "stepgauge_blockWidth"),
 }

@@ -1,8 +1,8 @@
 """Slips of a hand in what goes into fourteen verbs: refused, said, within U, or accepted silently.
 
-``python -m benchmarks.attack.slips [COUNT] [SEED] [VERB]`` puts COUNT slips (100) into each verb. Every measurement is made
-twice: of a machine that keeps its limit and of one that does not, so that a slip can turn a decision either way. Judged
-are slips that the data at hand can show; ``docs/readings.md`` lists those that no data can show.
+``python -m benchmarks.attack.slips [COUNT] [SEED] [VERB]`` puts COUNT slips (100) into each verb. Every measurement is
+made twice: of a machine that keeps its limit and of one that does not, so that a slip can turn a decision either way.
+Judged are slips that the data at hand can show; ``docs/readings.md`` lists those that no data can show.
 """
 
 from __future__ import annotations

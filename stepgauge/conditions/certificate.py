@@ -6,6 +6,7 @@ import datetime
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from stepgauge.conditions.condition import Condition
 from stepgauge.conditions.outliers import odd_faces
@@ -20,8 +21,8 @@ OLD_YEARS, FORGOTTEN_YEARS = 3.0, 10.0
 ten years nobody knows what the gauge is today."""
 ODD_LEAST_UM = 10.0
 """A certified position is remarked beyond so much: gauges deviate from nominal as they were made, and slips more."""
-ODD_SHARE = 5.0
-"""An uncertainty is unlike the others beyond so many times the usual one: it grows along a gauge, but not so."""
+ODD_SHARE, ODD_REACH = 3.0, 3
+"""An uncertainty is unlike the others beyond so many times that of as many faces to either side."""
 BEST_UM, WORST_UM = 0.02, 20.0
 """Expanded uncertainties of positions that laboratories state, short to long and good to simple gauges, widened."""
 EXPANSION_PER_K = {
@@ -82,7 +83,8 @@ def _uncertainties(gauge: Gauge) -> Iterator[Condition]:
     if not stated.size:
         return
     usual = float(np.median(stated))
-    rows = np.flatnonzero((expanded > ODD_SHARE * usual) | ((expanded == 0.0) & (np.arange(len(expanded)) > 0)))
+    near = median_filter(np.where(expanded > 0.0, expanded, usual), 2 * ODD_REACH + 1, mode="mirror")
+    rows = np.flatnonzero((expanded > ODD_SHARE * near) | ((expanded == 0.0) & (np.arange(len(expanded)) > 0)))
     if rows.size:
         shown = ", ".join(f"face {row + 1} ({rounded(float(expanded[row]), 3)} um)" for row in rows[:5])
         words = f"certified uncertainties unlike the others (U = {rounded(usual, 2)} um): {shown}: a slip in the table?"

@@ -10,11 +10,12 @@ import pandas as pd
 import pytest
 
 from stepgauge.conditions import Conditions, State
+from stepgauge.conditions.certificate import table_conditions
 from stepgauge.conditions.drift import drift_rate
 from stepgauge.conditions.resolution import step_of
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import PlacementResult, evaluate
-from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.importing.faces import cycles_of
 from stepgauge.planning.plan import PlanOptions, faces_in_order
 from stepgauge.recording import Recording
@@ -232,3 +233,32 @@ def test_the_first_face_touched_again_belongs_to_its_cycle_and_shows_the_drift()
     twice = frame.drop(index=frame.index[-1]).iloc[[*range(5), *range(4, len(frame) - 1)]].reset_index(drop=True)
     with pytest.raises(InputError, match="probed twice"):
         face_table(Recording(twice.assign(x_mm=twice["x_mm"] + 1e-6 * np.arange(len(twice))), {}, "t.csv"), GAUGE, 1)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"position_mm": (6, 0.049)}, "unlike those of the neighbours: face 7"),
+        ({"position_mm": (6, -0.021)}, "unlike those of the neighbours: face 7"),
+        ({"u_um": (4, 1.0)}, "uncertainties unlike the others"),
+        ({"u_um": (-1, 10.0)}, "uncertainties unlike the others"),
+    ],
+)
+def test_a_slip_in_the_certificates_table_is_named_without_any_reading(
+    changed: dict[str, tuple[int, float]], words: str
+) -> None:
+    gauge = read_gauge("step-gauge-420")
+    assert not list(table_conditions(gauge))
+    for name, (face, by) in changed.items():
+        column = getattr(gauge, name).copy()
+        column[face] += by
+        gauge = replace(gauge, **{name: column})
+    (found,) = table_conditions(gauge)
+    assert words in found.sentence
+    assert found.state == "contribution"
+
+
+def test_shipped_gauges_and_uncertainties_that_grow_are_as_they_have_to_be() -> None:
+    for name in ("step-gauge-420", "step-gauge-1020"):
+        gauge = read_gauge(name)
+        assert not list(table_conditions(replace(gauge, u_um=0.05 + gauge.position_mm * 1e-3)))
