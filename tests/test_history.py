@@ -26,7 +26,7 @@ from stepgauge.history.chart import FEWEST_FOR_CONTROL
 from stepgauge.history.entries import read_entries
 from stepgauge.history.scores import scores
 from stepgauge.history.series import FALSE_WARNINGS, false_warning_words
-from stepgauge.history.trend import findings, fit_trend
+from stepgauge.history.trend import findings, fit_line, fit_trend
 from tests.build import make_gauge
 from tests.test_compensation import measured
 
@@ -424,3 +424,25 @@ def test_a_gauge_across_is_a_direction_of_its_own(tmp_path: Path) -> None:
     write_json(tmp_path / "evaluation.json", data | {"measured_at": "2024-01-01"})
     (one,) = read_entries(tmp_path / "evaluation.json", tmp_path, "")
     assert one.direction == "(0.71 0.71 0.00)"
+
+
+def test_a_drift_of_three_u_over_six_visits_is_found_as_often_as_a_test_can() -> None:
+    """Far from always: with known scatter and one test alone, one-sided at 5 %, it were 81 %."""
+    random = np.random.default_rng(23)
+    found = [
+        any(one.quantity == "scale_ppm" for one in judge(make_series(noise(random, 6, step_u=0.6)), {}))
+        for _ in range(100)
+    ]
+    assert 0.15 <= np.mean(found) <= 0.5
+
+
+def test_weights_share_the_false_warnings_and_only_growth_of_a_range_counts() -> None:
+    assert findings([0.02, 0.02], 0.05, [0.5, 0.5]) == [True, True]
+    assert findings([0.03, 0.02], 0.05, [0.9, 0.1]) == [True, True]
+    assert findings([0.02, 0.03], 0.05, [0.1, 0.9]) == [True, True]
+    assert findings([0.04, 0.02], 0.05, [0.7, 0.3]) == [False, False]
+    years = np.arange(6.0)
+    line = fit_line(years, -years + 0.01 * np.array([1, -1, 1, 1, -1, -1]), np.full(6, np.nan))
+    assert line is not None
+    assert line.by_chance(growth=True) > 0.9
+    assert line.by_chance() < 1e-6
