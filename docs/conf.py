@@ -57,7 +57,22 @@ def _outside(app: Sphinx, name: str, source: list[str]) -> None:
     source[0] = re.sub(r"\[([^\]]+)\]\(\.\./((?:examples|benchmarks)/[^)]+|README\.md[^)]*)\)", r"\1 (`\2`)", source[0])
 
 
+def _drawings(app: Sphinx, what: str, name: str, one: object, options: object, lines: list[str]) -> None:
+    """Paragraphs that are indented, before the first heading of a docstring, are drawings and tables: as they are."""
+    end = next((i for i, line in enumerate(lines) if line.startswith("---")), len(lines))
+    for i in range(end - 1, 0, -1):
+        if lines[i].startswith("    ") and not lines[i - 1].strip() and not _is_indented_before(lines, i):
+            lines[i:i] = ["::", ""]
+
+
+def _is_indented_before(lines: list[str], i: int) -> bool:
+    """Whether the last line with text above ``i`` is a part of the same drawing."""
+    above = [line for line in lines[:i] if line.strip()]
+    return bool(above) and above[-1].startswith("    ")
+
+
 def setup(app: Sphinx) -> None:
     """Write the pages that follow from the code before Sphinx looks for pages."""
     app.connect("source-read", _outside)
+    app.connect("autodoc-process-docstring", _drawings, priority=100)  # before napoleon
     app.connect("config-inited", lambda app, _: _write_reference(app))

@@ -88,6 +88,8 @@ def test_a_page_runs_in_the_project_of_the_tutorial(
     """Each page in a copy of its own, in its order."""
     place = tmp_path_factory.mktemp("page") / "my-machine"
     shutil.copytree(tutorial, place)
+    shutil.copytree(ROOT / "docs/recipes/data", place / "data")
+    matplotlib.use("Agg")
     monkeypatch.chdir(place)
     for name in ("STEPGAUGE_GAUGE", "STEPGAUGE_MACHINE"):
         monkeypatch.setenv(name, "")
@@ -106,9 +108,17 @@ SHOWN = {
         "results/after/evaluation.json": r'"band_um": 0\.\d',
     },
     "small-machines.md": {
-        "router/x-settings.txt": r"FACTOR \$100 1\.0008(.|\n)*\$160=0\.0[56]",
-        "router/skew.gcode": r"M852 I-0\.000[23]",
+        "x-settings.txt": r"FACTOR \$100 1\.00080\d(.|\n)*\$160=0\.06",
+        "skew.gcode": r"M852 I-0\.000[23]",
+        "why/diagnosis.md": r"reversal error x \| [56]\d\.\d um(.|\n)*scale error x \| (79|80)\d um/m(.|\n)*squareness xy \| (29|30)\d urad",
     },
+    "laser.md": {
+        "laser/diagnosis.md": r"reversal error \| 3\.0(.|\n)*scale error \| 12\.(.|\n)*period (5\.000|4\.999)",
+        "laser-iso230/iso230.json": "do not conform",
+    },
+    "telescope.md": {"telescope/diagnosis.md": r"period 2\.[45]"},
+    "printer.md": {"printer/diagnosis.md": r"reversal error \| 10\d(.|\n)*scale error \| [56]\d\d\d um/m"},
+    "cmm-programs.md": {"results/cmm/evaluation.json": '"xm_um"'},
     "certificate.md": {"results/budget/budget.json": r'"not_included": \[\]'},
     "follow.md": {"results/history/history.csv": "2026-09-02"},
 }
