@@ -110,7 +110,8 @@ SHOWN = {
     "small-machines.md": {
         "x-settings.txt": r"FACTOR \$100 1\.00080\d(.|\n)*\$160=0\.06",
         "skew.gcode": r"M852 I-0\.000[23]",
-        "why/diagnosis.md": r"reversal error x \| [56]\d\.\d um(.|\n)*scale error x \| (79|80)\d um/m(.|\n)*squareness xy \| (29|30)\d urad",
+        "why/diagnosis.md": r"reversal error x \| [56]\d\.\d um(.|\n)*scale error x \| (79|80)\d um/m(.|\n)*"
+        r"squareness xy \| (29|30)\d urad",
     },
     "laser.md": {
         "laser/diagnosis.md": r"reversal error \| 3\.0(.|\n)*scale error \| 12\.(.|\n)*period (5\.000|4\.999)",

@@ -1,4 +1,4 @@
-"""The data of the recipes, by formulas with known errors: ``python make.py`` writes them anew, the same digits each time."""
+"""The data of the recipes, by formulas with known errors: ``python make.py`` writes the same digits each time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ HERE = Path(__file__).parent
 
 
 def laser() -> pd.DataFrame:
-    """A stage of 300 mm: 12 um/m of scale, 1.5 um once per revolution of a screw of 5 mm, 3 um of backlash, 0.15 um of noise."""
+    """A stage of 300 mm: 12 um/m of scale, 1.5 um per turn of a screw of 5 mm, 3 um of backlash, 0.15 um of noise."""
     rng = np.random.default_rng(11)
     steps = 15.0 + rng.uniform(-4.5, 4.5, 20)
     target = np.r_[0.0, np.cumsum(steps) * 300.0 / steps.sum()].round(2)
