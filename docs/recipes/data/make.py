@@ -26,7 +26,7 @@ def laser() -> pd.DataFrame:
 
 
 def telescope() -> pd.DataFrame:
-    """A mount that follows a star for five turns of its worm (2.5 deg each): 12 arcsec once, 3 arcsec twice per turn."""
+    """A mount that follows a star, five turns of its worm (2.5 deg each): 12 arcsec once, 3 arcsec twice per turn."""
     rng = np.random.default_rng(12)
     angle = np.arange(0.0, 12.5, 0.0836)
     turn = 2.0 * np.pi * angle / 2.5
