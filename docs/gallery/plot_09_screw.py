@@ -2,7 +2,8 @@
 The pitch error of a screw
 ==========================
 
-An axis read by a laser at uneven targets: backlash, a scale error and a periodic error of the screw, each with its size.
+An axis read by a laser at uneven targets: backlash, a scale error and a periodic error of the screw, each with its
+size.
 """
 
 import matplotlib.pyplot as plt
