@@ -1,4 +1,4 @@
-"""Cost of ``stepgauge uncertainty``: ``python benchmarks/montecarlo.py``.
+"""Cost of ``stepgauge budget --method monte-carlo``: ``python benchmarks/montecarlo.py``.
 
 10 000 runs of the 420 mm gauge in 5 cycles (2.1 million probings) and the contributions of all inputs, on two
 processes, as a user calls it: from reading the files to the written report, less the start of the Python interpreter.
@@ -62,7 +62,17 @@ def write_files(folder: Path) -> None:
 
 def command_s(folder: Path) -> float:
     """The whole command on two processes."""
-    command = [sys.executable, "-m", "stepgauge", "uncertainty", "gauge.ngc", "-m", "machine.toml"]
+    command = [
+        sys.executable,
+        "-m",
+        "stepgauge",
+        "budget",
+        "gauge.ngc",
+        "--method",
+        "monte-carlo",
+        "-m",
+        "machine.toml",
+    ]
     command += ["-g", "step-gauge-420", "-p", "placement.toml", "--runs", str(RUNS), "--jobs", "2", "-o", "out"]
     return best_s(lambda: subprocess.run(command, cwd=folder, check=True, capture_output=True), 3)
 

@@ -32,53 +32,61 @@ if TYPE_CHECKING:
     from stepgauge.planning.planned import Plan as Plan
     from stepgauge.probes.directions_map import DirectionMap as DirectionMap
     from stepgauge.probes.directions_map import read_probe_map as read_probe_map
-    from stepgauge.public.budget import budget as budget
     from stepgauge.public.diagnose import diagnose as diagnose
     from stepgauge.public.diagnose import diagnose_probe_map as diagnose_probe_map
-    from stepgauge.public.fleet import add_to_fleet as add_to_fleet
-    from stepgauge.public.fleet import budget_fleet as budget_fleet
-    from stepgauge.public.fleet import diagnose_fleet as diagnose_fleet
-    from stepgauge.public.fleet import evaluate_fleet as evaluate_fleet
-    from stepgauge.public.fleet import export_fleet as export_fleet
-    from stepgauge.public.fleet import infer_fleet as infer_fleet
-    from stepgauge.public.fleet import query_fleet as query_fleet
-    from stepgauge.public.fleet import watch_fleet as watch_fleet
     from stepgauge.public.import_recording import import_recording as import_recording
     from stepgauge.public.investigate import investigate as investigate
-    from stepgauge.public.measure import measure as measure
-    from stepgauge.public.plan import plan as plan
     from stepgauge.public.probe_map import probe_map as probe_map
     from stepgauge.public.read import read_evaluation as read_evaluation
     from stepgauge.public.read import read_placement as read_placement
     from stepgauge.public.report import report as report
-    from stepgauge.public.simulate import simulate as simulate
     from stepgauge.recording import Recording as Recording
     from stepgauge.recording import read_recording as read_recording
     from stepgauge.standards.budget_files import StoredBudget as StoredBudget
     from stepgauge.standards.budget_files import read_budget as read_budget
+    from stepgauge.verbs.budget import budget as budget
+    from stepgauge.verbs.compensate import compensate as compensate
     from stepgauge.verbs.evaluate import evaluate as evaluate
+    from stepgauge.verbs.export import export_recording as export_recording
+    from stepgauge.verbs.fleet import add_to_fleet as add_to_fleet
+    from stepgauge.verbs.fleet import budget_fleet as budget_fleet
+    from stepgauge.verbs.fleet import compact_fleet as compact_fleet
+    from stepgauge.verbs.fleet import diagnose_fleet as diagnose_fleet
+    from stepgauge.verbs.fleet import evaluate_fleet as evaluate_fleet
+    from stepgauge.verbs.fleet import export_fleet as export_fleet
+    from stepgauge.verbs.fleet import fleet_cluster as fleet_cluster
+    from stepgauge.verbs.fleet import infer_fleet as infer_fleet
+    from stepgauge.verbs.fleet import query_fleet as query_fleet
+    from stepgauge.verbs.fleet import watch_fleet as watch_fleet
     from stepgauge.verbs.locate import locate as locate
+    from stepgauge.verbs.measure import measure as measure
+    from stepgauge.verbs.plan import plan as plan
+    from stepgauge.verbs.simulate import simulate as simulate
 
 __version__ = "0.1.0"
 
 _PLACES = {
-    "add_to_fleet": "public.fleet",
-    "budget": "public.budget",
-    "budget_fleet": "public.fleet",
+    "add_to_fleet": "verbs.fleet",
+    "budget": "verbs.budget",
+    "budget_fleet": "verbs.fleet",
     "diagnose": "public.diagnose",
-    "diagnose_fleet": "public.fleet",
+    "diagnose_fleet": "verbs.fleet",
     "diagnose_probe_map": "public.diagnose",
+    "compensate": "verbs.compensate",
+    "export_recording": "verbs.export",
+    "compact_fleet": "verbs.fleet",
+    "fleet_cluster": "verbs.fleet",
     "evaluate": "verbs.evaluate",
-    "evaluate_fleet": "public.fleet",
-    "export_fleet": "public.fleet",
+    "evaluate_fleet": "verbs.fleet",
+    "export_fleet": "verbs.fleet",
     "import_recording": "public.import_recording",
-    "infer_fleet": "public.fleet",
+    "infer_fleet": "verbs.fleet",
     "investigate": "public.investigate",
     "locate": "verbs.locate",
-    "measure": "public.measure",
-    "plan": "public.plan",
+    "measure": "verbs.measure",
+    "plan": "verbs.plan",
     "probe_map": "public.probe_map",
-    "query_fleet": "public.fleet",
+    "query_fleet": "verbs.fleet",
     "read_axis_recording": "axis.recording",
     "read_budget": "standards.budget_files",
     "read_diagnosis": "diagnosis.output.stored",
@@ -89,8 +97,8 @@ _PLACES = {
     "read_probe_map": "probes.directions_map",
     "read_recording": "recording",
     "report": "public.report",
-    "simulate": "public.simulate",
-    "watch_fleet": "public.fleet",
+    "simulate": "verbs.simulate",
+    "watch_fleet": "verbs.fleet",
     "AxisDiagnosis": "diagnosis.axis.diagnosis",
     "AxisRecording": "axis.recording",
     "Diagnosis": "diagnosis.result",

@@ -155,7 +155,7 @@ def test_a_simulation_has_date_and_time_and_equal_seeds_are_known_again(
         ("b", 3, "2026-11-27T11:30:00+00:00"),
         ("c", 4, "2026-11-27T11:30:00+00:00"),
     ):
-        monkeypatch.setattr("stepgauge.public.simulate.moment_now", lambda when=when: when)
+        monkeypatch.setattr("stepgauge.files.dates.moment_now", lambda when=when: when)
         path = tmp_path / f"{name}.csv"
         sg.simulate(program, machine, gauge, lies, seed=seed).write(path)
         recordings.append(read_recording(path))

@@ -83,8 +83,7 @@ def weigh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     monkeypatch.setitem(sys.modules, "stepgauge.verbs.weigh", module)
     exec(compile(MADE, "weigh.py", "exec", dont_inherit=True), module.__dict__)
     monkeypatch.setitem(catalogue.PLACES, "weigh", "weigh.weigh")  # type: ignore[arg-type]
-    monkeypatch.setitem(cli.verbs, "weigh", ("", ""))  # type: ignore[attr-defined]
-    monkeypatch.setitem(TABLES, "weigh", ("", ""))
+    monkeypatch.setattr("stepgauge.cli.VERBS", [*TABLES, "weigh"])
     monkeypatch.chdir(tmp_path)
     (tmp_path / "table.csv").write_text("a\n")
     return module

@@ -185,7 +185,7 @@ def verbs() -> list[Target]:
         ("export", "recording.csv", ("{}", "--to", "dmis", "-o", "out/r.dmo")),
         ("evaluate", "recording.csv", ("{}", *g, "-o", "out/e")),
         ("budget", "recording.csv", ("{}", *g, *m, "--runs", 0, "-o", "out/b")),
-        ("uncertainty", "recording.csv", ("{}", *g, *m, "--runs", 200, "-o", "out/u")),
+        ("budget", "recording.csv", ("{}", *g, *m, "--method", "monte-carlo", "--runs", 200, "-o", "out/u")),
         ("iso230", "recording.csv", ("{}", *g, "-o", "out/i")),
         ("iso10360", "recording.csv", ("{}", *g, "--mpe", "1.8 + L/350", "-o", "out/l")),
         ("compensate", "result/evaluation.json", ("{}", "--axis", "y", "--to", "csv", *loose, "-o", "out/c")),

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import openpyxl
 
-from stepgauge.exporting import Export, ExportOptions, export_recording, write_export
+from stepgauge.exporting import Export, ExportOptions, export_recording
 from stepgauge.files.text import write_text
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import read_placement
@@ -77,7 +77,7 @@ def bare(export: Export) -> bytes:
 def main() -> None:
     """Write all files beside this one."""
     recording = measure()
-    write_export(HERE / "dmis.dmo", export_recording(recording, "dmis", ExportOptions(surface=True)))
+    export_recording(recording, "dmis", ExportOptions(surface=True)).write(HERE / "dmis.dmo")
     for name, form, log_form in (
         ("ippdme.log", "ippdme", "log"),
         ("linuxcnc-log.txt", "linuxcnc", "log"),

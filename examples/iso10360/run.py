@@ -25,7 +25,7 @@ TEST = (
 def main(folder: Path) -> None:
     """Plan, seven runs, test."""
     plan = folder / "plan"
-    show_and_run("plan", "--iso10360", "-g", GAUGE, "-m", HERE / "machine.toml", "-d", "dmis", "-o", plan)
+    show_and_run("test", "plan", "-g", GAUGE, "-m", HERE / "machine.toml", "-d", "dmis", "-o", plan)
     recordings = []
     for number in (one["position"] for one in json.loads((plan / "plan.json").read_text())["positions"]):
         name, recording = plan / f"position-{number}", folder / f"position-{number}.csv"

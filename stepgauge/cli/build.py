@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from stepgauge.verbs.define import Parameter, Verb
+from stepgauge.verbs.define import REQUIRED, Parameter, Verb
 from stepgauge.verbs.kinds import Flag, Reads, Writes
 
 TOLD = {"output": "o", "dialect": "d", "jobs": "j", "coverage_factor": "k"}
@@ -40,6 +40,8 @@ class VerbCommand(click.Command):
 def make_command(name: str, verb: Verb) -> click.Command:
     """The command that runs a verb."""
     params = [_click(one, verb) for one in verb.parameters if one.at_command]
+    if any(one.name == "machine" for one in verb.parameters):
+        params.append(effects_option())
 
     def callback(**values: Any) -> None:
         """The verb, with what it writes."""
@@ -53,10 +55,27 @@ def make_command(name: str, verb: Verb) -> click.Command:
     return command
 
 
+def effects_option() -> click.Option:
+    """``--effects`` of all verbs that read a machine file, whose effects may be one's own."""
+
+    def load(_: click.Context, __: click.Parameter, files: tuple[str, ...]) -> None:
+        """Load each file before anything reads a machine."""
+        if files:
+            from stepgauge.effects import load_effects
+
+            for file in files:
+                load_effects(file)
+
+    text = "File (.py) of effects of your own, as docs/adding-an-effect.md describes it."
+    told = {"multiple": True, "metavar": "FILE", "expose_value": False, "is_eager": True}
+    return click.Option(["--effects"], callback=load, help=f"{text}  [repeatable]", **told)
+
+
 def _click(one: Parameter, verb: Verb) -> click.Parameter:
     if one.argument:
         many = one.repeated
         shown = f"{one.key.upper()}..." if many else one.key.upper()
+        shown = shown if one.required else f"[{shown}]"
         nargs = -1 if many else 1
         return click.Argument([one.name], type=KindType(one), nargs=nargs, required=one.required, metavar=shown)
     option = VerbOption([one.name, *_names(one)], **_settings(one), help=_help(one, verb), required=one.required)
@@ -75,7 +94,8 @@ def _settings(one: Parameter) -> dict[str, Any]:
     settings = {"type": KindType(one), "metavar": one.one.metavar, "multiple": one.repeated}
     if isinstance(one.one, Reads) and one.one.variable:
         settings["envvar"] = one.one.variable
-    return settings if one.required else {**settings, "default": one.default}
+    default = getattr(one.kind, "at_command", one.default)
+    return settings if one.required else {**settings, "default": None if default is REQUIRED else default}
 
 
 def _help(one: Parameter, verb: Verb) -> str:

@@ -121,7 +121,7 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str |
     conform, or is not decidable. Rules of the standard that are not met make the test incomplete; each is named, and so
     is what is left out.
 
-    'stepgauge plan --iso10360' makes the seven placements and their programs.
+    'stepgauge test plan' makes the seven placements and their programs.
 
     \b
     stepgauge iso10360 position-*.csv -g step-gauge-1020 -m bridge-cmm --mpe "1.8 + L/350" \\

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -10,27 +10,54 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from stepgauge.cli.say import say_lines, say_written, show
-from stepgauge.verbs.define import Verb, reads, writes
-from stepgauge.verbs.kinds import Reads, Supplied, Writes
+from stepgauge.cli.interrupt import stoppable
+from stepgauge.cli.say import say, say_lines, say_written, show
+from stepgauge.cli.supplied import supply
+from stepgauge.verbs.define import Verb, Written, reads, writes
+from stepgauge.verbs.kinds import Pair, Reads, Supplied, Writes
+
+SHOWN = 10
+"""Recordings without a result that are told."""
 
 
 def run_verb(verb: Verb, values: dict[str, Any]) -> None:
     """Check, work, write, say."""
     _leave(verb, values)
     check_files(verb, values)
-    writing = {one.name: values.pop(one.name) for one in verb.parameters if one.writes}
+    given = _given(verb, values)
     with ExitStack() as stack:
         _bound(verb, values, stack)
-        result = verb.function(**_given(verb, values, stack))
-    written = [] if verb.writer is None else list(verb.writer(result, **writing) or ())
+        more = _supplied(verb, values, stack)
+        if "stop" in more:
+            stack.enter_context(stoppable())
+        result = verb.function(**given, **more)
+    writing = {one.name: values[one.name] for one in verb.parameters if one.writes}
+    written = Written() if verb.writer is None else verb.writer(result, **_collected(verb, writing))
     if result is not None:
-        (show if verb.shows else say_lines)(result.summary())
-    if written:
+        text = verb.says(result) if verb.says else result.summary()
+        if text:
+            (show if verb.shows else say_lines)(text)
+    for note in getattr(written, "notes", ()):
+        say(note)
+    if any(path is not None for path in written):
         say_written(*written)
     stop = getattr(result, "stop", None)
     if isinstance(stop, Exception):
         raise stop
+    if verb.partly:
+        _say_left_out(str(values.get("store") or values.get("output")), result.left_out)
+
+
+def _say_left_out(where: str, errors: Sequence[str]) -> None:
+    """Why some have no result, a line each; :class:`PartlyDoneError` where there are any."""
+    from stepgauge.errors import PartlyDoneError
+
+    for error in errors[:SHOWN]:
+        say(error)
+    if len(errors) > SHOWN:
+        say(f"and {len(errors) - SHOWN} more: the column 'error' has them all")
+    if errors:
+        raise PartlyDoneError(where, f"{len(errors)} recordings could not be used")
 
 
 def _leave(verb: Verb, values: dict[str, Any]) -> None:
@@ -77,19 +104,32 @@ def _bound(verb: Verb, values: dict[str, Any], stack: ExitStack) -> None:
             stack.enter_context(within(file_budget(path), path))
 
 
-def _given(verb: Verb, values: dict[str, Any], stack: ExitStack) -> dict[str, Any]:
-    """The arguments of the function: lists of what is repeated, and what only the command line supplies."""
+def _given(verb: Verb, values: dict[str, Any]) -> dict[str, Any]:
+    """The arguments of the function; what was borrowed only where it was given."""
+    source = click.get_current_context().get_parameter_source
     given = {}
     for one in verb.parameters:
-        if isinstance(one.kind, Supplied):
-            given[one.name] = stack.enter_context(_maker(one.kind.made)()) if one.kind.made else one.kind.at_command
-        elif one.name in values:
-            value = values[one.name]
-            given[one.name] = list(value) if isinstance(value, tuple) and one.repeated else value
-    return given
+        if not one.writes and one.name in values and not (one.borrowed and source(one.name) == ParameterSource.DEFAULT):
+            given[one.name] = values[one.name]
+    return _collected(verb, given)
 
 
-def _maker(name: Any) -> Callable[[], Any]:
-    """What supplies a parameter, a context manager of :mod:`stepgauge.cli`."""
-    made: Callable[[], Any] = name
+def _collected(verb: Verb, values: dict[str, Any]) -> dict[str, Any]:
+    """Values of what is repeated as lists, pairs as mappings."""
+    found = dict(values)
+    for one in verb.parameters:
+        if one.name in values and one.repeated:
+            pairs = isinstance(one.one, Pair) and not one.one.whole
+            found[one.name] = dict(values[one.name]) if pairs else list(values[one.name])
+    return found
+
+
+def _supplied(verb: Verb, values: dict[str, Any], stack: ExitStack) -> dict[str, Any]:
+    """What only a program can give; a wish to stop before what asks for it."""
+    wanted = [one for one in verb.parameters if isinstance(one.kind, Supplied)]
+    made: dict[str, Any] = {}
+    for one in sorted(wanted, key=lambda one: one.name != "stop"):
+        assert isinstance(one.kind, Supplied)
+        kind = one.kind
+        made[one.name] = supply(kind.made, values, made, stack) if kind.made else kind.at_command
     return made

@@ -14,7 +14,7 @@ from stepgauge.demonstration.seal import close_seal
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
-from stepgauge.public.simulate import simulate
+from stepgauge.verbs.simulate import simulate
 
 SEALED = "sealed.txt"
 GAUGE_TEMPERATURE_C = 20.4

@@ -7,18 +7,16 @@ A form is one module here with a function ``render(recording, options) -> Export
 from __future__ import annotations
 
 from importlib import import_module
-from pathlib import Path
 
 from stepgauge.errors import InputError, naming
 from stepgauge.exporting.options import Export, ExportOptions, prepared
-from stepgauge.files.text import replacing
 from stepgauge.recording import Recording
 
 FORMS = {"dmis": ".dmo", "ippdme": ".log", "linuxcnc": ".txt", "csv": ".csv", "xlsx": ".xlsx"}
 """Names of the forms and the usual endings of their files."""
 _MODULES = {"csv": "table", "xlsx": "table"}
 
-__all__ = ["FORMS", "Export", "ExportOptions", "export_recording", "write_export"]
+__all__ = ["FORMS", "Export", "ExportOptions", "export_recording"]
 
 
 def export_recording(recording: Recording, form: str, options: ExportOptions | None = None) -> Export:
@@ -42,9 +40,3 @@ def export_recording(recording: Recording, form: str, options: ExportOptions | N
     export = module.render(prepared(recording, options), options, form)
     assert isinstance(export, Export)
     return export
-
-
-def write_export(path: str | Path, export: Export) -> None:
-    """Write what :func:`export_recording` made."""
-    with replacing(path) as beside:
-        beside.write_bytes(export.content)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from stepgauge.errors import InputError, naming
 from stepgauge.files.numerals import number
+from stepgauge.files.text import replacing
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, Recording
 
 DECIMALS = {"mm": 7, "um": 4, "m": 10, "inch": 9}
@@ -38,6 +40,22 @@ class Export:
 
     content: bytes
     report: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return f"Export of {len(self.content)} bytes\n{self.summary()}"
+
+    def summary(self) -> str:
+        """What was left out, and what was taken for what."""
+        return "\n".join(self.report)
+
+    def write(self, path: str | Path) -> None:
+        """Write the file; a workbook is one by its name, too."""
+        workbook = self.content.startswith(b"PK")
+        if workbook != str(path).lower().endswith(".xlsx"):
+            expected = "NAME.xlsx" if workbook else "another suffix than .xlsx"
+            raise InputError(path, "the suffix does not fit what is written", expected=expected)
+        with replacing(path) as beside:
+            beside.write_bytes(self.content)
 
 
 def prepared(recording: Recording, options: ExportOptions) -> Recording:

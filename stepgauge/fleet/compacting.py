@@ -32,6 +32,10 @@ class Compacted:
     before: int
     after: int
 
+    def summary(self) -> str:
+        """Both numbers."""
+        return f"{self.before} files before, {self.after} now"
+
 
 def compact(fleet: Fleet) -> Compacted:
     """Make one file of the probings of each machine and month, one index, few files of sources and of results.

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
 from stepgauge.files.budget import MB, Budget, work_within
@@ -24,6 +24,9 @@ RESULTS: dict[str, tuple[Column, ...]] = {"evaluations": EVALUATIONS, "budgets":
 SECONDS, MEMORY_MB = 60.0, 2000.0
 """Processor time and memory of a question, besides 0.2 s and 20 MB for each MB of the store."""
 _IDENTITY = ", ".join(f'r."{name}"' for name in (*OWNERS, "measured_at"))
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def query(fleet: Fleet, sql: str) -> Any:
@@ -67,25 +70,25 @@ def _named(connection: Any, sql: str) -> set[str] | None:
         return None
 
 
-def write_answer(table: Any, path: str | Path) -> None:
+def write_answer(answer: pd.DataFrame, path: str | Path) -> None:
     """Write an answer as CSV, JSON (a list of objects) or Parquet, by the extension of the file."""
     from stepgauge.files.text import replacing
 
     suffix = Path(path).suffix.lower()
     with replacing(path) as beside:
         if suffix == ".parquet":
-            needed("pyarrow.parquet").write_table(table, beside, compression="zstd")
+            rows = needed("pyarrow").Table.from_pandas(answer, preserve_index=False)
+            needed("pyarrow.parquet").write_table(rows, beside, compression="zstd")
         else:
-            beside.write_text(answer_text(table, "json" if suffix == ".json" else "csv"), encoding="utf-8")
+            beside.write_text(answer_text(answer, "json" if suffix == ".json" else "csv"), encoding="utf-8")
 
 
-def answer_text(table: Any, form: str) -> str:
+def answer_text(answer: pd.DataFrame, form: str) -> str:
     """An answer as the text of a CSV or JSON file; what is unknown is empty, or null."""
     if form == "csv":
-        text: str = table.to_pandas().to_csv(index=False, lineterminator="\n")
+        text: str = answer.to_csv(index=False, lineterminator="\n")
         return text
-    frame = table.to_pandas()
-    rows = json.loads(frame.to_json(orient="records", date_format="iso", double_precision=15))
+    rows = json.loads(answer.to_json(orient="records", date_format="iso", double_precision=15))
     return "[\n" + ",\n".join(json.dumps(row, ensure_ascii=False) for row in rows) + "\n]\n"
 
 

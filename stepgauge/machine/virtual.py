@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import ProgramStoppedError
 from stepgauge.files.shown import Shown, as_lines
+from stepgauge.files.text import write_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
@@ -53,7 +54,8 @@ class Run(Shown):
 
     ``stop_piece`` is the index of the piece of the path on which it stopped. ``shares``, on request: one column per
     effect, its share along the approach in um, with the rows of the recording. ``notes``: parts of the machine file
-    that had no influence.
+    that had no influence. ``setup``: machine, gauge, and how it lay; ``log``: what the controller wrote; ``teach``: the
+    16 points were touched.
     """
 
     drawn_by: ClassVar[str] = "run.draw_plan_view"
@@ -64,6 +66,9 @@ class Run(Shown):
     stop_piece: int | None = None
     shares: pd.DataFrame | None = None
     notes: tuple[str, ...] = ()
+    setup: tuple[Machine, Gauge, Placement] | None = None
+    log: FilePath | None = None
+    teach: bool = False
 
     def summary(self) -> str:
         """How many points were recorded, the machine time, notes, and what stopped the program."""
@@ -77,8 +82,15 @@ class Run(Shown):
         return self.explained().to_frame()
 
     def write(self, path: str | FilePath) -> None:
-        """Write the recording, CSV or (by the extension) Parquet, with the shares where they were asked for."""
-        write_recording(path, self.explained())
+        """Write the recording, CSV or (by the extension) Parquet, with the shares where they were asked for.
+
+        Of points that were taught it is the table that ``locate`` reads.
+        """
+        if self.teach:
+            rows = [f"{n},{x:.6f},{y:.6f},{z:.6f}" for n, (x, y, z) in enumerate(self.recording.position_mm, 1)]
+            write_text(path, "\n".join(["point,x_mm,y_mm,z_mm", *rows]) + "\n")
+        else:
+            write_recording(path, self.explained())
 
     def explained(self) -> Recording:
         """The recording with the shares as further columns."""

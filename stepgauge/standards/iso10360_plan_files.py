@@ -102,4 +102,4 @@ def machine_with_probe(machine: Machine, probe: ProbeTable) -> str:
         if key in table and beside.is_file():
             table[key] = str(beside.resolve())
     table["stylus_direction"] = [float(value) for value in probe.stylus_direction]
-    return f"# {machine.table.name}, with the stylus as planned by stepgauge plan --iso10360.\n" + tomli_w.dumps(data)
+    return f"# {machine.table.name}, with the stylus as planned by stepgauge test plan.\n" + tomli_w.dumps(data)

@@ -8,10 +8,45 @@ from importlib import import_module
 from stepgauge.verbs.define import Verb, verb_of
 
 PLACES: Mapping[str, str] = {
-    "evaluate": "evaluate.evaluate",
     "locate": "locate.locate",
+    "plan": "plan.plan",
+    "simulate": "simulate.simulate",
+    "measure": "measure.measure",
+    "evaluate": "evaluate.evaluate",
+    "budget": "budget.budget",
+    "export": "export.export_recording",
+    "compensate": "compensate.compensate",
+    "test plan": "test.plan.plan_iso10360",
+    "fleet add": "fleet.add_to_fleet",
+    "fleet query": "fleet.query_fleet",
+    "fleet export": "fleet.export_fleet",
+    "fleet compact": "fleet.compact_fleet",
+    "fleet evaluate": "fleet.evaluate_fleet",
+    "fleet budget": "fleet.budget_fleet",
+    "fleet diagnose": "fleet.diagnose_fleet",
+    "fleet infer": "fleet.infer_fleet",
+    "fleet watch": "fleet.watch_fleet",
+    "fleet cluster": "fleet.fleet_cluster",
 }
 """The words of each verb, and its module and function in this room."""
+GROUPS: Mapping[str, str] = {
+    "test": "Tests by standards: ISO 10360-2 and -5, ISO 230-2 and -3.",
+    "dcc": "Digital Calibration Certificates: DCC XML 3.2.0 of PTB with D-SI quantities.\n\nCertificates are read"
+    " safely: no DOCTYPE, no entities, no network.",
+    "probe": "The touch-trigger probe: its physics, its qualification and its compensation.",
+    "fleet": "Recordings of many machines and gauges in one store, and work on all of them.\n\nA store is a folder of"
+    " Parquet files, which any program can read. Needs 'pip install stepgauge[fleet]'.",
+}
+"""What the verbs of a group are about."""
+TASKS: Mapping[str, tuple[str, ...]] = {
+    "Every day": (
+        *("init", "status", "web", "demo", "locate", "plan", "simulate", "measure", "import", "evaluate", "budget"),
+        *("report", "diagnose"),
+    ),
+    "Further": ("export", "compensate", "history", "investigate", "serve", "figures", "effects", "shipped", "dialects"),
+    "Groups": ("test", "dcc", "probe", "fleet", "iso10360", "iso10360-5", "iso230", "iso230-3"),
+}
+"""Verbs and groups by heading, as the help lists them."""
 
 
 def find_verb(words: str) -> Verb:
@@ -23,3 +58,8 @@ def find_verb(words: str) -> Verb:
 def all_verbs() -> Iterator[tuple[str, Verb]]:
     """Every verb with its words."""
     return ((words, find_verb(words)) for words in PLACES)
+
+
+def verbs_of(group: str) -> list[str]:
+    """Last words of the verbs of a group."""
+    return [words.partition(" ")[2] for words in PLACES if words.startswith(f"{group} ")]

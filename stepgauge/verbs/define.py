@@ -10,7 +10,7 @@ import inspect
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, wraps
 from typing import Any, ParamSpec, TypeVar
 
@@ -23,11 +23,32 @@ REQUIRED = inspect.Parameter.empty
 _HEAD = re.compile(r"^(Parameters|Returns|Raises|Examples)\n-+$", re.M)
 
 
+@dataclass(frozen=True, init=False)
+class Of:
+    """Marks ``**parameters``: those of these names that another verb defines."""
+
+    function: Callable[..., Any]
+    names: tuple[str, ...]
+
+    def __init__(self, function: Callable[..., Any], *names: str) -> None:
+        object.__setattr__(self, "function", function)
+        object.__setattr__(self, "names", names)
+
+
+class Written(list[Any]):
+    """Paths that were written (None: was not asked for), and what is to be said of them."""
+
+    def __init__(self, paths: Iterable[Any] = (), notes: Iterable[str] = ()) -> None:
+        super().__init__(paths)
+        self.notes = tuple(notes)
+
+
 @dataclass(frozen=True)
 class Parameter:
     """One parameter of a verb: ``sentence`` says what it is, ``default`` is :data:`REQUIRED` where there is none.
 
-    ``writes``: it says what is written of the result, and is none of the Python function's.
+    ``writes``: it says what is written of the result, and is none of the Python function's. ``borrowed``: another verb
+    defines it, and it is passed on where it was given.
     """
 
     name: str
@@ -36,11 +57,12 @@ class Parameter:
     sentence: str
     argument: bool = False
     writes: bool = False
+    borrowed: bool = False
 
     @property
     def required(self) -> bool:
         """Whether it must be given."""
-        return self.default is REQUIRED
+        return self.default is REQUIRED and not getattr(self.kind, "optional", False)
 
     @property
     def repeated(self) -> bool:
@@ -87,11 +109,13 @@ class Verb:
         function: Callable[..., Any],
         writer: Callable[..., Any] | None,
         leaves: Callable[..., Iterable[str]] | None,
+        says: Callable[[Any], str] | None,
         in_project: bool,
         shows: bool,
+        partly: bool,
     ) -> None:
-        self.function, self.writer, self.leaves = function, writer, leaves
-        self.in_project, self.shows = in_project, shows
+        self.function, self.writer, self.leaves, self.says = function, writer, leaves, says
+        self.in_project, self.shows, self.partly = in_project, shows, partly
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -129,19 +153,23 @@ def verb(
     writer: Callable[..., Any] | None = None,
     *,
     leaves: Callable[..., Iterable[str]] | None = None,
+    says: Callable[[Any], str] | None = None,
     in_project: bool = True,
     shows: bool = False,
+    partly: bool = False,
 ) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Decorator: a function becomes a verb, whose parameters are checked by their kinds when Python calls it.
 
     ``writer`` takes the result and what its own parameters say, writes, and returns the paths. ``leaves`` gives the
     names of the parameters that a call has no use for, from its values and the names of those that were typed: of them
-    the project file is not asked. ``shows``: the summary of the result was asked for, and goes to stdout.
+    the project file is not asked. ``says`` gives the lines at the screen, by default those of the result's ``summary``.
+    ``in_project``: the project file may state its parameters. ``shows``: the lines were asked for, and go to stdout.
+    ``partly``: the ``left_out`` of the result says what could not be done, a line each.
     """
 
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
         """The function, with its checks."""
-        known = Verb(function, writer, leaves, in_project, shows)
+        known = Verb(function, writer, leaves, says, in_project, shows, partly)
         signature: list[inspect.Signature] = []
 
         @wraps(function)
@@ -149,7 +177,11 @@ def verb(
             """The checks, then the work."""
             if not signature:
                 signature.append(inspect.signature(function))
-            known.check(signature[0].bind(*args, **kwargs).arguments)
+            given = dict(signature[0].bind(*args, **kwargs).arguments)
+            for one in signature[0].parameters.values():
+                if one.kind is inspect.Parameter.VAR_KEYWORD:
+                    given |= given.pop(one.name, {})
+            known.check(given)
             return function(*args, **kwargs)
 
         call.verb = known  # type: ignore[attr-defined]
@@ -167,7 +199,7 @@ def verb_of(function: Callable[..., Any]) -> Verb:
 def document(function: Callable[..., Any]) -> None:
     """Complete the docstring of a verb with what is said once of the parameters that verbs share."""
     known, parts = verb_of(function), _sections(function)
-    lines = [f"{one.name} : {one.sentence}" for one in known.parameters if not one.writes]
+    lines = [f"{one.name} : {one.sentence}" for one in known.parameters if not (one.writes or one.borrowed)]
     parts["Parameters"] = "\n".join(textwrap.fill(line, 116, subsequent_indent="    ") for line in lines)
     order = ["", "Parameters", *(name for name in parts if name not in ("", "Parameters"))]
     function.__doc__ = "\n\n".join(f"{name}\n{'-' * len(name)}\n{parts[name]}".strip() for name in order)
@@ -178,6 +210,11 @@ def _parameters(function: Callable[..., Any], writes: bool) -> tuple[Parameter, 
     found = []
     for one in inspect.signature(function).parameters.values():
         marks = getattr(one.annotation, "__metadata__", ())
+        of = next((mark for mark in marks if isinstance(mark, Of)), None)
+        if of is not None:
+            others = {other.name: other for other in _parameters(of.function, writes=False)}
+            found += [replace(others[name], argument=False, writes=writes, borrowed=True) for name in of.names]
+            continue
         kind = next((mark for mark in marks if isinstance(mark, Kind)), Kind())
         shared = next((mark for mark in marks if isinstance(mark, str) and mark != ARGUMENT), "")
         if isinstance(kind, Repeated) and kind.option:

@@ -14,6 +14,7 @@ from stepgauge.planning.plan import parse_block_list, parse_blocks
 if TYPE_CHECKING:
     import pandas as pd
 
+    from stepgauge.evaluation.evaluate import Evaluation
     from stepgauge.machine.file import Machine
     from stepgauge.machine.virtual import Run
     from stepgauge.motion.moves import Program
@@ -81,6 +82,22 @@ def as_recordings(
     if not found:
         raise InputError("recordings", "there is none", expected="one recording or more")
     return found
+
+
+def as_sources(sources: Any) -> list[File | Recording]:
+    """Recordings or a program: files stay files, for a program is known by its text."""
+    return [one if isinstance(one, File) else as_recordings(one)[0] for one in several(sources)]
+
+
+def stored_evaluation(evaluation: File | Evaluation) -> tuple[dict[str, Any], File]:
+    """The content of an ``evaluation.json``, and its path for messages."""
+    from stepgauge.evaluation.evaluate import Evaluation
+    from stepgauge.evaluation.files import evaluation_to_dict
+    from stepgauge.reports.reading import find_evaluation, read_checked_evaluation
+
+    if isinstance(evaluation, File):
+        return read_checked_evaluation(evaluation), find_evaluation(evaluation)
+    return evaluation_to_dict(of_kind(evaluation, Evaluation, "evaluation")), "evaluation"
 
 
 def as_blocks(blocks: Blocks, gauge: Gauge) -> tuple[int, int] | None:

@@ -7,7 +7,7 @@ Every kind is understood by the command line, the Python function, the project f
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -110,8 +110,9 @@ class Number(Kind):
 class Count(Number):
     """A whole number."""
 
-    def __init__(self, low: int = 0, high: float = math.inf) -> None:
+    def __init__(self, low: int = 0, high: float = math.inf, **more: Any) -> None:
         super().__init__("", low, high, name="whole number")
+        self.__dict__.update(more)
 
     def parse(self, text: str) -> int:
         try:
@@ -231,13 +232,19 @@ class Vector(Kind):
 
 @dataclass(eq=False)
 class Pair(Kind):
-    """``NAME=VALUE``; several of them make a mapping. With ``names``: only these, with positive numbers."""
+    """``NAME=VALUE``; several of them make a mapping. With ``names``: only these, with positive numbers.
+
+    ``whole``: the text stays as it is, for it holds more.
+    """
 
     names: tuple[str, ...] = ()
     metavar: str = "NAME=VALUE"
+    whole: bool = False
     name: str = field(default="pair NAME=VALUE", kw_only=True)
 
-    def parse(self, text: str) -> tuple[str, Any]:
+    def parse(self, text: str) -> Any:
+        if self.whole:
+            return text
         name, sign, value = (part.strip() for part in text.partition("="))
         if not (name and sign and value):
             raise ValueError(self.metavar)
@@ -263,7 +270,8 @@ class Pair(Kind):
 class Reads(Kind):
     """A file that is read, or in Python the object that stands for it; ``room``: of the shipped files it may name.
 
-    ``foreign``: what somebody else wrote, whose reading has a limit of time and memory.
+    ``foreign``: what somebody else wrote, whose reading has a limit of time and memory. ``optional``: the command
+    line may leave it out, and Python states None.
     """
 
     metavar: str = "FILE"
@@ -272,6 +280,7 @@ class Reads(Kind):
     variable: str | None = None
     foreign: bool = False
     folder: bool = False
+    optional: bool = False
     name: str = field(default="file", kw_only=True)
 
     def parse(self, text: str) -> str:
@@ -332,7 +341,7 @@ def values_of(given: Any, pairs: bool) -> Iterable[Any]:
 
 @dataclass(eq=False)
 class Supplied(Kind):
-    """What only Python can give; at the command line the value that ``made`` makes, with what is to be closed."""
+    """What only Python can give; at the command line ``at_command``, or what is made there under the name ``made``."""
 
-    made: Callable[[], Any] | None = None
+    made: str = ""
     at_command: Any = None

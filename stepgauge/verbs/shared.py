@@ -98,6 +98,12 @@ TipRadius = Annotated[float | None, Number("mm", above=0.0), "nominal tip radius
 Search = Annotated[
     float, Number("mm", above=0.0), "search beyond the target of a program, where its text does not state it"
 ]
+Jobs = Annotated[
+    int | None,
+    Count(1, at_command=None),
+    "processes at most; 1: this one, None (at the command line the default): as many as there are processors",
+]
+Tool = Annotated[str, Text("NAME"), "what the server calls the probe"]
 PlacementNumber = Annotated[int, Count(1), "number of this placement, in a calibration with several"]
 Dialect = Annotated[str | None, Choice(*DIALECTS), "language of the program; default: recognised from its text"]
 FurtherStyli = Annotated[

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from stepgauge.cli import main
-from stepgauge.cli.compensate import FORMATS, UNCONFIRMED
 from stepgauge.compensation import FORMATS as KNOWN
 from stepgauge.files.text import write_json
 from stepgauge.recording import read_recording, write_recording
+from stepgauge.verbs.compensate import FORMATS, UNCONFIRMED
 from tests.cli.conftest import Result, Run
 from tests.conftest import ROOT
 from tests.drawn import text_of
@@ -125,8 +125,8 @@ def test_every_format_with_what_it_says(run: Run, tmp_path: Path, before: dict) 
         (["--axis", "x", "--plane", "xy"], "--axis for a table, or --plane for a skew"),
         (["--plane", "xy"], "no two placements along the diagonals of xy; found 1 placements in the plane"),
         (["--axis", "y"], "placement 1: 89.86 deg off y; expected at most 1 deg"),
-        (["--axis", "x", "--range", "0", "300"], "the range of the table is outside what was measured on x"),
-        (["--axis", "x", "--range", "300", "200"], "--range must rise"),
+        (["--axis", "x", "--range", "0,300"], "the range of the table is outside what was measured on x"),
+        (["--axis", "x", "--range", "300,200"], "--range: must rise"),
         (["--axis", "x", "--zero-at", "0"], "the zero of the table is outside what was measured"),
         (["--axis", "x", "--u-tip-radius", "1"], "--tip-radius, which is missing"),
         (["--axis", "x", "--step", "0.0001"], "the table is too long"),

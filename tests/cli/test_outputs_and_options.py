@@ -84,7 +84,7 @@ def test_places_for_outputs_are_looked_at_before_any_work(tmp_path: Path, capsys
     for place in (tmp_path / "file", tmp_path / "file" / "below"):
         with pytest.raises(InputError, match="cannot write here"):
             check_folder(place)
-        seven = ("plan", "--iso10360", "-g", "step-gauge-1020", "-m", MACHINE, "-d", "dmis", "-o", place)
+        seven = ("test", "plan", "-g", "step-gauge-1020", "-m", MACHINE, "-d", "dmis", "-o", place)
         refused(capsys, "cannot write here", *seven)
     with pytest.raises(InputError, match="this is a folder"):
         check_output(tmp_path)

@@ -1,4 +1,4 @@
-"""``stepgauge iso10360``, ``iso230`` and ``plan --iso10360`` as a user runs them."""
+"""``stepgauge iso10360``, ``iso230`` and ``test plan`` as a user runs them."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def test_iso230_writes_everything(run: Run, recording: Path, tmp_path: Path) -> 
 
 def test_plan_writes_seven_positions_that_the_machine_runs(run: Run, tmp_path: Path) -> None:
     out, gauge = tmp_path / "seven", ("-g", "step-gauge-1020")
-    result = run("plan", "--iso10360", *gauge, "-m", "bridge-cmm", "-d", "linuxcnc", "-o", out)
+    result = run("test", "plan", *gauge, "-m", "bridge-cmm", "-d", "linuxcnc", "-o", out)
     assert result.code == 0, result.err
     plan = json.loads((out / "plan.json").read_text())
     assert [one["problem"] for one in plan["positions"]] == [None] * 7
@@ -151,7 +151,7 @@ def test_plan_writes_seven_positions_that_the_machine_runs(run: Run, tmp_path: P
 
 
 def test_a_gauge_that_does_not_fit_leaves_nothing_unless_allowed(run: Run, tmp_path: Path) -> None:
-    line = ("plan", "--iso10360", *G, "-m", "bridge-cmm", "-d", "dmis", "-o", tmp_path / "seven")
+    line = ("test", "plan", *G, "-m", "bridge-cmm", "-d", "dmis", "-o", tmp_path / "seven")
     result = run(*line)
     assert result.code == 2
     assert "short by 588.8 mm" in result.err
@@ -172,11 +172,11 @@ def test_a_gauge_that_does_not_fit_leaves_nothing_unless_allowed(run: Run, tmp_p
         (("iso10360", "{r}", *G, *MPE, "--template", "none.typ", "-o", "{o}"), ["none.typ"]),
         (("iso230", "{r}", "-g", "step-gauge-1020", "-o", "{o}"), ["another gauge"]),
         (("iso230", "{r}", *G, "--template", "none.typ", "-o", "{o}"), ["none.typ"]),
-        (("plan", "--iso10360", *G, "-d", "dmis", "-o", "{o}"), ["--machine"]),
-        (("plan", "p.toml", "--iso10360", *G, "-m", "bridge-cmm", "-d", "dmis", "-o", "{o}"), ["leave"]),
-        (("plan", "--iso10360", *G, "-m", "bridge-cmm", "--blocks", "1:4", "-d", "dmis", "-o", "{o}"), ["--blocks"]),
+        (("test", "plan", *G, "-d", "dmis", "-o", "{o}"), ["--machine"]),
+        (("test", "plan", "p.toml", *G, "-m", "bridge-cmm", "-d", "dmis", "-o", "{o}"), ["unexpected extra argument"]),
+        (("test", "plan", *G, "-m", "bridge-cmm", "--blocks", "1:4", "-d", "dmis", "-o", "{o}"), ["--blocks"]),
         (("plan", *G, "-d", "dmis", "-o", "{o}"), ["Missing argument"]),
-        (("plan", "p.toml", *G, "-d", "dmis", "--allow-short", "-o", "{o}"), ["go with --iso10360"]),
+        (("plan", "p.toml", *G, "-d", "dmis", "--allow-short", "-o", "{o}"), ["No such option"]),
     ],
 )
 def test_wrong_input_is_one_line_and_leaves_nothing(

@@ -1,4 +1,4 @@
-"""``stepgauge uncertainty`` and ``stepgauge effects`` as a user calls them."""
+"""``stepgauge budget --method monte-carlo`` and ``stepgauge effects`` as a user calls them."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def folder(gauge: Gauge, tmp_path: Path) -> Path:
 
 def command(folder: Path, source: str, *more: str) -> list[str]:
     known = ["-m", str(folder / "machine.toml"), "-g", "step-gauge-420"]
-    return ["uncertainty", str(folder / source), *known, "--runs", "300", *more]
+    return ["budget", str(folder / source), *known, "--method", "monte-carlo", "--runs", "300", *more]
 
 
 def run(*arguments: str) -> str:
@@ -80,9 +80,9 @@ def test_program_and_recording_give_json_csv_and_figure(folder: Path) -> None:
     assert last["low_95"] < last["value"] < last["high_95"]
 
 
-def test_parquet_and_csv_processes_and_chunks_give_the_same(folder: Path) -> None:
+def test_parquet_and_csv_processes_give_the_same(folder: Path) -> None:
     run(*command(folder, "recording.csv", "-o", str(folder / "a"), "--jobs", "1"))
-    run(*command(folder, "recording.parquet", "-o", str(folder / "b"), "--jobs", "2", "--chunk", "50"))
+    run(*command(folder, "recording.parquet", "-o", str(folder / "b"), "--jobs", "2"))
     assert (folder / "a" / "uncertainty.csv").read_text() == (folder / "b" / "uncertainty.csv").read_text()
 
 

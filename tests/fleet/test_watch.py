@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from scipy.stats import norm
+from stepgauge.cli.fleet.watch import LIMITS
 
 import stepgauge as sg
 from stepgauge.cli import cli
-from stepgauge.cli.fleet.watch import LIMITS
 from stepgauge.figures.fleet import LABELS, NAMED, watch_figure
 from stepgauge.fleet.hierarchical.drifting import DriftPrior, DriftState, beyond, due_day, follow
 from stepgauge.fleet.hierarchical.feed import Feed, feed_schema

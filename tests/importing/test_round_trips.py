@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
-from stepgauge.exporting import FORMS, ExportOptions, export_recording, write_export
+from stepgauge.exporting import FORMS, ExportOptions, export_recording
 from stepgauge.importing import ImportOptions, import_log, read_log, recognise_log
 from stepgauge.recording import Recording, read_recording, write_recording
 from tests.build import angles, gauges
@@ -32,7 +32,7 @@ factory = pytest.TempPathFactory
 
 def exported(factory: pytest.TempPathFactory, case: Case, form: str, **options: object) -> Path:
     path = factory.mktemp("export") / f"recording{FORMS[form]}"
-    write_export(path, export_recording(case.recording, form, ExportOptions(**options)))  # type: ignore[arg-type]
+    export_recording(case.recording, form, ExportOptions(**options)).write(path)  # type: ignore[arg-type]
     return path
 
 
@@ -90,7 +90,7 @@ def test_dmis_output_keeps_names_that_are_not_ascii(tmp_path: Path) -> None:
     case = make_case()
     recording = replace(case.recording, comments={**case.recording.comments, **NAMES})
     path = tmp_path / "recording.dmo"
-    write_export(path, export_recording(recording, "dmis", ExportOptions()))
+    export_recording(recording, "dmis", ExportOptions()).write(path)
     text = path.read_text("ascii")
     assert max(map(len, text.splitlines())) <= 80
     assert "$$ gauge_serial: SN-_/7\n" in text, "for a person"

@@ -1,0 +1,128 @@
+"""Groups of verbs, whose commands are made when they are asked for."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import click
+
+from stepgauge.cli.build import effects_option, make_command
+from stepgauge.project.find import find_project
+from stepgauge.verbs.catalogue import GROUPS, PLACES, find_verb, verbs_of
+
+OLD = {
+    "init": ("stepgauge.cli.init", "make a project: one file that states gauge, machine, names"),
+    "web": ("stepgauge.cli.web", "the project in a browser"),
+    "status": ("stepgauge.cli.status", "what the project has, and what to do next"),
+    "demo": ("stepgauge.cli.demo", "the whole loop on an example, then a concealed fault that is found"),
+    "shipped": ("stepgauge.cli.shipped", "list or copy the shipped gauges, machines, templates"),
+    "dialects": ("stepgauge.cli.dialects", "languages of controllers: options, what is understood"),
+    "serve": ("stepgauge.cli.serve", "the virtual CMM as an I++ DME server"),
+    "import": ("stepgauge.cli.import_", "controller's log, DMIS output, table -> recording"),
+    "iso10360": ("stepgauge.cli.iso10360", "recordings -> length measurement test of ISO 10360-2"),
+    "iso10360-5": ("stepgauge.cli.iso10360_5", "points on a sphere -> probing test of ISO 10360-5"),
+    "iso230": ("stepgauge.cli.iso230", "recording -> positioning accuracy by ISO 230-2"),
+    "iso230-3": ("stepgauge.cli.iso230_3", "displacements over time -> drift tests of ISO 230-3"),
+    "report": ("stepgauge.cli.report", "results -> report, certificate, overlay (PDF, HTML)"),
+    "dcc write": ("stepgauge.cli.dcc.write", "evaluation + budget + what the laboratory states -> certificate (XML)"),
+    "dcc check": ("stepgauge.cli.dcc.check", "read a certificate, check units and uncertainties, say what it states"),
+    "dcc import-gauge": ("stepgauge.cli.dcc.import_gauge", "a gauge's certificate (XML) -> gauge file"),
+    "dcc export-gauge": ("stepgauge.cli.dcc.export_gauge", "gauge file -> the certificate (XML) of its laboratory"),
+    "figures": ("stepgauge.cli.figures", "the figures of a measurement"),
+    "history": ("stepgauge.cli.history", "many evaluations of a machine -> trends, warnings"),
+    "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> causes of the deviations"),
+    "investigate": ("stepgauge.cli.investigate", "measure and diagnose until the cause is clear"),
+    "effects": ("stepgauge.cli.effects", "systematic effects: equations, parameters"),
+    "probe map": ("stepgauge.cli.probe.map", "a probe's construction -> trigger force and pre-travel"),
+    "probe sphere": ("stepgauge.cli.probe.sphere", "a probe's construction -> its points on a sphere, virtually"),
+    "probe qualify": ("stepgauge.cli.probe.qualify", "points on a reference sphere -> effective radius, lobes"),
+    "probe compensate": ("stepgauge.cli.probe.compensate", "recorded points -> surface points"),
+    "probe bench": ("stepgauge.cli.probe.bench", "a probe bench's recording -> pre-travel, hysteresis, repeatability"),
+}
+NOT_IN_PROJECTS = ("init", "web", "demo", "shipped", "dialects", "effects")
+"""Verbs that need nothing of what a project file states, and must run where it is wrong."""
+
+
+class VerbGroup(click.Group):
+    """Verbs by headings (``tasks``); a word that is no verb is a group of verbs itself."""
+
+    def __init__(self, *args: Any, tasks: Mapping[str, Sequence[str]], **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.tasks = tasks
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return [name for names in self.tasks.values() for name in names]
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        words = " ".join((*_words(ctx), cmd_name))
+        if words in GROUPS:
+            return make_group(words)
+        if words in PLACES:
+            command, used = make_command(cmd_name, find_verb(words)), find_verb(words).in_project
+        elif words in OLD:
+            command, used = importlib.import_module(OLD[words][0]).command, words not in NOT_IN_PROJECTS
+            if words in ("diagnose", "investigate") and all(one.name != "effects" for one in command.params):
+                command.params.append(effects_option())
+        else:
+            return None
+        path = find_project() if used and not ctx.resilient_parsing else None
+        if path is None:
+            return command
+        from stepgauge.cli import VERBS
+        from stepgauge.cli.defaults import with_defaults
+        from stepgauge.project.file import read_project
+
+        return with_defaults(command, ctx, read_project(path, VERBS), tuple(words.split()))
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """What a verb writes is one set of files, which appears when the verb is done."""
+        from stepgauge.files.outputs import one_set
+
+        if ctx.parent is not None:
+            return super().invoke(ctx)
+        with one_set():
+            return super().invoke(ctx)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        width = max(map(len, self.list_commands(ctx)))
+        for heading, names in self.tasks.items():
+            with formatter.section(heading):
+                formatter.write_dl([(name.ljust(width), _sentence(" ".join((*_words(ctx), name)))) for name in names])
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """The group alone, ``help`` and ``help VERB`` print help, as ``--help`` does."""
+        if not args and not ctx.resilient_parsing:
+            args = ["--help"]
+        elif args[:1] == ["help"]:
+            args = [*args[1:], "--help"]
+        return super().parse_args(ctx, args)
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        """The verb that is meant; one that is mistyped is an error that names the nearest."""
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            near = difflib.get_close_matches(args[0], self.list_commands(ctx), n=1)
+            hint = f" Did you mean '{near[0]}'?" if near else ""
+            raise click.UsageError(error.message + hint, ctx) from None
+
+
+def make_group(name: str) -> VerbGroup:
+    """The group of the verbs that begin with a word."""
+    names = [*verbs_of(name), *(words.partition(" ")[2] for words in OLD if words.startswith(f"{name} "))]
+    return VerbGroup(name, tasks={"Verbs": names}, help=GROUPS[name])
+
+
+def _sentence(words: str) -> str:
+    """What a verb or a group is for, in a line."""
+    if words in GROUPS:
+        return GROUPS[words].partition("\n")[0].rstrip(".")
+    return OLD[words][1] if words in OLD else find_verb(words).sentence
+
+
+def _words(ctx: click.Context) -> tuple[str, ...]:
+    """The groups that a verb belongs to, below the program's own name."""
+    return () if ctx.parent is None else (*_words(ctx.parent), str(ctx.info_name))

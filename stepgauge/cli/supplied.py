@@ -1,0 +1,60 @@
+"""What only a program can give a verb, and the command line makes: progress, questions, a wish to stop."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+from stepgauge.cli.interrupt import at_once, interruptible, progress_bar
+from stepgauge.cli.say import bar, percent, say
+
+
+def supply(made: str, values: Mapping[str, Any], given: Mapping[str, Any], stack: ExitStack) -> Any:
+    """What stands under a name; ``values`` are those of the options, ``given`` what was made before."""
+    makers: dict[str, Callable[[], Any]] = {
+        "bar": lambda: stack.enter_context(bar("working")),
+        "bars": lambda: partial(_next_bar, stack.enter_context(ExitStack())),
+        "stop": lambda: stack.enter_context(interruptible()),
+        "live": lambda: stack.enter_context(progress_bar()),
+        "tell": lambda: say,
+        "print": lambda: click.echo,
+        "journal": lambda: _journal(values["output"]),
+        "runs folder": lambda: Path(values["output"]) / ".uncertainty-runs",
+        "ask": lambda: _done if values.get("yes") else _asking(given["stop"]),
+    }
+    return makers[made]()
+
+
+def _journal(output: str) -> Path:
+    from stepgauge.live.journal import journal_of
+
+    return journal_of(output)
+
+
+def _next_bar(bars: ExitStack, label: str) -> Callable[[int, int], None]:
+    """The bar of what begins now; that of what went before is finished."""
+    bars.close()
+    return percent(bars.enter_context(click.progressbar(length=100, label=label, file=sys.stderr)))
+
+
+def _asking(stop: Callable[[], bool]) -> Callable[[str], bool]:
+    """Asks a person; here Ctrl-C ends at once, for nothing moves."""
+
+    def ask(question: str) -> bool:
+        if stop():
+            raise click.Abort
+        with at_once():
+            return click.confirm(f"{question}. Done?", err=True)
+
+    return ask
+
+
+def _done(question: str) -> bool:
+    say(f"{question}.")
+    return True
