@@ -6,7 +6,6 @@ A name is loaded when it is first asked for, so that ``import stepgauge`` costs 
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -34,18 +33,17 @@ if TYPE_CHECKING:
     from stepgauge.probes.directions_map import read_probe_map as read_probe_map
     from stepgauge.public.diagnose import diagnose as diagnose
     from stepgauge.public.diagnose import diagnose_probe_map as diagnose_probe_map
-    from stepgauge.public.import_recording import import_recording as import_recording
     from stepgauge.public.investigate import investigate as investigate
-    from stepgauge.public.probe_map import probe_map as probe_map
-    from stepgauge.public.read import read_evaluation as read_evaluation
-    from stepgauge.public.read import read_placement as read_placement
-    from stepgauge.public.report import report as report
     from stepgauge.recording import Recording as Recording
     from stepgauge.recording import read_recording as read_recording
     from stepgauge.standards.budget_files import StoredBudget as StoredBudget
     from stepgauge.standards.budget_files import read_budget as read_budget
     from stepgauge.verbs.budget import budget as budget
     from stepgauge.verbs.compensate import compensate as compensate
+    from stepgauge.verbs.dcc import check_dcc as check_dcc
+    from stepgauge.verbs.dcc import export_gauge_dcc as export_gauge_dcc
+    from stepgauge.verbs.dcc import import_gauge_dcc as import_gauge_dcc
+    from stepgauge.verbs.dcc import write_dcc as write_dcc
     from stepgauge.verbs.evaluate import evaluate as evaluate
     from stepgauge.verbs.export import export_recording as export_recording
     from stepgauge.verbs.fleet import add_to_fleet as add_to_fleet
@@ -58,10 +56,31 @@ if TYPE_CHECKING:
     from stepgauge.verbs.fleet import infer_fleet as infer_fleet
     from stepgauge.verbs.fleet import query_fleet as query_fleet
     from stepgauge.verbs.fleet import watch_fleet as watch_fleet
+    from stepgauge.verbs.history import history as history
+    from stepgauge.verbs.import_ import import_recording as import_recording
+    from stepgauge.verbs.list_ import list_dialects as list_dialects
+    from stepgauge.verbs.list_ import list_effects as list_effects
+    from stepgauge.verbs.list_ import list_files as list_files
+    from stepgauge.verbs.list_ import list_gauges as list_gauges
+    from stepgauge.verbs.list_ import list_machines as list_machines
     from stepgauge.verbs.locate import locate as locate
     from stepgauge.verbs.measure import measure as measure
     from stepgauge.verbs.plan import plan as plan
+    from stepgauge.verbs.probe import compensate_points as compensate_points
+    from stepgauge.verbs.probe import probe_bench as probe_bench
+    from stepgauge.verbs.probe import probe_map as probe_map
+    from stepgauge.verbs.probe import probe_sphere as probe_sphere
+    from stepgauge.verbs.probe import qualify_probe as qualify_probe
+    from stepgauge.verbs.reading import read_evaluation as read_evaluation
+    from stepgauge.verbs.reading import read_placement as read_placement
+    from stepgauge.verbs.report import report as report
+    from stepgauge.verbs.serve import serve as serve
     from stepgauge.verbs.simulate import simulate as simulate
+    from stepgauge.verbs.test.iso230 import iso230 as iso230
+    from stepgauge.verbs.test.iso230_3 import iso230_3 as iso230_3
+    from stepgauge.verbs.test.iso10360 import iso10360 as iso10360
+    from stepgauge.verbs.test.iso10360_5 import iso10360_5 as iso10360_5
+    from stepgauge.verbs.test.plan import plan_iso10360 as plan_iso10360
 
 __version__ = "0.1.0"
 
@@ -76,27 +95,47 @@ _PLACES = {
     "export_recording": "verbs.export",
     "compact_fleet": "verbs.fleet",
     "fleet_cluster": "verbs.fleet",
+    "history": "verbs.history",
+    "serve": "verbs.serve",
+    "iso10360": "verbs.test.iso10360",
+    "iso10360_5": "verbs.test.iso10360_5",
+    "iso230": "verbs.test.iso230",
+    "iso230_3": "verbs.test.iso230_3",
+    "plan_iso10360": "verbs.test.plan",
+    "probe_sphere": "verbs.probe",
+    "qualify_probe": "verbs.probe",
+    "compensate_points": "verbs.probe",
+    "probe_bench": "verbs.probe",
+    "list_gauges": "verbs.list_",
+    "list_machines": "verbs.list_",
+    "list_files": "verbs.list_",
+    "list_effects": "verbs.list_",
+    "list_dialects": "verbs.list_",
+    "write_dcc": "verbs.dcc",
+    "check_dcc": "verbs.dcc",
+    "import_gauge_dcc": "verbs.dcc",
+    "export_gauge_dcc": "verbs.dcc",
     "evaluate": "verbs.evaluate",
     "evaluate_fleet": "verbs.fleet",
     "export_fleet": "verbs.fleet",
-    "import_recording": "public.import_recording",
+    "import_recording": "verbs.import_",
     "infer_fleet": "verbs.fleet",
     "investigate": "public.investigate",
     "locate": "verbs.locate",
     "measure": "verbs.measure",
     "plan": "verbs.plan",
-    "probe_map": "public.probe_map",
+    "probe_map": "verbs.probe",
     "query_fleet": "verbs.fleet",
     "read_axis_recording": "axis.recording",
     "read_budget": "standards.budget_files",
     "read_diagnosis": "diagnosis.output.stored",
-    "read_evaluation": "public.read",
+    "read_evaluation": "verbs.reading",
     "read_gauge": "gauge.certified",
     "read_machine": "machine.file",
-    "read_placement": "public.read",
+    "read_placement": "verbs.reading",
     "read_probe_map": "probes.directions_map",
     "read_recording": "recording",
-    "report": "public.report",
+    "report": "verbs.report",
     "simulate": "verbs.simulate",
     "watch_fleet": "verbs.fleet",
     "AxisDiagnosis": "diagnosis.axis.diagnosis",
@@ -120,8 +159,6 @@ _PLACES = {
     "StoredDiagnosis": "diagnosis.output.stored",
 }
 """Every public name, and the module that has it."""
-_RENAMED: dict[str, str] = {}
-"""Names of earlier versions and those that took their places: they work, with a warning, for two minor versions."""
 __all__ = ["__version__", *_PLACES]
 
 
@@ -129,12 +166,6 @@ def __getattr__(name: str) -> Any:
     """A public name, loaded now (PEP 562)."""
     from importlib import import_module
 
-    if name in _RENAMED:
-        import warnings
-
-        new = _RENAMED[name]
-        warnings.warn(f"stepgauge.{name} is now stepgauge.{new}", DeprecationWarning, stacklevel=2)
-        return getattr(sys.modules[__name__], new)
     if name not in _PLACES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = getattr(import_module(f"{__name__}.{_PLACES[name]}"), name)

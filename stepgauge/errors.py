@@ -18,7 +18,7 @@ LONGEST = 300
 """Characters of a message."""
 _SHORTEST = 40
 """Characters that are left of a part of a message that is too long."""
-_UNIT = re.compile(r"_(mm|um|mm_s|s|C|K|deg|mrad|percent|MB)$")
+_UNIT = re.compile(r"_(per_K|mm|um|mm_s|s|C|K|deg|mrad|percent|MB)$")
 _CALLED = {
     "columns": "column",
     "placements": "placement",

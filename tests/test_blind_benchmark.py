@@ -659,7 +659,7 @@ def test_a_tool_that_dies_or_hangs_costs_only_its_case(tmp_path: Path) -> None:
     assert answers["d"]["error"] == "ValueError: no"
 
 
-@pytest.mark.parametrize(("tool", "error"), [("stepgauge shipped", ""), ("stepgauge guess", "exit code 2")])
+@pytest.mark.parametrize(("tool", "error"), [("stepgauge list files", ""), ("stepgauge guess", "exit code 2")])
 def test_the_package_itself_runs_inside_the_worker(tool: str, error: str, tmp_path: Path) -> None:
     answer = diagnose([tmp_path / "a", tmp_path / "b"], tmp_path, tool, 30, {})["b"]
     assert answer["error"].startswith(error)

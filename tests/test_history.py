@@ -15,7 +15,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import kstest
 
-from stepgauge.cli.history import LIMITS
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
@@ -27,6 +26,7 @@ from stepgauge.history.entries import read_entries
 from stepgauge.history.scores import scores
 from stepgauge.history.series import FALSE_WARNINGS, false_warning_words
 from stepgauge.history.trend import findings, fit_line, fit_trend
+from stepgauge.verbs.history import LIMITS
 from tests.build import make_gauge
 from tests.test_compensation import measured
 

@@ -169,7 +169,7 @@ def test_a_truncated_program_is_an_error_with_its_line(dialect: Dialect, data: s
 
 WRONG = {
     "jinyoung": [
-        ("MS  ", "MX  ", r"found 'MX .*'stepgauge dialects jinyoung'"),
+        ("MS  ", "MX  ", r"found 'MX .*'stepgauge list dialects jinyoung'"),
         ("END;", "END;\nMV 1 2 3 ;", "after the end"),
         (" ;\nPO", "\nPO", "found 'MV .*; expected ;"),
         ("MV  ", "MV  1 ", "expected ; "),
@@ -334,7 +334,7 @@ def test_a_search_of_many_digits_is_read_back() -> None:
 def test_the_tables_of_the_docs_are_those_that_programs_are_read_by(dialect: Dialect) -> None:
     page = (ROOT / "docs/dialects.md").read_text()
     assert f"### `{dialect.name}`: {dialect.title}\n" in page
-    assert described(dialect) in page, "docs/dialects.md is not what 'stepgauge dialects NAME' prints"
+    assert described(dialect) in page, "docs/dialects.md is not what 'stepgauge list dialects NAME' prints"
 
 
 @pytest.mark.parametrize("dialect", DIALECTS.values(), ids=DIALECTS)

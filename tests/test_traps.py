@@ -100,7 +100,7 @@ def test_a_library_that_starts_python_inside_does_so_safely(project: Path) -> No
 
 
 def test_a_figure_is_not_drawn_as_a_file_of_the_project_says(project: Path) -> None:
-    line = python_line("stepgauge", "shipped")
+    line = python_line("stepgauge", "list", "files")
     subprocess.run(line, env=python_environment(), capture_output=True, timeout=120, check=True)
     code = "from matplotlib.figure import Figure; Figure().savefig('x.svg')"
     subprocess.run([sys.executable, "-P", "-c", code], env=python_environment(), timeout=120, check=True)

@@ -54,7 +54,7 @@ def make_measurement(place: Path) -> None:
 
 def _measure() -> None:
     for name in ("step-gauge-420.toml", "omp40-2-50mm.toml"):
-        call("shipped", name, "--copy-to", ".")
+        call("list", "files", name, "--copy-to", ".")
     common = ("-g", "step-gauge-420.toml", "-m", "machine.toml")
     call("locate", "points.csv", *common, "-o", "placement.toml")
     for dialect, suffix in (("dmis", "dmi"), ("ippdme", "ipp"), ("linuxcnc", "ngc"), ("jinyoung", "jyc")):
@@ -186,8 +186,8 @@ def verbs() -> list[Target]:
         ("evaluate", "recording.csv", ("{}", *g, "-o", "out/e")),
         ("budget", "recording.csv", ("{}", *g, *m, "--runs", 0, "-o", "out/b")),
         ("budget", "recording.csv", ("{}", *g, *m, "--method", "monte-carlo", "--runs", 200, "-o", "out/u")),
-        ("iso230", "recording.csv", ("{}", *g, "-o", "out/i")),
-        ("iso10360", "recording.csv", ("{}", *g, "--mpe", "1.8 + L/350", "-o", "out/l")),
+        ("test", "iso230", "recording.csv", ("{}", *g, "-o", "out/i")),
+        ("test", "iso10360", "recording.csv", ("{}", *g, "--mpe", "1.8 + L/350", "-o", "out/l")),
         ("compensate", "result/evaluation.json", ("{}", "--axis", "y", "--to", "csv", *loose, "-o", "out/c")),
         ("report", "result/evaluation.json", ("{}", "-o", "out/r.html")),
         ("figures", "recording.csv", ("{}", *g, *m, "--only", "error", "-o", "out/f")),

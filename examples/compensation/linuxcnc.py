@@ -71,7 +71,7 @@ def measure(folder: Path, placement: Path, blocks: str, drives: Drives) -> None:
         raise InputError(f"{program}:{outcome.line}", f"LinuxCNC stopped: {outcome.error}")
     click.echo(f"{outcome.seconds:.1f} s")
     origin = ["--program", program, "-g", GAUGE, "-p", str(placement)]
-    show_and_run("import", str(folder / LOG), "--from", "linuxcnc", *origin, "-o", recording)
+    show_and_run("import", str(folder / LOG), "--format", "linuxcnc", *origin, "-o", recording)
     show_and_run("evaluate", recording, "-g", GAUGE, "-o", str(folder))
 
 

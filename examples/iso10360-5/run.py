@@ -27,8 +27,8 @@ def main(folder: Path) -> None:
         points.append(folder / f"way-{number}.csv")
         held = (f"--stylus-direction={way}", "--seed", number)
         show_and_run("probe", "sphere", PROBE, *SPHERE, *held, "-o", points[-1])
-    show_and_run("iso10360-5", points[0], *SPHERE, *TEST, "-o", folder / "one-stylus")
-    show_and_run("iso10360-5", *points, *SPHERE, *TEST, "--mpe-location", 8, "-o", folder / "five-styli")
+    show_and_run("test", "iso10360-5", points[0], *SPHERE, *TEST, "-o", folder / "one-stylus")
+    show_and_run("test", "iso10360-5", *points, *SPHERE, *TEST, "--mpe-location", 8, "-o", folder / "five-styli")
 
 
 if __name__ == "__main__":

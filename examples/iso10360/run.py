@@ -34,7 +34,7 @@ def main(folder: Path) -> None:
             "--placement-number", number, "--seed", number, "--gauge-temperature", 20.3, "-o", recording,
         )  # fmt: skip
         recordings.append(recording)
-    show_and_run("iso10360", *recordings, "-g", GAUGE, "-m", HERE / "machine.toml", *TEST, "-o", folder)
+    show_and_run("test", "iso10360", *recordings, "-g", GAUGE, "-m", HERE / "machine.toml", *TEST, "-o", folder)
 
 
 if __name__ == "__main__":

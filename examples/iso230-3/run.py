@@ -56,7 +56,7 @@ def main(folder: Path) -> None:
         "simulate", program, *use, "-p", HERE / "placement.toml", "--seed", 230, "--gauge-temperature", 20, "-o",
         recording,
     )  # fmt: skip
-    show_and_run("iso230-3", recording, "--test", "axis", "-g", "step-gauge-600", "-o", folder / "warm-up")
+    show_and_run("test", "iso230-3", recording, "--test", "axis", "-g", "step-gauge-600", "-o", folder / "warm-up")
 
 
 if __name__ == "__main__":

@@ -78,7 +78,7 @@ def _record(name: str, case: Case, run: Run) -> str:
     _process("-m", "stepgauge", *plan, "-o", program)
     _process(str(HERE / "conceal.py"), name, program, run.placement, str(controller))
     origin = ["--program", program, "--gauge", GAUGE, "--placement", run.placement]
-    verb = ["import", str(controller / LOG), "--from", "linuxcnc", *origin, "-o", recording]
+    verb = ["import", str(controller / LOG), "--format", "linuxcnc", *origin, "-o", recording]
     _process(SEALED, *_sealed(run.folder.parent), *verb)
     return recording
 

@@ -67,7 +67,7 @@ def main(output: Path, gauge_name: str, placement: str, true_placement: str | No
 
     log = str(output / LOG)
     run = ["--program", program, "--gauge", gauge_name, "--placement", placement]
-    show_and_run("import", log, "--from", "linuxcnc", *run, "-o", recording)
+    show_and_run("import", log, "--format", "linuxcnc", *run, "-o", recording)
     judge(Evaluated(output, recording, gauge_name), gauge, true_place, deviation_um, machine)
 
 

@@ -69,7 +69,7 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
     "--without",
     multiple=True,
     metavar="KIND",
-    help="Kind of effect (see 'stepgauge effects') that is known not to be there, e.g. vibration; once per kind.",
+    help="Kind of effect (see 'stepgauge list effects') that is known not to be there, e.g. vibration; once per kind.",
 )
 @click.option(
     "--priors",

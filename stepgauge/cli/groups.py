@@ -18,31 +18,11 @@ OLD = {
     "web": ("stepgauge.cli.web", "the project in a browser"),
     "status": ("stepgauge.cli.status", "what the project has, and what to do next"),
     "demo": ("stepgauge.cli.demo", "the whole loop on an example, then a concealed fault that is found"),
-    "shipped": ("stepgauge.cli.shipped", "list or copy the shipped gauges, machines, templates"),
-    "dialects": ("stepgauge.cli.dialects", "languages of controllers: options, what is understood"),
-    "serve": ("stepgauge.cli.serve", "the virtual CMM as an I++ DME server"),
-    "import": ("stepgauge.cli.import_", "controller's log, DMIS output, table -> recording"),
-    "iso10360": ("stepgauge.cli.iso10360", "recordings -> length measurement test of ISO 10360-2"),
-    "iso10360-5": ("stepgauge.cli.iso10360_5", "points on a sphere -> probing test of ISO 10360-5"),
-    "iso230": ("stepgauge.cli.iso230", "recording -> positioning accuracy by ISO 230-2"),
-    "iso230-3": ("stepgauge.cli.iso230_3", "displacements over time -> drift tests of ISO 230-3"),
-    "report": ("stepgauge.cli.report", "results -> report, certificate, overlay (PDF, HTML)"),
-    "dcc write": ("stepgauge.cli.dcc.write", "evaluation + budget + what the laboratory states -> certificate (XML)"),
-    "dcc check": ("stepgauge.cli.dcc.check", "read a certificate, check units and uncertainties, say what it states"),
-    "dcc import-gauge": ("stepgauge.cli.dcc.import_gauge", "a gauge's certificate (XML) -> gauge file"),
-    "dcc export-gauge": ("stepgauge.cli.dcc.export_gauge", "gauge file -> the certificate (XML) of its laboratory"),
     "figures": ("stepgauge.cli.figures", "the figures of a measurement"),
-    "history": ("stepgauge.cli.history", "many evaluations of a machine -> trends, warnings"),
     "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> causes of the deviations"),
     "investigate": ("stepgauge.cli.investigate", "measure and diagnose until the cause is clear"),
-    "effects": ("stepgauge.cli.effects", "systematic effects: equations, parameters"),
-    "probe map": ("stepgauge.cli.probe.map", "a probe's construction -> trigger force and pre-travel"),
-    "probe sphere": ("stepgauge.cli.probe.sphere", "a probe's construction -> its points on a sphere, virtually"),
-    "probe qualify": ("stepgauge.cli.probe.qualify", "points on a reference sphere -> effective radius, lobes"),
-    "probe compensate": ("stepgauge.cli.probe.compensate", "recorded points -> surface points"),
-    "probe bench": ("stepgauge.cli.probe.bench", "a probe bench's recording -> pre-travel, hysteresis, repeatability"),
 }
-NOT_IN_PROJECTS = ("init", "web", "demo", "shipped", "dialects", "effects")
+NOT_IN_PROJECTS = ("init", "web", "demo")
 """Verbs that need nothing of what a project file states, and must run where it is wrong."""
 
 

@@ -32,7 +32,10 @@ def run_verb(verb: Verb, values: dict[str, Any]) -> None:
             stack.enter_context(stoppable())
         result = verb.function(**given, **more)
     writing = {one.name: values[one.name] for one in verb.parameters if one.writes}
-    written = Written() if verb.writer is None else verb.writer(result, **_collected(verb, writing))
+    if verb.writer is None:
+        written = Written(values.get(one.name) for one in writes(verb.parameters))
+    else:
+        written = verb.writer(result, **_collected(verb, writing))
     if result is not None:
         text = verb.says(result) if verb.says else result.summary()
         if text:

@@ -24,6 +24,7 @@ def supply(made: str, values: Mapping[str, Any], given: Mapping[str, Any], stack
         "live": lambda: stack.enter_context(progress_bar()),
         "tell": lambda: say,
         "print": lambda: click.echo,
+        "history store": lambda: Path(values["output"]) / "history.sqlite",
         "journal": lambda: _journal(values["output"]),
         "runs folder": lambda: Path(values["output"]) / ".uncertainty-runs",
         "ask": lambda: _done if values.get("yes") else _asking(given["stop"]),

@@ -67,5 +67,14 @@ def shipped_files() -> dict[str, tuple[Path, str]]:
     } | {points.name: (points, "16 probed points (example)")}
 
 
+def find_shipped(name: str) -> Path:
+    """A shipped file by its name, with or without the suffix; :class:`InputError` where there is none."""
+    files = shipped_files()
+    known = files.get(name) or files.get(f"{name}.toml") or files.get(f"{name}.j2")
+    if known is None:
+        raise InputError(name, "no such shipped file", expected=", ".join(files))
+    return known[0]
+
+
 def _has(place: str) -> bool:
     return any((base / place).is_dir() for base in _BASES)

@@ -53,4 +53,4 @@ class Exported(list[Path]):
 
     def summary(self) -> str:
         """How many, and where."""
-        return f"wrote {len(self)} recordings and roster.csv to {self.folder}"
+        return f"{len(self)} recordings and roster.csv"

@@ -7,6 +7,7 @@ to go; then it is told who is there, and let go.
 from __future__ import annotations
 
 import asyncio
+import ipaddress
 import logging
 import queue
 import signal
@@ -15,10 +16,14 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from stepgauge.errors import InputError, naming
+from stepgauge.files.outputs import refuse_input
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.ippdme.lines import END, NO_TAG, PORT, Lines
+from stepgauge.live.connection import Address
 from stepgauge.live.machine_state import MachineState
 from stepgauge.live.methods import HANDLERS
 from stepgauge.live.session import LinkLostError, Session
@@ -293,3 +298,35 @@ class Server:
         """From now on the time without a client counts."""
         if self.listening.idle_s is not None:
             self._idle = asyncio.get_running_loop().call_later(self.listening.idle_s, self.stop)
+
+
+def run_server(state: MachineState, listening: Listening, tell: Callable[[str], None]) -> None:
+    """Serve until it is told to end; ``tell`` hears where it listens, and that it ended.
+
+    :class:`InputError` for an address at which nobody can listen.
+    """
+
+    def ready(host: str, port: int) -> None:
+        if not ipaddress.ip_address(host.partition("%")[0]).is_loopback:
+            tell(f"warning: whoever can reach {host} can drive this machine; I++ DME knows no passwords")
+        tell(f"{state.cmm.machine.table.name} listens at {Address(host, port)}")
+
+    try:
+        asyncio.run(Server(state, listening).run(ready))
+    except OSError as error:
+        where, expected = f"{listening.host}:{listening.port}", naming("port", words="another {}")
+        raise InputError(where, "cannot listen here", found=error.strerror or error, expected=expected) from None
+    tell("ended")
+
+
+def log_to(path: str | Path) -> None:
+    """Write down every line of both sides."""
+    refuse_input(path)
+    try:
+        handler = logging.FileHandler(path, encoding="ascii", errors="backslashreplace")
+    except OSError as error:
+        raise InputError(path, f"cannot write here: {error.strerror or error}") from None
+    handler.setFormatter(logging.Formatter("%(asctime)s %(message)s"))
+    logger = logging.getLogger("stepgauge.live")
+    logger.addHandler(handler)
+    logger.setLevel(logging.DEBUG)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,7 @@ class DirectionMap(Shown):
     pretravel_um: Array
     name: str = "probe"
     simulated: bool = True
+    probe: Any = field(default=None, compare=False, repr=False)
 
     def summary(self) -> str:
         """Range and mean of force, deflection and pre-travel, and in how many directions the probe never triggers."""

@@ -204,4 +204,4 @@ def _key(word: re.Match[str]) -> str:
 
 
 def _verb(table: Table) -> str:
-    return f"a statement that 'stepgauge dialects {table.name}' lists"
+    return f"a statement that 'stepgauge list dialects {table.name}' lists"

@@ -1,4 +1,4 @@
-"""A dialect in print: its options and its table, for ``stepgauge dialects NAME`` and the docs."""
+"""A dialect in print: its options and its table, for ``stepgauge list dialects NAME`` and the docs."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """What the virtual controller of a dialect understands: one table of its codes, words, statements and comments.
 
 The table is data. :mod:`stepgauge.programs.blocks` reads a text against it, and what is not in it is no statement of
-the dialect, wherever it stands; ``stepgauge dialects NAME`` prints it.
+the dialect, wherever it stands; ``stepgauge list dialects NAME`` prints it.
 """
 
 from __future__ import annotations

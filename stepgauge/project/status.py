@@ -205,7 +205,7 @@ def _next(project: Project, items: list[Item], recordings: list[Item], results: 
     """The next command and why; the first thing that is missing or wrong decides."""
     for item in items[:2]:
         if item.wrong:
-            return "stepgauge shipped", f"state a {item.what} in the project file; these are shipped"
+            return "stepgauge list files", f"state a {item.what} in the project file; these are shipped"
     if items[2].wrong:
         return _command(project, "locate", "POINTS.csv"), "probe the 16 points, and find how the gauge lies"
     usable = [one for one in recordings if not one.wrong]

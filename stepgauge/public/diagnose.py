@@ -69,7 +69,7 @@ def diagnose(
     machine : the machine that is to be judged, with the effects it already has
     styli : machine files with further styli, as of ``investigate``: 2, 3, ... in the column ``stylus``, or by their
         ``tool`` or ``name`` in the comment ``stylus`` of a recording
-    without : kinds of effects that are known not to be there, as ``stepgauge effects`` lists them
+    without : kinds of effects that are known not to be there, as ``stepgauge list effects`` lists them
     priors : file that replaces a part of the shipped priors
 
     Returns

@@ -8,12 +8,15 @@ from typing import Any
 from stepgauge.figures.drift import drift_figure
 from stepgauge.files.notation import as_sentence, number, quantity
 from stepgauge.reports.content import figure_svg
+from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import Column, Page, PrintedTable, Stated
 from stepgauge.reports.sections import Section
 from stepgauge.reports.standards import recording_lines, rules_table, said_of, test_content, unmet, write_test
 from stepgauge.standards.drift import DriftTest
-from stepgauge.standards.drift_files import drift_to_dict, write_drift
+from stepgauge.standards.drift_files import drift_csv, drift_to_dict, write_drift
+from stepgauge.standards.drift_rules import rules_of
 from stepgauge.standards.iso230_decision import Requirement
+from stepgauge.standards.rules import incomplete
 
 METHODS = {
     "etve": (
@@ -106,3 +109,20 @@ def _recording(data: dict[str, Any]) -> Section:
         section.add("Distance of P1 and P2", quantity(data["span_mm"], 1, "mm"))
     recording_lines(section, data)
     return section
+
+
+def drift_outcome(test: DriftTest) -> StandardTest:
+    """The test as a result of its verb."""
+    lines = [f"note: {note}" for note in test.conditions.notes]
+    for one in test.channels:
+        hour = f"first 60 min {one.first_hour_um:.2f} um, end {one.end_um:.2f} um"
+        lines.append(f"{one.name}: range {one.range_um:.2f} um, {hour}")
+    lines.append(test.requirement.text([("", test.values_um)]))
+    lines += [f"- {text}" for text in incomplete(rules_of(test))]
+    return StandardTest(
+        test,
+        tuple(lines),
+        drift_csv(test),
+        lambda folder, stated, template, suffix: report_drift(folder, test, stated, template, suffix),
+        lambda: drift_figure(test),
+    )

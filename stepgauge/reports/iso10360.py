@@ -11,13 +11,14 @@ from stepgauge.figures.iso10360 import length_test_figure
 from stepgauge.files.notation import number, quantity
 from stepgauge.machine.file import Machine
 from stepgauge.reports.content import figure_svg
+from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import Column, Page, PrintedTable, Stated
 from stepgauge.reports.sections import Section, certificate_section
 from stepgauge.reports.standards import machine_lines, recording_lines, rules_table, test_content, write_test
 from stepgauge.standards.decision import together
 from stepgauge.standards.iso10360 import KINDS, LengthTest
-from stepgauge.standards.iso10360_files import length_test_to_dict, write_length_test
-from stepgauge.standards.iso10360_statements import verdicts
+from stepgauge.standards.iso10360_files import length_test_csv, length_test_to_dict, write_length_test
+from stepgauge.standards.iso10360_statements import overall, statements, verdicts
 
 CONTRIBUTIONS = ("certificate", "expansion", "temperature", "alignment", "fixture", "tip diameter")
 INFORMATION = "unidirectional, for information"
@@ -260,3 +261,18 @@ def _error_row(one: dict[str, Any], repeats: int) -> list[str]:
         number(one["expanded_uncertainty_um"], 2),
         worst,
     ]
+
+
+def length_outcome(test: LengthTest, machine: Machine | None, further: Sequence[LengthTest]) -> StandardTest:
+    """The test, with the series beside E0, as a result of its verb."""
+    every = [test, *further]
+    lines = [overall(every).text, *(f"- {text}" for one in every for text in statements(one))]
+    return StandardTest(
+        test,
+        tuple(lines),
+        length_test_csv(test),
+        lambda folder, stated, template, suffix: report_length_test(
+            folder, test, stated, machine, template, suffix, further
+        ),
+        lambda: length_test_figure(test),
+    )

@@ -8,11 +8,14 @@ from typing import Any
 from stepgauge.figures.iso10360_5 import probing_figure
 from stepgauge.files.notation import number, quantity, vector
 from stepgauge.reports.content import figure_svg
+from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import Column, Page, PrintedTable, Stated
 from stepgauge.reports.sections import Section, add_comments
 from stepgauge.reports.standards import rules_table, said_of, test_content, unmet, write_test
 from stepgauge.standards.iso10360_5 import ProbingTest
-from stepgauge.standards.iso10360_5_files import probing_to_dict, write_probing
+from stepgauge.standards.iso10360_5_files import overall, probing_csv, probing_to_dict, write_probing
+from stepgauge.standards.iso10360_5_rules import rules_of
+from stepgauge.standards.rules import incomplete
 
 METHOD = (
     "P_Form is the range of the radial distances of the points from the centre of the least-squares (Gaussian) sphere,"
@@ -137,3 +140,17 @@ def _styli(data: dict[str, Any]) -> PrintedTable:
         for i, one in enumerate(data["styli"], 1)
     ]
     return PrintedTable("Styli", columns, rows, "Diameter and form of the sphere that each stylus finds by itself.")
+
+
+def probing_outcome(test: ProbingTest, machine_name: str | None) -> StandardTest:
+    """The test as a result of its verb."""
+    lines = [f"note: {note}" for note in test.conditions.notes]
+    lines += [f"{one.symbol}: {one.value_um:.2f} um" for one in test.values]
+    lines += [overall(test), *(f"- {text}" for text in incomplete(rules_of(test)))]
+    return StandardTest(
+        test,
+        tuple(lines),
+        probing_csv(test),
+        lambda folder, stated, template, suffix: report_probing(folder, test, stated, machine_name, template, suffix),
+        lambda: probing_figure(test),
+    )

@@ -9,6 +9,7 @@ from stepgauge.figures.iso230 import positioning_figure
 from stepgauge.files.notation import number, quantity
 from stepgauge.machine.file import Machine
 from stepgauge.reports.content import figure_svg
+from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import Column, Page, PrintedTable, Stated
 from stepgauge.reports.sections import Section, certificate_section
 from stepgauge.reports.standards import (
@@ -21,9 +22,17 @@ from stepgauge.reports.standards import (
     write_test,
 )
 from stepgauge.standards.iso230_decision import PARAMETERS, parameters_um
-from stepgauge.standards.iso230_files import as_linear, assumptions, positioning_to_dict, write_positioning
+from stepgauge.standards.iso230_files import (
+    as_linear,
+    assumptions,
+    positioning_to_dict,
+    statements,
+    targets_csv,
+    write_positioning,
+)
 from stepgauge.standards.positioning import AxisTest, PositioningTest, Units
 from stepgauge.standards.positioning_further import LABELS as FURTHER_LABELS
+from stepgauge.standards.positioning_further import further_um
 
 LABELS = {"A_up": "A↑", "A_down": "A↓", "E_up": "E↑", "E_down": "E↓", "R_up": "R↑", "R_down": "R↓", "mean_B": "mean B"}
 METHOD = (
@@ -184,3 +193,26 @@ def _targets(one: dict[str, Any], units: Units) -> PrintedTable:
         for row in one["targets"]
     ]
     return PrintedTable(f"Targets of placement {one['placement']}, {one['name']}", columns, rows)
+
+
+def positioning_outcome(test: PositioningTest, machine: Machine | None = None) -> StandardTest:
+    """The test as a result of its verb."""
+    unit, axes = test.units.deviation, [(one.name, parameters_um(one.parameters)) for one in test.axes]
+    lines = [f"note: {note}" for note in test.conditions.notes]
+    for one, (name, known) in zip(test.axes, axes, strict=True):
+        values = ", ".join(f"{key} {value:.2f} {unit}" for key, value in known.items())
+        count = f"{len(one.targets.block)} targets, {len(one.runs)} runs"
+        lines.append(f"placement {one.placement}, {name}: {values}; {count}")
+    lines.append(test.requirement.text(axes))
+    for one in test.axes:
+        for name, found in further_um(one.parameters, test.further).items():
+            values = ", ".join(f"{key} {value:.2f} {unit}" for key, value in found["parameters_um"].items())
+            lines.append(f"{one.name} by {FURTHER_LABELS[name]}: {values} (unconfirmed)")
+    lines += [f"- {text}" for text in statements(test)]
+    return StandardTest(
+        test,
+        tuple(lines),
+        targets_csv(test),
+        lambda folder, stated, template, suffix: report_positioning(folder, test, stated, machine, template, suffix),
+        lambda: positioning_figure(test.axes[0]),
+    )

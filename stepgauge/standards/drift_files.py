@@ -18,7 +18,7 @@ def drift_to_dict(test: DriftTest) -> dict[str, Any]:
     """Everything the test says, as JSON types."""
     rules, requirement = rules_of(test), test.requirement
     return {
-        "format": "stepgauge iso230-3 1",
+        "format": "stepgauge test iso230-3 1",
         "stepgauge": __version__,
         "standard": STANDARD,
         "test": test.kind,
@@ -52,10 +52,14 @@ def _channel(one: Channel) -> dict[str, Any]:
     }
 
 
+def drift_csv(test: DriftTest) -> str:
+    """A row per channel."""
+    return csv_text(COLUMNS, [[result_cell(_channel(one)[name]) for name in COLUMNS] for one in test.channels])
+
+
 def write_drift(folder: str | Path, test: DriftTest) -> list[Path]:
     """Write both files into a folder (made if missing); returns their paths."""
     paths = [Path(folder) / "iso230-3.json", Path(folder) / "iso230-3.csv"]
     write_json(paths[0], drift_to_dict(test))
-    rows = [[result_cell(_channel(one)[name]) for name in COLUMNS] for one in test.channels]
-    write_text(paths[1], csv_text(COLUMNS, rows))
+    write_text(paths[1], drift_csv(test))
     return paths

@@ -29,7 +29,7 @@ def probing_to_dict(test: ProbingTest) -> dict[str, Any]:
     """Everything the test says, as JSON types."""
     rules = rules_of(test)
     return {
-        "format": "stepgauge iso10360-5 1",
+        "format": "stepgauge test iso10360-5 1",
         "stepgauge": __version__,
         "standard": STANDARD,
         "recording": ", ".join(one.path for one in test.styli),

@@ -43,7 +43,7 @@ def length_test_to_dict(test: LengthTest, further: Sequence[LengthTest] = ()) ->
     """Everything the test says, as JSON types (undefined values are None); ``further`` series in the same form."""
     specification, tip = test.specification, test.tip
     return {
-        "format": "stepgauge iso10360 1",
+        "format": "stepgauge test iso10360 1",
         "stepgauge": __version__,
         "standard": STANDARD,
         "series": {

@@ -62,7 +62,7 @@ def key_in(name: str, units: Units) -> str:
 def as_linear(test: PositioningTest) -> dict[str, Any]:
     """The same with the keys of a linear axis, whatever it is."""
     return {
-        "format": "stepgauge iso230 1",
+        "format": "stepgauge test iso230 1",
         "stepgauge": __version__,
         "standard": STANDARD,
         "recording": test.path,

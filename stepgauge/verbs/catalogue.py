@@ -17,6 +17,28 @@ PLACES: Mapping[str, str] = {
     "export": "export.export_recording",
     "compensate": "compensate.compensate",
     "test plan": "test.plan.plan_iso10360",
+    "import": "import_.import_recording",
+    "report": "report.report",
+    "history": "history.history",
+    "serve": "serve.serve",
+    "test iso10360": "test.iso10360.iso10360",
+    "test iso10360-5": "test.iso10360_5.iso10360_5",
+    "test iso230": "test.iso230.iso230",
+    "test iso230-3": "test.iso230_3.iso230_3",
+    "probe map": "probe.probe_map",
+    "probe sphere": "probe.probe_sphere",
+    "probe qualify": "probe.qualify_probe",
+    "probe compensate": "probe.compensate_points",
+    "probe bench": "probe.probe_bench",
+    "list gauges": "list_.list_gauges",
+    "list machines": "list_.list_machines",
+    "list files": "list_.list_files",
+    "list effects": "list_.list_effects",
+    "list dialects": "list_.list_dialects",
+    "dcc write": "dcc.write_dcc",
+    "dcc check": "dcc.check_dcc",
+    "dcc import-gauge": "dcc.import_gauge_dcc",
+    "dcc export-gauge": "dcc.export_gauge_dcc",
     "fleet add": "fleet.add_to_fleet",
     "fleet query": "fleet.query_fleet",
     "fleet export": "fleet.export_fleet",
@@ -31,6 +53,7 @@ PLACES: Mapping[str, str] = {
 """The words of each verb, and its module and function in this room."""
 GROUPS: Mapping[str, str] = {
     "test": "Tests by standards: ISO 10360-2 and -5, ISO 230-2 and -3.",
+    "list": "What there is: shipped files, effects, dialects.",
     "dcc": "Digital Calibration Certificates: DCC XML 3.2.0 of PTB with D-SI quantities.\n\nCertificates are read"
     " safely: no DOCTYPE, no entities, no network.",
     "probe": "The touch-trigger probe: its physics, its qualification and its compensation.",
@@ -43,8 +66,8 @@ TASKS: Mapping[str, tuple[str, ...]] = {
         *("init", "status", "web", "demo", "locate", "plan", "simulate", "measure", "import", "evaluate", "budget"),
         *("report", "diagnose"),
     ),
-    "Further": ("export", "compensate", "history", "investigate", "serve", "figures", "effects", "shipped", "dialects"),
-    "Groups": ("test", "dcc", "probe", "fleet", "iso10360", "iso10360-5", "iso230", "iso230-3"),
+    "Further": ("export", "compensate", "history", "investigate", "serve", "figures"),
+    "Groups": ("test", "list", "dcc", "probe", "fleet"),
 }
 """Verbs and groups by heading, as the help lists them."""
 

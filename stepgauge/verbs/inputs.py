@@ -14,6 +14,7 @@ from stepgauge.planning.plan import parse_block_list, parse_blocks
 if TYPE_CHECKING:
     import pandas as pd
 
+    from stepgauge.axis.recording import AxisRecording
     from stepgauge.evaluation.evaluate import Evaluation
     from stepgauge.machine.file import Machine
     from stepgauge.machine.virtual import Run
@@ -82,6 +83,42 @@ def as_recordings(
     if not found:
         raise InputError("recordings", "there is none", expected="one recording or more")
     return found
+
+
+def joined_recordings(recordings: Any) -> Recording:
+    """One recording of all that are given, several as several placements."""
+    from stepgauge.recording import join_recordings
+
+    tables = as_recordings(recordings)
+    return tables[0] if len(tables) == 1 else join_recordings(tables)
+
+
+def as_axis(given: File | AxisRecording) -> AxisRecording:
+    """A recording of an axis, a spot or distances, or the one of a file."""
+    from stepgauge.axis.recording import AxisRecording, read_axis_recording
+
+    return read_axis_recording(given) if isinstance(given, File) else of_kind(given, AxisRecording, "recording")
+
+
+def are_of_axis(given: Iterable[object]) -> bool:
+    """Whether all recordings are of an axis, a spot or distances; some beside those of a gauge are a mistake."""
+    from stepgauge.axis.recording import AxisRecording, is_axis_recording
+
+    given = list(given)
+    found = [is_axis_recording(one) if isinstance(one, File) else isinstance(one, AxisRecording) for one in given]
+    if any(found) and not all(found):
+        one = given[found.index(True)]
+        where = one if isinstance(one, str | Path) else getattr(one, "path", "") or "recordings"
+        raise InputError(where, "this is of one axis, the others are of a gauge", expected="recordings of one kind")
+    return bool(found) and all(found)
+
+
+def stated_together(name: str, value: object, other: str, beside: object, both: bool = False) -> None:
+    """:class:`InputError` where an argument lacks the one that it needs (``both``: they need each other)."""
+    if value is not None and beside is None:
+        raise InputError(naming(name), naming(other, words="needs {}"))
+    if both and beside is not None and value is None:
+        raise InputError(naming(other), naming(name, words="needs {}"))
 
 
 def as_sources(sources: Any) -> list[File | Recording]:

@@ -95,6 +95,10 @@ MachineName = Annotated[str | None, Text("NAME"), "machine that measured it, whe
 Mpe = Annotated[str | None, Text("LIMIT"), 'maximum permissible error "A + L/K", um with L in mm']
 MpeCap = Annotated[float | None, Number("um", above=0.0), "the limit of ``mpe`` is never above this"]
 TipRadius = Annotated[float | None, Number("mm", above=0.0), "nominal tip radius"]
+TipDiameter = Annotated[
+    float | None, Number("mm", above=0.0), "effective tip diameter as the machine's qualification gave it"
+]
+CoverageFactor = Annotated[float, Number("", 1.0, 4.0, name="factor"), "factor k from standard to expanded uncertainty"]
 Search = Annotated[
     float, Number("mm", above=0.0), "search beyond the target of a program, where its text does not state it"
 ]

@@ -16,8 +16,8 @@ from stepgauge.axis.recording import (
 )
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.axis.units import NAMES, AxisUnits
-from stepgauge.cli import import_
 from stepgauge.errors import InputError
+from stepgauge.verbs import import_
 from tests.axis.made import axis, distances, spot
 from tests.cli.conftest import Run
 
@@ -96,8 +96,8 @@ def test_verbs_of_gauges_say_which_verb_reads_it(run: Run, tmp_path: Path) -> No
 
 
 def test_the_verb_offers_every_sensor_and_names_units_that_there_are() -> None:
-    assert list(SENSORS) == import_.SENSORS
-    assert set(import_.UNIT.words.split(", ")) <= set(NAMES)
+    assert tuple(SENSORS) == import_.SENSORS
+    assert set(import_.UNITS.split(", ")) <= set(NAMES)
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import click
 import pytest
 
 from stepgauge.cli import main
+from stepgauge.cli.build import make_command
+from stepgauge.verbs.catalogue import find_verb
 from tests.conftest import ROOT
 
 
@@ -77,3 +80,8 @@ def made_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ):
         main([str(word) for word in line])
     return tmp_path
+
+
+def command_of(words: str) -> click.Command:
+    """The command of a verb from its definition."""
+    return make_command(words.rpartition(" ")[2], find_verb(words))

@@ -29,7 +29,7 @@ def text_of(path: Path) -> str:
 def test_one_stylus(run: Run, points: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     limits = ("--mpe-form", 12, "--mpe-size", 10, "--another-sphere")
-    result = run("iso10360-5", points, *SPHERE, *SURE, *limits, "--number", "N-5", "-o", out)
+    result = run("test", "iso10360-5", points, *SPHERE, *SURE, *limits, "--number", "N-5", "-o", out)
     assert result.code == 0, result.err
     data = json.loads((out / "iso10360-5.json").read_text())
     assert [one["outcome"] for one in data["values"]] == ["conforms", "conforms"]
@@ -53,7 +53,7 @@ def test_no_conformity_is_stated_of_a_test_that_is_not_complete(run: Run, tmp_pa
     for n, path in enumerate(points):
         assert run("probe", "sphere", "omp40-2-50mm", "--sphere-diameter", 25, "--seed", n, "-o", path).code == 0
     limits = ("--mpe-form", 12, "--mpe-size", 10, "--mpe-location", 8, "--another-sphere")
-    result = run("iso10360-5", *points, *SPHERE, *SURE, *limits, "-o", tmp_path / "out")
+    result = run("test", "iso10360-5", *points, *SPHERE, *SURE, *limits, "-o", tmp_path / "out")
     assert result.code == 0, result.err
     data = json.loads((tmp_path / "out" / "iso10360-5.json").read_text())
     assert [one["outcome"] for one in data["values"]] == ["conforms"] * 3
@@ -68,7 +68,7 @@ def test_the_range_of_the_points_is_that_of_the_probe(run: Run, tmp_path: Path) 
     """Without scatter, P_Form of the virtual points is what qualify calls the form error."""
     points = tmp_path / "s.csv"
     run("probe", "sphere", "omp40-2-50mm", "--scatter", 0, "-o", points)
-    run("iso10360-5", points, *SPHERE, "-o", tmp_path / "out")
+    run("test", "iso10360-5", points, *SPHERE, "-o", tmp_path / "out")
     run("probe", "qualify", points, "--sphere-diameter", 25, "--tip-diameter", 6, "-o", tmp_path / "q.json")
     run("probe", "compensate", points, "-q", tmp_path / "q.json", "-o", tmp_path / "c.csv")
     cells = (points.read_text() + (tmp_path / "c.csv").read_text()).replace("\n", ",").split(",")
@@ -88,7 +88,7 @@ def test_the_range_of_the_points_is_that_of_the_probe(run: Run, tmp_path: Path) 
     ],
 )
 def test_wrong_input(run: Run, points: Path, tmp_path: Path, line: tuple, words: list[str]) -> None:
-    result = run("iso10360-5", *(str(part).format(p=points, o=tmp_path / "out") for part in line))
+    result = run("test", "iso10360-5", *(str(part).format(p=points, o=tmp_path / "out") for part in line))
     assert result.code == 2
     for word in words:
         assert word in result.err

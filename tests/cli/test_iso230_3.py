@@ -1,4 +1,4 @@
-"""``stepgauge iso230-3`` as a user runs it."""
+"""``stepgauge test iso230-3`` as a user runs it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def table(tmp_path: Path) -> Path:
 def test_tolerances_are_decided_and_printed(run: Run, table: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     sure = ("--tolerance", "x1=4", "--expanded-uncertainty", 0.2)
-    result = run("iso230-3", table, "--test", "etve", *sure, "--operator", "Op", "-o", out)
+    result = run("test", "iso230-3", table, "--test", "etve", *sure, "--operator", "Op", "-o", out)
     assert result.code == 0, result.err
     data = json.loads((out / "iso230-3.json").read_text())
     assert data["channels"][0]["range_um"] == pytest.approx(3.1)
@@ -52,7 +52,7 @@ def test_tolerances_are_decided_and_printed(run: Run, table: Path, tmp_path: Pat
 )
 def test_wrong_input(run: Run, table: Path, tmp_path: Path, text: str, more: tuple, words: list[str]) -> None:
     table.write_text(text)
-    result = run("iso230-3", table, *more, "-o", tmp_path / "out")
+    result = run("test", "iso230-3", table, *more, "-o", tmp_path / "out")
     assert result.code == 2
     for word in words:
         assert word in result.err

@@ -189,14 +189,14 @@ def test_the_report_is_printable(run: Run, files: Path) -> None:
 
 
 def test_shipped_files_can_be_listed_printed_and_copied_but_not_over_others(run: Run, tmp_path: Path) -> None:
-    listed = run("shipped").out
+    listed = run("list", "files").out
     for name in ("step-gauge-420.toml", "bridge-cmm.toml", "dmis.j2"):
         assert name in listed
-    assert run("shipped", "dmis").out == (ROOT / "templates/programs/dmis.j2").read_text()
-    assert run("shipped", "step-gauge-600", "--copy-to", tmp_path).code == 0
+    assert run("list", "files", "dmis").out == (ROOT / "templates/programs/dmis.j2").read_text()
+    assert run("list", "files", "step-gauge-600", "--copy-to", tmp_path).code == 0
     assert (tmp_path / "step-gauge-600.csv").exists()
-    assert "exists already" in refused(run("shipped", "step-gauge-600", "--copy-to", tmp_path))
-    assert "no such shipped file" in refused(run("shipped", "nothing"))
+    assert "exists already" in refused(run("list", "files", "step-gauge-600", "--copy-to", tmp_path))
+    assert "no such shipped file" in refused(run("list", "files", "nothing"))
     result = run(
         "locate",
         ROOT / "examples/fig6-x-axis/points.csv",

@@ -93,7 +93,7 @@ def test_the_uncertainty_of_a_temperature_has_one_bound(run: Run, files: Path) -
     g, recording = ("-g", "step-gauge-420"), files / "recording.csv"
     out, machine = ("-o", files / "out"), files / "machine.toml"
     for words in (
-        ("iso10360", recording, *g, "--mpe", "1.8 + L/350", *out),
+        ("test", "iso10360", recording, *g, "--mpe", "1.8 + L/350", *out),
         ("budget", recording, *g, "-m", machine, *out),
         ("budget", recording, *g, "-m", machine, "--method", "monte-carlo", *out),
     ):

@@ -65,7 +65,7 @@ def test_an_output_never_replaces_what_the_command_reads(
         (recording, ("compensate", measured / "result", "--axis", "y", "--to", "csv", "-o", recording)),
         (recording, ("compensate", measured / "result", "--axis", "y", "--to", "csv", "-o", tmp_path / "same.csv")),
         (tmp_path / "evaluation.csv", ("evaluate", tmp_path / "evaluation.csv", "-g", GAUGE, "-o", tmp_path)),
-        (tmp_path / "iso230.csv", ("iso230", tmp_path / "iso230.csv", "-g", GAUGE, "-o", tmp_path)),
+        (tmp_path / "iso230.csv", ("test", "iso230", tmp_path / "iso230.csv", "-g", GAUGE, "-o", tmp_path)),
         (probe, ("probe", "sphere", probe, "-o", probe)),
         (machine, ("measure", *lies, "--server", "127.0.0.1:1", "-o", tmp_path / "o.csv", "--spy", machine)),
         (machine, ("serve", *lies, "--log", machine)),
@@ -115,7 +115,7 @@ def test_options_that_are_not_used_are_refused(
     out = tmp_path / "out.csv"
     table = ("compensate", measured / "result", "--axis", "y", "-o", out)
     budget = ("budget", recording, "-g", GAUGE, "-m", MACHINE, "--runs", 0, "-o", tmp_path / "b")
-    test = ("iso10360", recording, "-g", GAUGE, "--mpe", "1.8 + L/350", "-o", tmp_path / "t")
+    test = ("test", "iso10360", recording, "-g", GAUGE, "--mpe", "1.8 + L/350", "-o", tmp_path / "t")
     cases: tuple[tuple[str, tuple[object, ...]], ...] = (
         ("belongs to a program", (*budget, "--gauge-temperature", 25)),
         ("are no lengths", (*test, "--lengths", "nan,30,50")),

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from stepgauge.cli.probe.bench import command
 from stepgauge.errors import InputError
+from tests.cli.conftest import command_of
 
 from .probe_files import bench_series
 
@@ -16,7 +16,7 @@ STEP_UM = 0.025  # rod travel between two samples
 
 
 def run(*arguments):
-    return CliRunner().invoke(command, [str(a) for a in arguments])
+    return CliRunner().invoke(command_of("probe bench"), [str(a) for a in arguments])
 
 
 @pytest.fixture

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from stepgauge.cli.probe.map import command
 from stepgauge.errors import InputError
 from stepgauge.probes import read_probe
 from stepgauge.probes.angles import parse_angles
 from stepgauge.probes.directions_map import COLUMNS, map_directions
+from tests.cli.conftest import command_of
 
 
 def run(*arguments):
-    return CliRunner().invoke(command, [str(a) for a in arguments])
+    return CliRunner().invoke(command_of("probe map"), [str(a) for a in arguments])
 
 
 def read(path):

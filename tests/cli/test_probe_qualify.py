@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from stepgauge.cli.probe.qualify import command
 from stepgauge.errors import InputError
 from stepgauge.physics import directions
+from tests.cli.conftest import command_of
 
 from .probe_files import HEADER, SPHERE_MM, sphere_points
 
 
 def run(*arguments):
-    return CliRunner().invoke(command, [str(a) for a in arguments])
+    return CliRunner().invoke(command_of("probe qualify"), [str(a) for a in arguments])
 
 
 def complaint(*arguments):
@@ -62,7 +62,7 @@ def test_a_horizontal_probe_is_qualified_about_its_own_axis(tmp_path):
     points = sphere_points(tmp_path / "s.csv", directions.iso_10360_5_points(), axis=(1.0, 0.0, 0.0))
     out = tmp_path / "q.json"
     run(points, "--sphere-diameter", SPHERE_MM, "--tip-diameter", 4, "--lobe-azimuth", 20,
-        "--stylus-axis", 1, 0, 0, "-o", out)  # fmt: skip
+        "--stylus-axis", "1,0,0", "-o", out)  # fmt: skip
     assert json.loads(out.read_text())["lobes"]["constant_um"] == pytest.approx(5.0, abs=1e-4)
 
 
@@ -129,8 +129,8 @@ class TestWrongInput:
             (["--sphere-diameter", -25], "--sphere-diameter"),
             (["--sphere-diameter", 25, "--tip-diameter", 0], "--tip-diameter"),
             (["--sphere-diameter", 25, "--noise", -1], "--noise"),
-            (["--sphere-diameter", 25, "--stylus-axis", 0, 0, 0, "--tip-diameter", 4], "stylus axis"),
-            (["--sphere-diameter", 25, "--stylus-axis", "nan", 0, 0, "--tip-diameter", 4], "stylus axis"),
+            (["--sphere-diameter", 25, "--stylus-axis", "0,0,0", "--tip-diameter", 4], "stylus axis"),
+            (["--sphere-diameter", 25, "--stylus-axis", "nan,0,0", "--tip-diameter", 4], "stylus axis"),
             (["--sphere-diameter", 25, "--u-tip-diameter", -1], "--u-tip-diameter"),
             (["--sphere-diameter", 25, "--lobe-azimuth", "left", "--tip-diameter", 4], "--lobe-azimuth"),
         ],

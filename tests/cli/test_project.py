@@ -158,7 +158,7 @@ def test_status_says_what_comes_next(run: Run, project: Path) -> None:
     (project / "gauge/step-gauge-420.csv").unlink()
     shown = run("status").out
     assert re.search(r"gauge .*\n +! .*step-gauge-420.csv", shown)
-    assert re.search(r"next +stepgauge shipped", shown)
+    assert re.search(r"next +stepgauge list files", shown)
 
 
 @pytest.mark.parametrize(
@@ -200,8 +200,8 @@ FAR = "placement.toml", "-d", "dmis", "-o", "far.dmi"
         ('machine = "bridge"', ("diagnose", "r.csv", "-o", "d"), "machine"),
         ('certificate = "lab.toml"', ("report", "e", "-o", "r.pdf"), "certificate"),
         ('machine = "../cmm.toml"', ("report", "e", "-o", "r.pdf"), "machine"),
-        ('machine = "../cmm.toml"', ("iso230", "r.csv", "-o", "i"), "machine"),
-        ('[iso230]\nplacement = "p.toml"', ("iso230", "r.csv", "-o", "i"), r"placement in \[iso230\]"),
+        ('machine = "../cmm.toml"', ("test", "iso230", "r.csv", "-o", "i"), "machine"),
+        ('[iso230]\nplacement = "p.toml"', ("test", "iso230", "r.csv", "-o", "i"), r"placement in \[iso230\]"),
         ('[budget]\nplacement = "p.toml"', ("budget", "r.csv", "-o", "b"), r"placement in \[budget\]"),
         ('[diagnose]\npriors = "mine.toml"', ("diagnose", "r.csv", "-o", "d"), r"priors in \[diagnose\]"),
         ('placement = "lies.toml"', ("measure", "--server", "127.0.0.1", "-o", "m.csv"), "placement"),
@@ -230,7 +230,7 @@ def test_a_file_that_is_stated_and_not_there_is_never_a_default(
 
 def test_a_file_that_is_not_there_matters_only_to_the_verb_that_reads_it(run: Run, project: Path) -> None:
     (project / "stepgauge.toml").write_text('gauge = "no.toml"\nmachine = "no.toml"\n')
-    assert run("shipped").code == 0
+    assert run("list", "files").code == 0
     assert run("locate", "points.csv", "-g", "step-gauge-420", "-m", "bridge-cmm", "-o", "placement.toml").code == 0
     assert run("init", "other", "-g", "step-gauge-420", "-m", "bridge-cmm").code == 0
 

@@ -13,7 +13,7 @@ from stepgauge.cli import main
 from stepgauge.errors import InputError
 from stepgauge.evaluation.files import write_evaluation
 from stepgauge.gauge.placement import write_placement
-from stepgauge.public.report import report
+from stepgauge.verbs.report import report
 from tests.dcc.made import evaluated
 from tests.measured import lay, one_placement, shipped
 

@@ -1,4 +1,4 @@
-"""``stepgauge iso10360``, ``iso230`` and ``test plan`` as a user runs them."""
+"""``stepgauge test iso10360``, ``iso230`` and ``test plan`` as a user runs them."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_e150_goes_with_two_recordings_of_the_offset_stylus(run: Run, recording:
     shipped = find_data("bridge-cmm", "machine", "machines").read_text()
     level = "stylus_length_mm = 150.0\nstylus_direction = [1.0, 0.0, 0.0]\nbody_length_mm = 0.0"
     stylus.write_text(shipped.replace("stylus_length_mm = 50.0", level))
-    common = ("iso10360", recording, *G, *MPE, "-m", "bridge-cmm", "--tip-diameter", 3.994)
+    common = ("test", "iso10360", recording, *G, *MPE, "-m", "bridge-cmm", "--tip-diameter", 3.994)
     said = ("--offset-recording", offset[0], "--offset-recording", offset[1], "--mpe-offset", "2.5 + L/300")
     done = run(*common, *said, "--offset-machine", stylus, "-o", tmp_path / "out")
     assert done.code == 0, done.err
@@ -97,7 +97,7 @@ def test_a_gauge_of_normal_expansion_beside_one_of_low(run: Run, recording: Path
     for name in ("step-gauge-420.toml", "step-gauge-420.csv"):
         text = find_data(name.replace("csv", "toml"), "gauge").with_suffix(Path(name).suffix).read_text()
         (tmp_path / name).write_text(re.sub(r"expansion_per_K = \S+", "expansion_per_K = 0.5e-6", text))
-    low = ("iso10360", recording, "-g", tmp_path / "step-gauge-420.toml", *MPE, "--tip-diameter", 3.994)
+    low = ("test", "iso10360", recording, "-g", tmp_path / "step-gauge-420.toml", *MPE, "--tip-diameter", 3.994)
     without = run(*low, "-o", tmp_path / "without")
     assert without.code == 0, without.err
     assert "normal expansion" in without.err
@@ -115,7 +115,7 @@ def test_a_gauge_of_normal_expansion_beside_one_of_low(run: Run, recording: Path
 
 def test_iso230_writes_everything(run: Run, recording: Path, tmp_path: Path) -> None:
     out = tmp_path / "result"
-    result = run("iso230", recording, *G, "-m", "bridge-cmm", "--tip-diameter", 3.994, "-o", out)
+    result = run("test", "iso230", recording, *G, "-m", "bridge-cmm", "--tip-diameter", 3.994, "-o", out)
     assert result.code == 0, result.err
     data = json.loads((out / "iso230.json").read_text())
     (axis,) = data["axes"]
@@ -164,14 +164,14 @@ def test_a_gauge_that_does_not_fit_leaves_nothing_unless_allowed(run: Run, tmp_p
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        (("iso10360", "{r}", *G, "--mpe", "about 2", "-o", "{o}"), ["--mpe", "A + L/K"]),
-        (("iso10360", "{r}", *G, *MPE, "--tip-diameter", 1.997, "-o", "{o}"), ["a radius?", "about 3.9938"]),
-        (("iso10360", "{r}", *G, *MPE, "--u-tip-diameter", 0.1, "-o", "{o}"), ["needs --tip-diameter"]),
-        (("iso10360", "{r}", *G, *MPE, "--lengths", "30,x", "-o", "{o}"), ["--lengths"]),
-        (("iso10360", "{r}", "-g", "step-gauge-600", *MPE, "-o", "{o}"), ["another gauge", "SG-420-001"]),
-        (("iso10360", "{r}", *G, *MPE, "--template", "none.typ", "-o", "{o}"), ["none.typ"]),
-        (("iso230", "{r}", "-g", "step-gauge-1020", "-o", "{o}"), ["another gauge"]),
-        (("iso230", "{r}", *G, "--template", "none.typ", "-o", "{o}"), ["none.typ"]),
+        (("test", "iso10360", "{r}", *G, "--mpe", "about 2", "-o", "{o}"), ["--mpe", "A + L/K"]),
+        (("test", "iso10360", "{r}", *G, *MPE, "--tip-diameter", 1.997, "-o", "{o}"), ["a radius?", "about 3.9938"]),
+        (("test", "iso10360", "{r}", *G, *MPE, "--u-tip-diameter", 0.1, "-o", "{o}"), ["needs --tip-diameter"]),
+        (("test", "iso10360", "{r}", *G, *MPE, "--lengths", "30,x", "-o", "{o}"), ["--lengths"]),
+        (("test", "iso10360", "{r}", "-g", "step-gauge-600", *MPE, "-o", "{o}"), ["another gauge", "SG-420-001"]),
+        (("test", "iso10360", "{r}", *G, *MPE, "--template", "none.typ", "-o", "{o}"), ["none.typ"]),
+        (("test", "iso230", "{r}", "-g", "step-gauge-1020", "-o", "{o}"), ["another gauge"]),
+        (("test", "iso230", "{r}", *G, "--template", "none.typ", "-o", "{o}"), ["none.typ"]),
         (("test", "plan", *G, "-d", "dmis", "-o", "{o}"), ["--machine"]),
         (("test", "plan", "p.toml", *G, "-m", "bridge-cmm", "-d", "dmis", "-o", "{o}"), ["unexpected extra argument"]),
         (("test", "plan", *G, "-m", "bridge-cmm", "--blocks", "1:4", "-d", "dmis", "-o", "{o}"), ["--blocks"]),

@@ -1,4 +1,4 @@
-"""``stepgauge budget --method monte-carlo`` and ``stepgauge effects`` as a user calls them."""
+"""``stepgauge budget --method monte-carlo`` and ``stepgauge list effects`` as a user calls them."""
 
 from __future__ import annotations
 
@@ -159,10 +159,10 @@ def test_a_value_out_of_place_in_parquet_is_named_by_its_row(folder: Path) -> No
 def test_effects_lists_the_vocabulary_and_explains_each_with_an_example_that_works(tmp_path: Path) -> None:
     tables = {"error_map": "coordinate_mm,error\n0,0\n700,1\n"}
     tables["axis_compensation"] = ",".join(COLUMNS) + "\n0,0,0,0,0\n700,1,1,0,0\n"
-    listed = run("effects")
+    listed = run("list", "effects")
     for kind, effect in effect_kinds(every=True).items():
         assert f"\n{kind} " in f"\n{listed}"
-        said = run("effects", kind)
+        said = run("list", "effects", kind)
         assert effect.equation in said
         for parameter in effect.parameters():
             assert re.search(rf"\n  {parameter.name} +\S.*{re.escape(parameter.unit)}", said)
@@ -173,7 +173,7 @@ def test_effects_lists_the_vocabulary_and_explains_each_with_an_example_that_wor
 
 
 def test_what_a_formula_may_name_is_listed_and_understood() -> None:
-    said = run("effects", "empirical")
+    said = run("list", "effects", "empirical")
     listed = re.findall(r"^  (\w+) {2,}\S", said[said.index("A formula knows") : said.index("and + -")], re.MULTILINE)
     assert {"rest_s", "rested_N", "touches_N", "way"} <= set(listed)
     frame = pd.DataFrame({"face": [1, 2, 1], "time_s": [0.0, 3.0, 9.0], "placement": 1, "cycle": 1})
@@ -187,13 +187,13 @@ def test_what_a_formula_may_name_is_listed_and_understood() -> None:
 
 
 def test_an_unknown_effect_is_an_error_with_the_known_ones() -> None:
-    done = stepgauge("effects", "gremlins")
+    done = stepgauge("list", "effects", "gremlins")
     assert done.returncode == 2
     assert "gremlins: no such effect; expected angular_error" in done.stderr
 
 
 def test_errors_of_the_geometry_together_are_explained_as_effects_are() -> None:
-    said = run("effects", "geometric_errors")
+    said = run("list", "effects", "geometric_errors")
     assert "straightness" in said
     assert "from 4 placements on" in said
     assert "prior odds: 1 to 200" in said

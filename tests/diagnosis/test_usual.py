@@ -91,11 +91,11 @@ def test_a_period_is_between_two_steps_of_the_display_and_the_travel() -> None:
 
 
 def test_effects_tells_what_is_usual_here(capsys: pytest.CaptureFixture[str]) -> None:
-    main(["effects", "gauge_bending", "periodic_scale_error", "-g", "step-gauge-420", "-m", "bridge-cmm"])
+    main(["list", "effects", "gauge_bending", "periodic_scale_error", "-g", "step-gauge-420", "-m", "bridge-cmm"])
     said = capsys.readouterr().out
     for words in ("usual size: 1.7 um of sag", "410 mm long (power 4)", "y 0.004 to 1200", "prior odds: 1 to 20"):
         assert words in said
-    main(["effects", "scale_error"])
+    main(["list", "effects", "scale_error"])
     assert "grows with the repeatability of the machine (--machine)" in capsys.readouterr().out
 
 

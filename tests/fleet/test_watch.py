@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from scipy.stats import norm
-from stepgauge.cli.fleet.watch import LIMITS
 
 import stepgauge as sg
 from stepgauge.cli import cli
@@ -24,6 +23,7 @@ from stepgauge.fleet.hierarchical.watching import LIMITS as WATCHED
 from stepgauge.fleet.hierarchical.watching import FleetWatch, machine_drifts
 from stepgauge.gauge.certified import Gauge
 from stepgauge.history import judge, make_series
+from stepgauge.verbs.fleet import LIMITS
 from tests.fleet.crossed_made import crossed, fleet, gauge
 from tests.fleet.made import make_fleet
 from tests.test_history import noise

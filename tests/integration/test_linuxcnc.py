@@ -117,7 +117,7 @@ def test_every_point_was_read_behind_the_contact_and_within_one_period(whole):
 
 def test_both_forms_of_the_log_give_the_same_recording(whole, tmp_path: Path):
     folder, _ = whole
-    arguments = ["--from", "linuxcnc", "--program", folder / "program.ngc", "--gauge", "step-gauge-420"]
+    arguments = ["--format", "linuxcnc", "--program", folder / "program.ngc", "--gauge", "step-gauge-420"]
     arguments += ["--placement", EXAMPLE / "placement.toml", "-o", tmp_path / "recording.csv"]
     subprocess.run(
         [sys.executable, "-m", "stepgauge", "import", folder / "probeopen.txt", *arguments], check=True, timeout=60

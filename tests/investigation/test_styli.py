@@ -17,7 +17,6 @@ from numpy.testing import assert_allclose
 
 import stepgauge as sg
 from stepgauge.cli import main
-from stepgauge.cli.serve import _state
 from stepgauge.diagnosis.laws.choices import choices_of
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import make_problem
@@ -37,6 +36,7 @@ from stepgauge.machine.styli import numbered, with_styli, with_stylus
 from stepgauge.machine.virtual import Conditions, run_program
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.recording import Recording, join_recordings
+from stepgauge.verbs.serve import machine_state
 from tests.investigation.made import Person, begun, lies_along_y
 from tests.investigation.test_loop import Counting, StoppedError
 from tests.live.made import make_state, serving, small_gauge, small_machine, small_program, with_effects, write_files
@@ -331,9 +331,9 @@ def test_the_command_line_takes_styli_and_refuses_another_machine(
     for name, own in (("long", arm_machine(LONG_MM, 0.8, "Long")), ("other", small_machine(repeatability_um=0.3))):
         (tmp_path / name).mkdir()
         write_files(tmp_path / name, own, small_gauge(), lies_along_y())
-    asked = {"tool": "StepGaugeProbe", "styli": [str(tmp_path / "long" / "machine.toml")], "start_time": 0.0, "seed": 1}
-    asked |= dict.fromkeys(("speed", "faults", "gauge_temperature"))
-    served = _state(files["--machine"], files["--gauge"], files["--placement"], asked)
+    styli = [str(tmp_path / "long" / "machine.toml")]
+    where = (files["--machine"], files["--gauge"], files["--placement"])
+    served = machine_state(*where, styli, None, (None, 0.0), None, 1, "StepGaugeProbe")
     assert served.tools == ("RefTool", "NoTool", "Long", "StepGaugeProbe")
     recording = measured((), ())
     recording.write(tmp_path / "recording.csv")

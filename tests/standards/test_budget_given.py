@@ -13,10 +13,10 @@ from stepgauge.errors import InputError
 from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
 from stepgauge.files.resources import folder
 from stepgauge.gauge.placement import write_placement
-from stepgauge.public.report import report
 from stepgauge.reports.sources import read_sources
 from stepgauge.standards.budget_files import StoredBudget
 from stepgauge.standards.budget_given import check_given, stated_machine
+from stepgauge.verbs.report import report
 from tests.dcc.made import SAID
 from tests.dcc.test_machine_certificate import call
 from tests.measured import lay, named, one_placement, run, shipped

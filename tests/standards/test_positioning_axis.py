@@ -110,7 +110,9 @@ def test_a_rotary_axis_is_told_in_arcsec_by_the_same_formulas(tmp_path: Path, ru
     (rule,) = [one for one in axis_positioning_test(few).axes[0].rules if "targets by travel" in one.asks]
     assert (rule.met, rule.found) == (False, "5 targets over 360.0°, asked 8")
     made.write(tmp_path / "table.csv")
-    done = run("iso230", tmp_path / "table.csv", "--tolerance", "A=15", "--expanded-uncertainty", 0.5, "-o", tmp_path)
+    done = run(
+        "test", "iso230", tmp_path / "table.csv", "--tolerance", "A=15", "--expanded-uncertainty", 0.5, "-o", tmp_path
+    )
     assert "A 14.00 arcsec" in done.err
     said = json.loads((tmp_path / "iso230.json").read_text())
     assert said["overall"].startswith("The parameters conform. axis: A = 14.00 arcsec, tolerance 15 arcsec")
@@ -134,7 +136,7 @@ def test_approaches_from_one_side_give_the_parameters_of_that_direction(way: str
     assert not rule.met
     assert f"approached {way} only" in rule.found
     alone.write(tmp_path / "axis.csv")
-    command = ("iso230", tmp_path / "axis.csv", "-o", tmp_path / "out")
+    command = ("test", "iso230", tmp_path / "axis.csv", "-o", tmp_path / "out")
     done = run(*command, "--tolerance", "B=3")
     assert done.code == 2
     assert f"this parameter needs approaches from both sides; found B; expected A_{way}" in done.err
@@ -164,7 +166,7 @@ def test_directions_that_the_order_of_the_targets_contradicts_are_doubtful() -> 
 def test_the_verb_reads_an_axis_without_a_gauge(tmp_path: Path, run: Run) -> None:
     straight(noise=1e-6).write(tmp_path / "axis.csv")
     out = tmp_path / "out"
-    done = run("iso230", tmp_path / "axis.csv", "--tolerance", "A=12", "--expanded-uncertainty", 0.5, "-o", out)
+    done = run("test", "iso230", tmp_path / "axis.csv", "--tolerance", "A=12", "--expanded-uncertainty", 0.5, "-o", out)
     assert done.code == 0, done.err
     assert "A 6.02 um" in done.err
     said = json.loads((out / "iso230.json").read_text())
@@ -181,7 +183,7 @@ def test_the_verb_reads_an_axis_without_a_gauge(tmp_path: Path, run: Run) -> Non
         (["--date", "2999-01-01"], "2999-01-01 lies in the future"),
         ([tmp_path / "axis.csv"], "setting up 2 repeats the readings of setting up 1"),
     ):
-        done = run("iso230", tmp_path / "axis.csv", *more, "-o", out)
+        done = run("test", "iso230", tmp_path / "axis.csv", *more, "-o", out)
         assert done.code == 2
         assert words in done.err
-    assert "needs --gauge" in run("iso230", tmp_path / "axis.toml", "-o", out).err
+    assert "needs --gauge" in run("test", "iso230", tmp_path / "axis.toml", "-o", out).err

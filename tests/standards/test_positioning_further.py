@@ -7,9 +7,9 @@ import statistics
 import numpy as np
 import pytest
 
-from stepgauge.cli.iso230 import command
 from stepgauge.standards.iso230 import Direction, OneWay, axis_parameters
 from stepgauge.standards.positioning_further import FURTHER, further_um
+from stepgauge.verbs.catalogue import find_verb
 
 UP = [[1.0, 3.0], [4.0, 4.0], [10.0, 12.0]]
 DOWN = [[-1.0, 1.0], [3.0, 5.0], [9.0, 9.0]]
@@ -51,5 +51,5 @@ def test_b5_54_follows_iso_230_and_says_that_it_is_unconfirmed() -> None:
 
 
 def test_the_option_names_the_standards_that_there_are() -> None:
-    (option,) = [one for one in command.params if one.name == "further"]
-    assert set(option.type.choices) == set(FURTHER)  # type: ignore[attr-defined]
+    (option,) = [one for one in find_verb("test iso230").parameters if one.name == "also"]
+    assert set(option.field["choices"]) == set(FURTHER)

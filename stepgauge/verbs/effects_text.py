@@ -1,14 +1,12 @@
-"""``stepgauge effects``: the vocabulary of what bends the readings of a machine."""
+"""What is known of the effects that bend the readings of a machine, in words."""
 
 from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import click
-
-from stepgauge.cli.options import GAUGE_VARIABLE, machine_option
 from stepgauge.files.notation import rounded
 
 if TYPE_CHECKING:
@@ -19,33 +17,12 @@ if TYPE_CHECKING:
     Given = tuple[Gauge | None, Machine | None]
 
 
-@click.command("effects")
-@click.argument("kinds", nargs=-1, metavar="[KIND...]")
-@click.option("--gauge", "-g", envvar=GAUGE_VARIABLE, metavar="GAUGE", help="Gauge for which usual sizes are printed.")
-@machine_option(False, "Machine file or shipped name for which usual sizes are printed.")
-def command(kinds: tuple[str, ...], gauge: str | None, machine: str | None) -> None:
-    """List the effects that a machine file can switch on and a diagnosis can name.
-
-    Without a KIND one line each; with a KIND its equation, source and parameters with unit, bounds and the range that
-    occurs on real machines, and an example for the machine file; and what a diagnosis takes to be usual before it has
-    seen a reading, with the gauge and on the machine that are given.
-
-    \b
-    stepgauge effects
-    stepgauge effects gauge_temperature probe_lobing
-    stepgauge effects gauge_bending -g step-gauge-420 -m my-machine.toml
-    """
+def effects_text(kinds: Sequence[str], gauge: Gauge | None, machine: Machine | None) -> str:
+    """Equation, source, parameters and usual sizes of kinds; :class:`InputError` for one that there is not."""
     from stepgauge.effects import effect_kinds
 
     known = effect_kinds(every=True)
-    if kinds:
-        given = _given(gauge, machine)
-        click.echo("\n\n".join(_explain(kind, known, given) for kind in kinds))
-        return
-    width = max(map(len, known))
-    for kind in sorted(known):
-        click.echo(f"{kind:<{width}}  {known[kind].title()}")
-    click.echo("\n'stepgauge effects KIND' explains one: equation, parameters, units and bounds.")
+    return "\n\n".join(_explain(kind, known, (gauge, machine)) for kind in kinds)
 
 
 def _explain(kind: str, known: dict[str, type[Effect]], given: Given) -> str:
@@ -76,13 +53,6 @@ def _describe_geometry() -> str:
 
   usual size: {prior.usual:g} {prior.unit} ({prior.why})
   prior odds: 1 to {rounded(1.0 / odds_of(KIND, priors), 3)}"""
-
-
-def _given(gauge: str | None, machine: str | None) -> Given:
-    from stepgauge.gauge.certified import read_gauge
-    from stepgauge.machine.file import read_machine
-
-    return (None if gauge is None else read_gauge(gauge)), (None if machine is None else read_machine(machine))
 
 
 def _describe(effect: type[Effect], given: Given) -> str:

@@ -1,9 +1,11 @@
-"""``import_recording``: what a controller or a person wrote down to a recording."""
+"""What a controller or a person wrote down to a recording, or to the questions that settle it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
@@ -22,7 +24,6 @@ from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.machine.file import Machine, check_recorded
 from stepgauge.recording import Recording
 from stepgauge.recording.conventions import state_convention, with_convention
-from stepgauge.verbs.inputs import File, as_gauge, as_machine, as_placement
 
 DECIMALS = {"point": ".", "comma": ","}
 Pairs = Mapping[str, str] | Sequence[str]
@@ -33,10 +34,10 @@ def import_recording(
     source: Given,
     *,
     sensor: str | None = None,
-    gauge: File | Gauge | None = None,
-    placement: File | Placement | None = None,
-    program: File | None = None,
-    machine: File | Machine | None = None,
+    gauge: Gauge | None = None,
+    placement: Placement | None = None,
+    program: str | Path | None = None,
+    machine: Machine | None = None,
     format: str | None = None,
     placement_number: int = 1,
     tip_radius_mm: float | None = None,
@@ -56,43 +57,12 @@ def import_recording(
     delimiter: str | None = None,
     decimal: str | None = None,
     targets: str | None = None,
-    heights: File | None = None,
+    heights: str | Path | None = None,
 ) -> Imported:
     """Read what somebody else wrote: a log, or a table of any make (``docs/import.md``).
 
-    Nothing is guessed that would give other numbers: what the file leaves open is a question of the result, with the
-    choices that settle it. Call again with a choice: ``argument=value``.
-
-    Parameters
-    ----------
-    source : a path, an open file (text or bytes), or a DataFrame
-    sensor : what read it; with it, tables of one axis, one spot or distances are read (``touch``, ``laser``, ..)
-    gauge, placement : whose faces the points are; of one axis the faces of ``gauge`` are the targets
-    program : what the controller ran; every point is compared with it
-    machine : name and tip radius in ``source`` are compared with it
-    format : of a log; default: by its content
-    placement_number : number of the placement in the recording
-    tip_radius_mm : radius of the tip, mm, where the log does not state it
-    points : ``"centres"`` or ``"surface"``, where the log does not say which
-    gauge_temperature_C : temperature of the gauge, deg C, where the log has none
-    temperature_convention : what the readings have been corrected for
-    unit, deviation_unit, temperature_unit : of columns whose header states none
-    columns : headers by quantity, ``{"target": "Soll"}``; ``"#3"`` is the third column
-    rows : texts in columns that tell rows apart, ``"X"`` or ``"AX=*"``
-    constants : columns that the table lacks, ``{"direction": "+"}``
-    accept : departures to accept, as ``--accept`` of the command line
-    header : names of all columns; ``table``: number of the table; ``sheet``: of a workbook
-    delimiter, decimal : ``"semicolon"``, ``"tab"``, ``"bar"``, ``"comma"``; ``"comma"`` or ``"point"``
-    targets : ``"0:500:25"``, a list or a file; ``heights``: file of the heights of stations
-
-    Returns
-    -------
-    The recording, what each column was taken for, what was rejected, and what stays open.
-
-    Raises
-    ------
-    InputError
-        a file that no choice makes right: damaged, cut, contradicting itself or the gauge
+    Parameters are those of the verb ``import``. Nothing is guessed that would give other numbers: what the file leaves
+    open is a question of the result, with the choices that settle it. Call again with a choice: ``argument=value``.
     """
     content = read_source(source)
     layout = TableLayout(
@@ -111,15 +81,13 @@ def import_recording(
 
     def of_axis(decisions: Decisions) -> Imported:
         known = None if targets is None else parse_targets(targets)
-        known = gauge_targets(as_gauge(gauge)) if known is None and gauge is not None else known
+        known = gauge_targets(gauge) if known is None and gauge is not None else known
         assert sensor is not None
         options = AxisOptions(sensor, unit, deviation_unit, known, "missing" in accept, heights)
         return import_axis(content, options, replace(layout, columns=parse_roles(chosen)), decisions)
 
     def of_points(decisions: Decisions) -> Imported:
-        steps = None if gauge is None else as_gauge(gauge)
-        lies = None if placement is None or steps is None else as_placement(placement, steps)
-        cmm = None if machine is None else as_machine(machine)
+        steps, lies, cmm = gauge, placement, machine
         ran, radius = None, tip_radius_mm
         if program is not None:
             known = (
@@ -142,6 +110,14 @@ def import_recording(
 
     axis = sensor is not None and placement is None and not names_points(content, format, layout, chosen)
     return imported_or_asked(of_axis if axis else of_points)
+
+
+def names_points_of(values: Mapping[str, Any]) -> bool:
+    """Whether what is given has points of three coordinates; ``values`` are arguments of :func:`import_recording`."""
+    decimal, delimiter = DECIMALS.get(values["decimal"] or ""), DELIMITERS.get(values["delimiter"] or "")
+    constants = pairs_of(values["constants"], "constants")
+    layout = TableLayout(delimiter, decimal, values["sheet"], {}, header=values["header"], constants=constants)
+    return names_points(values["log"], values["format"], layout, values["columns"])
 
 
 def pairs_of(given: Pairs, name: str) -> dict[str, str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,9 +12,7 @@ from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.files.dates import check_past
 from stepgauge.gauge.certified import Gauge
-from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
-from stepgauge.public.renamed import renamed
 from stepgauge.reports.content import make_content
 from stepgauge.reports.kinds import FLEET, kind_of
 from stepgauge.reports.page import Stated
@@ -23,74 +20,21 @@ from stepgauge.reports.reading import find_evaluation, read_checked_evaluation
 from stepgauge.reports.render import renderer, write_report
 from stepgauge.reports.sources import read_sources
 from stepgauge.standards.budget_files import StoredBudget
-from stepgauge.verbs.inputs import File, of_kind, several
+from stepgauge.verbs.inputs import File, of_kind
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.result import Diagnosis
     from stepgauge.fleet.hierarchical.answer import FleetInference
-    from stepgauge.recording import Recording
 
 SAID = ("number", "customer", "location", "operator", "remarks")
 """What only a person can say."""
 
 
-@renamed(evaluation="result")
-def report(
-    result: File | Evaluation | Diagnosis | FleetInference | Iterable[File | Evaluation],
-    path: File,
-    *,
-    gauge: File | Gauge | None = None,
-    placements: File | Placement | Iterable[File | Placement] = (),
-    machine: File | Machine | None = None,
-    budget: File | StoredBudget | None = None,
-    certificate: File | None = None,
-    number: str | None = None,
-    customer: str | None = None,
-    location: str | None = None,
-    operator: str | None = None,
-    date: datetime.date | None = None,
-    remarks: str | None = None,
-    mpe: str | None = None,
-    template: File | None = None,
-    interactive: bool = False,
-    recordings: File | Recording | Iterable[File | Recording] = (),
+def write_result(
+    asked: ReportRequest, template: File | None, interactive: bool, recordings: list[Any]
 ) -> tuple[str, ...]:
-    """Write a result as pages: a report to sign, the story of a diagnosis, an overlay, or a page to explore.
-
-    One evaluation gives a report, with ``certificate`` a calibration certificate; a diagnosis gives its story, with
-    what to do first, and an investigation its own; two evaluations or more of one gauge are laid over each other, the
-    first being the one before. The inference of a fleet gives a report of its own.
-
-    Parameters
-    ----------
-    result : an evaluation or a diagnosis, its folder or JSON file; the folder of an investigation; the inference of a
-        fleet or its JSON file; or several evaluations
-    path : the file to write, ``NAME.pdf`` or ``NAME.html``; of an overlay also ``.png`` or ``.svg``
-    gauge : adds the uncertainties of its certificate; default: that of an evaluation given as an object
-    placements : add angles and uncertainties, once per placement, in order; they need the gauge
-    machine : adds travel, speeds, probe and temperature of the scales
-    budget : adds the expanded uncertainties; default: the ``budget.json`` beside the evaluation, if there is one
-    certificate : ``certificate.toml``; excludes number, customer, location, operator, date and remarks
-    number, customer, location, operator, remarks : what only a person can say; None is printed as not stated
-    date : of the report; default: today
-    mpe : maximum permissible error, "A + L/K" in um with L in mm: the errors are judged by it; default: that of the
-        certificate, else of the machine file
-    template : Typst for PDF, Jinja for HTML, instead of the shipped one
-    interactive : a page (.html) in which a face or a finding is clicked to see its probings
-    recordings : of an evaluation whose single probings such a page shows; default: those it was made from
-
-    Returns
-    -------
-    Notes on the file, mostly none.
-
-    Raises
-    ------
-    InputError
-        files that are not of this evaluation, evaluations that cannot be compared, a template that fails
-    """
-    stated = dict(zip(SAID, (number, customer, location, operator, remarks), strict=True))
-    _check_date(date)
-    asked = _Asked(several(result), path, gauge, several(placements), machine, budget, certificate, date, stated, mpe)
+    """Write what is asked for; returns notes on the file. Parameters are those of the verb ``report``."""
+    _check_date(asked.date)
     kinds = {_kind(one) for one in asked.results}
     if kinds != {"evaluation"} or len(asked.results) > 1 or interactive:
         asked.check_plain("only the report of one evaluation prints these")
@@ -101,7 +45,8 @@ def report(
             )
         return _overlay(asked, template)
     if interactive:
-        return _interactive(asked, several(recordings), template)
+        return _interactive(asked, recordings, template)
+    path = asked.path
     renderer(path)
     if kinds == {"diagnosis"}:
         return write_report(path, _story(asked.results[0]), template)
@@ -123,8 +68,8 @@ def _check_date(day: object) -> None:
 
 
 @dataclass(frozen=True)
-class _Asked:
-    """What :func:`report` was asked for."""
+class ReportRequest:
+    """What the verb ``report`` was asked for."""
 
     results: list[Any]
     path: File
@@ -166,7 +111,7 @@ def _evaluation_of(result: File | Evaluation, with_inputs: bool = True) -> dict[
     return evaluation_to_dict(of_kind(result, Evaluation, "evaluation"))
 
 
-def _signed(asked: _Asked, template: File | None) -> tuple[str, ...]:
+def _signed(asked: ReportRequest, template: File | None) -> tuple[str, ...]:
     """A report or a certificate."""
     if asked.certificate is not None and (asked.date is not None or any(asked.said.values())):
         what = "states number, date, customer, place, persons and remarks itself"
@@ -206,7 +151,7 @@ def _fleet(result: File | FleetInference) -> dict[str, Any]:
     return read_story(result) if isinstance(result, File) else fleet_story(result.as_dict())
 
 
-def _overlay(asked: _Asked, template: File | None) -> tuple[str, ...]:
+def _overlay(asked: ReportRequest, template: File | None) -> tuple[str, ...]:
     from stepgauge.reports.overlay import write_overlay
 
     names = [str(one) if isinstance(one, File) else one.path or f"{i}" for i, one in enumerate(asked.results, 1)]
@@ -214,7 +159,7 @@ def _overlay(asked: _Asked, template: File | None) -> tuple[str, ...]:
     return write_overlay(asked.path, evaluations, names, template)
 
 
-def _interactive(asked: _Asked, recordings: list[Any], template: File | None) -> tuple[str, ...]:
+def _interactive(asked: ReportRequest, recordings: list[Any], template: File | None) -> tuple[str, ...]:
     """A page to explore an evaluation, with its recordings, or a diagnosis."""
     if Path(asked.path).suffix.lower() != ".html":
         raise InputError(asked.path, "not a page for a browser", found=repr(Path(asked.path).suffix), expected=".html")
@@ -226,7 +171,7 @@ def _interactive(asked: _Asked, recordings: list[Any], template: File | None) ->
     return write_report(asked.path, make(asked, result, recordings), template)
 
 
-def _diagnosis_page(_: _Asked, result: File | Diagnosis, recordings: list[Any]) -> dict[str, Any]:
+def _diagnosis_page(_: ReportRequest, result: File | Diagnosis, recordings: list[Any]) -> dict[str, Any]:
     from stepgauge.diagnosis.output.rows import read_rows
     from stepgauge.reports.diagnosis import read_said, told_story
     from stepgauge.reports.interactive import diagnosis_page
@@ -240,12 +185,12 @@ def _diagnosis_page(_: _Asked, result: File | Diagnosis, recordings: list[Any]) 
     return diagnosis_page(said, told_story(said, ()), read_rows(folder))
 
 
-def _evaluation_page(asked: _Asked, result: File | Evaluation, recordings: list[Any]) -> dict[str, Any]:
-    from stepgauge.public.read import read_evaluation
+def _evaluation_page(asked: ReportRequest, result: File | Evaluation, recordings: list[Any]) -> dict[str, Any]:
     from stepgauge.recording import join_recordings
     from stepgauge.reports.interactive import evaluation_page
     from stepgauge.reports.made_from import gauge_of, recordings_of
     from stepgauge.verbs.inputs import as_gauge, as_recordings
+    from stepgauge.verbs.reading import read_evaluation
 
     if isinstance(result, File):
         data = read_checked_evaluation(result)
@@ -256,3 +201,11 @@ def _evaluation_page(asked: _Asked, result: File | Evaluation, recordings: list[
         files = recordings or [one for one in evaluation.path.split(", ") if one]
     tables = as_recordings(files)
     return evaluation_page(evaluation, tables[0] if len(tables) == 1 else join_recordings(tables))
+
+
+class Reported(tuple[str, ...]):
+    """Notes on a report that was written, mostly none."""
+
+    def summary(self) -> str:
+        """The notes, a line each."""
+        return "\n".join(f"note: {note}" for note in self)

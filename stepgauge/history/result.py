@@ -1,0 +1,120 @@
+"""A history as a result: its table, trends and warnings, its files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, ClassVar
+
+from stepgauge.errors import InputError
+from stepgauge.files.outputs import open_set
+from stepgauge.files.shown import Shown, figures
+from stepgauge.history.entries import QUANTITIES, DateFrom, HistoryEntry, of_one_machine
+from stepgauge.history.files import write_history
+from stepgauge.history.series import Alert, Series, false_warning_words, judge, make_series
+from stepgauge.history.store import refresh_store
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True, repr=False)
+class History(Shown):
+    """Values of one machine by date (``entries``), ``series`` with trends, and ``warnings``."""
+
+    drawn_by: ClassVar[str] = "history.draw_scale"
+    entries: tuple[HistoryEntry, ...]
+    series: tuple[Series, ...]
+    warnings: tuple[Alert, ...]
+    limits: Mapping[str, float]
+    store: Path | None = None
+
+    def summary(self) -> str:
+        """The table by date, the trends by year, and the warnings."""
+        return "\n".join([_table(self.entries), _trends(self.series), *(_warning(one) for one in self.warnings)])
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per evaluation and placement: date, direction, and the quantities in the units of their names."""
+        import pandas as pd
+
+        names = ("measured_at", "direction", "gauge_temperature_C", *NUMBERS, "date_source", "path", "placement")
+        return pd.DataFrame([{name: getattr(one, name) for name in names} for one in self.entries])
+
+    def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
+        """Write ``history.json``, ``history.csv`` and the figure into a folder; returns the paths, the store's too."""
+        drawing = Path(folder) / f"history.{figure}"
+        with open_set():
+            written = write_history(folder, self.series, self.warnings, self.limits)
+            figures("history").draw_history(drawing, self.series, self.limits, self.entries[0].machine)
+        return [*written, drawing, *([self.store] if self.store else [])]
+
+
+NUMBERS = ("scale_ppm", "reversal_um", "r_eff_mm", "band_um", "worst_two_sigma_um")
+
+
+def history_of(
+    found: Sequence[HistoryEntry],
+    folder: str | Path,
+    limits: Mapping[str, float],
+    machine: str | None = None,
+    gauge: str | None = None,
+    store: Path | None = None,
+) -> History:
+    """The history of one machine; errors as :func:`of_one_machine`."""
+    entries = of_one_machine(found, folder, machine, gauge)
+    series = make_series(entries)
+    return History(tuple(entries), tuple(series), tuple(judge(series, limits)), dict(limits), store)
+
+
+def stored_entries(
+    folder: str | Path, store: Path | None, date_from: DateFrom, rebuild: bool, tell: Callable[[str], None]
+) -> Sequence[HistoryEntry]:
+    """What the evaluations below a folder give, by way of the store; without one nothing is kept."""
+
+    def progress(done: int, of: int) -> None:
+        if of >= 200 and done % 100 == 0:
+            tell(f"{done} of {of} files")
+
+    with TemporaryDirectory(prefix="stepgauge-") as place:
+        path = store or Path(place) / "history.sqlite"
+        found = refresh_store(path, str(folder), date_from, rebuild, progress)
+    if not found.entries and found.remarks:
+        raise InputError(folder, "no evaluation that can be used", found=found.remarks[0])
+    for remark in found.remarks:
+        tell(remark)
+    gone = f", {found.gone} gone" if found.gone else ""
+    tell(f"{found.read} files read, {found.unchanged} unchanged{gone}")
+    return found.entries
+
+
+def _table(entries: Sequence[HistoryEntry]) -> str:
+    lines = ["date        along  gauge C   scale um/m  reversal um   R_eff mm  band um  2 sigma um  date from   file"]
+    for one in entries:
+        numbers = (
+            f"{_cell(one.gauge_temperature_C, 8, 2)}  {_cell(one.scale_ppm, 11, 2)}  {_cell(one.reversal_um, 11, 2)}"
+            f"  {one.r_eff_mm:9.5f}  {_cell(one.band_um, 7, 2)}  {_cell(one.worst_two_sigma_um, 10, 2)}"
+        )
+        lines.append(f"{one.measured_at:%Y-%m-%d}  {one.direction:5s} {numbers}  {one.date_source:10s}  {one.path}")
+    return "\n".join(lines)
+
+
+def _cell(value: float, width: int, decimals: int) -> str:
+    return "-".rjust(width) if math.isnan(value) else f"{value:{width}.{decimals}f}"
+
+
+def _trends(series: Sequence[Series]) -> str:
+    lines = ["", "trend by year (weighted by repeatability; u: standard uncertainty)", false_warning_words(series)]
+    for one in series:
+        unit, trend = QUANTITIES[one.quantity].unit, one.trend
+        words = "too few dates" if trend is None else f"{trend.per_year:+8.3f}  u {trend.u_per_year:7.3f} {unit}"
+        moves, drifts = (line is not None and line.significant for line in (one.trend, one.drift))
+        mark = "  drift" if drifts else "  as the scale error does" if moves else ""
+        lines.append(f"{QUANTITIES[one.quantity].title:26s} along {one.direction:5s} {words}{mark}")
+    return "\n".join(lines)
+
+
+def _warning(one: Alert) -> str:
+    return f"warning: {one.measured_at:%Y-%m-%d}, along {one.direction}: {one.quantity} {one.text}"

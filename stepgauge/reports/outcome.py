@@ -1,0 +1,59 @@
+"""A test by a standard as a result: what is said of it, its table, its figure, its files and report."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stepgauge.files.outputs import open_set
+from stepgauge.files.shown import Summarized, as_lines
+from stepgauge.reports.page import Stated
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+Reported = Callable[[Path, Stated, "str | Path | None", str], tuple[list[Path], tuple[str, ...]]]
+"""Given folder, statements, template and format of the figures, writes; returns paths and notes on the report."""
+
+
+@dataclass(frozen=True, repr=False)
+class StandardTest(Summarized):
+    """The outcome of a test: ``test`` has its values; ``lines`` say them, with what leaves the test incomplete."""
+
+    test: Any
+    lines: tuple[str, ...]
+    table: str
+    reported: Reported
+    drawn: Callable[[], Figure]
+
+    def summary(self) -> str:
+        """Notes on the readings, values and decisions, and rules of the standard that are not met."""
+        return as_lines(*self.lines)
+
+    def to_frame(self) -> pd.DataFrame:
+        """The table that is written beside the report, with the units in the names of its columns."""
+        import pandas as pd
+
+        return pd.read_csv(io.StringIO(self.table), comment="#")
+
+    def plot(self) -> Figure:
+        """The figure of the standard."""
+        return self.drawn()
+
+    def write(
+        self,
+        folder: str | Path,
+        figure: str = "png",
+        *,
+        stated: Stated | None = None,
+        template: str | Path | None = None,
+    ) -> tuple[list[Path], tuple[str, ...]]:
+        """Write JSON, CSV, figures and the report (PDF) into a folder; returns the paths, and notes on the report."""
+        import datetime
+
+        with open_set():
+            return self.reported(Path(folder), stated or Stated(datetime.date.today()), template, figure)

@@ -1,0 +1,153 @@
+"""What there is: shipped files, effects, dialects."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from stepgauge.verbs.define import verb
+from stepgauge.verbs.kinds import ARGUMENT, Repeated, Text, Writes
+from stepgauge.verbs.shared import File, GaugeIfNeeded, MachineIfNeeded
+
+if TYPE_CHECKING:
+    from stepgauge.files.listing import Listing
+
+
+def _shipped(folder: str) -> "Listing":
+    from stepgauge.files.listing import Listing
+    from stepgauge.files.resources import shipped_files
+
+    files = [(path, words) for path, words in shipped_files().values() if path.suffix == ".toml"]
+    return Listing.of([(path.stem, words) for path, words in files if path.parent.name == folder])
+
+
+@verb(shows=True, in_project=False)
+def list_gauges() -> "Listing":
+    """The shipped gauges; every --gauge takes these names as well as paths."""
+    return _shipped("calibration_data")
+
+
+@verb(shows=True, in_project=False)
+def list_machines() -> "Listing":
+    """The shipped machines; every --machine takes these names as well as paths."""
+    return _shipped("machines")
+
+
+def write_copies(
+    listing: "Listing", copy_to: Annotated[File | None, Writes("FOLDER", folder=True)] = None
+) -> list[Path]:
+    """A file that is there to be changed.
+
+    Parameters
+    ----------
+    copy_to : copy the file (and what belongs to it) into this folder, to be changed
+    """
+    from stepgauge.errors import InputError, naming
+    from stepgauge.files.outputs import finish_left
+    from stepgauge.files.resources import find_shipped
+    from stepgauge.files.text import read_text, write_text
+
+    if copy_to is None:
+        return []
+    if len(listing.rows) != 1:
+        raise InputError(naming("copy_to"), "which file?", expected=naming("name"))
+    finish_left(copy_to)
+    shipped, written = find_shipped(listing.rows[0][0]), []
+    for path in dict.fromkeys([shipped, shipped.with_suffix(".csv")]):
+        if path.exists():
+            target = Path(copy_to) / path.name
+            if target.exists():
+                raise InputError(target, "exists already", expected="another folder; nothing is overwritten")
+            write_text(target, read_text(path))
+            written.append(target)
+    return written
+
+
+@verb(write_copies, shows=True, in_project=False)
+def list_files(name: Annotated[str | None, Text("[NAME]"), ARGUMENT] = None) -> "Listing":
+    """The shipped gauges, machines, probes and templates; the text of one, or a copy of it to change.
+
+    Parameters
+    ----------
+    name : print this file; default: list all
+
+    Examples
+    --------
+    stepgauge list files
+    stepgauge list files step-gauge-420.toml
+    stepgauge list files dmis.j2 --copy-to my-templates
+    """
+    from stepgauge.files.listing import Listing
+    from stepgauge.files.resources import find_shipped, shipped_files
+    from stepgauge.files.text import read_text
+
+    if name is None:
+        return Listing.of([(path.name, words) for path, words in shipped_files().values()])
+    path = find_shipped(name)
+    return Listing(read_text(path).rstrip("\n"), [(path.name, "")])
+
+
+@verb(shows=True, in_project=False)
+def list_effects(
+    kinds: Annotated["str | Iterable[str]", Repeated(Text("KIND"), "kind"), ARGUMENT] = (),
+    gauge: GaugeIfNeeded = None,
+    machine: MachineIfNeeded = None,
+) -> "Listing":
+    """The effects that a machine file can switch on and a diagnosis can name.
+
+    Without a KIND one line each; with a KIND its equation, source and parameters with unit, bounds and the range that
+    occurs on real machines, and an example for the machine file; and what a diagnosis takes to be usual before it has
+    seen a reading, with the gauge and on the machine that are given.
+
+    Parameters
+    ----------
+    kinds : what is to be explained
+    gauge : gauge for which usual sizes are said
+    machine : machine for which usual sizes are said
+
+    Examples
+    --------
+    stepgauge list effects
+    stepgauge list effects gauge_temperature probe_lobing
+    stepgauge list effects gauge_bending -g step-gauge-420 -m my-machine.toml
+    """
+    from stepgauge.effects import effect_kinds
+    from stepgauge.files.listing import Listing
+    from stepgauge.verbs.effects_text import effects_text
+    from stepgauge.verbs.inputs import as_gauge, as_machine, several
+
+    known, asked = effect_kinds(every=True), several(kinds) if isinstance(kinds, str) else list(kinds)
+    rows = [(kind, known[kind].title()) for kind in sorted(known) if kind in asked or not asked]
+    if not asked:
+        return Listing.of(rows, "\n'stepgauge list effects KIND' explains one: equation, parameters, units and bounds.")
+    steps = None if gauge is None else as_gauge(gauge)
+    return Listing(effects_text(asked, steps, None if machine is None else as_machine(machine)), rows)
+
+
+@verb(shows=True, in_project=False)
+def list_dialects(name: Annotated[str | None, Text("[NAME]"), ARGUMENT] = None) -> "Listing":
+    """The languages of controllers, their options, and what is understood of each.
+
+    The options are those of 'stepgauge plan --set'. The statements are all that a program may hold, from the shipped
+    template or from your own: anything else is refused, wherever it stands. Each has the source that confirms it.
+
+    Parameters
+    ----------
+    name : explain this one; default: list all
+
+    Examples
+    --------
+    stepgauge list dialects
+    stepgauge list dialects fanuc
+    """
+    from stepgauge.errors import InputError
+    from stepgauge.files.listing import Listing
+    from stepgauge.programs import DIALECTS
+    from stepgauge.programs.describe import described
+
+    if name is None:
+        return Listing.of([(one.name, f"{one.suffix:8} {one.title}") for one in DIALECTS.values()])
+    if name not in DIALECTS:
+        raise InputError(name, "not a dialect", expected=", ".join(DIALECTS))
+    known = DIALECTS[name]
+    family = f"As '{known.family}', and:\n\n" if known.family else ""
+    return Listing(family + described(known).rstrip("\n"), [(known.name, known.title)])

@@ -1,0 +1,61 @@
+"""What only a person can state on a report, of verbs that write one with their result."""
+
+import datetime
+from typing import TYPE_CHECKING, Annotated, Any
+
+from stepgauge.verbs.define import Of, Written
+from stepgauge.verbs.kinds import Day, Reads, Text
+from stepgauge.verbs.shared import Figure, File, OutputFolder
+
+if TYPE_CHECKING:
+    from stepgauge.reports.outcome import StandardTest
+    from stepgauge.reports.page import Stated
+
+NAMES = ("number", "operator", "customer", "location", "date", "remarks", "template")
+Words = Annotated[str | None, Text()]
+
+
+def stated(
+    *,
+    number: Words = None,
+    operator: Words = None,
+    customer: Words = None,
+    location: Words = None,
+    date: Annotated[datetime.date | None, Day()] = None,
+    remarks: Words = None,
+    template: Annotated[File | None, Reads("FILE")] = None,
+) -> "Stated":
+    """What a person states.
+
+    Parameters
+    ----------
+    number : number of the report
+    operator : who measured; printed at the place for the signature
+    customer : for whom the report is made
+    location : where the machine stands
+    date : date of the report; default: today
+    remarks : anything else to print
+    template : your own template, Typst for PDF, Jinja for HTML; start from a copy: 'stepgauge list files report.typ'
+    """
+    from stepgauge.reports.page import Stated
+
+    words = {"number": number, "operator": operator, "customer": customer, "location": location, "remarks": remarks}
+    return Stated(date or datetime.date.today(), **words)
+
+
+def write_test(
+    test: "StandardTest",
+    output: OutputFolder,
+    *,
+    figure: Figure = "png",
+    **statement: Annotated[Any, Of(stated, *NAMES)],
+) -> Written:
+    """Files of a test by a standard.
+
+    Parameters
+    ----------
+    output : folder for JSON, CSV, figures and the report (PDF) of the test (made if missing)
+    """
+    template = statement.pop("template", None)
+    paths, notes = test.write(output, figure, stated=stated(**statement), template=template)
+    return Written(paths, [f"note: {note}" for note in notes])
