@@ -40,7 +40,7 @@ def published_is_current(found: Path, published: Path) -> None:
 
 
 def test_iso10360(tmp_path: Path) -> None:
-    folder = run_example("test", "iso10360", tmp_path)
+    folder = run_example("iso10360", tmp_path)
     published_is_current(folder / "iso10360.csv", ROOT / "examples/iso10360/expected/iso10360.csv")
     data = json.loads((folder / "iso10360.json").read_text())
     assert data["complete"]
@@ -54,7 +54,7 @@ def test_iso10360(tmp_path: Path) -> None:
 
 
 def test_iso230(tmp_path: Path) -> None:
-    folder = run_example("test", "iso230", tmp_path)
+    folder = run_example("iso230", tmp_path)
     published_is_current(folder / "iso230.csv", ROOT / "examples/iso230/expected/iso230.csv")
     (axis,) = json.loads((folder / "iso230.json").read_text())["axes"]
     assert axis["parameters_um"]["mean_B"] == pytest.approx(-2.4, abs=0.2)
@@ -63,7 +63,7 @@ def test_iso230(tmp_path: Path) -> None:
 
 
 def test_iso10360_5(tmp_path: Path) -> None:
-    folder = run_example("test", "iso10360-5", tmp_path)
+    folder = run_example("iso10360-5", tmp_path)
     published_is_current(folder / "five-styli/iso10360-5.csv", ROOT / "examples/iso10360-5/expected/iso10360-5.csv")
     one, five = (json.loads((folder / name / "iso10360-5.json").read_text()) for name in ("one-stylus", "five-styli"))
     assert [value["outcome"] for value in (*one["values"], *five["values"])] == ["conforms"] * 5
@@ -71,7 +71,7 @@ def test_iso10360_5(tmp_path: Path) -> None:
 
 def test_iso230_3(tmp_path: Path) -> None:
     """The ranges of the closed forms: 2 x 1 K / sqrt(1 + (omega tau)^2) times um per K; 10 um of drift."""
-    folder = run_example("test", "iso230-3", tmp_path)
+    folder = run_example("iso230-3", tmp_path)
     for name in ("etve", "warm-up"):
         published_is_current(folder / name / "iso230-3.csv", ROOT / f"examples/iso230-3/expected/{name}.csv")
     etve, axis = (json.loads((folder / name / "iso230-3.json").read_text()) for name in ("etve", "warm-up"))

@@ -29,15 +29,15 @@ NOT_IN_PROJECTS = ("init", "web", "demo")
 class VerbGroup(click.Group):
     """Verbs by headings (``tasks``); a word that is no verb is a group of verbs itself."""
 
-    def __init__(self, *args: Any, tasks: Mapping[str, Sequence[str]], **kwargs: Any) -> None:
+    def __init__(self, *args: Any, tasks: Mapping[str, Sequence[str]], prefix: str = "", **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self.tasks = tasks
+        self.tasks, self.prefix = tasks, prefix
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return [name for names in self.tasks.values() for name in names]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        words = " ".join((*_words(ctx), cmd_name))
+        words = self.prefix + cmd_name
         if words in GROUPS:
             return make_group(words)
         if words in PLACES:
@@ -70,7 +70,7 @@ class VerbGroup(click.Group):
         width = max(map(len, self.list_commands(ctx)))
         for heading, names in self.tasks.items():
             with formatter.section(heading):
-                formatter.write_dl([(name.ljust(width), _sentence(" ".join((*_words(ctx), name)))) for name in names])
+                formatter.write_dl([(name.ljust(width), _sentence(self.prefix + name)) for name in names])
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """The group alone, ``help`` and ``help VERB`` print help, as ``--help`` does."""
@@ -93,7 +93,7 @@ class VerbGroup(click.Group):
 def make_group(name: str) -> VerbGroup:
     """The group of the verbs that begin with a word."""
     names = [*verbs_of(name), *(words.partition(" ")[2] for words in OLD if words.startswith(f"{name} "))]
-    return VerbGroup(name, tasks={"Verbs": names}, help=GROUPS[name])
+    return VerbGroup(name, tasks={"Verbs": names}, prefix=f"{name} ", help=GROUPS[name])
 
 
 def _sentence(words: str) -> str:
@@ -101,8 +101,3 @@ def _sentence(words: str) -> str:
     if words in GROUPS:
         return GROUPS[words].partition("\n")[0].rstrip(".")
     return OLD[words][1] if words in OLD else find_verb(words).sentence
-
-
-def _words(ctx: click.Context) -> tuple[str, ...]:
-    """The groups that a verb belongs to, below the program's own name."""
-    return () if ctx.parent is None else (*_words(ctx.parent), str(ctx.info_name))

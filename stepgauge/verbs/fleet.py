@@ -14,6 +14,7 @@ from stepgauge.verbs.shared import (
     Figure,
     File,
     Jobs,
+    MeasuredAt,
     OutputFolder,
     Placements,
     Priors,
@@ -55,7 +56,7 @@ def add_to_fleet(
     hall: Annotated[str | None, Text("HALL")] = None,
     probe_id: Identity = None,
     gauge_id: Identity = None,
-    measured_at: Annotated[str | None, Text("DATE")] = None,
+    measured_at: MeasuredAt = None,
     progress: Progress = None,
 ) -> "Added":
     """Add recordings with what belongs to them to a store.

@@ -11,7 +11,6 @@ from click.testing import CliRunner
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from tests.cli.conftest import command_of
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, write_placement
@@ -24,6 +23,7 @@ from stepgauge.programs import DIALECTS, read_program
 from stepgauge.programs.render import render
 from stepgauge.recording import read_recording
 from tests.build import angles, gauges, inclinations, make_gauge, make_pose, positions
+from tests.cli.conftest import command_of
 
 FORMS = ("log", "probeopen")
 forms = pytest.mark.parametrize("form", FORMS)
@@ -359,9 +359,6 @@ def test_the_verb_writes_nothing_when_the_log_does_not_fit(files: list[str]):
     with pytest.raises(InputError, match="the log ends before point 39"):
         CliRunner().invoke(command_of("import"), files, catch_exceptions=False)
     assert sorted(path.name for path in log.parent.iterdir()) == ["log.txt", "placement.toml", "program.ngc"]
-
-
-def test_the_verb_offers_every_format_there_is():
 
 
 def test_a_number_of_a_point_beyond_all_counting_is_refused() -> None:
