@@ -58,15 +58,15 @@ def make_command(name: str, verb: Verb) -> click.Command:
 def effects_option() -> click.Option:
     """``--effects`` of all verbs that read a machine file, whose effects may be one's own."""
 
-    def load(_: click.Context, __: click.Parameter, files: tuple[str, ...]) -> None:
+    def load(context: click.Context, __: click.Parameter, files: tuple[str, ...]) -> None:
         """Load each file before anything reads a machine."""
-        if files:
+        if files and not context.resilient_parsing:
             from stepgauge.effects import load_effects
 
             for file in files:
                 load_effects(file)
 
-    text = "File (.py) of effects of your own, as docs/adding-an-effect.md describes it."
+    text = "Python file with effects of your own, which it runs (docs/adding-an-effect.md)."
     told = {"multiple": True, "metavar": "FILE", "expose_value": False, "is_eager": True}
     return click.Option(["--effects"], callback=load, help=f"{text}  [repeatable]", **told)
 

@@ -201,7 +201,11 @@ FAR = "placement.toml", "-d", "dmis", "-o", "far.dmi"
         ('certificate = "lab.toml"', ("report", "e", "-o", "r.pdf"), "certificate"),
         ('machine = "../cmm.toml"', ("report", "e", "-o", "r.pdf"), "machine"),
         ('machine = "../cmm.toml"', ("test", "iso230", "r.csv", "-o", "i"), "machine"),
-        ('[test.iso230]\nplacement = "p.toml"', ("test", "iso230", "r.csv", "-o", "i"), r"placement in \[test.iso230\]"),
+        (
+            '[test.iso230]\nplacement = "p.toml"',
+            ("test", "iso230", "r.csv", "-o", "i"),
+            r"placement in \[test.iso230\]",
+        ),
         ('[budget]\nplacement = "p.toml"', ("budget", "r.csv", "-o", "b"), r"placement in \[budget\]"),
         ('[diagnose]\npriors = "mine.toml"', ("diagnose", "r.csv", "-o", "d"), r"priors in \[diagnose\]"),
         ('placement = "lies.toml"', ("measure", "--server", "127.0.0.1", "-o", "m.csv"), "placement"),
