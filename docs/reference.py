@@ -23,7 +23,7 @@ from stepgauge.figures.style import CYCLE
 from stepgauge.fleet import schema
 from stepgauge.gauge.certified import CertificateTable, GaugeTable, read_gauge
 from stepgauge.machine.file import MachineTable, read_machine
-from stepgauge.project.file import COMMON
+from stepgauge.verbs.catalogue import VERBS
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "benchmarks" / "every-effect.toml"
@@ -73,11 +73,12 @@ def write_verbs(folder: Path) -> None:
     names = []
     for task, verbs in TASKS.items():
         listed += [f"## {task}", ""]
-        for verb, (_, purpose) in verbs.items():
+        for verb in verbs:
             command = cli.get_command(context, verb)
             assert command is not None
             page = verb_page(command, context, verb)
             (folder / f"{verb}.md").write_text(page, encoding="utf-8")
+            purpose = command.short_help or (command.help or "").partition("\n")[0]
             listed.append(f"- [`{verb}`]({verb}.md): {purpose}")
             names.append(verb)
         listed.append("")
@@ -133,7 +134,7 @@ def files_page() -> str:
         "Keys at the top; a table `[VERB]` takes every option of a verb.",
         "",
     ]
-    parts.append(table(("key", "meaning"), ((f"`{key}`", meaning) for key, meaning in COMMON.items())))
+    parts.append(table(("key", "meaning"), ((f"`{key}`", meaning) for key, meaning in VERBS.meanings().items())))
     return "\n".join(parts)
 
 

@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from stepgauge.verbs.fleet import infer_fleet as infer_fleet
     from stepgauge.verbs.fleet import query_fleet as query_fleet
     from stepgauge.verbs.fleet import watch_fleet as watch_fleet
-    from stepgauge.verbs.history import history as history
+    from stepgauge.verbs.history import machine_history as machine_history
     from stepgauge.verbs.import_ import import_recording as import_recording
     from stepgauge.verbs.list_ import list_dialects as list_dialects
     from stepgauge.verbs.list_ import list_effects as list_effects
@@ -95,7 +95,7 @@ _PLACES = {
     "export_recording": "verbs.export",
     "compact_fleet": "verbs.fleet",
     "fleet_cluster": "verbs.fleet",
-    "history": "verbs.history",
+    "machine_history": "verbs.history",
     "serve": "verbs.serve",
     "iso10360": "verbs.test.iso10360",
     "iso10360_5": "verbs.test.iso10360_5",

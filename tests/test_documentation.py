@@ -15,9 +15,9 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.axis.recording import OWN
-from stepgauge.cli import VERBS
 from stepgauge.effects import effect_kinds
 from stepgauge.recording.columns import KNOWN
+from stepgauge.verbs.catalogue import VERBS
 from tests.conftest import ROOT
 from tests.shell import Block, blocks_of, pages, run_blocks, run_page, shell_blocks
 

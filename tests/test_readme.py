@@ -10,8 +10,9 @@ import click
 import pytest
 from pypdf import PdfReader
 
-from stepgauge.cli import VERBS, cli
+from stepgauge.cli import cli
 from stepgauge.project.file import check_options, read_project
+from stepgauge.verbs.catalogue import VERBS
 from tests.conftest import ROOT
 from tests.shell import pages, run_blocks, shell_blocks
 

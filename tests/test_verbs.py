@@ -12,10 +12,10 @@ import click
 import pytest
 
 import stepgauge
-from stepgauge.cli import VERBS as TABLES
 from stepgauge.cli import cli
 from stepgauge.errors import InputError, option_of
 from stepgauge.verbs import catalogue
+from stepgauge.verbs.catalogue import VERBS as TABLES
 from stepgauge.verbs.define import REQUIRED, Verb, document
 from tests.cli.conftest import (
     Run,
@@ -83,7 +83,7 @@ def weigh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     monkeypatch.setitem(sys.modules, "stepgauge.verbs.weigh", module)
     exec(compile(MADE, "weigh.py", "exec", dont_inherit=True), module.__dict__)
     monkeypatch.setitem(catalogue.PLACES, "weigh", "weigh.weigh")  # type: ignore[arg-type]
-    monkeypatch.setattr("stepgauge.cli.VERBS", [*TABLES, "weigh"])
+    monkeypatch.setattr("stepgauge.cli.groups.VERBS", catalogue.Catalogue([*TABLES, "weigh"]))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "table.csv").write_text("a\n")
     return module

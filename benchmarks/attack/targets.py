@@ -88,7 +88,6 @@ def _sphere(path: Path) -> None:
 def readers(place: Path) -> list[Target]:
     """Every reader by the function that its verbs call."""
     from stepgauge.alignment import locate
-    from stepgauge.cli import VERBS
     from stepgauge.compensation import TableOptions, axis_faces, make_table
     from stepgauge.dcc.read import parse_document
     from stepgauge.dcc.xml import read_xml
@@ -108,6 +107,7 @@ def readers(place: Path) -> list[Target]:
     from stepgauge.reports.certificate_file import read_laboratory
     from stepgauge.reports.reading import read_checked_evaluation
     from stepgauge.standards.budget_files import read_budget
+    from stepgauge.verbs.catalogue import VERBS
 
     gauge = read_gauge(place / "step-gauge-420.toml")
     lies = read_placement(place / "log-placement.toml", gauge)

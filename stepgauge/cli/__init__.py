@@ -13,9 +13,6 @@ from stepgauge.cli.pipes import readers_may_leave
 from stepgauge.errors import LONGEST, InputError, one_line
 from stepgauge.verbs.catalogue import TASKS
 
-VERBS = [name for names in TASKS.values() for name in names]
-"""Names at the top: verbs and groups of verbs."""
-
 
 @click.group(
     cls=VerbGroup,

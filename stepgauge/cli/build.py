@@ -67,7 +67,7 @@ def effects_option() -> click.Option:
                 load_effects(file)
 
     text = "Python file with effects of your own, which it runs (docs/adding-an-effect.md)."
-    told = {"multiple": True, "metavar": "FILE", "expose_value": False, "is_eager": True}
+    told: dict[str, Any] = {"multiple": True, "metavar": "FILE", "expose_value": False, "is_eager": True}
     return click.Option(["--effects"], callback=load, help=f"{text}  [repeatable]", **told)
 
 

@@ -9,21 +9,14 @@ from typing import Any
 
 import click
 
-from stepgauge.cli.build import effects_option, make_command
+from stepgauge.cli.build import VerbCommand, effects_option, make_command
 from stepgauge.project.find import find_project
-from stepgauge.verbs.catalogue import GROUPS, PLACES, find_verb, verbs_of
+from stepgauge.verbs.catalogue import GROUPS, PLACES, VERBS, find_verb, verbs_of
 
 OLD = {
-    "init": ("stepgauge.cli.init", "make a project: one file that states gauge, machine, names"),
-    "web": ("stepgauge.cli.web", "the project in a browser"),
-    "status": ("stepgauge.cli.status", "what the project has, and what to do next"),
-    "demo": ("stepgauge.cli.demo", "the whole loop on an example, then a concealed fault that is found"),
-    "figures": ("stepgauge.cli.figures", "the figures of a measurement"),
     "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> causes of the deviations"),
     "investigate": ("stepgauge.cli.investigate", "measure and diagnose until the cause is clear"),
 }
-NOT_IN_PROJECTS = ("init", "web", "demo")
-"""Verbs that need nothing of what a project file states, and must run where it is wrong."""
 
 
 class VerbGroup(click.Group):
@@ -43,15 +36,14 @@ class VerbGroup(click.Group):
         if words in PLACES:
             command, used = make_command(cmd_name, find_verb(words)), find_verb(words).in_project
         elif words in OLD:
-            command, used = importlib.import_module(OLD[words][0]).command, words not in NOT_IN_PROJECTS
+            command, used = importlib.import_module(OLD[words][0]).command, True
             if words in ("diagnose", "investigate") and all(one.name != "effects" for one in command.params):
                 command.params.append(effects_option())
         else:
             return None
         path = find_project() if used and not ctx.resilient_parsing else None
-        if path is None:
+        if path is None or not isinstance(command, VerbCommand):
             return command
-        from stepgauge.cli import VERBS
         from stepgauge.cli.defaults import with_defaults
         from stepgauge.project.file import read_project
 

@@ -23,6 +23,8 @@ def supply(made: str, values: Mapping[str, Any], given: Mapping[str, Any], stack
         "stop": lambda: stack.enter_context(interruptible()),
         "live": lambda: stack.enter_context(progress_bar()),
         "tell": lambda: say,
+        "run": _runner,
+        "prompt": lambda: _prompt if sys.stdin.isatty() else None,
         "print": lambda: click.echo,
         "history store": lambda: Path(values["output"]) / "history.sqlite",
         "journal": lambda: _journal(values["output"]),
@@ -30,6 +32,16 @@ def supply(made: str, values: Mapping[str, Any], given: Mapping[str, Any], stack
         "ask": lambda: _done if values.get("yes") else _asking(given["stop"]),
     }
     return makers[made]()
+
+
+def _runner() -> Callable[..., object]:
+    from stepgauge.cli import show_and_run
+
+    return show_and_run
+
+
+def _prompt(question: str, usual: str) -> str:
+    return str(click.prompt(question, default=usual, show_default=bool(usual), err=True))
 
 
 def _journal(output: str) -> Path:

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
+    from stepgauge.machine.file import Machine
     from stepgauge.standards.mpe import Mpe
 
 Array = NDArray[np.float64]
@@ -128,6 +129,8 @@ class Evaluation(Shown):
     """Results of all placements of a recording.
 
     ``limit``: maximum permissible error that they are compared with; ``judged``: what that comparison gives.
+    ``recording``, ``machine``: what
+    it was made from and on which machine, where they are known, for further figures.
     """
 
     drawn_by: ClassVar[str] = "evaluation.draw_placement"
@@ -139,6 +142,8 @@ class Evaluation(Shown):
     comments: Mapping[str, str] = field(default_factory=dict)
     limit: Mpe | None = None
     judged: str = ""
+    recording: Recording | None = field(default=None, repr=False, compare=False)
+    machine: Machine | None = field(default=None, repr=False, compare=False)
 
     @property
     def r_eff_mm(self) -> float:
@@ -181,6 +186,15 @@ class Evaluation(Shown):
                 return one
         numbers = ", ".join(str(one.placement) for one in self.results)
         raise InputError("placement", "the evaluation does not have it", found=placement, expected=numbers)
+
+    def draw(self, folder: str | Path, kinds: Sequence[str] = ("all",), figure: str = "png") -> list[Path]:
+        """Draw figures of the measurement into a folder: error, bidirectional, repeatability, arrows, run, or all."""
+        if self.recording is None:
+            raise InputError("evaluation", "its recording is not known", expected="an evaluation that was made now")
+        drawing = figures("measurement")
+        chosen = drawing.KINDS if "all" in kinds else tuple(kinds)
+        given = (self.recording, self, chosen, self.limit, self.machine, figure)
+        return list(drawing.draw_measurement(folder, *given))
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``evaluation.json``, ``evaluation.csv``, a figure per placement (png, svg, pdf); returns the paths."""

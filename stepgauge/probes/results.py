@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError, naming
 from stepgauge.files.dates import moment_now
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Summarized, as_lines, figures
+from stepgauge.files.shown import Summarized, figures
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_text
 from stepgauge.physics.directions import evenly_spread_points, iso_10360_5_points
@@ -144,7 +144,7 @@ class Compensated(Summarized):
         lines = [f"{len(taken)} points; corrected by a pre-travel of {taken.min():.2f} to {taken.max():.2f} um"]
         for name, fit in self.spheres.items():
             lines.append(f"{name:<12} diameter {2 * fit.radius_mm:.5f} mm, form error {fit.form_error_um:.2f} um")
-        return as_lines(*lines)
+        return "\n".join(lines)
 
     def to_frame(self) -> pd.DataFrame:
         """One row per point: the correction in um, the tip centre at the first touch and the surface point in mm."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+import shlex
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +14,6 @@ from stepgauge.files.resources import find_data, folder
 from stepgauge.files.text import read_text, write_text
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.machine.file import read_machine
-from stepgauge.project.file import COMMON
 from stepgauge.project.find import NAME
 
 RECORDINGS, RESULTS = "recordings", "results"
@@ -42,7 +42,20 @@ class NewProject:
     dialect: str | None = None
 
 
-def create_project(place: str | Path, new: NewProject) -> list[Path]:
+class CreatedProject(list[Path]):
+    """The files that were written."""
+
+    def __init__(self, written: Iterable[Path], place: Path) -> None:
+        super().__init__(written)
+        self.place = place
+
+    def summary(self) -> str:
+        """What was written, and what comes next."""
+        enter = "" if str(self.place) == "." else f"cd {shlex.quote(str(self.place))}; "
+        return f"wrote {', '.join(map(str, self))}\nnext: {enter}stepgauge status"
+
+
+def create_project(place: str | Path, new: NewProject) -> CreatedProject:
     """Write the project file and its folders into ``place``; the files that were written.
 
     Shipped files are copied, for they are there to be changed. :class:`InputError` where there is a project file, and
@@ -62,7 +75,7 @@ def create_project(place: str | Path, new: NewProject) -> list[Path]:
     for name in (RECORDINGS, RESULTS):
         (place / name).mkdir(parents=True, exist_ok=True)
     write_text(path, _text(gauge, machine, new))
-    return written
+    return CreatedProject(written, place)
 
 
 def _own(source: Path, place: Path, room: str, written: list[Path]) -> str:
@@ -81,9 +94,8 @@ def _own(source: Path, place: Path, room: str, written: list[Path]) -> str:
 
 def _text(gauge: str, machine: str, new: NewProject) -> str:
     stated = {"gauge": gauge, "machine": machine, "placement": OUTPUTS["locate"], **new.texts}
-    lines = ["# A stepgauge project. Every option of every verb can stand here; the command line wins.", ""]
+    lines = ["# A stepgauge project. What several verbs share stands at the top, options of one verb in its table.", ""]
     lines += [f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in stated.items() if value]
-    lines += [f'# {key} = ""  # {meaning}' for key, meaning in COMMON.items() if not stated.get(key)]
     if new.dialect:
         lines += ["", "[plan]", f'dialect = "{new.dialect}"', f'output = "program{program_suffix(new.dialect)}"']
     for verb, output in OUTPUTS.items():

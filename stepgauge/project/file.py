@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from stepgauge.errors import InputError, reading
 from stepgauge.files.config import parse_toml
@@ -19,60 +19,39 @@ from stepgauge.files.resources import shipped_names
 from stepgauge.files.text import as_text
 
 LARGEST_BYTES = 1_000_000
-COMMON: Mapping[str, str] = {
-    "gauge": "gauge file, or the name of a shipped one",
-    "machine": "machine file, or the name of a shipped one",
-    "placement": "placement file, as 'locate' writes it",
-    "certificate": "file with what a certificate of the laboratory states",
-    "operator": "who measures",
-    "customer": "for whom",
-    "location": "where",
-    "blocks": "first and last block of the used section, A:B",
-    "r-eff-origin": "blocks that the effective radius is taken from: first or all",
-    "gauge-temperature": "temperature of the gauge, deg C",
-    "u-gauge-temperature": "its standard uncertainty, K",
-    "tip-radius": "nominal tip radius, mm",
-    "mpe": "maximum permissible error, as --mpe takes it",
-    "coverage-factor": "coverage factor k of expanded uncertainties",
-    "figure": "format of figures: png, svg or pdf",
-    "length-unit": "unit of lengths in foreign tables: mm, um, m or inch",
-}
-"""Keys at the top of the file and their meaning: options that several verbs share."""
+NONE = "what 'locate' writes, or no such key where none is needed"
 
 
-WRITTEN = (
-    "output",
-    "log",
-    "spy",
-    "store",
-    "plot",
-    "plot-html",
-    "plot-shares",
-    "body-plot",
-    "force-plot",
-    "polar-plot",
-    "copy-to",
-)
-"""Keys of files that are written."""
-SHIPPED = {"gauge": ".", "normal-gauge": ".", "machine": "machines", "offset-machine": "machines", "probe": "probes"}
-"""Rooms of the shipped files that some keys may name."""
-READ = (
-    *SHIPPED, "attach", "budget", "certificate", "faults", "further-stylus", "heights", "normal", "offset-recording",
-    "placement", "priors", "qualification", "recording", "roster", "scheduler", "schema", "template", "true-placement",
-)  # fmt: skip
-"""Keys of files that are read, and must be there."""
-_EXPECTED = {
-    "placement": "what 'locate' writes, or no such key where none is needed",
-    **dict.fromkeys(SHIPPED, "its path, or the name of a shipped one"),
-}
+class Kind(Protocol):
+    """What the project asks of the kind of a key; ``room``: of the shipped files that it may name."""
+
+    room: str | None
+
+    @property
+    def is_read(self) -> bool:
+        """Whether it names a file that is read."""
+
+
+class Verbs(Protocol):
+    """What a project knows of the verbs: names of tables, keys at the top, and the keys of each table."""
+
+    @property
+    def common(self) -> tuple[str, ...]:
+        """Keys at the top."""
+
+    def __iter__(self) -> Iterator[str]: ...
+
+    def kinds(self, words: str) -> Mapping[str, Kind]:
+        """The kinds of the keys of a verb by its words; none where there is no such verb."""
 
 
 @dataclass(frozen=True)
 class Project:
-    """A project file that was read: ``values`` are its keys as written."""
+    """A project file that was read: ``values`` are its keys as written, ``verbs`` what they may be of."""
 
     path: Path
     values: Mapping[str, Any]
+    verbs: Verbs
 
     @property
     def folder(self) -> Path:
@@ -102,10 +81,10 @@ class Project:
         return value
 
 
-def read_project(path: str | Path, verbs: Iterable[str]) -> Project:
-    """Read a project file; ``verbs`` are the names that a table may have.
+def read_project(path: str | Path, verbs: Verbs) -> Project:
+    """Read a project file; ``verbs``: what a table may be of.
 
-    :class:`InputError` for what is no TOML, a key at the top that is not one of :data:`COMMON`, and a table of a verb
+    :class:`InputError` for what is no TOML, a key at the top that is not common to verbs, and a table of a verb
     that there is not. The options in a table are checked when its verb runs.
     """
     path = Path(path)
@@ -118,8 +97,8 @@ def read_project(path: str | Path, verbs: Iterable[str]) -> Project:
         if isinstance(value, dict):
             _check_name(path, f"table [{key}]", key, tables)
         else:
-            _check_name(path, f"key {key}", key, list(COMMON))
-    return Project(path, values)
+            _check_name(path, f"key {key}", key, list(verbs.common))
+    return Project(path, values, verbs)
 
 
 def check_options(project: Project, verb: tuple[str, ...], options: Iterable[str]) -> None:
@@ -130,7 +109,7 @@ def check_options(project: Project, verb: tuple[str, ...], options: Iterable[str
             _check_name(project.path, f"key {key} in [{'.'.join(verb)}]", key, known)
 
 
-def check_file(project: Project, verb: tuple[str, ...], key: str) -> None:
+def check_file(project: Project, verb: tuple[str, ...], key: str, kind: Kind) -> None:
     """:class:`InputError` where a verb is to read a file that the project file states and that is not there.
 
     What is stated is never left away, for a result without it would look the same.
@@ -138,10 +117,13 @@ def check_file(project: Project, verb: tuple[str, ...], key: str) -> None:
     own = project.table(verb) if verb else {}
     value = own[key] if key in own else project.values.get(key)
     for one in value if isinstance(value, list) else [value]:
-        if isinstance(one, str) and not is_there(project, key, one):
+        if isinstance(one, str) and not is_there(project, one, kind):
             table = f" in [{'.'.join(verb)}]" if key in own else ""
-            what = f"key {key}{table} names a file that is not there"
-            raise InputError(project.path, what, found=one, expected=_EXPECTED.get(key, "its path, or no such key"))
+            shipped = "its path, or the name of a shipped one"
+            expected = shipped if kind.room else NONE if key == "placement" else "its path, or no such key"
+            raise InputError(
+                project.path, f"key {key}{table} names a file that is not there", found=one, expected=expected
+            )
 
 
 def stated_file(project: Project, key: str) -> str:
@@ -150,19 +132,20 @@ def stated_file(project: Project, key: str) -> str:
     if not isinstance(value, str):
         what, found = (f"key {key} is missing", None) if value is None else (f"key {key} is no text", repr(value))
         raise InputError(project.path, what, found=found, expected="a path, or the name of a shipped file, in quotes")
-    check_file(project, (), key)
+    check_file(project, (), key, project.verbs.kinds("evaluate")[key])
     return project.place(value)
 
 
 def lacking(project: Project) -> list[InputError]:
-    """What is wrong with the files that the tables of verbs state, and the top besides gauge, machine and placement."""
+    """What is wrong with the files that the tables of verbs state, and with the certificate that the top states."""
     found = []
-    verbs = [(), *_tables(project.values)]
-    for verb in verbs:
-        stated = project.table(verb) if verb else {key: project.common.get(key) for key in ("certificate",)}
-        for key in stated:
+    stated: list[tuple[tuple[str, ...], str, set[str]]] = [((), "report", {"certificate"} & set(project.common))]
+    stated += [(verb, " ".join(verb), set(project.table(verb))) for verb in _tables(project.values)]
+    for verb, words, keys in stated:
+        kinds = project.verbs.kinds(words)
+        for key in sorted(keys & set(kinds)):
             try:
-                check_file(project, verb, key)
+                check_file(project, verb, key, kinds[key])
             except InputError as error:
                 found.append(error)
     return found
@@ -173,12 +156,11 @@ def _tables(values: Mapping[str, Any], above: tuple[str, ...] = ()) -> list[tupl
     return [name for key, one in inside for name in ((*above, key), *_tables(one, (*above, key)))]
 
 
-def is_there(project: Project, key: str, value: str) -> bool:
-    """Whether a value of ``key`` is a file that exists, the name of a shipped one, or no file that is read."""
-    if key not in READ or "://" in value:
+def is_there(project: Project, value: str, kind: Kind) -> bool:
+    """Whether a value is a file that exists, the name of a shipped one, or no file that is read."""
+    if not kind.is_read or "://" in value:
         return True
-    room = SHIPPED.get(key)
-    return Path(project.place(value)).exists() or (room is not None and value in shipped_names(room))
+    return Path(project.place(value)).exists() or (kind.room is not None and value in shipped_names(kind.room))
 
 
 def _check_name(path: Path, what: str, key: str, known: list[str]) -> None:

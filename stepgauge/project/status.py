@@ -59,6 +59,13 @@ class Status:
     items: tuple[Item, ...]
     command: str
     reason: str
+    place: str = ""
+
+    def summary(self) -> str:
+        """A line or two for each thing, then the next command."""
+        lines = [f"project     {self.place}"]
+        lines += [f"{one.what:11} {one.path}\n{'':11} {'! ' if one.wrong else ''}{one.said}" for one in self.items]
+        return "\n".join([*lines, f"next        {self.command}\n{'':11} {self.reason}"])
 
 
 def project_status(project: Project) -> Status:
@@ -71,7 +78,7 @@ def project_status(project: Project) -> Status:
     results = list(_results(project))
     reports = list(_reports(project))
     found = (*items, *recordings, *results, *reports)
-    return Status(found, *_next(project, items, recordings, results))
+    return Status(found, *_next(project, items, recordings, results), place=os.path.relpath(project.path))
 
 
 def _lacking(project: Project, placement: Item) -> list[InputError]:

@@ -6,8 +6,13 @@ from collections.abc import Iterator, Mapping
 from importlib import import_module
 
 from stepgauge.verbs.define import Verb, verb_of
+from stepgauge.verbs.kinds import Kind
 
 PLACES: Mapping[str, str] = {
+    "init": "project.init",
+    "status": "project.status",
+    "web": "project.web",
+    "demo": "demo.demo",
     "locate": "locate.locate",
     "plan": "plan.plan",
     "simulate": "simulate.simulate",
@@ -19,7 +24,7 @@ PLACES: Mapping[str, str] = {
     "test plan": "test.plan.plan_iso10360",
     "import": "import_.import_recording",
     "report": "report.report",
-    "history": "history.history",
+    "history": "history.machine_history",
     "serve": "serve.serve",
     "test iso10360": "test.iso10360.iso10360",
     "test iso10360-5": "test.iso10360_5.iso10360_5",
@@ -66,10 +71,34 @@ TASKS: Mapping[str, tuple[str, ...]] = {
         *("init", "status", "web", "demo", "locate", "plan", "simulate", "measure", "import", "evaluate", "budget"),
         *("report", "diagnose"),
     ),
-    "Further": ("export", "compensate", "history", "investigate", "serve", "figures"),
+    "Further": ("export", "compensate", "history", "investigate", "serve"),
     "Groups": ("test", "list", "dcc", "probe", "fleet"),
 }
 """Verbs and groups by heading, as the help lists them."""
+
+
+COMMON = (
+    *("gauge", "machine", "placement", "certificate", "operator", "customer", "location", "blocks", "r-eff-origin"),
+    *("gauge-temperature", "u-gauge-temperature", "tip-radius", "mpe", "coverage-factor", "figure", "unit"),
+)
+"""Keys at the top of a project file: parameters that several verbs share."""
+
+
+class Catalogue(tuple[str, ...]):
+    """The names at the top, verbs and groups; what a project file may say of them."""
+
+    common: tuple[str, ...] = COMMON
+
+    def kinds(self, words: str) -> dict[str, Kind]:
+        """The kinds of the keys of a verb by its words; none where there is no such verb."""
+        if words not in PLACES:
+            return {}
+        return {one.key: one.one for one in find_verb(words).parameters if one.at_command}
+
+    def meanings(self) -> dict[str, str]:
+        """What each key at the top is."""
+        found = {one.key: one.sentence for _, verb in all_verbs() for one in verb.parameters}
+        return {key: found[key].replace("``", "") for key in self.common}
 
 
 def find_verb(words: str) -> Verb:
@@ -86,3 +115,7 @@ def all_verbs() -> Iterator[tuple[str, Verb]]:
 def verbs_of(group: str) -> list[str]:
     """Last words of the verbs of a group."""
     return [words.partition(" ")[2] for words in PLACES if words.startswith(f"{group} ")]
+
+
+VERBS = Catalogue(name for names in TASKS.values() for name in names)
+"""Names of verbs and groups."""

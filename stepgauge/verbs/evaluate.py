@@ -1,10 +1,11 @@
 """``evaluate``: recordings and certificate to the errors of the machine."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import Flag
+from stepgauge.verbs.kinds import Choice, Flag, Repeated
 from stepgauge.verbs.shared import (
     Convention,
     Figure,
@@ -26,20 +27,32 @@ if TYPE_CHECKING:
     from stepgauge.evaluation.face_errors import REffOrigin
     from stepgauge.standards.mpe import Mpe as Limit
 
+FIGURES = ("error", "bidirectional", "repeatability", "arrows", "run")
+"""Written out so that --help needs no matplotlib; a test compares it with what is drawn."""
+
 
 def write(
     evaluation: "Evaluation",
     output: OutputFolder,
     *,
     figure: Figure = "png",
+    draw: Annotated["str | Iterable[str]", Repeated(Choice(*FIGURES, "all"), "draw")] = (),
 ) -> list[Path]:
     """Files of an evaluation.
 
     Parameters
     ----------
     output : folder for evaluation.json, evaluation.csv and a figure per placement (made if missing)
+    draw : further figures of the measurement. error: against position with 2s band and the lines of the limit;
+        bidirectional: single probings and means of both directions; repeatability: single probings from the mean of
+        their face; arrows: mean errors of all placements in the travel of ``machine``; run: every probing by time
     """
-    return evaluation.write(output, figure)
+    from stepgauge.files.outputs import open_set
+
+    kinds = [draw] if isinstance(draw, str) else list(draw)
+    with open_set():
+        further = evaluation.draw(output, kinds, figure) if kinds else []
+        return [*evaluation.write(output, figure), *further]
 
 
 @verb(write)
@@ -68,7 +81,7 @@ def evaluate(
     ----------
     correct_drift : take off a drift with time that the repeats show; default: it is remarked
     mpe : maximum permissible error "A + L/K", um with L in mm, to compare with; default: that of ``machine``
-    machine : machine file, for the maximum permissible error that it states
+    machine : machine file, for the maximum permissible error that it states and the travel of figures
 
     Returns
     -------
@@ -83,6 +96,7 @@ def evaluate(
     --------
     stepgauge evaluate recording.csv --gauge step-gauge-420 -o result
     stepgauge evaluate x.csv y.csv --gauge my-gauge.toml --blocks 2:20 --r-eff-origin all -o result
+    stepgauge evaluate x.csv y.csv diagonal.csv -g step-gauge-420 -m bridge-cmm --draw arrows --figure pdf -o result
     """
     from dataclasses import replace
 
@@ -101,9 +115,11 @@ def evaluate(
     whole = state_convention(whole, temperature_convention)
     whole = whole.with_comments(measured_at=measured_at, machine=machine_name)
     found = evaluate_recording(whole, steps, section, cast("REffOrigin", r_eff_origin), lies, correct_drift)
-    if limit is None and machine is not None:
-        limit = machine_limit(as_machine(machine), found.comments)
-    return replace(found, limit=limit, judged="" if limit is None else _judged(found, limit))
+    cmm = None if machine is None else as_machine(machine)
+    if limit is None and cmm is not None:
+        limit = machine_limit(cmm, found.comments)
+    judged = "" if limit is None else _judged(found, limit)
+    return replace(found, limit=limit, judged=judged, recording=whole, machine=cmm)
 
 
 def _judged(evaluation: "Evaluation", limit: "Limit") -> str:

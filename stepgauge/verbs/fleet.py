@@ -385,7 +385,7 @@ def write_watch(watch: "FleetWatch", output: OutputFolder, *, figure: Figure = "
 def watch_fleet(
     store: Store,
     *,
-    limits: Annotated["Mapping[str, float] | None", Repeated(Pair(LIMITS), "limit")] = None,
+    limits: Annotated["Mapping[str, float] | None", Repeated(Pair(names=LIMITS), "limit")] = None,
     risk: Annotated[float, Number("", high=0.5, above=0.0)] = 0.05,
     jobs: Jobs = 1,
     scheduler: Scheduler = None,

@@ -26,10 +26,10 @@ def write(history: "History", output: OutputFolder, *, figure: Figure = "png") -
 
 
 @verb(write, shows=True)
-def history(
+def machine_history(
     folder: Annotated[File, Reads("DIR", folder=True), ARGUMENT],
     *,
-    limits: Annotated["Mapping[str, float] | None", Repeated(Pair(LIMITS), "limit")] = None,
+    limits: Annotated["Mapping[str, float] | None", Repeated(Pair(names=LIMITS), "limit")] = None,
     machine_name: Annotated[str | None, Text("NAME")] = None,
     gauge_serial: Annotated[str | None, Text("SERIAL")] = None,
     date_from: Annotated[str, Choice("record", "file")] = "record",

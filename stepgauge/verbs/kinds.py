@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 from stepgauge.errors import InputError, naming
 
@@ -24,6 +24,9 @@ class Kind:
     metavar: str = field(default="TEXT", kw_only=True)
     name: str = field(default="text", kw_only=True)
     unit: str = field(default="", kw_only=True)
+    room: str | None = field(default=None, kw_only=True)
+    is_path: ClassVar[bool] = False
+    is_read: ClassVar[bool] = False
 
     def parse(self, text: str) -> Any:
         """The value that a text states (``ValueError`` for none)."""
@@ -96,6 +99,8 @@ class Number(Kind):
             )
         except (TypeError, ValueError):
             return "not a number", self.bounds() or "a number"
+        if not good and self.what == "out of range" and not abs(value) < math.inf:
+            return "not a finite number", self.bounds() or "a finite number"
         return None if good else (self.what, self.bounds() or "a finite number")
 
     def bounds(self) -> str:
@@ -194,7 +199,7 @@ class Day(Kind):
         import datetime
 
         if isinstance(value, datetime.datetime) or not isinstance(value, datetime.date):
-            return "not a date", "a date without time"
+            return "not a date", "a date without time, 2026-03-02"
         if value > datetime.date.today():
             return "lies in the future", "today or a day before"
         return None
@@ -227,7 +232,7 @@ class Vector(Kind):
 
     def bounds(self) -> str:
         many = "numbers" if self.count is None else f"{self.count} numbers"
-        return f"{many}{f' above {self.above:g}' if self.above is not None else ''} {self.unit}".strip()
+        return f"{self.metavar}: {many}{f' above {self.above:g}' if self.above is not None else ''} {self.unit}".strip()
 
 
 @dataclass(eq=False)
@@ -247,7 +252,7 @@ class Pair(Kind):
             return text
         name, sign, value = (part.strip() for part in text.partition("="))
         if not (name and sign and value):
-            raise ValueError(self.metavar)
+            raise ValueError(self.bounds() or self.metavar)
         if not self.names:
             return name, value
         try:
@@ -282,6 +287,8 @@ class Reads(Kind):
     folder: bool = False
     optional: bool = False
     name: str = field(default="file", kw_only=True)
+    is_path: ClassVar[bool] = True
+    is_read: ClassVar[bool] = True
 
     def parse(self, text: str) -> str:
         if not text.strip():
@@ -298,6 +305,7 @@ class Writes(Kind):
     folder: bool = False
     short: str = ""
     name: str = field(default="name of a file", kw_only=True)
+    is_path: ClassVar[bool] = True
 
     def parse(self, text: str) -> str:
         if not text.strip():  # a variable of a script that was never set would mean the working folder
@@ -307,10 +315,10 @@ class Writes(Kind):
     def fault(self, value: Any) -> tuple[str, str] | None:
         if not self.suffixes or str(value).lower().endswith(self.suffixes):
             return None
-        return "not such a file", self.bounds()
+        return "not a name with such a suffix", self.bounds()
 
     def bounds(self) -> str:
-        return " or ".join(self.suffixes)
+        return " or ".join([", ".join(self.suffixes[:-1]), self.suffixes[-1]]) if self.suffixes else ""
 
 
 @dataclass(eq=False)

@@ -7,7 +7,7 @@ import ipaddress
 import secrets
 import socket
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -15,6 +15,7 @@ from types import FrameType
 import uvicorn
 
 from stepgauge.errors import InputError
+from stepgauge.project.file import Verbs
 from stepgauge.web.app import make_app
 from stepgauge.web.site import Site
 
@@ -52,12 +53,12 @@ class Listening:
         raise InputError(f"{self.host}:{self.port}", "cannot listen here", found=failed.strerror, expected=expected)
 
 
-def serve(folder: Path, verbs: Iterable[str], listening: Listening, ready: Callable[[str], None]) -> None:
+def serve(folder: Path, verbs: Verbs, listening: Listening, ready: Callable[[str], None]) -> None:
     """Serve a project until SIGINT or SIGTERM; ``ready`` is told the address, which carries the token."""
     with listening.open() as taken:
         host, port = taken.getsockname()[:2]
         token = secrets.token_urlsafe(24)  # on loopback, too: every user of the computer reaches that
-        site = Site(folder, tuple(verbs), port, token, listening.is_loopback)
+        site = Site(folder, verbs, port, token, listening.is_loopback)
         config = uvicorn.Config(
             make_app(site),
             log_level="warning",

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stepgauge.project.file import Verbs
 from stepgauge.project.find import NAME
 from stepgauge.web.measuring import Runs
 from stepgauge.web.work import Works
@@ -30,7 +31,7 @@ class Site:
     """
 
     folder: Path
-    verbs: tuple[str, ...]
+    verbs: Verbs
     port: int
     token: str
     on_loopback: bool = True

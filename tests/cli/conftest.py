@@ -9,9 +9,12 @@ from pathlib import Path
 
 import click
 import pytest
+from click.testing import CliRunner
+from click.testing import Result as Done
 
 from stepgauge.cli import main
 from stepgauge.cli.build import make_command
+from stepgauge.errors import InputError
 from stepgauge.verbs.catalogue import find_verb
 from tests.conftest import ROOT
 
@@ -85,3 +88,11 @@ def made_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def command_of(words: str) -> click.Command:
     """The command of a verb from its definition."""
     return make_command(words.rpartition(" ")[2], find_verb(words))
+
+
+def invoke(words: str, *arguments: object) -> Done:
+    """A verb by click's own runner; wrong input ends with exit code 2, as it does for a user."""
+    done = CliRunner().invoke(command_of(words), [str(one) for one in arguments])
+    if isinstance(done.exception, InputError):
+        done.exit_code, done.exception = 2, InputError("", done.exception.as_typed())
+    return done

@@ -133,10 +133,10 @@ def test_every_format_with_what_it_says(run: Run, tmp_path: Path, before: dict) 
         (["--axis", "x", "--unconfirmed-sense", "fanuc"], "--unconfirmed-sense: the sense of csv is confirmed"),
         (["--axis", "x", "--to", "fanuc"], "expected --unconfirmed-sense fanuc, and a comparison at one position"),
         (["--axis", "x", "--to", "heidenhain", "--unconfirmed-sense", "fanuc"], "--unconfirmed-sense heidenhain, and"),
-        (["--plane", "xy", "--to", "marlin", "--unconfirmed-sense", "fanuc"], "--unconfirmed-sense is for a table"),
+        (["--plane", "xy", "--to", "marlin", "--unconfirmed-sense", "fanuc"], "--unconfirmed-sense: is for a table"),
         (["--axis", "x", "--step", "1000"], "fewer than two rows"),
         (["--axis", "x", "--template", "none.j2"], "none.j2: no such file"),
-        (["--axis", "x", "--plot", "x.jpg"], "x.jpg is no figure"),
+        (["--axis", "x", "--plot", "x.jpg"], "--plot: not a name with such a suffix; found 'x.jpg'"),
     ],
 )
 def test_wrong_input_is_one_line_and_nothing_is_written(

@@ -11,11 +11,11 @@ from typing import Any
 
 import pytest
 
-from stepgauge.cli import VERBS
 from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict, write_diagnosis
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError
 from stepgauge.recording import Recording
+from stepgauge.verbs.catalogue import VERBS
 from tests.cli.conftest import Run
 from tests.conftest import ROOT
 from tests.diagnosis.made import (

@@ -67,7 +67,7 @@ def test_several_machines_need_a_choice(run: Run, tmp_path: Path, archive: Path)
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--limit", "reversal=2"], "found 'reversal=2', expected NAME=NUMBER with NAME one of scale_ppm"),
+        (["--limit", "reversal=2"], "found 'reversal=2'; expected NAME=NUMBER with NAME one of scale_ppm"),
         (["--limit", "scale_ppm=nan"], "found 'scale_ppm=nan'"),
         (["--limit", "scale_ppm"], "found 'scale_ppm'"),
         (["--gauge-serial", "none"], "no evaluation of gauge 'none'; expected T-1"),

@@ -92,19 +92,19 @@ def test_export_and_import_on_the_command_line(run: Run, files: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["import", "r.csv", "-p", "placement.toml", "-o", "x.csv"], "--placement needs --gauge"),
-        (["import", "r.csv", *GAUGE, "--program", "p.dmi", "-o", "x.csv"], "--program needs --gauge and --placement"),
+        (["import", "r.csv", "-p", "placement.toml", "-o", "x.csv"], "--placement: needs --gauge"),
+        (["import", "r.csv", *GAUGE, "--program", "p.dmi", "-o", "x.csv"], "--program: needs --gauge and --placement"),
         (["import", "recording.csv", "--column", "x=X", "-o", "x.csv"], "--column: not understood; found 'x=X'"),
         (["import", "none.csv", "-o", "x.csv"], "none.csv: no such file"),
-        (["import", "", "-o", "x.csv"], "this names no file; found an empty name"),
-        (["export", "recording.csv", "--to", "csv", "-o", ""], "'-o' / '--output': the name is empty"),
+        (["import", "", "-o", "x.csv"], "--log: not a file; found ''"),
+        (["export", "recording.csv", "--to", "csv", "-o", ""], "--output: not a name of a file; found ''"),
         (["import", "recording.csv", "--format", "dmis", "-o", "x.csv"], "recording.csv:1: this is not a DMIS output"),
         (
             ["import", "program.dmi", *GAUGE, "-o", "x.csv"],
             "program.dmi: this is a measuring program, not what a machine",
         ),
         (["import", "program.dmi", "--format", "dmis", "--sheet", "A", "-o", "x.csv"], "can be said of tables only"),
-        (["import", "recording.csv", "--tip-radius", "nan", "-o", "x.csv"], "nan is not a finite number"),
+        (["import", "recording.csv", "--tip-radius", "nan", "-o", "x.csv"], "--tip-radius: out of range; found nan"),
         (
             ["export", "recording.csv", "--to", "csv", "--delimiter", "comma", "--decimal", "comma", "-o", "x.csv"],
             "the decimal mark",

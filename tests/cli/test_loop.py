@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from stepgauge.cli import VERBS
+from stepgauge.verbs.catalogue import VERBS
 from tests.cli.conftest import Result, Run, again
 from tests.conftest import ROOT
 
@@ -221,7 +221,7 @@ BAD = [
         ["placement.toml", "another gauge", "SG-420-001", "SG-1020-001"],
     ),
     (["plan", "placement.toml", *G, "-d", "dmis", "--blocks", "9:3", "-o", "out"], ["--blocks", "9:3"]),
-    (["plan", "placement.toml", *G, "-d", "dmis", "--home", "1,2", "-o", "out"], ["--home", "1,2", "X,Y,Z"]),
+    (["plan", "placement.toml", *G, "-d", "dmis", "--home", "1,2", "-o", "out"], ["--home", "X,Y,Z"]),
     (["plan", "placement.toml", *G, "-d", "dmis", "--standoff", "7", "-o", "out"], ["tip ball", "block", "--standoff"]),
     (["plan", "placement.toml", *G, "-d", "dmis", "--cycles", "0", "-o", "out"], ["cycles"]),
     (

@@ -4,10 +4,9 @@ import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from stepgauge.errors import InputError
-from tests.cli.conftest import command_of
+from tests.cli.conftest import invoke
 
 from .probe_files import bench_series
 
@@ -16,7 +15,7 @@ STEP_UM = 0.025  # rod travel between two samples
 
 
 def run(*arguments):
-    return CliRunner().invoke(command_of("probe bench"), [str(a) for a in arguments])
+    return invoke("probe bench", *arguments)
 
 
 @pytest.fixture

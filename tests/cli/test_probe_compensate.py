@@ -5,19 +5,18 @@ import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from stepgauge.errors import InputError
 from stepgauge.files.text import write_json
 from stepgauge.physics import directions
 from stepgauge.physics.sphere import fit_sphere
-from tests.cli.conftest import command_of
+from tests.cli.conftest import invoke
 
 from .probe_files import HEADER, SPHERE_MM, sphere_points
 
 
 def run(*arguments):
-    return CliRunner().invoke(command_of("probe compensate"), [str(a) for a in arguments])
+    return invoke("probe compensate", *arguments)
 
 
 @pytest.fixture
@@ -25,7 +24,7 @@ def qualification(tmp_path):
     points = sphere_points(tmp_path / "sphere.csv", directions.five_points(0.1))
     out = tmp_path / "q.json"
     options = [points, "--sphere-diameter", SPHERE_MM, "--tip-diameter", 4, "--lobe-azimuth", 20, "-o", out]
-    assert CliRunner().invoke(command_of("probe qualify"), [str(a) for a in options]).exit_code == 0
+    assert invoke("probe qualify", *options).exit_code == 0
     return out
 
 
@@ -51,7 +50,7 @@ def test_five_points_compensate_another_sphere(tmp_path, qualification):
 def test_a_compensation_that_makes_it_worse_is_a_warning(tmp_path):
     points, out = sphere_points(tmp_path / "sphere.csv", directions.iso_10360_5_points()), tmp_path / "q.json"
     options = [points, "--sphere-diameter", SPHERE_MM, "--tip-diameter", 4, "--lobe-azimuth", 80, "-o", out]
-    assert CliRunner().invoke(command_of("probe qualify"), [str(a) for a in options]).exit_code == 0
+    assert invoke("probe qualify", *options).exit_code == 0
     worse = run(points, "-q", out, "-o", tmp_path / "c.csv", "--on-sphere").output
     assert "warning: by the qualification, compensation of the lobes increases" in worse
     assert "warning: on these points the form error is" in worse

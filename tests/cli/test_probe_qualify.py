@@ -4,17 +4,16 @@ import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from stepgauge.errors import InputError
 from stepgauge.physics import directions
-from tests.cli.conftest import command_of
+from tests.cli.conftest import invoke
 
 from .probe_files import HEADER, SPHERE_MM, sphere_points
 
 
 def run(*arguments):
-    return CliRunner().invoke(command_of("probe qualify"), [str(a) for a in arguments])
+    return invoke("probe qualify", *arguments)
 
 
 def complaint(*arguments):
@@ -129,8 +128,8 @@ class TestWrongInput:
             (["--sphere-diameter", -25], "--sphere-diameter"),
             (["--sphere-diameter", 25, "--tip-diameter", 0], "--tip-diameter"),
             (["--sphere-diameter", 25, "--noise", -1], "--noise"),
-            (["--sphere-diameter", 25, "--stylus-axis", "0,0,0", "--tip-diameter", 4], "stylus axis"),
-            (["--sphere-diameter", 25, "--stylus-axis", "nan,0,0", "--tip-diameter", 4], "stylus axis"),
+            (["--sphere-diameter", 25, "--stylus-axis", "0,0,0", "--tip-diameter", 4], "stylus"),
+            (["--sphere-diameter", 25, "--stylus-axis", "nan,0,0", "--tip-diameter", 4], "stylus"),
             (["--sphere-diameter", 25, "--u-tip-diameter", -1], "--u-tip-diameter"),
             (["--sphere-diameter", 25, "--lobe-azimuth", "left", "--tip-diameter", 4], "--lobe-azimuth"),
         ],

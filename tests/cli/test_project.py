@@ -11,9 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from stepgauge.cli import TASKS, cli
-from stepgauge.cli.defaults import PATHS
-from stepgauge.project.file import COMMON, READ, WRITTEN
+from stepgauge.verbs.catalogue import VERBS, all_verbs
 from tests.cli.conftest import Run
 from tests.conftest import ROOT
 
@@ -270,15 +268,6 @@ def test_where_nobody_can_be_asked_what_is_missing_is_named(tmp_path: Path) -> N
 
 
 def test_the_keys_at_the_top_are_options_of_several_verbs() -> None:
-    """And every option with a path is known to have one, so that it is seen from the project's folder."""
-    import click
-
-    context = click.Context(cli, resilient_parsing=True)
-    verbs = [cli.get_command(context, verb) for group in TASKS.values() for verb in group]
-    options = [one for verb in verbs if verb for one in verb.params if isinstance(one, click.Option)]
-    names = [max(one.opts, key=len).lstrip("-") for one in options]
-    assert {name for name in COMMON if names.count(name) < 2} == set()
-    words = {"GAUGE", "MACHINE", "FILE", "FOLDER", "PATH"}
-    assert {name for one, name in zip(options, names, strict=True) if one.metavar in PATHS} <= {*READ, *WRITTEN}
-    assert not set(READ) & set(WRITTEN)
-    assert {one.metavar for one in options if one.metavar and words & set(re.findall("[A-Z]+", one.metavar))} <= PATHS
+    names = [one.key for _, verb in all_verbs() for one in verb.parameters if one.at_command and not one.argument]
+    assert {name for name in VERBS.common if names.count(name) < 2} == set()
+    assert set(VERBS.meanings()) == set(VERBS.common)

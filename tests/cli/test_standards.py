@@ -41,7 +41,7 @@ def text_of(path: Path) -> str:
 def test_iso10360_writes_everything_and_says_what_is_open(run: Run, recording: Path, tmp_path: Path) -> None:
     out = tmp_path / "result"
     result = run(
-        "iso10360", recording, *G, *MPE, "--mpe-cap", 3.0, "--mpe-repeatability", 1.0, "-m", "bridge-cmm",
+        "test", "iso10360", recording, *G, *MPE, "--mpe-cap", 3.0, "--mpe-repeatability", 1.0, "-m", "bridge-cmm",
         "--tip-diameter", 3.994, "--u-gauge-temperature", 0.05, "--u-alignment", 0.1, "--u-fixture", 0.1,
         "--number", "N-7", "--operator", "Op",
         "--figure", "svg", "-o", out,
@@ -110,7 +110,7 @@ def test_a_gauge_of_normal_expansion_beside_one_of_low(run: Run, recording: Path
     assert "normal expansion" in text_of(tmp_path / "with/iso10360.pdf")
     alone = run(*low, "--normal", normal, "-o", tmp_path / "no")
     assert alone.code == 2
-    assert "--normal needs --normal-gauge" in alone.err
+    assert "--normal: needs --normal-gauge" in alone.err
 
 
 def test_iso230_writes_everything(run: Run, recording: Path, tmp_path: Path) -> None:

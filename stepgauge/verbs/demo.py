@@ -1,18 +1,16 @@
-"""``stepgauge demo``: the whole loop on a shipped example, then a concealed fault that the diagnosis has to find."""
-
-from __future__ import annotations
+"""``demo``: the whole loop on a shipped example, then a concealed fault that the diagnosis has to find."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import click
-
-from stepgauge.cli.options import say
 from stepgauge.demonstration.faults import NAMES
+from stepgauge.verbs.define import verb
+from stepgauge.verbs.kinds import Choice, Count, Supplied
+from stepgauge.verbs.shared import OutputFolder
 
 if TYPE_CHECKING:
     from stepgauge.demonstration.conceal import Concealed
@@ -55,26 +53,35 @@ DIAGNOSE = (
 COUNT = len(STEPS) + 4
 
 
-@click.command("demo")
-@click.option(
-    "-o", "--output", default="stepgauge-demo", show_default=True, metavar="FOLDER", help="Folder for the results."
-)
-@click.option(
-    "--conceal", type=click.Choice(NAMES), help="Fault to conceal in the virtual machine. Default: one at random."
-)
-@click.option("--seed", type=click.IntRange(0), help="Of the fault, its size and the scatter. Default: new each time.")
-def command(output: str, conceal: str | None, seed: int | None) -> None:
-    """Run the whole loop on a shipped example, then find a fault that is concealed in the machine.
+@verb(in_project=False)
+def demo(
+    output: OutputFolder = "stepgauge-demo",
+    *,
+    conceal: Annotated[str | None, Choice(*NAMES)] = None,
+    seed: Annotated[int | None, Count(0)] = None,
+    run: Annotated[Callable[..., object], Supplied("run")],
+    tell: Annotated[Callable[[str], None], Supplied("tell")] = print,
+) -> None:
+    """The whole loop on a shipped example, then a fault that is concealed in the machine.
 
     From 16 probed points to a report to sign: every step is a command of its own that is shown as it runs, so that it
     can be repeated and changed. The y scale of the example's machine is 14 ppm too long and has a wave of 0.8 um every
     160 mm; its machine file states both.
 
     Then a fault that the machine file does not state is concealed in the virtual machine: what it is stands in a sealed
-    file. The gauge is measured again, the diagnosis names what it finds, and the seal is opened. FOLDER/story.html and
-    FOLDER/story.png show truth and answer side by side.
+    file. The gauge is measured again, the diagnosis names what it finds, and the seal is opened. OUTPUT/story.html and
+    OUTPUT/story.png show truth and answer side by side.
 
-    \b
+    Parameters
+    ----------
+    output : folder for the results (made if missing)
+    conceal : fault to conceal in the virtual machine; default: one at random
+    seed : of the fault, its size and the scatter; default: new each time
+    run : runs a verb by its words
+    tell : called with a line for every step
+
+    Examples
+    --------
     stepgauge demo
     stepgauge demo --conceal backlash
     """
@@ -85,38 +92,36 @@ def command(output: str, conceal: str | None, seed: int | None) -> None:
     _copy_inputs(folder)
     numbers = count(1)
     for purpose, line in (*STEPS, SECOND):
-        with _step(next(numbers), purpose):
-            _run(line, folder)
-    with _step(next(numbers), "conceal a fault in the machine, and measure the gauge twice, along y and along x"):
+        with _step(tell, next(numbers), purpose):
+            _run(run, line, folder)
+    with _step(tell, next(numbers), "conceal a fault in the machine, and measure the gauge twice, along y and along x"):
         with one_set():
             concealed = _conceal(folder, conceal, seed)
-        say(f"{folder}/sealed.txt says what it is (SHA-256 {concealed.checksum[:16]}..); nothing else knows it")
-    with _step(next(numbers), DIAGNOSE[0]):
-        _run(DIAGNOSE[1], folder)
-        say(f"{folder}/diagnosis/machine.diagnosed.toml is the machine file with what was found")
-    with _step(next(numbers), "open the seal"):
+        tell(f"{folder}/sealed.txt says what it is (SHA-256 {concealed.checksum[:16]}..); nothing else knows it")
+    with _step(tell, next(numbers), DIAGNOSE[0]):
+        _run(run, DIAGNOSE[1], folder)
+        tell(f"{folder}/diagnosis/machine.diagnosed.toml is the machine file with what was found")
+    with _step(tell, next(numbers), "open the seal"):
         with one_set():
             revealed = reveal(folder, concealed, folder / "diagnosis")
         for line in revealed.lines():
-            say(line)
-    say(f"look at {output}/report.pdf, {output}/result/evaluation.png and, in a browser, {output}/story.html")
+            tell(line)
+    tell(f"look at {output}/report.pdf, {output}/result/evaluation.png and, in a browser, {output}/story.html")
 
 
 @contextmanager
-def _step(number: int, purpose: str) -> Iterator[None]:
-    say(f"[{number}/{COUNT}] {purpose}")
+def _step(tell: Callable[[str], None], number: int, purpose: str) -> Iterator[None]:
+    tell(f"[{number}/{COUNT}] {purpose}")
     began = time.perf_counter()
     yield
-    say(f"  done in {time.perf_counter() - began:.1f} s")
+    tell(f"  done in {time.perf_counter() - began:.1f} s")
 
 
-def _run(line: str, folder: Path) -> None:
-    from stepgauge.cli import show_and_run
-
-    show_and_run(*(part.format(d=folder, g=GAUGE) for part in line.split()))
+def _run(run: Callable[..., object], line: str, folder: Path) -> None:
+    run(*(part.format(d=folder, g=GAUGE) for part in line.split()))
 
 
-def _conceal(folder: Path, name: str | None, seed: int | None) -> Concealed:
+def _conceal(folder: Path, name: str | None, seed: int | None) -> "Concealed":
     from stepgauge.demonstration.conceal import conceal_fault
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.gauge.placement import read_placement
