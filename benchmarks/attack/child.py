@@ -23,12 +23,12 @@ WRITERS: dict[str, tuple[object, ...]] = {
     "export": ("recording.csv", "--to", "dmis", "-o", "out/r.dmo"),
     "evaluate": ("recording.csv", *G, "-o", "out"),
     "budget": ("recording.csv", *G, *M, "--runs", 0, "-o", "out"),
-    "uncertainty": ("recording.csv", *G, *M, "--runs", 100, "-o", "out"),
-    "iso230": ("recording.csv", *G, "-o", "out"),
-    "iso10360": ("recording.csv", *G, "--mpe", "1.8 + L/350", "-o", "out"),
+    "budget --method monte-carlo": ("recording.csv", *G, *M, "--runs", 100, "-o", "out"),
+    "test iso230": ("recording.csv", *G, "-o", "out"),
+    "test iso10360": ("recording.csv", *G, "--mpe", "1.8 + L/350", "-o", "out"),
     "compensate": ("result", "--axis", "y", "--to", "csv", "--angle-limit", 10, "-o", "out/c.csv"),
     "report": ("result", "-o", "out/r.html"),
-    "figures": ("recording.csv", *G, *M, "--only", "error", "--only", "run", "-o", "out"),
+    "evaluate --draw all": ("recording.csv", *G, *M, "-o", "out"),
     "probe qualify": ("sphere.csv", "--sphere-diameter", 25, "--tip-diameter", 4, "-o", "out/q.json"),
     "probe compensate": ("sphere.csv", "-q", "qualification.json", "-o", "out/c.csv"),
     "probe map": ("omp40-2-50mm.toml", "--polar", "90", "--azimuth", "0:350:30", "-o", "out/m.csv"),
@@ -37,11 +37,11 @@ WRITERS: dict[str, tuple[object, ...]] = {
     "dcc write": ("result", "-c", "certificate.toml", *G, "-o", "out/c.xml"),
     "dcc export-gauge": ("step-gauge-420.toml", "-c", "gauge-laboratory.toml", "-o", "out/g.xml"),
     "dcc import-gauge": ("gauge.xml", "-o", "out/g.toml"),
-    "shipped": ("step-gauge-420", "--copy-to", "out"),
+    "list files": ("step-gauge-420", "--copy-to", "out"),
     "demo": ("-o", "out"),
 }
 """Verbs that write, as called in the folder of the measurement; what they write goes to ``out``."""
-NEVER_OVER = {"shipped"}
+NEVER_OVER = {"list files"}
 """Verbs that refuse to write over a file that is there."""
 STEPWISE = {"demo"}
 """Verbs that run others, each with a set of its own."""

@@ -37,7 +37,9 @@ def main(folder: Path) -> None:
             "--seed", number, "--gauge-temperature", temperature, "--start-time", 900 * (number - 1), "-o", recording,
         )  # fmt: skip
         recordings.append(recording)
-    stepgauge("figures", *recordings, "-g", GAUGE, "-m", MACHINE, "--mpe", "1.8 + L/350", "-o", folder)
+    stepgauge(
+        "evaluate", *recordings, "-g", GAUGE, "-m", MACHINE, "--mpe", "1.8 + L/350", "--draw", "all", "-o", folder
+    )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""``stepgauge figures`` and ``evaluate --mpe`` as a user runs them."""
+"""``evaluate --draw`` and ``evaluate --mpe`` as a user runs them."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ GAUGE = ("-g", "step-gauge-420")
 
 @pytest.mark.parametrize("suffix", ["png", "svg"])
 def test_every_figure_in_the_format_that_is_asked_for(run: Run, files: Path, suffix: str) -> None:
-    only = [] if suffix == "png" else ["--only", "arrows", "--only", "run"]
-    line = ("figures", files / "recording.csv", *GAUGE, "-m", files / "machine.toml", "--mpe", "1.8 + L/350", *only)
+    drawn = ["all"] if suffix == "png" else ["arrows", "run"]
+    only = [word for kind in drawn for word in ("--draw", kind)]
+    line = ("evaluate", files / "recording.csv", *GAUGE, "-m", files / "machine.toml", "--mpe", "1.8 + L/350", *only)
     result = run(*line, "--figure", suffix, "-o", files / "f")
     assert result.code == 0, result.err
-    names = sorted(path.name for path in (files / "f").iterdir())
+    names = sorted(path.name for path in (files / "f").iterdir() if not path.name.startswith("evaluation"))
     kinds = ["arrows", "bidirectional", "error", "repeatability", "run"] if suffix == "png" else ["arrows", "run"]
     assert names == [f"{kind}.{suffix}" for kind in kinds]
     assert all((files / "f" / name).read_bytes().startswith(MAGIC[suffix]) for name in names)
@@ -26,9 +27,9 @@ def test_every_figure_in_the_format_that_is_asked_for(run: Run, files: Path, suf
 
 def test_several_placements_have_figures_of_their_own(run: Run, files: Path) -> None:
     both = (files / "recording.csv", again(run, files))
-    result = run("figures", *both, *GAUGE, "--only", "error", "--only", "arrows", "-o", files / "f")
+    result = run("evaluate", *both, *GAUGE, "--draw", "error", "--draw", "arrows", "-o", files / "f")
     assert result.code == 0, result.err
-    names = {path.name for path in (files / "f").iterdir()}
+    names = {path.name for path in (files / "f").iterdir() if not path.name.startswith("evaluation")}
     assert names == {"error-placement-1.png", "error-placement-2.png", "arrows.png"}
 
 
@@ -37,14 +38,14 @@ def test_several_placements_have_figures_of_their_own(run: Run, files: Path) -> 
     [
         (["--mpe", "1.8 + L*350"], "--mpe: this is no maximum permissible error; found '1.8 + L*350'"),
         (["-m", "narrow"], "placement 1 is outside the travel of x"),
-        (["--only", "pie"], "'pie' is not one of"),
+        (["--draw", "pie"], "--draw: not a choice; found 'pie'"),
         (["-g", "step-gauge-9"], "no such gauge file"),
     ],
 )
 def test_wrong_input_is_one_line(run: Run, files: Path, arguments: list[str], message: str) -> None:
     arguments = [str(files / "narrow.toml") if one == "narrow" else one for one in arguments]
     (files / "narrow.toml").write_text((files / "machine.toml").read_text().replace("x = [0, 700]", "x = [0, 20]"))
-    result = run("figures", files / "recording.csv", *GAUGE, "-o", files / "f", *arguments)
+    result = run("evaluate", files / "recording.csv", *GAUGE, "--draw", "all", "-o", files / "f", *arguments)
     assert result.code == 2
     assert message in result.err
     assert "Traceback" not in result.err

@@ -10,9 +10,9 @@ import pytest
 
 from stepgauge.cli import TASKS, cli
 from stepgauge.cli.build import VerbOption
-from stepgauge.cli.figures import KINDS
-from stepgauge.cli.options import DIALECTS, LARGEST_U_K
 from stepgauge.machine import file as machine_file
+from stepgauge.verbs.evaluate import FIGURES
+from stepgauge.verbs.shared import DIALECTS, LARGEST_U_K
 from tests.cli.conftest import Run
 
 
@@ -70,8 +70,8 @@ def test_what_is_written_out_for_a_quick_help_is_what_there_is() -> None:
     from stepgauge.figures.measurement import KINDS as DRAWN
     from stepgauge.programs import DIALECTS as READ
 
-    assert list(READ) == DIALECTS
-    assert KINDS == DRAWN
+    assert tuple(READ) == DIALECTS
+    assert tuple(DRAWN) == FIGURES
 
 
 def test_the_help_lists_the_verbs_by_task(run: Run) -> None:
