@@ -42,7 +42,7 @@ def test_a_killed_verb_leaves_the_old_files_or_the_new_ones(measurement: Path, v
         assert kill.attack(measurement, verb, times=2, pick=random.Random(3)) == []
 
 
-@pytest.mark.parametrize("verb", ["evaluate", "compensate", "history", "shipped"])
+@pytest.mark.parametrize("verb", ["evaluate", "compensate", "history", "list files"])
 def test_a_full_disk_changes_nothing_and_is_said(measurement: Path, verb: str) -> None:
     with contextlib.chdir(measurement):
         assert disk.attack(measurement, verb, sizes=(100,)) == []
