@@ -30,22 +30,32 @@ GAUGE = "step-gauge-420"
 SIGNATURES = """
 add_to_fleet(store, recordings, gauge=None, machine=None, *, placements=(), roster=None, machine_id=None,
     machine_type=None, hall=None, probe_id=None, gauge_id=None, measured_at=None, progress=None)
-budget(sources, gauge, machine, *, placements=(), blocks=None, r_eff_origin="first", u_gauge_temperature_K=None,
-    certificate_correlation=None, repeats="pooled", coverage_percent=95.45, runs=10000, seed=0,
-    gauge_temperature_C=None, search_mm=2.0, measurand="as-is", contributions=(), measured_at=None,
-    temperature_convention=None, correct_drift=False, progress=None)
-budget_fleet(store, *, blocks=None, r_eff_origin="first", u_gauge_temperature_K=None, certificate_correlation=None,
-    repeats="pooled", coverage_percent=95.45, runs=10000, seed=0, measurand="as-is", contributions=(),
-    measured_at=None, temperature_convention=None, correct_drift=False, jobs=1, scheduler=None, memory_MB=None,
-    progress=None)
+budget(sources, gauge, machine, *, placements=(), method="gum", blocks=None, r_eff_origin="first",
+    u_gauge_temperature_K=None, certificate_correlation=None, repeats="pooled", coverage_percent=95.45, runs=10000,
+    seed=0, gauge_temperature_C=None, search_mm=2.0, measurand="as-is", contributions=(), measured_at=None,
+    temperature_convention=None, correct_drift=False, jobs=1, runs_folder=None, progress=None)
+budget_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None, **choice)
+check_dcc(certificate, *, schema=None)
+compact_fleet(store)
+compensate(evaluation, *, to, axis=None, plane=None, template=None, tip_radius_mm=None, u_tip_radius_um=0.0,
+    travel=None, step_mm=None, range_mm=None, extend="none", zero_at_mm=None, offset_mm=0.0, angle_limit_deg=1.0,
+    placement_number=None, file_type=0, joint=None, unconfirmed_sense=None)
+compensate_points(points, *, qualification, method="lobed", on_sphere=False)
 diagnose(recordings, gauge=None, machine=None, *, styli=(), without=(), priors=None)
 diagnose_fleet(store, *, without=(), priors=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
 diagnose_probe_map(probe_map, probe, *, columns=None, priors=None)
-evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff_origin="first", measured_at=None, machine_name=None,
-    temperature_convention=None, correct_drift=False, mpe=None, mpe_cap_um=None, machine=None)
-evaluate_fleet(store, *, blocks=None, r_eff_origin="first", jobs=1, scheduler=None, memory_MB=None, progress=None)
-export_fleet(store, folder, where="true")
-import_recording(source, *, sensor=None, gauge=None, placement=None, program=None, machine=None, format=None,
+evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff_origin="first", measured_at=None,
+    machine_name=None, temperature_convention=None, correct_drift=False, mpe=None, mpe_cap_um=None, machine=None)
+evaluate_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None, **choice)
+export_fleet(store, output, *, where="true")
+export_gauge_dcc(gauge, *, certificate, schema=None)
+export_recording(recording, *, to, placement_number=None, length_unit="mm", delimiter=None, decimal="point",
+    points="centres", tip_radius_mm=None, log_form="log")
+fleet_cluster(*, workers=2, port=8786, memory_MB=None, idle_s=None, ready=<built-in function print>)
+import_gauge_dcc(certificate, *, name=None, serial=None, material=None, expansion_per_K=None,
+    u_expansion_per_K=None, reference_temperature_C=None, block_width_mm=None, block_height_mm=None, positions=None,
+    nominal=None, deviations=None)
+import_recording(log, *, format=None, sensor=None, gauge=None, placement=None, program=None, machine=None,
     placement_number=1, tip_radius_mm=None, points=None, gauge_temperature_C=None, temperature_convention=None,
     unit=None, deviation_unit=None, temperature_unit="C", columns=(), rows=(), constants=(), accept=(), header=None,
     table=None, sheet=None, delimiter=None, decimal=None, targets=None, heights=None)
@@ -53,14 +63,37 @@ infer_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None)
 investigate(placement, gauge, machine, folder, *, ask, server=None, faults=None, seed=0, minutes=60.0, odds=20.0,
     within_mm=None, level=False, hands_minutes=5.0, styli=(), cycles=2, without=(), priors=None, resume=False,
     homing=False, tool="StepGaugeProbe", tell=None, progress=None, stop=None)
+iso10360(recordings, gauge, *, mpe, mpe_cap_um=None, mpe_repeatability_um=None, machine=None, placements=(),
+    offset_recordings=(), mpe_offset=None, offset_machine=None, normal=None, normal_gauge=None,
+    tip_diameter_mm=None, u_tip_diameter_um=None, unidirectional="fronts", lengths_mm=None,
+    u_gauge_temperature_K=None, u_alignment_mrad=None, u_fixture_um=None, also=(), coverage_factor=2.0,
+    temperature_convention=None)
+iso10360_5(points, *, sphere_diameter_mm, tip_diameters_mm, mpe_form_um=None, mpe_size_um=None,
+    mpe_location_um=None, u_sphere_diameter_um=None, sphere_form_um=None, u_sphere_form_um=None,
+    another_sphere=False, coverage_factor=2.0, machine_name=None)
+iso230(recordings, gauge=None, *, machine=None, placements=(), tip_diameter_mm=None, pair="middle", actual=None,
+    tolerances=(), also=(), expanded_uncertainty_um=None, temperature_convention=None)
+iso230_3(source, gauge=None, *, test, tolerances=(), expanded_uncertainty_um=None)
+list_dialects(name=None)
+list_effects(kinds=(), gauge=None, machine=None)
+list_files(name=None)
+list_gauges()
+list_machines()
 locate(points, gauge, *, machine=None, blocks=None, tip_radius_mm=None, repeatability_um=None, turned=False)
-measure(program, machine, gauge, placement, *, server, journal, resume=False, homing=False,
-    tool="StepGaugeProbe", gauge_temperature_C=None, placement_number=1, dialect=None, search_mm=2.0, spy=None,
-    progress=None, stop=None)
+machine_history(folder, *, limits=None, machine_name=None, gauge_serial=None, date_from="record", store=None,
+    rebuild=False, own_store=None, tell=None)
+measure(program, machine, gauge, placement, *, server, journal, resume=False, homing=False, tool="StepGaugeProbe",
+    gauge_temperature_C=None, placement_number=1, dialect=None, search_mm=2.0, spy=None, progress=None, stop=None,
+    **path)
 plan(placement, gauge, machine=None, *, cycles=5, first_again=False, blocks=None, route="side", around="+s",
     order="blocks", clearance_mm=5.0, margin_mm=0.5, height_mm=0.0, home_mm=None, standoff_mm=None, search_mm=2.0,
     measuring_speed_mm_s=None, travel_speed_mm_s=None, tip_radius_mm=None, points_on=None, teach=False)
+plan_iso10360(gauge, machine, *, cycles=3, stylus="auto", allow_short=False, search_mm=2.0, **path)
+probe_bench(series, *, contact_from="signal", coverage_factor=2.0)
 probe_map(probe, *, polar_deg="10:90:10", azimuth_deg="0:360:10", stylus_direction=None)
+probe_sphere(probe, *, sphere_diameter_mm=25.0, count=25, scatter_um=0.2, seed=1, stylus_direction=None)
+qualify_probe(points, *, sphere_diameter_mm, u_sphere_diameter_um=0.0, tip_diameter_mm=None, u_tip_diameter_um=0.0,
+    noise_um=None, transducer="kinematic", lobe_azimuth="0", slip="full", stylus_axis=(0.0, 0.0, 1.0))
 query_fleet(store, sql)
 read_axis_recording(path)
 read_budget(path)
@@ -71,13 +104,16 @@ read_machine(name)
 read_placement(path, gauge)
 read_probe_map(path)
 read_recording(path)
-report(result, path, *, gauge=None, placements=(), machine=None, budget=None, certificate=None, number=None,
-    customer=None, location=None, operator=None, date=None, remarks=None, mpe=None, template=None, interactive=False,
-    recordings=())
+report(results, output, *, gauge=None, placements=(), machine=None, budget=None, certificate=None, mpe=None,
+    interactive=False, recordings=(), **statement)
+serve(machine, gauge, placement, *, faults=None, speed=1.0, port=1294, host="127.0.0.1", further_styli=(),
+    gauge_temperature_C=None, seed=None, start_time_s=0.0, tool="StepGaugeProbe", idle_s=None, client_idle_s=1800.0,
+    log=None, tell=<built-in function print>)
 simulate(program, machine, gauge, placement, *, true_placement=None, seed=0, gauge_temperature_C=None,
-    placement_number=1, start_s=0.0, dialect=None, search_mm=2.0, explain=False, keep_stopped=False,
-    log=None, teach=False)
+    placement_number=1, start_time_s=0.0, dialect=None, search_mm=2.0, explain=False, keep_stopped=False, log=None,
+    teach=False)
 watch_fleet(store, *, limits=None, risk=0.05, jobs=1, scheduler=None, memory_MB=None, progress=None)
+write_dcc(evaluation, gauge, *, certificate, machine=None, budget=None, attach=None, schema=None)
 """
 METHODS = """
 AxisDiagnosis.summary(self)
@@ -256,21 +292,10 @@ def test_a_room_does_not_take_the_place_of_its_verb() -> None:
     assert done.stdout.strip() == "True True"
 
 
-def test_unknown_and_renamed_names(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unknown_name_is_an_error_and_all_names_are_listed() -> None:
     with pytest.raises(AttributeError, match="has no attribute 'calibrate'"):
         _ = sg.calibrate  # type: ignore[attr-defined]
-    monkeypatch.setitem(sg._RENAMED, "assess", "evaluate")
-    with pytest.warns(DeprecationWarning, match=r"stepgauge\.assess is now stepgauge\.evaluate"):
-        assert sg.assess is sg.evaluate  # type: ignore[attr-defined]
     assert set(dir(sg)) == set(sg.__all__)
-
-
-def test_an_argument_under_its_earlier_name_works_with_a_warning(measured: dict[str, Any], tmp_path: Path) -> None:
-    with pytest.warns(DeprecationWarning, match="the argument evaluation of report is now result"):
-        sg.report(evaluation=measured["evaluation"], path=tmp_path / "a.html")  # type: ignore[call-arg]
-    assert (tmp_path / "a.html").stat().st_size > 10_000
-    with pytest.raises(TypeError, match="got result twice"):
-        sg.report(measured["evaluation"], tmp_path / "b.html", evaluation=measured["evaluation"])  # type: ignore[call-arg]
 
 
 def test_what_the_command_line_writes(tmp_path: Path, run: Command) -> None:  # noqa: F811

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, cast
 from stepgauge.verbs.define import verb
 from stepgauge.verbs.kinds import ARGUMENT, Choice, Count, Number, Pair, Reads, Repeated, Supplied
 from stepgauge.verbs.shared import (
+    Convention,
+    CorrectDrift,
     Figure,
     File,
     GaugeLike,
@@ -36,7 +38,7 @@ if TYPE_CHECKING:
 
 CHOICE = (
     *("blocks", "r_eff_origin", "u_gauge_temperature_K", "certificate_correlation", "repeats", "coverage_percent"),
-    *("runs", "seed", "measurand", "contributions", "measured_at"),
+    *("runs", "seed", "measurand", "contributions", "measured_at", "temperature_convention", "correct_drift"),
 )
 """What is chosen beside the files, of one recording or of those of a fleet."""
 
@@ -77,6 +79,8 @@ def budget(
     measurand: Annotated[str, Choice("as-is", "at-20")] = "as-is",
     contributions: Annotated["str | Iterable[str]", Repeated(Pair(whole=True), "contribution")] = (),
     measured_at: MeasuredAt = None,
+    temperature_convention: Convention = None,
+    correct_drift: CorrectDrift = False,
     jobs: Jobs = 1,
     runs_folder: Annotated[Path | None, Supplied("runs folder")] = None,
     progress: Annotated["Callable[[str], Progress] | None", Supplied("bars")] = None,
@@ -154,6 +158,8 @@ def budget(
         measurand=measurand,
         contributions=contributions,
         measured_at=measured_at,
+        temperature_convention=temperature_convention,
+        correct_drift=correct_drift,
     )
     steps, given = as_gauge(gauge), as_sources(sources)
     if method == "gum":
@@ -183,6 +189,8 @@ def budget_choice(
     measurand: str = "as-is",
     contributions: str | Iterable[str] = (),
     measured_at: str | None = None,
+    temperature_convention: str | None = None,
+    correct_drift: bool = False,
 ) -> "Chosen":
     """What :func:`budget` takes beside the files."""
     from stepgauge.machine.contribution import parse_contribution
@@ -191,8 +199,8 @@ def budget_choice(
 
     origin, by = cast("REffOrigin", r_eff_origin), cast("Repeats", repeats)
     section = blocks if blocks is None or isinstance(blocks, str) else ":".join(map(str, blocks))
-    at_20 = measurand == "at-20"
-    model = ModelOptions(u_gauge_temperature_K, origin, section, gauge_temperature_C, search_mm, at_20)
+    conditions = (gauge_temperature_C, search_mm, measurand == "at-20", correct_drift, temperature_convention)
+    model = ModelOptions(u_gauge_temperature_K, origin, section, *conditions)
     texts = [contributions] if isinstance(contributions, str) else contributions
     own = tuple(parse_contribution(text) for text in texts)
     return Chosen(model, certificate_correlation, by, coverage_percent, runs, seed, own, measured_at)

@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import Choice, Flag, Repeated
+from stepgauge.verbs.kinds import Choice, Repeated
 from stepgauge.verbs.shared import (
     Convention,
+    CorrectDrift,
     Figure,
     GaugeLike,
     MachineIfNeeded,
@@ -66,7 +67,7 @@ def evaluate(
     measured_at: MeasuredAt = None,
     machine_name: MachineName = None,
     temperature_convention: Convention = None,
-    correct_drift: Annotated[bool, Flag()] = False,
+    correct_drift: CorrectDrift = False,
     mpe: Mpe = None,
     mpe_cap_um: MpeCap = None,
     machine: MachineIfNeeded = None,
@@ -79,7 +80,6 @@ def evaluate(
 
     Parameters
     ----------
-    correct_drift : take off a drift with time that the repeats show; default: it is remarked
     mpe : maximum permissible error "A + L/K", um with L in mm, to compare with; default: that of ``machine``
     machine : machine file, for the maximum permissible error that it states and the travel of figures
 

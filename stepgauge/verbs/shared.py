@@ -11,6 +11,7 @@ from stepgauge.verbs.kinds import (
     Blocks,
     Choice,
     Count,
+    Flag,
     Moment,
     Number,
     Reads,
@@ -88,6 +89,7 @@ Convention = Annotated[
     " deg C; nominal_expansion: to be corrected here, with the expansion of scales and gauge; default: as the recording"
     " says",
 ]
+CorrectDrift = Annotated[bool, Flag(), "take off a drift with time that the repeats show; default: it is remarked"]
 MeasuredAt = Annotated[
     str | None, Moment(), "when it was measured, 2026-03-02 or with time, where the recording does not say"
 ]
