@@ -11,13 +11,17 @@ import numpy as np
 
 from stepgauge.demonstration.faults import choose_fault
 from stepgauge.demonstration.seal import close_seal
+from stepgauge.files.dates import moment_now
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
-from stepgauge.verbs.simulate import simulate
+from stepgauge.machine.virtual import Conditions, probing_settings, run_program
+from stepgauge.programs import read_program
 
 SEALED = "sealed.txt"
 GAUGE_TEMPERATURE_C = 20.4
+SEARCH_MM = 2.0
+"""Search beyond the target, where the text of a program does not state it."""
 
 
 @dataclass(frozen=True)
@@ -59,15 +63,12 @@ def conceal_fault(
     faulty = replace(machine, effects=(*machine.effects, truth))
     recordings = []
     for number, (program, placement) in enumerate(programs, 1):
-        run = simulate(
-            program,
-            faulty,
-            gauge,
-            placement,
-            seed=int(random.integers(2**31)),
-            placement_number=number,
-            gauge_temperature_C=GAUGE_TEMPERATURE_C,
-        )
+        moves = read_program(program, probing_settings(faulty, SEARCH_MM))
+        conditions = Conditions(gauge.temperature_C(GAUGE_TEMPERATURE_C), number)
+        run = run_program(moves, faulty, gauge, placement, int(random.integers(2**31)), conditions)
+        if run.stop is not None:
+            raise run.stop
+        run = replace(run, recording=run.recording.with_comments(measured_at=moment_now()))
         recordings.append(folder / f"faulty-{number}.csv")
         run.write(recordings[-1])
     return Concealed(checksum, tuple(recordings))

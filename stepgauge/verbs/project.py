@@ -30,7 +30,7 @@ def init(
     operator: Words = None,
     customer: Words = None,
     location: Words = None,
-    certificate: Annotated[File | None, Text("FILE")] = None,
+    certificate: Annotated[File | None, Reads("FILE")] = None,
     ask: Annotated["Callable[[str, str], str] | None", Supplied("prompt")] = None,
     tell: Annotated["Callable[[str], None]", Supplied("tell")] = print,
 ) -> "CreatedProject":
