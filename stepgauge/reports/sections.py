@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -222,8 +223,9 @@ COMMENTS = {
     "log": "Log",
 }
 UNITS = {"_mm": "mm", "_um": "µm", "_C": "°C", "_s": "s", "_deg": "°"}
-OF_THE_READER = {"import"}
-"""How a file was read is for its reader; "log" says where it came from."""
+OF_THE_READER = {"import", "temperature_convention"}
+"""How a file was read is for its reader ("log" says where it came from); a convention is said in words elsewhere."""
+_MOMENT = re.compile(r"(\d{4}-\d\d-\d\d)T(\d\d:\d\d)(?::\d\d(?:\.\d+)?)?(?:Z|[+-]\d\d:?\d\d)?")
 
 
 def add_comments(section: Section, comments: dict[str, str]) -> None:
@@ -240,5 +242,5 @@ def comment_line(key: str, value: str) -> tuple[str, str]:
     unit = next((unit for end, unit in UNITS.items() if key.endswith(end)), "")
     stem = key[: -len(next(end for end in UNITS if key.endswith(end)))] if unit else key
     label = COMMENTS.get(key) or stem.replace("_", " ").strip().capitalize()
-    shown = file_names(value.split("; ")) if key == "program" else value
+    shown = file_names(value.split("; ")) if key == "program" else _MOMENT.sub(r"\1 \2", value)
     return label, f"{shown} {unit}".strip()
