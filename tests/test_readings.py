@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepgauge.conditions.outliers import find_outliers, resolution_mm
+from stepgauge.conditions.outliers import find_outliers
+from stepgauge.conditions.resolution import step_of
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import write_evaluation
@@ -120,7 +121,7 @@ def test_more_than_a_few_are_kept_and_said() -> None:
 def test_the_steps_of_a_coarse_display_are_no_slips(step_mm: float, expected: float) -> None:
     whole = measured(pitch=0.0)
     position = np.round(whole.position_mm / step_mm) * step_mm
-    assert resolution_mm(position) == pytest.approx(expected)
+    assert max(step_of(one) for one in position.T) == pytest.approx(expected)
     off = np.repeat([0.0, 0.0, 0.0, 0.0, 3 * step_mm], 1)
     readings = ByFace.of(np.tile(off, 4), np.repeat([1, 2, 3, 4], 5))
     assert find_outliers(readings, np.tile(np.arange(5), 4), step_mm).rows.size == 0

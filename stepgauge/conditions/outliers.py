@@ -209,14 +209,6 @@ def judge(readings: ByFace, cycle: Rows, placement: int, resolution_mm: float) -
     return Judged(left_out, found.unclear)
 
 
-def resolution_mm(position_mm: Array) -> float:
-    """The power of ten that all coordinates are whole multiples of, 1e-7 to 1 mm; 0 where there is none."""
-    for decimals in range(8):
-        if np.allclose(position_mm, np.round(position_mm, decimals), rtol=0.0, atol=1e-9):
-            return float(10.0**-decimals)
-    return 0.0
-
-
 def left_out_words(left_out: tuple[LeftOut, ...]) -> str:
     """What was left out, as a note; further ones than :data:`SHOWN` are counted."""
     shown = ", ".join(map(str, left_out[:SHOWN]))

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.conditions.drift import clock, drift_rate
-from stepgauge.conditions.outliers import NOTHING_JUDGED, Judged, LeftOut, judge, resolution_mm
+from stepgauge.conditions.outliers import NOTHING_JUDGED, Judged, LeftOut, judge
+from stepgauge.conditions.resolution import resolution_um
 from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import APPROACH, POSITION, Recording
@@ -96,7 +97,8 @@ def _judged(readings: Readings, recording: Recording, leave_out: bool) -> Readin
     cycle, placement = recording.columns["cycle"], int(recording.columns["placement"][0])
     found = judge(readings.by_face, cycle, placement, 0.0)
     if not found.nothing:  # only then the resolution matters, which takes time to find
-        found = judge(readings.by_face, cycle, placement, resolution_mm(recording.position_mm))
+        step_mm = 1e-3 * resolution_um(recording.numbers(POSITION), readings.axis)
+        found = judge(readings.by_face, cycle, placement, step_mm)
     if not found.left_out or not leave_out:
         return replace(readings, judged=found)
     kept = np.setdiff1d(np.arange(len(readings.face)), [one.row for one in found.left_out])
