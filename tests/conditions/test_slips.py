@@ -11,10 +11,10 @@ from benchmarks.attack.slips import VERBS, attack
 
 @pytest.mark.parametrize("name", ["evaluate", "iso230", "iso230 of one axis", "iso10360", "iso10360-5", "iso230-3"])
 def test_slips_are_refused_or_said(name: str, tmp_path: Path) -> None:
-    outcomes, silent = attack(VERBS[name], 24, 4747, tmp_path)
+    outcomes, silent = attack(VERBS[name], 12, 4747, tmp_path)
     assert silent == []
-    assert outcomes.total() == 24
-    assert outcomes["refused"] + outcomes["said"] + outcomes["no statement"] > 12
+    assert outcomes.total() == 12
+    assert outcomes["refused"] + outcomes["said"] + outcomes["no statement"] > 5
 
 
 @pytest.mark.parametrize("wrong", [False, True])
