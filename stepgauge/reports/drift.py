@@ -9,7 +9,7 @@ from stepgauge.figures.drift import drift_figure
 from stepgauge.files.notation import as_sentence, number, quantity
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
-from stepgauge.reports.page import Column, Page, PrintedTable, Stated
+from stepgauge.reports.page import Page, PrintedTable, Stated, quantities, table_of, words
 from stepgauge.reports.sections import Section
 from stepgauge.reports.standards import recording_lines, rules_table, said_of, test_content, unmet, write_test
 from stepgauge.standards.drift import DriftTest
@@ -71,26 +71,16 @@ def report_drift(
 
 def _summary(data: dict[str, Any], requirement: Requirement) -> PrintedTable:
     heads = ("ETVE", "First 60 min") if data["test"] == "etve" else ("d_t", "d_60")
-    columns = [
-        Column("Displacement", words=True),
-        *(Column(head) for head in heads),
-        Column("At the end"),
-        Column("Tolerance"),
-        Column("Decision", words=True),
-    ]
-    rows = [
-        (
-            one["channel"].replace("_", " "),
-            quantity(one["range_um"], 2, "µm"),
-            quantity(one["first_hour_um"], 2, "µm"),
-            quantity(one["end_um"], 2, "µm"),
-            quantity(requirement.tolerance_um.get(one["channel"]), 2, "µm"),
-            data["outcomes"].get(one["channel"], "none"),
-        )
-        for one in data["channels"]
-    ]
+    columns = (
+        words("Displacement", lambda one: one["channel"].replace("_", " ")),
+        quantities(heads[0], "range_um", 2),
+        quantities(heads[1], "first_hour_um", 2),
+        quantities("At the end", "end_um", 2),
+        quantities("Tolerance", lambda one: requirement.tolerance_um.get(one["channel"]), 2),
+        words("Decision", lambda one: data["outcomes"].get(one["channel"], "none")),
+    )
     title = "Result" if data["complete"] else "Result; not every rule of the standard is met"
-    return PrintedTable(title, columns, rows, stripe=0)
+    return table_of(title, data["channels"], columns, stripe=0)
 
 
 def _temperatures(data: dict[str, Any]) -> Section:

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso10360 import length_test_figure
-from stepgauge.files.notation import number, quantity
+from stepgauge.files.notation import number, quantity, vector
 from stepgauge.machine.file import Machine
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
-from stepgauge.reports.page import Column, Page, PrintedTable, Stated
+from stepgauge.reports.page import Cells, Column, Page, PrintedTable, Stated, numbers, table_of, words
 from stepgauge.reports.sections import Section, certificate_section
 from stepgauge.reports.standards import machine_lines, recording_lines, rules_table, test_content, write_test
 from stepgauge.standards.decision import together
@@ -184,34 +184,21 @@ def _recording(data: dict[str, Any], machine: Machine | None) -> Section:
 
 
 def _positions(data: dict[str, Any]) -> PrintedTable:
-    columns = [
-        Column("Position"),
-        Column("Along (x, y, z)", words=True),
-        Column("Nearest line", words=True),
-        Column("Chosen by", words=True),
-        Column("Off", "°"),
-        Column("Travel along it", "mm"),
-        Column("Longest", "mm"),
-        Column("Share", "%"),
-        Column("Gauge", "°C"),
-    ]
-    rows = [
-        (
-            str(one["position"]),
-            "(" + ", ".join(number(value, 4) for value in one["axis"]) + ")",
-            one["orientation"] or "–",
-            {True: "the standard", False: "the user", None: "–"}[one["mandatory"]],
-            number(one["orientation_off_deg"], 2),
-            number(one["line_mm"], 1),
-            number(one["longest_mm"], 1),
-            number(None if one["longest_share"] is None else 100.0 * one["longest_share"], 0),
-            number(one["gauge_temperature_C"], 2),
-        )
-        for one in data["positions"]
-    ]
+    chosen = {True: "the standard", False: "the user", None: "–"}
+    columns = (
+        numbers("Position", "", "position", 0),
+        words("Along (x, y, z)", lambda one: vector(one["axis"], 4)),
+        words("Nearest line", lambda one: one["orientation"] or "–"),
+        words("Chosen by", lambda one: chosen[one["mandatory"]]),
+        numbers("Off", "°", "orientation_off_deg", 2),
+        numbers("Travel along it", "mm", "line_mm", 1),
+        numbers("Longest", "mm", "longest_mm", 1),
+        numbers("Share", "%", lambda one: one["longest_share"] and 100.0 * one["longest_share"], 0),
+        numbers("Gauge", "°C", "gauge_temperature_C", 2),
+    )
     tail = "" if data["series"]["key"] == "e0" else f": {data['series']['name']}"
     note = "The standard demands the four body diagonals; the other positions are the user's choice."
-    return PrintedTable(f"Measuring positions{tail}", columns, rows, note if not tail else "")
+    return table_of(f"Measuring positions{tail}", data["positions"], columns, note if not tail else "")
 
 
 def _uncertainties(data: dict[str, Any]) -> PrintedTable:
@@ -232,35 +219,32 @@ def _uncertainties(data: dict[str, Any]) -> PrintedTable:
 
 
 def _errors(data: dict[str, Any], kind: str) -> PrintedTable:
-    repeats = max(len(one["errors_um"]) for one in data["lengths"] if one["kind"] == kind)
-    columns = [Column("Position"), Column("Faces", words=True), Column("Nominal", "mm"), Column("Certified", "mm")]
-    columns += [Column(f"E{repeat + 1}", "µm") for repeat in range(repeats)]
-    columns += [Column("Range", "µm"), Column("MPE", "µm"), Column("U", "µm"), Column("Decision", words=True)]
-    rows = [_error_row(one, repeats) for one in data["lengths"] if one["kind"] == kind]
+    lengths = [one for one in data["lengths"] if one["kind"] == kind]
+    columns = (
+        numbers("Position", "", "position", 0),
+        words("Faces", lambda one: f"{one['faces'][0]} to {one['faces'][1]}"),
+        numbers("Nominal", "mm", "nominal_mm", 3),
+        numbers("Certified", "mm", "certified_mm", 5),
+        *(_repeat(place) for place in range(max(len(one["errors_um"]) for one in lengths))),
+        numbers("Range", "µm", "range_um", 2),
+        numbers("MPE", "µm", "mpe_um", 2),
+        numbers("U", "µm", "expanded_uncertainty_um", 2),
+        words("Decision", lambda one: together(decided) if (decided := _decided(one)) else "none"),
+    )
     series = data["series"]
     tail = f" ({series['name']})" if series["key"] != "e0" else ""
     of_test = f"Errors {series['symbol']} of bidirectional lengths", "Errors of unidirectional lengths, for information"
-    title = of_test[kind != "bidirectional"] + tail
-    return PrintedTable(title, columns, rows, "E1, E2, E3: errors of the repeats. – not measured or not defined.")
+    note = "E1, E2, E3: errors of the repeats. – not measured or not defined."
+    return table_of(of_test[kind != "bidirectional"] + tail, lengths, columns, note)
 
 
-def _error_row(one: dict[str, Any], repeats: int) -> list[str]:
-    errors = [number(error, 2) for error in one["errors_um"]]
-    outcomes = one["outcomes"]
-    decided = [one for one in outcomes if one is not None]
-    worst = together(decided) if decided else "none"
-    return [
-        str(one["position"]),
-        f"{one['faces'][0]} to {one['faces'][1]}",
-        number(one["nominal_mm"], 3),
-        number(one["certified_mm"], 5),
-        *errors,
-        *["–"] * (repeats - len(errors)),
-        number(one["range_um"], 2),
-        number(one["mpe_um"], 2),
-        number(one["expanded_uncertainty_um"], 2),
-        worst,
-    ]
+def _decided(one: dict[str, Any]) -> list[Any]:
+    return [outcome for outcome in one["outcomes"] if outcome is not None]
+
+
+def _repeat(place: int) -> Cells:
+    """The error of a repeat; – of a length with fewer."""
+    return numbers(f"E{place + 1}", "µm", lambda one: dict(enumerate(one["errors_um"])).get(place), 2)
 
 
 def length_outcome(test: LengthTest, machine: Machine | None, further: Sequence[LengthTest]) -> StandardTest:

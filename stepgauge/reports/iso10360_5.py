@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso10360_5 import probing_figure
-from stepgauge.files.notation import number, quantity, vector
+from stepgauge.files.notation import quantity, vector
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
-from stepgauge.reports.page import Column, Page, PrintedTable, Stated
+from stepgauge.reports.page import Page, PrintedTable, Stated, numbers, quantities, table_of, words
 from stepgauge.reports.sections import Section, add_comments
 from stepgauge.reports.standards import rules_table, said_of, test_content, unmet, write_test
 from stepgauge.standards.iso10360_5 import ProbingTest
@@ -72,26 +72,15 @@ def _caption(test: ProbingTest) -> str:
 
 
 def _summary(data: dict[str, Any]) -> PrintedTable:
-    columns = [
-        Column("Characteristic", words=True),
-        Column("Test value"),
-        Column("MPE"),
-        Column("U"),
-        Column("Decision", words=True),
-    ]
-    rows = [
-        (
-            one["symbol"],
-            quantity(one["value_um"], 2, "µm"),
-            quantity(one["limit_um"], 2, "µm"),
-            quantity(one["expanded_uncertainty_um"], 2, "µm"),
-            one["outcome"] or "none",
-        )
-        for one in data["values"]
-    ]
-    return PrintedTable(
-        "Result" if data["complete"] else "Result; not every rule is met or checked", columns, rows, stripe=0
+    columns = (
+        words("Characteristic", "symbol"),
+        quantities("Test value", "value_um", 2),
+        quantities("MPE", "limit_um", 2),
+        quantities("U", "expanded_uncertainty_um", 2),
+        words("Decision", lambda one: one["outcome"] or "none"),
     )
+    title = "Result" if data["complete"] else "Result; not every rule is met or checked"
+    return table_of(title, data["values"], columns, stripe=0)
 
 
 def _sphere(data: dict[str, Any]) -> Section:
@@ -118,28 +107,17 @@ def _decision(data: dict[str, Any]) -> Section:
 
 
 def _styli(data: dict[str, Any]) -> PrintedTable:
-    columns = [
-        Column("Stylus"),
-        Column("File", words=True),
-        Column("From the sphere (x, y, z)", words=True),
-        Column("Points"),
-        Column("Tip, as qualified", "mm"),
-        Column("Diameter", "mm"),
-        Column("Form", "µm"),
-    ]
-    rows = [
-        (
-            str(i),
-            one["file"],
-            vector(one["from_sphere"], 2),
-            str(one["points"]),
-            number(one["tip_diameter_mm"], 4),
-            number(one["diameter_mm"], 5),
-            number(one["form_um"], 2),
-        )
-        for i, one in enumerate(data["styli"], 1)
-    ]
-    return PrintedTable("Styli", columns, rows, "Diameter and form of the sphere that each stylus finds by itself.")
+    columns = (
+        numbers("Stylus", "", lambda row: row[0], 0),
+        words("File", lambda row: row[1]["file"]),
+        words("From the sphere (x, y, z)", lambda row: vector(row[1]["from_sphere"], 2)),
+        numbers("Points", "", lambda row: row[1]["points"], 0),
+        numbers("Tip, as qualified", "mm", lambda row: row[1]["tip_diameter_mm"], 4),
+        numbers("Diameter", "mm", lambda row: row[1]["diameter_mm"], 5),
+        numbers("Form", "µm", lambda row: row[1]["form_um"], 2),
+    )
+    note = "Diameter and form of the sphere that each stylus finds by itself."
+    return table_of("Styli", enumerate(data["styli"], 1), columns, note)
 
 
 def probing_outcome(test: ProbingTest, machine_name: str | None) -> StandardTest:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ from stepgauge.files.notation import number, quantity
 from stepgauge.machine.file import Machine
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
-from stepgauge.reports.page import Column, Page, PrintedTable, Stated
+from stepgauge.reports.page import Cells, Column, Page, PrintedTable, Stated, numbers, table_of, words
 from stepgauge.reports.sections import Section, certificate_section
 from stepgauge.reports.standards import (
     machine_lines,
@@ -107,34 +108,34 @@ def caption(one: AxisTest) -> str:
 
 def _summary(data: dict[str, Any], units: Units) -> PrintedTable:
     names = [name for name in PARAMETERS if any(name in one["parameters_um"] for one in data["axes"])]
-    columns = [Column("Axis", words=True)]
-    columns += [Column(LABELS.get(name, name), units.deviation_symbol) for name in names]
-    rows = [
-        [one["name"] if one["axis"] else f"near {one['name'].split()[2]}"]
-        + [number(one["parameters_um"][name], 2) if name in one["parameters_um"] else "" for name in names]
-        for one in data["axes"]
-    ]
-    return PrintedTable(
-        "Result" if data["complete"] else "Result; not every rule of the standard is met", columns, rows, stripe=0
-    )
+    columns = [words("Axis", lambda one: one["name"] if one["axis"] else f"near {one['name'].split()[2]}")]
+    columns += [_parameter(LABELS.get(name, name), name, units, lambda one: one["parameters_um"]) for name in names]
+    title = "Result" if data["complete"] else "Result; not every rule of the standard is met"
+    return table_of(title, data["axes"], columns, stripe=0)
+
+
+def _parameter(title: str, name: str, units: Units, of: Callable[[Any], Any]) -> Cells:
+    """A parameter; the cell is empty where an axis has it not."""
+    return Column(title, units.deviation_symbol), lambda one: number(of(one)[name], 2) if name in of(one) else ""
 
 
 def _further(data: dict[str, Any], units: Units) -> list[PrintedTable]:
     """A table for each further standard, with what of it is unconfirmed."""
-    tables = []
-    for name, title in FURTHER_LABELS.items():
-        axes = [one for one in data["axes"] if name in one["further"]]
-        if axes:
-            parameters = list(axes[0]["further"][name]["parameters_um"])
-            columns = [Column("Axis", words=True)]
-            columns += [Column(known.replace("_", " "), units.deviation_symbol) for known in parameters]
-            rows = [
-                [one["name"], *(number(one["further"][name]["parameters_um"][known], 2) for known in parameters)]
-                for one in axes
-            ]
-            note = f"{axes[0]['further'][name]['note']}. No requirement is judged by it."
-            tables.append(PrintedTable(f"By {title}", columns, rows, note, stripe=0))
-    return tables
+    return [
+        _by_standard(name, title, axes, units)
+        for name, title in FURTHER_LABELS.items()
+        if (axes := [one for one in data["axes"] if name in one["further"]])
+    ]
+
+
+def _by_standard(name: str, title: str, axes: list[dict[str, Any]], units: Units) -> PrintedTable:
+    own = axes[0]["further"][name]
+    columns = [words("Axis", "name")]
+    columns += [
+        _parameter(known.replace("_", " "), known, units, lambda one: one["further"][name]["parameters_um"])
+        for known in own["parameters_um"]
+    ]
+    return table_of(f"By {title}", axes, columns, f"{own['note']}. No requirement is judged by it.", stripe=0)
 
 
 def _conditions(data: dict[str, Any]) -> Section:
@@ -171,28 +172,27 @@ def _recording(data: dict[str, Any], machine: Machine | None, units: Units) -> S
 
 def _targets(one: dict[str, Any], units: Units) -> PrintedTable:
     known = (
-        ("Target", units.position_symbol, "target_mm", 3),
-        ("x̄↑", units.deviation_symbol, "mean_up_um", 2),
-        ("2 s↑", units.deviation_symbol, "s_up_um", 2),
-        ("x̄↓", units.deviation_symbol, "mean_down_um", 2),
-        ("2 s↓", units.deviation_symbol, "s_down_um", 2),
-        ("x̄", units.deviation_symbol, "mean_um", 2),
-        ("B", units.deviation_symbol, "b_um", 2),
-        ("R↑", units.deviation_symbol, "r_up_um", 2),
-        ("R↓", units.deviation_symbol, "r_down_um", 2),
-        ("R", units.deviation_symbol, "r_um", 2),
+        ("x̄↑", "mean_up_um"),
+        ("2 s↑", "s_up_um"),
+        ("x̄↓", "mean_down_um"),
+        ("2 s↓", "s_down_um"),
+        ("x̄", "mean_um"),
+        ("B", "b_um"),
+        ("R↑", "r_up_um"),
+        ("R↓", "r_down_um"),
+        ("R", "r_um"),
     )
-    named = [column for column in known if column[2] in one["targets"][0]]
     columns = [
-        Column("Block" if one["gauge_against_axis"] is not None else "No."),
-        *(Column(name, unit) for name, unit, _, _ in named),
+        numbers("Block" if one["gauge_against_axis"] is not None else "No.", "", "block", 0),
+        numbers("Target", units.position_symbol, "target_mm", 3),
+        *(_of_target(name, key, units) for name, key in known if key in one["targets"][0]),
     ]
-    rows = [
-        [str(row["block"])]
-        + [number((2.0 if key.startswith("s_") else 1.0) * row[key], decimals) for _, _, key, decimals in named]
-        for row in one["targets"]
-    ]
-    return PrintedTable(f"Targets of placement {one['placement']}, {one['name']}", columns, rows)
+    return table_of(f"Targets of placement {one['placement']}, {one['name']}", one["targets"], columns)
+
+
+def _of_target(name: str, key: str, units: Units) -> Cells:
+    times = 2.0 if key.startswith("s_") else 1.0
+    return numbers(name, units.deviation_symbol, lambda row: times * row[key], 2)
 
 
 def positioning_outcome(test: PositioningTest, machine: Machine | None = None) -> StandardTest:

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.files.notation import clean
+from stepgauge.files.notation import clean, number, quantity
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.reports.sections import Section
 
@@ -82,6 +82,36 @@ class PrintedTable:
             "stripe": self.stripe,
             "figure": None if self.figure is None else {"svg": self.figure[0], "caption": self.figure[1]},
         }
+
+
+Cells = tuple[Column, Callable[[Any], str]]
+"""A column, and what of a row stands in it."""
+
+
+def words(name: str, cell: str | Callable[[Any], object], share: float = 0.0) -> Cells:
+    """A column of text: of a key, or of what a function makes of a row."""
+    made = (lambda row: row[cell]) if isinstance(cell, str) else cell
+    return Column(name, words=True, share=share), lambda row: str(made(row))
+
+
+def numbers(name: str, unit: str, cell: str | Callable[[Any], Any], decimals: int) -> Cells:
+    """A column of numbers with their unit in the head; – where a row has none."""
+    made = (lambda row: row[cell]) if isinstance(cell, str) else cell
+    return Column(name, unit), lambda row: number(made(row), decimals)
+
+
+def quantities(name: str, cell: str | Callable[[Any], Any], decimals: int, unit: str = "µm") -> Cells:
+    """A column of numbers, each with its unit; – where a row has none."""
+    made = (lambda row: row[cell]) if isinstance(cell, str) else cell
+    return Column(name), lambda row: quantity(made(row), decimals, unit)
+
+
+def table_of(
+    title: str, rows: Iterable[Any], columns: Sequence[Cells], note: str = "", stripe: int = 1
+) -> PrintedTable:
+    """A table of rows of any kind by its columns."""
+    cells = [[made(row) for _, made in columns] for row in rows]
+    return PrintedTable(title, [column for column, _ in columns], cells, note, stripe=stripe)
 
 
 @dataclass
