@@ -38,8 +38,8 @@ import pandas as pd
 
 from benchmarks.blind.score import wilson_interval
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.result import Diagnosis
-from stepgauge.diagnosis.runs import ExtraRun
+from stepgauge.diagnosis.further_runs import FurtherRun
+from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.effects import make_effects
 from stepgauge.errors import InputError
 from stepgauge.executors.journal import open_steps
@@ -160,7 +160,7 @@ class Hall:
         frames, now_s = [], 0.0
         for number, lies, cycles, speed in runs:
             asked = placement_of_json(lies)
-            run = ExtraRun("", asked, speed, cycles=cycles, stays=True)
+            run = FurtherRun("", asked, speed, cycles=cycles, stays=True)
             conditions = Conditions(20.0, number, now_s)
             seed = int(self.random.integers(2**32))
             program = program_of(run, self.gauge, self.machine)
@@ -243,7 +243,7 @@ def plan_minutes(frames: list[pd.DataFrame], placements: int) -> float:
     return sum(float(np.ptp(f["time_s"])) / 60.0 for f in frames) + (placements - 1) * LOCATING_MINUTES
 
 
-def judged(found: Diagnosis, truth: Sequence[Effect]) -> tuple[bool, bool, str]:
+def judged(found: GaugeDiagnosis, truth: Sequence[Effect]) -> tuple[bool, bool, str]:
     """Whether the answer is right, whether it is right and alone, and what it says; ``truth``: none, one or a pair."""
     said = found.summary().split(" (rms")[0]
     if not truth:
@@ -291,7 +291,7 @@ def _drawn(pipe: Any, kind: str, folder: Path, minutes: float) -> Result:
 
 def looped(
     case: Case, station: Station, first: Placement, folder: Path, sealed: str, again: bool = False
-) -> tuple[Investigation, Diagnosis]:
+) -> tuple[Investigation, GaugeDiagnosis]:
     """The loop to its end, and what it says; ``again``: it was broken off, and goes on."""
     steps = open_steps(folder, {"draw": sealed}, again)
     try:
@@ -339,7 +339,7 @@ def _within(frames: list[pd.DataFrame], minutes: float) -> list[pd.DataFrame]:
     return frames[: next(fits, 1)]
 
 
-def _diagnosed(frames: list[pd.DataFrame], machine: Machine) -> Diagnosis:
+def _diagnosed(frames: list[pd.DataFrame], machine: Machine) -> GaugeDiagnosis:
     return diagnose(Recording(pd.concat(frames, ignore_index=True), {}, "fixed plan"), read_gauge(GAUGE), machine)
 
 

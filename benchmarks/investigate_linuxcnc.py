@@ -26,8 +26,8 @@ import click
 import numpy as np
 
 from benchmarks.investigate import GAUGE, PROCESSES, Effect, causes, judged, looped, revealed, seal
-from stepgauge.diagnosis.result import Diagnosis
-from stepgauge.diagnosis.runs import ExtraRun
+from stepgauge.diagnosis.further_runs import FurtherRun
+from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, make_placement
@@ -103,7 +103,7 @@ class Hall:
         if self.set_hal is not None:
             self.set_hal(laid_anew(hal))
             return
-        program = program_of(ExtraRun("", asked, stays=True), self.gauge, self.machine)
+        program = program_of(FurtherRun("", asked, stays=True), self.gauge, self.machine)
         drives = Drives(acceleration_mm_s2=ACCELERATION_MM_S2)
         self.set_hal = up.enter_context(running(program, self.machine, hal, self.keep, drives, UP_S))
 
@@ -193,7 +193,7 @@ def _drawn(pipe: Any, kind: str, folder: Path, minutes: float) -> dict[str, Any]
     }
 
 
-def _resumed(case: Case, station: Station, folder: Path, sealed: str) -> tuple[Investigation, Diagnosis, int]:
+def _resumed(case: Case, station: Station, folder: Path, sealed: str) -> tuple[Investigation, GaugeDiagnosis, int]:
     """The loop, gone on with where the controller read a touch too early, as it does on a busy computer."""
     for attempt in range(ATTEMPTS):
         try:

@@ -11,11 +11,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from stepgauge.axis.recording import AxisRecording as AxisRecording
     from stepgauge.axis.recording import read_axis_recording as read_axis_recording
-    from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis as AxisDiagnosis
-    from stepgauge.diagnosis.maps.result import MapDiagnosis as MapDiagnosis
-    from stepgauge.diagnosis.output.stored import StoredDiagnosis as StoredDiagnosis
-    from stepgauge.diagnosis.output.stored import read_diagnosis as read_diagnosis
     from stepgauge.diagnosis.result import Diagnosis as Diagnosis
+    from stepgauge.diagnosis.result import read_diagnosis as read_diagnosis
     from stepgauge.errors import InputError as InputError
     from stepgauge.errors import ProgramStoppedError as ProgramStoppedError
     from stepgauge.evaluation.evaluate import Evaluation as Evaluation
@@ -128,7 +125,7 @@ _PLACES = {
     "query_fleet": "verbs.fleet",
     "read_axis_recording": "axis.recording",
     "read_budget": "standards.budget_files",
-    "read_diagnosis": "diagnosis.output.stored",
+    "read_diagnosis": "diagnosis.result",
     "read_evaluation": "verbs.reading",
     "read_gauge": "gauge.certified",
     "read_machine": "machine.file",
@@ -138,7 +135,6 @@ _PLACES = {
     "report": "verbs.report",
     "simulate": "verbs.simulate",
     "watch_fleet": "verbs.fleet",
-    "AxisDiagnosis": "diagnosis.axis.diagnosis",
     "AxisRecording": "axis.recording",
     "Diagnosis": "diagnosis.result",
     "DirectionMap": "probes.directions_map",
@@ -149,14 +145,12 @@ _PLACES = {
     "Imported": "importing.result",
     "InputError": "errors",
     "Machine": "machine.file",
-    "MapDiagnosis": "diagnosis.maps.result",
     "Placement": "gauge.placement",
     "Plan": "planning.planned",
     "ProgramStoppedError": "errors",
     "Recording": "recording",
     "Run": "machine.virtual",
     "StoredBudget": "standards.budget_files",
-    "StoredDiagnosis": "diagnosis.output.stored",
 }
 """Every public name, and the module that has it."""
 __all__ = ["__version__", *_PLACES]

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from stepgauge.diagnosis.output.stored import read_diagnosis
+from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError
 from stepgauge.files.checksum import checksum, seal_text, with_checksum
 from stepgauge.files.config import read_toml
@@ -81,12 +81,12 @@ def test_a_result_and_a_diagnosis(tmp_path: Path) -> None:
     said = {"verdict": "adequate", "effects": [{"value": 2.5}], "unexplained": None, "fit": {}, "inputs": {}}
     path = tmp_path / "diagnosis.json"
     write_json(path, {"format": "stepgauge diagnosis 1", **said})
-    for read in (lambda one: read_diagnosis(one).data, lambda one: read_result(one, "diagnosis")):
+    for read in (lambda one: Diagnosis.read(one).said, lambda one: read_result(one, "diagnosis")):
         refused, silent = unseen_changes(path, read)
         assert (refused > 100, silent) == (True, [])
     path.write_text(json.dumps({"format": "stepgauge diagnosis 1", **said}))
     with pytest.raises(InputError, match="this diagnosis has no checksum; expected the file as stepgauge wrote it"):
-        read_diagnosis(path)
+        Diagnosis.read(path)
 
 
 def test_a_checksum_counts_what_stands_before_it() -> None:

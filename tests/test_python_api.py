@@ -14,6 +14,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib import pyplot
 
@@ -116,10 +117,6 @@ watch_fleet(store, *, limits=None, risk=0.05, jobs=1, scheduler=None, memory_MB=
 write_dcc(evaluation, gauge, *, certificate, machine=None, budget=None, attach=None, schema=None)
 """
 METHODS = """
-AxisDiagnosis.summary(self)
-AxisDiagnosis.to_frame(self)
-AxisDiagnosis.plot(self, axes=None)
-AxisDiagnosis.write(self, folder, figure="png")
 AxisRecording.summary(self)
 AxisRecording.to_frame(self)
 AxisRecording.plot(self, axes=None)
@@ -128,6 +125,7 @@ Diagnosis.summary(self)
 Diagnosis.to_frame(self)
 Diagnosis.plot(self, axes=None)
 Diagnosis.write(self, folder, figure="png")
+Diagnosis.read(path)
 DirectionMap.summary(self)
 DirectionMap.to_frame(self)
 DirectionMap.plot(self, axes=None)
@@ -147,10 +145,6 @@ Gauge.to_frame(self)
 Gauge.plot(self, axes=None)
 Machine.summary(self)
 Machine.to_frame(self)
-MapDiagnosis.summary(self)
-MapDiagnosis.to_frame(self)
-MapDiagnosis.plot(self, axes=None)
-MapDiagnosis.write(self, folder, figure="png")
 Placement.summary(self)
 Placement.to_frame(self)
 Placement.plot(self, axes=None)
@@ -172,10 +166,6 @@ StoredBudget.summary(self)
 StoredBudget.to_frame(self)
 StoredBudget.plot(self, axes=None, placement=None)
 StoredBudget.write(self, folder, figure="png")
-StoredDiagnosis.summary(self)
-StoredDiagnosis.to_frame(self)
-StoredDiagnosis.plot(self, axes=None)
-StoredDiagnosis.write(self, folder)
 """
 
 
@@ -381,8 +371,35 @@ def test_a_diagnosis_comes_back_as_it_was_said(kind: str, measured: dict[str, An
         read[["value", "u"]].to_numpy(float), written[["value", "u"]].to_numpy(float), rtol=1e-12
     )
     assert read[rows].to_numpy().tolist() == written[rows].to_numpy().tolist()
+    assert type(back) is sg.Diagnosis
+    assert isinstance(found, sg.Diagnosis)
+    assert repr(back) == repr(found)
+    assert len(repr(found).splitlines()) <= 3
     back.write(tmp_path / "b")
     assert (tmp_path / "b/diagnosis.json").read_bytes() == (tmp_path / "a/diagnosis.json").read_bytes()
+
+
+@pytest.mark.parametrize("kind", ["diagnosis", "axis diagnosis", "map diagnosis", "stored diagnosis"])
+def test_every_diagnosis_has_a_page(kind: str, measured: dict[str, Any], tmp_path: Path) -> None:
+    sg.report(measured[kind], tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "What to do first" in page
+    assert f"Verdict: {measured[kind].verdict}" in page
+
+
+def test_a_table_in_memory_is_diagnosed_as_its_file(measured: dict[str, Any], tmp_path: Path) -> None:
+    measured["recording"].write(tmp_path / "r.csv")
+    frame = pd.read_csv(tmp_path / "r.csv", comment="#")
+    frame.attrs = dict(measured["recording"].comments)
+    of_table, of_file = (sg.diagnose(one, GAUGE, MACHINE) for one in (frame, tmp_path / "r.csv"))
+    assert of_table.summary() == of_file.summary()
+    one = measured["axis recording"]
+    one.write(tmp_path / "a.csv")
+    frame = pd.read_csv(tmp_path / "a.csv", comment="#")
+    frame.attrs = {"recording": "axis", "unit": one.units.position, "sensor": one.sensor}
+    assert sg.diagnose(frame).summary() == measured["axis diagnosis"].summary()
+    with pytest.raises(sg.InputError, match="reading"):
+        sg.diagnose(frame.drop(columns="reading_mm"))
 
 
 def test_an_axis_and_a_probe_are_diagnosed_as_at_the_command_line(

@@ -14,9 +14,9 @@ from pypdf import PdfReader
 
 import stepgauge as sg
 from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
-from stepgauge.diagnosis.output.remedies import remedy
-from stepgauge.diagnosis.output.report import probability
-from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.result import GaugeDiagnosis
+from stepgauge.diagnosis.wording.notation import probability
+from stepgauge.diagnosis.wording.remedies import remedy
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.files.text import write_json
@@ -32,7 +32,7 @@ from tests.test_report import NASTY, Text
 CASES = ("null", "scale", "scale, one placement", "pair", "outliers", "unknown", "insufficient")
 
 
-def case(name: str) -> Diagnosis:
+def case(name: str) -> GaugeDiagnosis:
     recording, found = {"unknown": made_unknown, "insufficient": made_insufficient}.get(name, lambda: made(name))()
     return replace(found, recordings=(recording,))
 

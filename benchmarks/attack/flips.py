@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.attack.targets import call, make_measurement
-from stepgauge.diagnosis.output.stored import read_diagnosis
+from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError
 from stepgauge.evaluation.files import read_evaluation
 from stepgauge.executors.journal import open_steps
@@ -82,7 +82,7 @@ def make_kinds(place: Path) -> list[Kind]:
         ("store of a history", [store], lambda path: repr(refresh_store(path, archive.parent).entries)),
         ("evaluation.json", [place / "result/evaluation.json"], lambda path: read_evaluation(path, with_inputs=False)),
         ("budget.json", [place / "result/budget.json"], read_budget),
-        ("diagnosis.json", [place / "cause/diagnosis.json"], lambda path: read_diagnosis(path).data),
+        ("diagnosis.json", [place / "cause/diagnosis.json"], lambda path: Diagnosis.read(path).said),
         ("qualification.json", [place / "qualification.json"], read_qualification),
         ("placement.toml", [place / "placement.toml"], placed),
         ("machine.diagnosed.toml", [place / "cause/machine.diagnosed.toml"], _read_machine_table),

@@ -9,7 +9,7 @@ from typing import Any
 
 from truth import TrueEffect, read_truth
 
-from stepgauge.diagnosis.output.stored import read_diagnosis
+from stepgauge.diagnosis.result import Diagnosis
 
 COVERAGE = 4.0
 """A value counts as right within this many of its standard uncertainties: every run draws anew what the latch does,
@@ -58,7 +58,7 @@ class Score:
 
 def score(case: str, diagnosis: Path) -> Score:
     """Open the truth of a case and judge its ``diagnosis.json``."""
-    truth, found = read_truth(case).effect, read_diagnosis(diagnosis).data
+    truth, found = read_truth(case).effect, Diagnosis.read(diagnosis).said
     laws = [effect for effect in found["effects"] if (effect["kind"], _choice(effect)) != LATCH]
     said = "; ".join(_words(effect) for effect in found["effects"]) or "-"
     hits = [effect for effect in laws if truth and _names(effect, truth)]

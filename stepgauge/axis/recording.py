@@ -152,7 +152,19 @@ def read_axis_recording(path: str | Path) -> AxisRecording:
     """Read and check a recording as :func:`write_axis_recording` writes it; errors name the line or column."""
     lines = read_text(path).splitlines()
     first = next((n for n, line in enumerate(lines) if not is_beside(line)), len(lines))
-    comments = comment_lines(lines[:first])
+    beside = lines_beside(path, first + 1)
+    frame = _table(path, [*range(first), *(line - 1 for line in beside)])
+    return _checked(frame, comment_lines(lines[:first]), str(path), row_lines(len(frame), first + 1, beside))
+
+
+def axis_recording_of_frame(frame: pd.DataFrame, name: str = "recording") -> AxisRecording:
+    """A table with the columns of such a file, checked as this; its comments stand in ``frame.attrs``: at least
+    ``recording``, ``unit`` and ``sensor``. Rows count from 1."""
+    comments = {str(key): str(value) for key, value in frame.attrs.items()}
+    return _checked(frame.reset_index(drop=True), comments, name, range(1, len(frame) + 1))
+
+
+def _checked(frame: pd.DataFrame, comments: dict[str, str], path: str, lines: Sequence[int]) -> AxisRecording:
     form = comments.pop(FORM, "")
     if form not in FORMS:
         raise InputError(path, "not a recording of an axis", found=repr(form), expected=", ".join(FORMS))
@@ -160,10 +172,9 @@ def read_axis_recording(path: str | Path) -> AxisRecording:
     sensor = comments.pop("sensor", "")
     if sensor not in SENSORS:
         raise InputError(path, "the sensor is not known", found=repr(sensor), expected=", ".join(SENSORS))
-    beside = lines_beside(path, first + 1)
-    frame = _plain_columns(_table(path, [*range(first), *(line - 1 for line in beside)]), units)
-    _check(frame, form, path, row_lines(len(frame), first + 1, beside), comments.pop(PROBINGS, None))
-    return AxisRecording(frame, form, units, sensor, comments, str(path))
+    frame = _plain_columns(frame, units)
+    _check(frame, form, path, lines, comments.pop(PROBINGS, None))
+    return AxisRecording(frame, form, units, sensor, comments, path)
 
 
 def write_axis_recording(path: str | Path, recording: AxisRecording) -> None:

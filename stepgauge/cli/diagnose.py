@@ -190,7 +190,7 @@ def _diagnose_axis(
     """Recordings without a gauge: together as settings up of one axis, or each into its own folder."""
     from pathlib import Path
 
-    from stepgauge.diagnosis.output.stored import FILE, read_diagnosis
+    from stepgauge.diagnosis.result import FILE, Diagnosis
     from stepgauge.files.outputs import one_set, refuse_own
     from stepgauge.public.diagnose import diagnose
     from stepgauge.reports.axis_diagnosis import first_of
@@ -203,23 +203,23 @@ def _diagnose_axis(
         with one_set():
             files = found.write(folder, suffix)
         say(found.summary() if together else f"{folder.name}: {found.summary()}")
-        _say_first(first_of(read_diagnosis(files[0]).data) if together else ())
+        _say_first(first_of(Diagnosis.read(files[0]).said) if together else ())
         say(f"wrote {folder}: " + ", ".join(path.name for path in files))
 
 
 def _diagnose_map(
     maps: tuple[str, ...], probe: str, columns: tuple[str, ...], output: str, suffix: str, priors: str | None
 ) -> None:
-    from stepgauge.diagnosis.output.stored import read_diagnosis
     from stepgauge.diagnosis.priors import read_priors
     from stepgauge.diagnosis.probe_map import diagnose_probe_map, parse_columns
+    from stepgauge.diagnosis.result import Diagnosis
     from stepgauge.reports.probe_diagnosis import first_of
 
     if len(maps) != 1:
         raise click.UsageError("--probe takes one map at a time")
     table = None if priors is None else read_priors(priors)
     say(diagnose_probe_map(maps[0], probe, output, parse_columns(columns), suffix, table).summary())
-    _say_first(first_of(read_diagnosis(f"{output}/diagnosis.json").data))
+    _say_first(first_of(Diagnosis.read(f"{output}/diagnosis.json").said))
     say(f"wrote {output}")
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,9 @@ from threadpoolctl import threadpool_limits
 from stepgauge.axis.sensors import without_probe
 from stepgauge.diagnosis.checks import predictive_checks, widening
 from stepgauge.diagnosis.clock import clock_start_s, counted_from, told_by_clock
+from stepgauge.diagnosis.credible import answer_of, structure_alone
+from stepgauge.diagnosis.design import with_placements_for, with_separations
+from stepgauge.diagnosis.findings import findings
 from stepgauge.diagnosis.fits.solve import Solved, solve
 from stepgauge.diagnosis.forms.words import SCATTER, located
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
@@ -23,32 +25,24 @@ from stepgauge.diagnosis.noise import (
     degrees,
     disturbed,
     is_repeated,
-    larger_than_stated,
     noise_of,
     row_scatter_um,
     stated_scatter,
+    unlike_stated,
 )
-from stepgauge.diagnosis.output.words import misfit
 from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.problem import bare_problem, make_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals, without_copies
-from stepgauge.diagnosis.result import Diagnosis, Finding, Fit, Located, Noise, Verdict, rms
-from stepgauge.diagnosis.separate import with_separations
-from stepgauge.diagnosis.statements import answer_of, systematic
-from stepgauge.diagnosis.verdict import (
-    Model,
-    findings,
-    inexact_laws,
-    make_model,
-    nearest_laws,
-    unexplained,
-    with_doubts,
-)
+from stepgauge.diagnosis.result import Finding, Fit, GaugeDiagnosis, Located, Noise, rms
+from stepgauge.diagnosis.stated_model import Model, drop_doubtful, make_model
+from stepgauge.diagnosis.statements import conclude
+from stepgauge.diagnosis.structure import inexact_laws, nearest_words, structure
+from stepgauge.diagnosis.wording.notation import misfit
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.noise_models import OUTLYING, NoiseModels
+from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.search import Progress, Search
 from stepgauge.machine.file import Machine
@@ -79,7 +73,7 @@ def diagnose(
     priors: Priors | None = None,
     separations: bool = True,
     progress: Progress | None = None,
-) -> Diagnosis:
+) -> GaugeDiagnosis:
     """Find where recording and simulation disagree, and the effects that explain it.
 
     Parameters
@@ -102,7 +96,9 @@ def diagnose(
     return diagnose_with_search(recorded, absent, priors, separations, progress)[0]
 
 
-def diagnose_residuals(recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None) -> Diagnosis:
+def diagnose_residuals(
+    recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None
+) -> GaugeDiagnosis:
     """The same for residuals that are known; parameters as :func:`diagnose`."""
     return diagnose_with_search(recorded, without, priors)[0]
 
@@ -114,7 +110,7 @@ def diagnose_with_search(
     priors: Priors | None = None,
     separations: bool = True,
     progress: Progress | None = None,
-) -> tuple[Diagnosis, Searched | None]:
+) -> tuple[GaugeDiagnosis, Searched | None]:
     """The diagnosis and the search that it is made from; None where the residuals are too few for a search.
 
     On one thread: many small products are five times slower if several threads share each.
@@ -169,34 +165,36 @@ def _told(
     priors: Priors,
     without: Collection[str],
     separations: bool,
-) -> Diagnosis:
+) -> GaugeDiagnosis:
     search, answer, model = found.search, found.answer, found.model
     data = found.data if len(found.data) == len(recorded) else counted_from(recorded, start_s)
     plain = Metric(search.problem, model.state.noise, search.noise_models, model.state.sigma_um)
     checks = predictive_checks(search.problem, model.state, plain)
     wider = widening(checks, search.problem, model.state, plain)
-    model = with_doubts(model, search, answer, found.data, priors, wider)
+    model = drop_doubtful(model, search, answer, found.data, priors, wider)
     told = list(findings(model, answer, found.data, priors, wider))
-    left = list(unexplained(model, answer, found.data, priors, wider))
+    left = list(structure(model, answer, found.data, priors, wider))
     if len(found.data) < len(data):
         told = _on_all_rows(told, model, data)
     told, placements = with_separations(told, model, found.data, separations)
+    if separations:
+        left = list(with_placements_for(left, found.data, priors.decision.excluded, placements))
     noise = noise_of(model, search.problem, data)
     named, nameless = stated_scatter(answer, model, noise, data, priors, without)
     told += named
     left += [*nameless, *disturbed(answer, model, search.problem, found.data, start_s, priors)]
-    if not any(one.form in SCATTER for one in left):
-        left += larger_than_stated(noise, search.problem, data, priors)
+    if not named and not any(one.form in SCATTER for one in left):
+        told = [*unlike_stated(noise, search.problem, data, priors), *told]
     told = [told_by_clock(one, start_s) for one in told]
+    concluded = conclude(answer, told, left, priors.decision)
     beside_um = model.beside_um if len(found.data) == len(data) else np.zeros(len(data))
-    shares = np.sum([beside_um, *(one.share_um for one in told)], axis=0)
-    verdict: Verdict = "unknown" if left else "effects" if told else "adequate"
-    fit = _fit(data, noise, told, beside_um)
-    return Diagnosis(
-        verdict,
-        tuple(told),
-        tuple(_where(search, model, left, priors)),
-        tuple(left),
+    shares = np.sum([beside_um, *(one.share_um for one in concluded.findings)], axis=0)
+    fit = _fit(data, noise, concluded.findings, beside_um)
+    return GaugeDiagnosis(
+        concluded.verdict,
+        concluded.findings,
+        tuple(_where(search, model, concluded.structure, priors)),
+        concluded.structure,
         fit,
         noise,
         recorded,
@@ -205,35 +203,17 @@ def _told(
         tuple(search.trail),
         placements,
         (*_remarks(replace(found, model=model), data, start_s), *misfit(fit.rms_before_um, fit.rms_after_um)),
-        tuple(nearest_laws(model, answer)),
-        odds(answer, told, left),
+        tuple(nearest_words(concluded.structure)),
+        concluded.table,
         checks,
     )
-
-
-def odds(answer: Posterior, told: Sequence[Finding], left: Sequence[Located]) -> dict[str, Any]:
-    """Probabilities of the statements: no structure, each law by itself and with its set, each form."""
-    said: list[dict[str, Any]] = []
-    for one in told:
-        choices = {name: {"value": value} for name, value in one.choices.items()}
-        about = {"kind": one.kind, "parameters": choices}
-        said.append({**about, "probability": one.own, "includes_set": False})
-        more = {"confounded_with": list(one.confounded_with)}
-        said.append({**about, **more, "probability": one.probability, "includes_set": True})
-    said += [
-        {"form": one.form, "covariate": one.covariate, "probability": one.probability, "includes_set": False}
-        for one in left
-    ]
-    names = ("growth", "burst", "correlation", "certificate", OUTLYING, "heavy")
-    scatter = {name: answer.probability_of_scatter(name) for name in names}
-    return {"adequate": answer.adequate, "scatter": scatter, "statements": said}
 
 
 def _where(search: Search, model: Model, left: Sequence[Located], priors: Priors) -> Iterator[Located]:
     """Covariates of the stated forms, and of the residuals before any law is named; one form to a covariate."""
     yield from left
     known, least = {one.covariate for one in left}, priors.decision.in_set
-    for look, probability, share in systematic(search, model.state, known, least):
+    for look, probability, share in structure_alone(search, model.state, known, least):
         yield located(look.candidate, look.atom, probability, share)
 
 
@@ -261,13 +241,13 @@ def _confirmed(solved: Solved) -> bool:
     return all(one.u is None or abs(one.value) > 4.0 * one.u for one in known)
 
 
-def _fit(data: Residuals, noise: Noise, told: Sequence[Finding], beside_um: Array) -> Fit:
+def _fit(data: Residuals, noise: Noise, stated: Sequence[Finding], beside_um: Array) -> Fit:
     """Agreement before and after; chi-square by the repeatability, which what is named does not make larger.
 
     ``beside_um``: see :attr:`.verdict.Model.beside_um`.
     """
     problem = bare_problem(data)
-    columns = [um for um in (beside_um, *(one.share_um for one in told)) if um.any()]
+    columns = [um for um in (beside_um, *(one.share_um for one in stated)) if um.any()]
     design = np.array(columns).T if columns else np.zeros((len(data), 0))
     left_um = data.um - design.sum(axis=1)
     repeating_um = problem.repeating_um(left_um) if noise.repeats else None
@@ -286,7 +266,7 @@ def _fit(data: Residuals, noise: Noise, told: Sequence[Finding], beside_um: Arra
         for folds in make_folds(data)
     }
     before, after = metric(data.um * used), metric(left_um * used)
-    free = sum(len(one.parameters) for one in told if one.share_um.any())
+    free = sum(len(one.parameters) for one in stated if one.share_um.any())
     dof = max(int(used.sum()) - len(problem.free), 1)
     return Fit(
         noise.sigma_um,
@@ -299,13 +279,13 @@ def _fit(data: Residuals, noise: Noise, told: Sequence[Finding], beside_um: Arra
     )
 
 
-def _insufficient(data: Residuals) -> Diagnosis:
+def _insufficient(data: Residuals) -> GaugeDiagnosis:
     problem = bare_problem(data)
     sigma = problem.within_um
     by_row, none = row_scatter_um(data, sigma), np.zeros(0, np.intp)
     noise = Noise(sigma * problem.typical, by_row, max(degrees(data), 0), none, is_repeated(data))
     fit = _fit(data, noise, [], np.zeros(len(data)))
-    return Diagnosis("insufficient", (), (), (), fit, noise, data, data.um, data.um, ())
+    return GaugeDiagnosis("insufficient", (), (), (), fit, noise, data, data.um, data.um, ())
 
 
 def _remarks(found: Searched, data: Residuals, start_s: float) -> Iterator[str]:

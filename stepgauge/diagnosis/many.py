@@ -10,8 +10,8 @@ from functools import partial
 from pathlib import Path
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.output.stored import FILE, read_diagnosis
 from stepgauge.diagnosis.priors import Priors
+from stepgauge.diagnosis.result import FILE, Diagnosis
 from stepgauge.errors import InputError, naming
 from stepgauge.executors.processes import InProcess, Processes
 from stepgauge.executors.run import run
@@ -148,7 +148,7 @@ def _first(path: Path) -> list[str]:
     """What to do first, from the ``diagnosis.json`` that was written."""
     from stepgauge.reports.diagnosis import first_of
 
-    return first_of(read_diagnosis(path).data)
+    return first_of(Diagnosis.read(path).said)
 
 
 def _check_names(paths: Sequence[str]) -> None:

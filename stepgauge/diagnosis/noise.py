@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from scipy import special
 
 from stepgauge.diagnosis.checks import noiseless
+from stepgauge.diagnosis.credible import SURE_OUTLIER
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.forms.words import CORRELATED, DISTURBED, GROWING, LARGER
+from stepgauge.diagnosis.forms.words import CORRELATED, DISTURBED, GROWING
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Located, Noise
-from stepgauge.diagnosis.statements import SURE_OUTLIER
-from stepgauge.diagnosis.verdict import Model
+from stepgauge.diagnosis.stated_model import Model
 from stepgauge.files.notation import rounded
 from stepgauge.inference.noise_models import OUTLYING, NoiseModel
 from stepgauge.inference.posterior import Posterior
@@ -25,6 +25,8 @@ from stepgauge.inference.problem import Problem
 Array = NDArray[np.float64]
 AT_LEAST = 1.05
 """Ratio to the least scatter that readings may have up to which none was measured."""
+REPEATABILITY = "repeatability"
+"""Kind of the finding that the scatter is not the one that the machine file states."""
 GROWTH_UNITS = {"time": "um/h", "speed": "um/(mm/s)"}
 """Units of the rate of growing scatter; otherwise per length."""
 
@@ -104,24 +106,27 @@ def disturbed(
     yield Located("time" if data.has_time else "order", "both", DISTURBED, words, 0.0, p)
 
 
-def larger_than_stated(noise: Noise, problem: Problem, data: Residuals, priors: Priors) -> Iterator[Located]:
-    """Scatter beyond what the machine file states, and by more than such statements usually are off.
+def unlike_stated(noise: Noise, problem: Problem, data: Residuals, priors: Priors) -> Iterator[Finding]:
+    """Scatter larger or smaller than the machine file states, by more than such statements usually are off.
 
     The logarithm of an estimated standard deviation has the standard uncertainty 1 / sqrt(2 dof) (GUM E.4.3). A
     recording without a machine file states nothing, and is judged by its own repeats; what is no more than the step of
     a display was not measured.
     """
-    stated_um = problem.scale_um * problem.typical
-    is_stated = data.unknown is None and data.machine.table.repeatability_um > 0.0
-    if not is_stated or noise.sigma_um <= AT_LEAST * problem.least_um:
+    stated_um = data.machine.table.repeatability_um
+    if data.unknown is not None or stated_um <= 0.0 or noise.sigma_um <= AT_LEAST * problem.least_um * problem.typical:
         return
-    ratio = noise.sigma_um / stated_um
-    beyond = np.log(ratio / priors.scatter.sigma_factor) * np.sqrt(2.0 * noise.dof)
-    p = float(special.ndtr(beyond))
+    ratio = noise.sigma_um / (problem.scale_um * problem.typical)
+    if ratio < 1.0 and not noise.repeats:
+        return  # readings that agree by a latch tell nothing
+    u = 1.0 / np.sqrt(2.0 * noise.dof)
+    p = float(special.ndtr((abs(np.log(ratio)) - np.log(priors.scatter.sigma_factor)) / u))
+    values = {
+        "repeatability_um": Estimate(noise.sigma_um, noise.sigma_um * u, "um"),
+        "stated_um": Estimate(noise.sigma_um / ratio, None, "um"),
+    }
     if p >= priors.decision.stated:
-        times, found, file = (rounded(one, 2) for one in (ratio, noise.sigma_um, stated_um))
-        words = f"the scatter is {times} times what the machine file states ({found} um, stated {file} um)"
-        yield Located("time" if data.has_time else "order", "both", LARGER, words, 0.0, p)
+        yield Finding(REPEATABILITY, REPEATABILITY, None, {}, values, p, np.zeros(len(data)), own=p)
 
 
 def _growing(scatter: NoiseModel, sigma_um: float, p: float, data: Residuals) -> Finding:

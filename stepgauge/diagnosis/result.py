@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -16,15 +15,23 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect
+from stepgauge.errors import InputError
+from stepgauge.files.checksum import file_sha256
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Shown, as_lines
+from stepgauge.files.text import in_folder, read_result, result_text, write_text
 from stepgauge.inference.search import Step
 from stepgauge.recording import Recording
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from stepgauge.diagnosis.forms.formula import UnknownLaw
 
 Array = NDArray[np.float64]
+FILE = "diagnosis.json"
+NEEDED = ("verdict", "effects", "unexplained", "fit", "inputs")
+"""Keys that every diagnosis has."""
 NUMBERS = ["kind", "effect", "probability", "parameter", "value", "u", "unit"]
 """Columns of the table of a diagnosis."""
 Verdict = Literal["adequate", "effects", "unknown", "insufficient"]
@@ -61,11 +68,11 @@ class FindingMember:
 
 @dataclass(frozen=True)
 class Replacement:
-    """Laws that may be in place of a finding, and of ``others`` with it; their odds against what is stated."""
+    """Laws that may be in place of what is stated, and of ``others`` with it; their odds against it."""
 
     laws: tuple[str, ...]
-    others: tuple[str, ...]
     odds: float
+    others: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -102,7 +109,8 @@ class Finding:
 class Located:
     """Where residuals are systematic: covariate, side, form, in words, share of the structure, probability.
 
-    ``beside``: a second covariate that the form depends on; ``numbers``: numbers of the form: a period, a lag.
+    ``beside``: a second covariate that the form depends on; ``numbers``: numbers of the form: a period, a lag;
+    ``laws``: those that may be in its place, ``separate_by``: the measurement that tells whether they are.
     """
 
     covariate: str
@@ -113,6 +121,8 @@ class Located:
     probability: float
     beside: str = ""
     numbers: Any = None
+    laws: tuple[Replacement, ...] = ()
+    separate_by: str = ""
 
 
 @dataclass(frozen=True)
@@ -138,13 +148,94 @@ class Check:
     words: str
 
 
-@dataclass(frozen=True)
 class Diagnosis(Shown):
-    """The whole result; ``before_um`` and ``after_um`` are the residuals without origins.
+    """What is stated of a recording, of an axis, or of the map of a probe.
 
-    ``placements``: texts of placement files for the runs that ``separate_by`` of the findings proposes, by file name;
-    ``refuted``: the odds against the law nearest to the unexplained forms; ``odds``: probabilities of all
-    statements; ``checks``: the posterior predictive check.
+    ``said``: all of it in JSON types, as ``diagnosis.json`` has it; ``path``: the file that it was read from. One that
+    was read back has no readings: these are in the recordings that it names.
+    """
+
+    drawn_by: ClassVar[str] = "diagnosis.draw_probabilities"
+    verdict: str
+    path: str
+
+    def __init__(self, said: Mapping[str, Any], path: str = "") -> None:
+        self.__dict__["said"] = said  # in place of the computed one
+        self.verdict, self.path = str(said["verdict"]), path
+
+    @cached_property
+    def said(self) -> Mapping[str, Any]:
+        """All that is stated, in JSON types."""
+        raise NotImplementedError
+
+    @classmethod
+    def read(cls, path: str | Path) -> Diagnosis:
+        """Read a diagnosis of any kind, by its folder or its ``diagnosis.json``.
+
+        Raises
+        ------
+        InputError
+            a file that is no diagnosis
+        """
+        file = in_folder(path, FILE)
+        said = read_result(file, "diagnosis", with_inputs=False)
+        if not all(key in said for key in NEEDED):
+            raise InputError(file, "not a complete diagnosis", expected="diagnosis.json of stepgauge diagnose")
+        return Diagnosis(said, str(file))
+
+    def summary(self) -> str:
+        """Verdict, effects and fit in a line."""
+        from stepgauge.diagnosis.wording.headline import summary_line
+
+        return as_lines(summary_line(self.said))
+
+    def __repr__(self) -> str:
+        return f"<Diagnosis {self.summary()}>"
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per number of a finding: probability of the finding, value, standard uncertainty u, and the unit."""
+        from stepgauge.diagnosis.wording.headline import numbers_of
+
+        return numbers_of(self.said)
+
+    def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
+        """Write ``diagnosis.json`` and, where the readings are at hand, all that stands beside it; returns the paths.
+
+        That is ``diagnosis.md``, ``residuals.csv``, the diagnosed machine or probe file, and the figures.
+        """
+        path = Path(folder) / FILE
+        write_text(path, result_text(self.said))
+        return [path]
+
+    def figures(self) -> dict[str, Figure]:
+        """The figures that are written beside ``diagnosis.json``, by name; none of what was read back."""
+        return {}
+
+    def changed(self) -> list[str]:
+        """Files that it was made from which are there, but are not as they were."""
+        return [one for one, known in _files(self.said["inputs"]) if Path(one).is_file() and file_sha256(one) != known]
+
+
+def read_diagnosis(path: str | Path) -> Diagnosis:
+    """Read a diagnosis of any kind; as :meth:`Diagnosis.read`."""
+    return Diagnosis.read(path)
+
+
+def _files(inputs: Any) -> Iterator[tuple[str, str]]:
+    """Paths with the checksums that they had."""
+    if isinstance(inputs, dict) and inputs.get("path") and inputs.get("sha256"):
+        yield str(inputs["path"]), str(inputs["sha256"])
+    for one in inputs.values() if isinstance(inputs, dict) else inputs if isinstance(inputs, list) else ():
+        yield from _files(one)
+
+
+@dataclass(frozen=True, repr=False)
+class GaugeDiagnosis(Diagnosis):
+    """The diagnosis of a recording of a gauge on a machine.
+
+    ``before_um`` and ``after_um``: the residuals without origins; ``placements``: texts of placement files for the runs
+    that ``separate_by`` of the findings proposes, by file name; ``refuted``: the odds against the law nearest to the
+    structure without one; ``odds``: probabilities of all statements; ``checks``: the posterior predictive checks.
     """
 
     drawn_by: ClassVar[str] = "diagnosis.draw_residuals"
@@ -164,6 +255,7 @@ class Diagnosis(Shown):
     odds: dict[str, Any] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()
     recordings: tuple[Recording, ...] = ()
+    path: str = ""
 
     @cached_property
     def laws(self) -> list[UnknownLaw]:
@@ -172,20 +264,18 @@ class Diagnosis(Shown):
 
         return model_unknown(self)
 
-    def summary(self) -> str:
-        """Verdict, effects and fit in a line."""
-        from stepgauge.diagnosis.output.summary import summary_line
+    @cached_property
+    def said(self) -> Mapping[str, Any]:
+        """All that is stated, in JSON types."""
+        from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
 
-        return as_lines(summary_line(self, self.laws))
+        return diagnosis_to_dict(self, Inputs(self.recordings), self.laws)
 
-    def to_frame(self) -> pd.DataFrame:
-        """One row per number of a finding: probability of the finding, value, standard uncertainty u, and the unit."""
-        rows = [
-            {"kind": one.kind, "effect": one.label, "probability": one.probability, "parameter": name, **number}
-            for one in self.findings
-            for name, number in _numbers(one)
-        ]
-        return pd.DataFrame(rows, columns=NUMBERS)
+    def figures(self) -> dict[str, Figure]:
+        """Residuals and effects, by the names of their files."""
+        from stepgauge.figures.diagnosis import figures_of
+
+        return figures_of(self, self.laws)
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``diagnosis.json``, ``diagnosis.md``, the diagnosed machine file and the figures; returns the paths."""
@@ -193,14 +283,6 @@ class Diagnosis(Shown):
 
         with open_set():
             return write_diagnosis(folder, self, self.recordings, figure, self.laws)
-
-
-def _numbers(finding: Finding) -> Iterator[tuple[str, dict[str, object]]]:
-    """The parameters of a finding; one without any has a row all the same."""
-    for name, estimate in finding.parameters.items():
-        yield name, {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
-    if not finding.parameters:
-        yield "", {"value": math.nan, "u": math.nan, "unit": ""}
 
 
 def rms(values: Sequence[float] | Array) -> float:

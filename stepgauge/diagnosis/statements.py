@@ -1,276 +1,151 @@
-"""The rules by which results are stated; they use probabilities and sizes only.
+"""What is said: one table of statements with their probabilities, from which all the rest follows.
 
-The hypothesis that is stated is the most probable one; of single laws, if those together are more probable than those
-with forms or combinations. Each of its terms is a place: it explains one structure of the residuals. Other candidates
-that the readings make more probable there are its rivals.
+Probabilities are averages over all hypotheses that were computed. The rules, for recordings, axes and probe maps alike:
 
-1. In a place nothing is stated if the probability that there is no structure is larger than ``1 - stated``.
-2. A law is stated if the laws of the place together are more probable than its forms: the most probable kind, and as
-   its set the laws that have more than ``in_set`` of the probability of the place, without those that are ``excluded``
-   times less probable, by readings alone (a Bayes factor) and at their best, too. Otherwise the most probable form is
-   stated.
-3. A law is not named, however likely, if its size may be of either sign: if that is less sure than at ``determined``
-   standard uncertainties from zero. Nor is a law beside a form over the covariate that the law depends on, for the
-   form may contain the law.
-4. Outliers, growing and correlated scatter are stated if their probability is at least ``stated``. Correlated scatter
-   makes the verdict ``unknown``, as forms do: laws that are named beside it stay.
-
-These are the rules of docs/diagnosis.md. What rules 3 and 4 need of covariates and rows is in the two modules that use
-this one, for recordings and for probe maps.
+1. A statement (a law with its set, structure without a law, a property of the scatter) is made if its probability is at
+   least ``stated``.
+2. The verdict is ``unknown`` if structure is stated, or if some structure without a law is as probable as that though
+   no single one is; else ``effects`` if a law or a property of the scatter is stated; else ``adequate`` if the
+   probability that there is nothing is at least ``stated``; else ``insufficient``: the recording cannot tell.
+3. That known physics explains the recording is said if the probability of the stated findings together, with no
+   structure besides, is at least ``stated``.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
-from scipy import special
+from typing import Any, Generic, TypeVar
 
 from stepgauge.diagnosis.priors import Decision
-from stepgauge.inference.hypothesis import Hypothesis, log_posterior
-from stepgauge.inference.posterior import Alternative, CredibleSet, Member, Posterior, credible_set
-from stepgauge.inference.problem import Term
-from stepgauge.inference.proposal import Proposal
-from stepgauge.inference.search import HOPELESS, MOST_TERMS, Search
+from stepgauge.diagnosis.result import Finding, Located, Verdict
+from stepgauge.inference.noise_models import OUTLYING
+from stepgauge.inference.posterior import Posterior, WeightedHypothesis
 
-SURE_OUTLIER = 0.5
-"""Probability from which a row is listed as an outlier."""
-LEAST_ODDS = 1e-4
-"""Least odds against the best hypothesis at which several laws in place of one are listed."""
-MOST_LOCATED = 4
-"""Largest number of covariates that are listed for systematic residuals."""
+SCATTER = ("growth", "burst", "correlation", "certificate", OUTLYING, "heavy")
+"""Properties of the scatter that have a probability."""
+OPEN = "structure"
+"""Form of structure of which it is not known what it depends on."""
+MOST_POSSIBLE, LEAST_POSSIBLE = 3, 0.05
+"""Most statements that are listed as possible, and the probability from which they are."""
+
+
+Stated = TypeVar("Stated", bound=Finding)
 
 
 @dataclass(frozen=True)
-class Said:
-    """The statement for one place: its rivals, the most probable first, and the term of the one that is stated."""
+class Conclusion(Generic[Stated]):
+    """What is stated, the verdict that follows, and the table of probabilities in JSON types."""
 
-    place: CredibleSet
-    lead: Member
-    term: Term
-
-    @property
-    def source(self) -> Any:
-        """The object behind the candidate: the law with its choices, or the form."""
-        return self.lead.candidate.source
-
-    @property
-    def named(self) -> bool:
-        """Whether a law is stated."""
-        return self.lead.candidate.named
+    verdict: Verdict
+    findings: tuple[Stated, ...]
+    structure: tuple[Located, ...]
+    table: dict[str, Any]
 
 
-def answer_of(search: Search, decision: Decision) -> Posterior:
-    """The answer of a search, with all that is likelier than not."""
-    return Posterior(search, _completed(search, _of_the_likelier(search, search.run()), decision))
+def conclude(
+    answer: Posterior,
+    findings: Sequence[Stated],
+    structure: Sequence[Located],
+    decision: Decision,
+    negligible: Collection[str] = (),
+) -> Conclusion[Stated]:
+    """The statements that are made of a posterior, and what follows from their probabilities.
 
-
-def _of_the_likelier(search: Search, best: Hypothesis) -> Hypothesis:
-    """The best hypothesis of single laws, if those are together more probable than those with forms or combinations.
-
-    A form may stand for several laws, of which many combinations are each a little less probable. What a hypothesis has
-    besides that is less probable than nothing does not count: whose neighbours were computed would have more of it.
+    ``negligible``: labels of laws whose presence is as good as nothing.
     """
-    least = best.log_posterior + float(np.log(LEAST_ODDS))
-    near = [one for one in search.evidence.best_by_labels.values() if one.log_posterior > least]
-    every = [
-        one for one in near if not any(o.labels < one.labels and o.log_posterior > one.log_posterior for o in near)
-    ]
-    single = [state for state in every if state.terms and _single(state)]
-    others = [state.log_posterior for state in every if not _single(state)]
-    if (
-        _single(best)
-        or not single
-        or special.logsumexp([log_posterior(one) for one in single]) < special.logsumexp(others)
-    ):
-        return best
-    return max(single, key=log_posterior)
+    made = tuple(one for one in findings if one.probability >= decision.stated)
+    left = tuple(one for one in structure if one.probability >= decision.stated)
+    unnamed = _probability(answer, _has_structure)
+    if not left and unnamed >= decision.stated:
+        left = (_open_structure(answer, unnamed),)
+    nothing = _probability(answer, lambda one: _is_nothing(one, negligible))
+    verdict: Verdict = "insufficient"
+    if left or made:
+        verdict = "unknown" if left else "effects"
+    elif nothing >= decision.stated:
+        verdict = "adequate"
+    return Conclusion(verdict, made, left, _table(answer, nothing, made, left))
 
 
-def _single(state: Hypothesis) -> bool:
-    return all(term.candidate.named and not term.candidate.combined for term in state.terms)
+def _probability(answer: Posterior, holds: Callable[[WeightedHypothesis], bool]) -> float:
+    return float(sum(w for w, one in zip(answer.weights, answer.hypotheses, strict=True) if holds(one)))
 
 
-def _completed(search: Search, best: Hypothesis, decision: Decision) -> Hypothesis:
-    """A hypothesis with one more term as long as what would be said of it is more probable than ``stated``.
+def _is_nothing(one: WeightedHypothesis, negligible: Collection[str]) -> bool:
+    """Whether a hypothesis has neither terms nor scatter that is of other sizes in some rows, or correlated.
 
-    Several laws may share what none of them has alone, so that the most probable hypothesis has none of them. A law
-    whose size is not determined would not be said (rule 3).
+    Tails that are heavier than normal, and a certificate that is worse than it states, are no causes.
     """
-    while len(best.terms) < MOST_TERMS:
-        look = next((look for look in search.screen(best) if look.gain > HOPELESS), None)
-        if look is None:
-            return best
-        more = search.added(best, look)
-        place = credible_set(search, more, more.index(look.candidate))
-        said = Said(place, _lead(place), more.terms[place.term])
-        if _said_share(said, decision) < decision.stated:
-            return best
-        if said.named and not determined(more, said.term, decision.determined):
-            return best
-        best = more
-    return best
+    noise = one.noise
+    plain = noise.growth is None and noise.burst is None and not noise.correlated and noise.tails != OUTLYING
+    return plain and one.labels <= set(negligible)
 
 
-def _said_share(said: Said, decision: Decision) -> float:
-    """Probability of what is said of a place: of a law with its set, or of all forms over one covariate."""
-    if said.named:
-        return sum(one.probability for one in rival_laws(said, decision))
-    kind = said.lead.candidate.kind
-    return sum(one.probability for one in said.place.members if not one.candidate.named and one.candidate.kind == kind)
+def _has_structure(one: WeightedHypothesis) -> bool:
+    return any(not candidate.named for candidate in one.candidates)
 
 
-def told(search: Search, answer: Posterior, stated: float) -> tuple[Hypothesis, list[Said]]:
-    """The hypothesis that is stated, and its statements, by rules 1 and 2."""
-    places = [place for place in answer.sets if place.nothing <= 1.0 - stated]
-    leads = [(place, _lead(place)) for place in places]
-    state = _told_state(search, answer.best, leads)
-    terms = {term.candidate.label: term for term in state.terms}
-    known = [(place, lead) for place, lead in leads if lead.candidate.label in terms]
-    return state, [Said(place, lead, terms[lead.candidate.label]) for place, lead in known]
-
-
-def _lead(place: CredibleSet) -> Member:
-    """The rival that is stated: the most probable one of the most probable kind, of laws or of forms."""
-    own = place.members[0].candidate.named  # where nothing is as good as certain both are 0
-    named = own if place.law_probability == place.form_probability else place.law_probability > place.form_probability
-    rivals = [one for one in place.members if one.candidate.named is named]
+def _open_structure(answer: Posterior, probability: float) -> Located:
+    """Structure of which no single form is probable: what it may depend on, the most probable first."""
     share: dict[str, float] = defaultdict(float)
-    for one in rivals:
-        share[one.candidate.kind] += one.probability
-    kind = max(share, key=lambda k: share[k])
-    return max((one for one in rivals if one.candidate.kind == kind), key=lambda one: one.probability)
+    for weight, one in zip(answer.weights, answer.hypotheses, strict=True):
+        for name in {c.source.covariate for c in one.candidates if not c.named}:
+            share[name] += float(weight)
+    names = sorted(share, key=lambda name: -share[name])[:MOST_POSSIBLE]
+    words = f"structure that depends on {' or '.join(names)}: which, these readings do not tell"
+    return Located(names[0], "both", OPEN, words, 1.0, probability)
 
 
-def _told_state(search: Search, best: Hypothesis, said: list[tuple[CredibleSet, Member]]) -> Hypothesis:
-    """The best hypothesis with the rivals that are stated as its terms, without places of which nothing is stated."""
-    terms = [best.terms[place.term] for place, _ in said]
-    state = search.evidence(tuple(terms), best.noise, best.sigma_um)
-    for place, lead in said:
-        own = best.terms[place.term]
-        if lead.candidate is own.candidate or lead.candidate.label in state.labels:
-            continue
-        base = search.without(state, state.index(own.candidate))
-        state = search.added(base, lead.proposal)
-    return state
+def _table(
+    answer: Posterior, nothing: float, findings: Sequence[Finding], structure: Sequence[Located]
+) -> dict[str, Any]:
+    """Probabilities of the statements: nothing, each law by itself and with its set, each structure, the scatter."""
+    rows: list[dict[str, Any]] = []
+    for one in findings:
+        about = {"kind": one.kind, "parameters": {name: {"value": value} for name, value in one.choices.items()}}
+        rows.append({**about, "probability": one.own, "includes_set": False})
+        more = {"confounded_with": list(one.confounded_with)}
+        rows.append({**about, **more, "probability": one.probability, "includes_set": True})
+    rows += [
+        {"form": one.form, "covariate": one.covariate, "probability": one.probability, "includes_set": False}
+        for one in structure
+    ]
+    return {
+        "adequate": nothing,
+        "explained": _probability(answer, lambda one: _explains(one, findings)),
+        "scatter": {name: answer.probability_of_scatter(name) for name in SCATTER},
+        "statements": rows,
+        "possible": list(_possible(answer, findings, structure)),
+    }
 
 
-def determined(state: Hypothesis, term: Term, least: float) -> bool:
-    """Whether the size of a term is more than ``least`` standard uncertainties (rule 3), for a fixed shape."""
-    place = state.index_of(term)
-    if place is None:
-        return True
-    mean, covariance = state.amplitudes(place)
-    return float(mean @ np.linalg.pinv(covariance) @ mean) >= least**2
+def _explains(one: WeightedHypothesis, findings: Sequence[Finding]) -> bool:
+    """Whether a hypothesis has a cause of every finding's set, and no structure without a law."""
+    kinds = {candidate.kind for candidate in one.candidates}
+    sets = [{finding.kind, *finding.confounded_with} for finding in findings if finding.share_um.any()]
+    return not _has_structure(one) and all(_has_any(kinds, own) for own in sets)
 
 
-def sure(said: Said, state: Hypothesis, answer: Posterior, decision: Decision, wider: float) -> bool:
-    """Whether the sign of a law's size is as probable as beyond ``determined`` standard uncertainties (rule 3).
-
-    Over all hypotheses that contain the law, and neither another of its set nor a form that is not stated, which would
-    leave open what share each has; ``wider``: factor on their uncertainties.
-    """
-    others = {one.candidate.label for one in rival_laws(said, decision)[1:]}
-    forms = {one.label for one in answer.search.problem.candidates if not one.named} - state.labels
-    signed = answer.signed(said.lead.candidate.label, decision.in_set, wider, others | forms)
-    if signed is None:
-        return determined(state, said.term, decision.determined * wider)
-    return signed >= float(special.ndtr(decision.determined))
+def _has_any(kinds: set[str], own: set[str]) -> bool:
+    return any(set(kind.split(" + ")) <= kinds for kind in own)
 
 
-def rival_laws(said: Said, decision: Decision) -> list[Member]:
-    """The laws of a place that are told together, the stated one first.
-
-    A law that is less probable by more than ``excluded`` is not told with it if the readings exclude it. What a law
-    pays for the range of its shapes says how rare these are, and nothing of the readings: a law that fits as well at
-    its best is not excluded. Several laws at once always fit as well, so that they count as :func:`instead`.
-    """
-    far, lead = float(np.log(decision.excluded)), said.lead
-    least, fit = _by_readings(lead) - far, _fit(lead) - far
-
-    def excluded(one: Member) -> bool:
-        if one.probability * decision.excluded >= lead.probability:
-            return False
-        return one.candidate.combined or (_by_readings(one) <= least and _fit(one) <= fit)
-
-    others = (one for one in said.place.members if one.candidate.named and one is not lead)
-    return [lead, *(one for one in others if one.probability > decision.in_set and not excluded(one))]
+def _possible(
+    answer: Posterior, findings: Sequence[Finding], structure: Sequence[Located]
+) -> Iterator[Mapping[str, Any]]:
+    """What is not stated and may be there all the same, the most probable first."""
+    share: dict[tuple[str, str], float] = defaultdict(float)
+    for weight, one in zip(answer.weights, answer.hypotheses, strict=True):
+        for key in {_key(candidate) for candidate in one.candidates}:
+            share[key] += float(weight)
+    known = {("label", label) for one in findings for label in (one.label, *(m.label for m in one.members))}
+    known |= {("covariate", one.covariate) for one in structure}
+    ranked = sorted(share.items(), key=lambda item: -item[1])
+    rest = [(key, p) for key, p in ranked if key not in known and p >= LEAST_POSSIBLE][:MOST_POSSIBLE]
+    yield from ({what: name, "probability": p} for (what, name), p in rest)
 
 
-def _by_readings(rival: Member) -> float:
-    """Log marginal likelihood of a rival, up to a constant of its place: its share without its prior odds."""
-    return float(np.log(max(rival.probability, 1e-300))) - rival.proposal.log_odds
-
-
-def _fit(rival: Member) -> float:
-    """Log likelihood of a rival at its best; of one that was not computed nothing is known."""
-    return -np.inf if rival.hypothesis is None else rival.hypothesis.log_fit
-
-
-def instead(several: Sequence[Alternative], label: str, kind: str, decision: Decision) -> list[Alternative]:
-    """Combinations of laws that may replace one law, with others or alone.
-
-    More laws fit as well as fewer, so that readings do not exclude them: they must not be ``excluded`` times less
-    probable, prior odds included. Those with its own kind are left out: in them it is a cause as well, with another
-    one beside it.
-    """
-    near = (one for one in several if label in one.gone and one.odds * decision.excluded >= 1.0)
-    return [one for one in near if all(c.named and c.kind != kind for c in one.come)]
-
-
-def together(several: Sequence[Alternative]) -> tuple[str, ...]:
-    """Combinations of laws as their kinds: ``scale_error + squareness``."""
-    return tuple(dict.fromkeys(" + ".join(sorted(c.kind for c in one.come)) for one in several))
-
-
-def set_probability(answer: Posterior, rivals: Sequence[Member], several: Sequence[Alternative]) -> float:
-    """Probability that a law or another one of its set is a cause, averaged over all hypotheses.
-
-    It is at most the share of the set in its place: where two laws may be replaced together, neither place shows it.
-    """
-    every = [frozenset({one.candidate.label}) for one in rivals]
-    every += [frozenset(c.label for c in one.come) for one in several]
-    return min(sum(one.probability for one in rivals), answer.probability_of_any(every), 1.0)
-
-
-def spread_factor(answer: Posterior, state: Hypothesis, label: str, least: float) -> float:
-    """Factor on the uncertainty of a size: over all hypotheses that contain it, over that in the stated one."""
-    spread = answer.spread(label, least)
-    place = next((i for i, term in enumerate(state.terms) if term.candidate.label == label), None)
-    if spread is None or place is None:
-        return 1.0
-    own = float(np.trace(state.amplitudes(place)[1]))
-    return max(float(np.sqrt(np.trace(spread[1]) / max(own, 1e-300))), 1.0)
-
-
-def one_of_each_kind(place: CredibleSet, named: bool) -> Iterator[Member]:
-    """The most probable law or form of each kind in a place, the most probable first."""
-    first: dict[str, Member] = {}
-    for one in sorted(place.members, key=lambda one: -one.probability):
-        if one.candidate.named is named:
-            first.setdefault(one.candidate.kind, one)
-    yield from first.values()
-
-
-def systematic(
-    search: Search, state: Hypothesis, known: Collection[str], least: float
-) -> Iterator[tuple[Proposal, float, float]]:
-    """Forms of the residuals before any law is named, one to a kind, with their probability alone and their share.
-
-    They are rivals for one structure: those with odds below ``least`` against the most probable one are left out.
-    ``state``: the scatter to judge by; ``known``: kinds that are stated already.
-    """
-    start, told_kinds = search.evidence((), state.noise, state.sigma_um), set(known)
-    total = max(float(np.var(search.problem.residual_um)) - start.sigma_um**2, 1e-300)
-    looks = [look for look in search.screen(start) if not look.candidate.named and look.gain > 0.0]
-    near = max((look.gain for look in looks), default=0.0) + float(np.log(least))
-    for look in looks:
-        if look.gain < near or look.candidate.kind in told_kinds or len(told_kinds) >= MOST_LOCATED:
-            continue
-        told_kinds.add(look.candidate.kind)
-        beside = search.added(start, look)
-        share = float(np.clip((start.sigma_um**2 - beside.sigma_um**2) / total, 0.0, 1.0))
-        yield look, float(1.0 / (1.0 + np.exp(-look.gain))), share
+def _key(candidate: Any) -> tuple[str, str]:
+    return ("label", candidate.label) if candidate.named else ("covariate", candidate.source.covariate)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.axis.residuals import AxisData
-from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ MOST_POINTS = 4000
 PRINTED = {"um": "µm", "uin": "µin", "deg": "°", "arcsec": "″", "urad": "µrad"}
 
 
-def axis_figure(found: Diagnosis, data: AxisData) -> Figure:
+def axis_figure(found: GaugeDiagnosis, data: AxisData) -> Figure:
     """Above before, below after, with two-sigma lines of the scatter; one column per quantity."""
     recording = data.recording
     factor = 1.0 / data.scaling.deviation / recording.units.base_deviation
@@ -73,7 +73,7 @@ def _printed(unit: str) -> str:
     return PRINTED.get(unit, unit)
 
 
-def _panels(found: Diagnosis, data: AxisData) -> list[tuple[str, Array]]:
+def _panels(found: GaugeDiagnosis, data: AxisData) -> list[tuple[str, Array]]:
     """What the deviations are drawn against: targets, time or order, and the columns in which they were located."""
     panels, frame = _places(data.recording), data.recording.frame
     named = [one.covariate for one in (*found.unexplained, *found.located)]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import WAY
 from stepgauge.diagnosis.forms.formula import UnknownLaw, rest_um
-from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.result import Diagnosis, GaugeDiagnosis
 from stepgauge.figures.effect_panels import (
     COUNTED,
     MOST_MEANS,
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from stepgauge.diagnosis.output.stored import StoredDiagnosis
 
 Array = NDArray[np.float64]
 OVERVIEW, RESIDUALS, EFFECTS = "overview", "residuals", "effects"
@@ -51,14 +50,18 @@ GRAIN = 1e-3
 """Share of the axis within which positions count as the same."""
 
 
-def figure_names(diagnosis: Diagnosis, laws: Sequence[UnknownLaw], suffix: str = "png") -> list[str]:
+def figure_names(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw], suffix: str = "png") -> list[str]:
     """Names of the figures of a diagnosis; the last exists only if there is an effect or a form."""
     names = [OVERVIEW, RESIDUALS, *([EFFECTS] if panels(diagnosis, laws) else [])]
     return [f"{name}.{suffix}" for name in names]
 
 
 def draw_diagnosis(
-    folder: str | Path, diagnosis: Diagnosis, laws: Sequence[UnknownLaw], suffix: str = "png", simulated: bool = False
+    folder: str | Path,
+    diagnosis: GaugeDiagnosis,
+    laws: Sequence[UnknownLaw],
+    suffix: str = "png",
+    simulated: bool = False,
 ) -> list[Path]:
     """Draw the figures of a diagnosis into a folder; outdated ones of an earlier diagnosis are removed."""
     target = Path(folder)
@@ -73,13 +76,13 @@ def draw_diagnosis(
     return paths
 
 
-def figures_of(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Figure]:
+def figures_of(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Figure]:
     """All figures of a diagnosis by name: the overview, the residuals and, where there are any, the effects."""
     found = {OVERVIEW: overview_figure(diagnosis, laws), RESIDUALS: residual_figure(diagnosis, laws)}
     return found | ({EFFECTS: effect_figure(diagnosis, laws)} if panels(diagnosis, laws) else {})
 
 
-def overview_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:
+def overview_figure(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:
     """Residuals before and after in one row of panels, low enough for a first page beside its words."""
     drawn = _covariates_that_matter(diagnosis)
     limit = _limit(diagnosis)
@@ -100,7 +103,7 @@ def overview_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Fi
     return figure
 
 
-def residual_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:
+def residual_figure(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:
     """Residuals before and after against up to three covariates, and their distribution."""
     data = diagnosis.data
     drawn = _covariates_that_matter(diagnosis)
@@ -125,7 +128,7 @@ def residual_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Fi
     return figure
 
 
-def draw_residuals(axes: Axes, diagnosis: Diagnosis) -> None:
+def draw_residuals(axes: Axes, diagnosis: GaugeDiagnosis) -> None:
     """Residuals before and after against the position along the gauge, um, on axes of somebody else."""
     covariate = _covariates_that_matter(diagnosis)[0]
     x = covariate_values(covariate, diagnosis.data)
@@ -138,16 +141,16 @@ def draw_residuals(axes: Axes, diagnosis: Diagnosis) -> None:
     axes.legend(handles=axes.get_lines()[:2], frameon=False)
 
 
-def draw_probabilities(axes: Axes, stored: StoredDiagnosis) -> None:
+def draw_probabilities(axes: Axes, stored: Diagnosis) -> None:
     """The probability of every effect of a diagnosis that was read back, on axes of somebody else."""
-    effects = stored.data["effects"]
+    effects = stored.said["effects"]
     names = [textwrap.fill(str(one["label"]).replace("_", " "), 24) for one in effects] or ["no effect"]
     axes.barh(names[::-1], [one["probability"] for one in effects][::-1] or [0.0], color=COLORS["after"], height=0.6)
     axes.set(xlabel="probability", ylabel="effect", xlim=(0.0, 1.0))
     axes.set_title(f"verdict: {stored.verdict}", loc="left")
 
 
-def effect_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:
+def effect_figure(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:
     """Every effect with its law through the residuals of the other effects."""
     found = panels(diagnosis, laws)
     rest = rest_um(diagnosis, laws)
@@ -165,7 +168,7 @@ def effect_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Figu
     return figure
 
 
-def _covariates_that_matter(diagnosis: Diagnosis) -> list[str]:
+def _covariates_that_matter(diagnosis: GaugeDiagnosis) -> list[str]:
     """Covariates of systematic residuals first, then position and time; sides and directions of travel have no axis."""
     found = [one.covariate for one in (*diagnosis.located, *diagnosis.unexplained)]
     located = [covariate for covariate in found if covariate not in ("side", WAY)]
@@ -208,7 +211,7 @@ def _noise_lines(axes: Axes, sigma_um: float) -> None:
         )
 
 
-def _ring_outliers(axes: Axes, x: Array, um: Array, diagnosis: Diagnosis) -> None:
+def _ring_outliers(axes: Axes, x: Array, um: Array, diagnosis: GaugeDiagnosis) -> None:
     rows = diagnosis.noise.outliers
     if rows.size:
         axes.plot(
@@ -216,7 +219,7 @@ def _ring_outliers(axes: Axes, x: Array, um: Array, diagnosis: Diagnosis) -> Non
         )
 
 
-def _limit(diagnosis: Diagnosis) -> float:
+def _limit(diagnosis: GaugeDiagnosis) -> float:
     """Limit of the axis for all but far outliers, whose rings are drawn at the edge."""
     used = np.isfinite(diagnosis.noise.by_row_um)
     before = np.abs(diagnosis.before_um[used])
@@ -237,7 +240,7 @@ def _distribution(axes: Axes, um: Array, sigma_um: float, name: str) -> None:
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def _effect_panel(axes: Axes, panel: Panel, um: Array, diagnosis: Diagnosis) -> None:
+def _effect_panel(axes: Axes, panel: Panel, um: Array, diagnosis: GaugeDiagnosis) -> None:
     """Panel of an effect, without placements in which it does not show."""
     data = diagnosis.data
     value, law = panel.of(um), panel.of(panel.share_um)

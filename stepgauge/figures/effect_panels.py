@@ -39,7 +39,7 @@ from stepgauge.diagnosis.forms.form import (
 )
 from stepgauge.diagnosis.forms.formula import UnknownLaw
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Diagnosis, Finding
+from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
 from stepgauge.effects import Effect
 from stepgauge.figures.style import CYCLE
 from stepgauge.files.notation import rounded
@@ -143,7 +143,7 @@ class Panel:
         return np.isin(data.placement, data.placement[shows]) if shows.any() else np.ones(len(data), bool)
 
 
-def panels(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> list[Panel]:
+def panels(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]) -> list[Panel]:
     """Panels of the effects found that displace readings; effects on the scatter have none."""
     data = diagnosis.data
     named = [_panel_of(finding, data) for finding in diagnosis.findings if finding.share_um.any()]

@@ -63,14 +63,20 @@ def figure_names(found: MapDiagnosis, suffix: str = "png") -> list[str]:
 def draw_map_diagnosis(folder: str | Path, found: MapDiagnosis, suffix: str = "png") -> list[Path]:
     """Draw the figures into a folder; those of an earlier diagnosis that no longer hold are removed."""
     target = Path(folder)
-    figures = [residual_figure(found), direction_figure(found), *([effect_figure(found)] if panels(found) else [])]
-    paths = [target / name for name in figure_names(found, suffix)]
-    for figure, path in zip(figures, paths, strict=True):
+    drawn = figures_of(found)
+    paths = [target / f"{name}.{suffix}" for name in drawn]
+    for figure, path in zip(drawn.values(), paths, strict=True):
         save_figure(figure, path, found.data.simulated)
     for stale in {target / f"{name}.{kind}" for name in (RESIDUALS, DIRECTIONS, EFFECTS) for kind in FORMATS}:
         if stale not in paths:
             stale.unlink(missing_ok=True)
     return paths
+
+
+def figures_of(found: MapDiagnosis) -> dict[str, Figure]:
+    """All figures of a diagnosis by name; effects where there are any."""
+    drawn = {RESIDUALS: residual_figure(found), DIRECTIONS: direction_figure(found)}
+    return drawn | ({EFFECTS: effect_figure(found)} if panels(found) else {})
 
 
 @figure_style()

@@ -37,6 +37,12 @@ def checksum(data: Mapping[str, Any], before: str = "") -> str:
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
 
+def file_sha256(path: str | Path) -> str | None:
+    """SHA-256 of a file as it is now; None for data that were never in a file."""
+    place = Path(path)
+    return file_digest(place) if str(path) and place.is_file() else None
+
+
 def with_checksum(data: Mapping[str, Any], before: str = "") -> dict[str, Any]:
     """The same with its checksum as the last key."""
     return {**{key: value for key, value in data.items() if key != KEY}, KEY: checksum(data, before)}

@@ -14,16 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import diagnose_with_search
+from stepgauge.diagnosis.further_runs import FurtherRun, extended
 from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.diagnosis.result import Diagnosis
-from stepgauge.diagnosis.runs import ExtraRun, lengthened
+from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
+from stepgauge.inference.design import expected_information_gain
 from stepgauge.investigation.feasible_runs import Costed, Reach, directions, possible_runs, run_json, with_minutes
 from stepgauge.investigation.hypotheses import Hypothesis, hypotheses
-from stepgauge.investigation.information_gain import information
 from stepgauge.investigation.relevance import Foreseen, Foresight, foresee
 from stepgauge.investigation.undetected import Unseen, unseen
 from stepgauge.machine.file import Machine
@@ -68,7 +68,7 @@ class Case:
 class Rated:
     """A run with its cost, and what it is expected to tell: of the rivals, and of what has not shown yet (nats)."""
 
-    run: ExtraRun
+    run: FurtherRun
     machine_minutes: float
     minutes: float
     rivals_nats: float
@@ -102,10 +102,10 @@ class InvestigationState:
     probable answer; ``matters_um``: what displaces no reading by more makes no other answer of it.
     """
 
-    diagnosis: Diagnosis
+    diagnosis: GaugeDiagnosis
     possible: tuple[Hypothesis, ...]
     rated: tuple[Rated, ...]
-    late: tuple[ExtraRun, ...] = ()
+    late: tuple[FurtherRun, ...] = ()
     settled: float = 0.0
     matters_um: float = 0.0
 
@@ -131,7 +131,7 @@ def learn(
     late = tuple(one.run for one in costed if one.minutes > left_minutes)
     if found is None:
         return InvestigationState(diagnosis, (), tuple(_unrated(in_time)), late)
-    more = lengthened(data, found.model.state.sigma_um, [one.run for one in in_time])
+    more = extended(data, found.model.state.sigma_um, [one.run for one in in_time])
     foresight = foresee(found, hypotheses(found), case.priors, more)
     rated = sorted(rate(case, foresight, len(data), in_time), key=lambda one: -one.nats / one.minutes)
     return InvestigationState(
@@ -173,7 +173,7 @@ def _of_rivals(foresight: Foresight, one: Foreseen) -> tuple[float, tuple[str, .
     p = np.array([each.probability for each in foresight.possible])
     distance = np.where(foresight.same, 0.0, one.distance)
     told = tuple(rival.words for rival, d in zip(foresight.possible, distance[0], strict=True) if d > TOLD_APART)
-    return information(p, distance), told[:SHOWN]
+    return expected_information_gain(p, distance), told[:SHOWN]
 
 
 @dataclass(frozen=True)
@@ -213,7 +213,7 @@ def _stands(case: Case, learnt: InvestigationState) -> bool:
     return all(one.own >= case.sure or 0.0 < um < learnt.matters_um for one, um in told)
 
 
-def how(diagnosis: Diagnosis) -> str:
+def how(diagnosis: GaugeDiagnosis) -> str:
     """``cause`` where everything that was found is named alone, ``set`` where rivals are left; else the verdict."""
     if diagnosis.verdict != "effects":
         return diagnosis.verdict

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.further_runs import SPEED_FACTOR, FurtherRun, laid_elsewhere, program_of
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.runs import SPEED_FACTOR, ExtraRun, laid_elsewhere, program_of
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, make_placement
@@ -44,14 +44,14 @@ class Reach:
     cycles: int = 2
     racked: frozenset[int] = frozenset()
 
-    def rest_minutes(self, run: ExtraRun) -> float:
+    def rest_minutes(self, run: FurtherRun) -> float:
         """What a run takes besides the machine: a pause, or hands."""
         if run.stays:
             return run.wait_s / 60.0
         by_hand = run.changed and run.stylus not in self.racked
         return self.hands_minutes * (run.is_laid + by_hand)
 
-    def allows(self, run: ExtraRun, first: Placement) -> bool:
+    def allows(self, run: FurtherRun, first: Placement) -> bool:
         """Whether the gauge may lie so."""
         ends = np.array([run.placement.c1_mm, run.placement.c2_mm])
         if self.level and not (
@@ -65,7 +65,7 @@ class Reach:
         return bool((ends >= low).all() and (ends <= high).all())
 
 
-def possible_runs(data: Residuals, placements: Sequence[Placement], machine: Machine, reach: Reach) -> list[ExtraRun]:
+def possible_runs(data: Residuals, placements: Sequence[Placement], machine: Machine, reach: Reach) -> list[FurtherRun]:
     """Runs that have not been made yet: with the gauge as it lies now, laid elsewhere, and with another stylus.
 
     ``placements``: how the gauge was laid, the last one being how it lies.
@@ -83,12 +83,12 @@ def possible_runs(data: Residuals, placements: Sequence[Placement], machine: Mac
     return [*(_with_stylus(run, mounted) for run in runs), *with_others]
 
 
-def _with_stylus(run: ExtraRun, mounted: int) -> ExtraRun:
+def _with_stylus(run: FurtherRun, mounted: int) -> FurtherRun:
     """A run with the stylus that is in the machine, which is told where it is not that of the machine file."""
     return run if mounted == 1 else replace(run, words=f"{run.words}, with stylus {mounted}", stylus=mounted)
 
 
-def _with_other_styli(machine: Machine, cycles: int, made: Sequence[tuple[Placement, int]]) -> Iterator[ExtraRun]:
+def _with_other_styli(machine: Machine, cycles: int, made: Sequence[tuple[Placement, int]]) -> Iterator[FurtherRun]:
     """The gauge as it lies, or laid again as it lay, with every other stylus with which it was not measured so."""
     others = [number for number in range(1, len(machine.styli) + 2) if number != made[-1][1]]
     for number in others:
@@ -98,25 +98,25 @@ def _with_other_styli(machine: Machine, cycles: int, made: Sequence[tuple[Placem
             if not any(_same(lies, one) for one in taken):
                 where = f"{'as it lies' if kept else 'again as'} in placement {place}"  # nothing is proposed twice
                 words = f"the gauge {where}, with {stylus_words(machine, number)}"
-                yield ExtraRun(words, lies, cycles=cycles, stylus=number, changed=True, kept=kept)
+                yield FurtherRun(words, lies, cycles=cycles, stylus=number, changed=True, kept=kept)
                 taken.append(lies)
 
 
-def _as_it_lies(data: Residuals, here: Placement, machine: Machine, cycles: int) -> Iterator[ExtraRun]:
+def _as_it_lies(data: Residuals, here: Placement, machine: Machine, cycles: int) -> Iterator[FurtherRun]:
     """Other speeds, another order, a pause, and a few blocks often, with the gauge where it is."""
     own = machine.table.measuring_speed_mm_s
     done = set(np.round(data.frame["speed_mm_s"], 6)) if "speed_mm_s" in data.frame else set()
     for speed in (max(own / SPEED_FACTOR, 0.1), min(own * SPEED_FACTOR, fastest_mm_s(machine)[0])):
         if round(speed, 6) not in done:
             words = f"the gauge as it lies, at {speed:.3g} mm/s instead of {own:.3g} mm/s"
-            yield ExtraRun(words, here, speed, cycles=cycles, wait_s=0.0, stays=True)
-    yield ExtraRun("the gauge as it lies, there and back", here, cycles=2, order="up-down", wait_s=0.0, stays=True)
+            yield FurtherRun(words, here, speed, cycles=cycles, wait_s=0.0, stays=True)
+    yield FurtherRun("the gauge as it lies, there and back", here, cycles=2, order="up-down", wait_s=0.0, stays=True)
     pause = f"the gauge as it lies, after a pause of {WAIT_S / 60.0:g} min"
-    yield ExtraRun(pause, here, cycles=cycles, wait_s=WAIT_S, stays=True)
+    yield FurtherRun(pause, here, cycles=cycles, wait_s=WAIT_S, stays=True)
     count = data.gauge.n_blocks
     some = tuple(sorted({1, (count + 1) // 2, count}))
     words = f"the gauge as it lies, blocks {', '.join(map(str, some))} {FEW_BLOCKS_CYCLES} times"
-    yield ExtraRun(words, here, cycles=FEW_BLOCKS_CYCLES, blocks=some, wait_s=0.0, stays=True)
+    yield FurtherRun(words, here, cycles=FEW_BLOCKS_CYCLES, blocks=some, wait_s=0.0, stays=True)
 
 
 def _same(one: Placement, other: Placement) -> bool:
@@ -136,12 +136,12 @@ def directions(placements: Sequence[Placement]) -> int:
 class Costed(NamedTuple):
     """A run with the minutes that it takes of the machine, locating included, and in all with hands and pauses."""
 
-    run: ExtraRun
+    run: FurtherRun
     machine_minutes: float
     minutes: float
 
 
-def with_minutes(runs: Sequence[ExtraRun], gauge: Gauge, machine: Machine, reach: Reach) -> Iterator[Costed]:
+def with_minutes(runs: Sequence[FurtherRun], gauge: Gauge, machine: Machine, reach: Reach) -> Iterator[Costed]:
     """Runs whose path is free, with what they cost."""
     for run in runs:
         try:
@@ -152,7 +152,7 @@ def with_minutes(runs: Sequence[ExtraRun], gauge: Gauge, machine: Machine, reach
         yield Costed(run, own, own + reach.rest_minutes(run))
 
 
-def run_json(run: ExtraRun) -> dict[str, Any]:
+def run_json(run: FurtherRun) -> dict[str, Any]:
     """A run as JSON types, to be read by :func:`run_of`."""
     names = ("words", "speed_mm_s", "cycles", "order", "wait_s", "stays", "stylus", "changed", "kept")
     said = {name: getattr(run, name) for name in names}
@@ -163,10 +163,10 @@ def run_json(run: ExtraRun) -> dict[str, Any]:
     }
 
 
-def run_of(said: dict[str, Any]) -> ExtraRun:
+def run_of(said: dict[str, Any]) -> FurtherRun:
     """The run that :func:`run_json` wrote."""
     blocks = None if said["blocks"] is None else tuple(said["blocks"])
-    return ExtraRun(**{**said, "blocks": blocks, "placement": placement_of_json(said["placement"])})
+    return FurtherRun(**{**said, "blocks": blocks, "placement": placement_of_json(said["placement"])})
 
 
 def placement_json(placement: Placement) -> dict[str, Any]:

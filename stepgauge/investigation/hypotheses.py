@@ -15,15 +15,15 @@ from scipy.linalg import cho_factor, cho_solve
 from stepgauge.diagnosis.engine import Searched
 from stepgauge.diagnosis.fits.solve import solve
 from stepgauge.diagnosis.forms.candidates import form_candidates
+from stepgauge.diagnosis.further_runs import ExtendedRecording, plain_metric
 from stepgauge.diagnosis.laws.candidates import usual_signature
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.runs import Lengthened, plain_metric
 from stepgauge.effects import Effect, along_approach_um
+from stepgauge.inference.design import Prediction
 from stepgauge.inference.metric import Metric, nuisances
 from stepgauge.inference.problem import Candidate, Law
-from stepgauge.investigation.information_gain import Prediction
 
 Array = NDArray[np.float64]
 LEAST = 3e-3
@@ -124,7 +124,7 @@ class Predicting:
         solved = solve(families, [part.atom for part in laws], self.found.data, self._metric).solved
         return tuple(each.effect for each in solved)
 
-    def __call__(self, more: Lengthened) -> list[Prediction]:
+    def __call__(self, more: ExtendedRecording) -> list[Prediction]:
         """One prediction for each hypothesis, over all rows of a lengthened recording.
 
         :class:`InputError` where a law cannot be computed there.
@@ -143,7 +143,7 @@ class Predicting:
         self,
         one: Hypothesis,
         effects: Sequence[Effect],
-        more: Lengthened,
+        more: ExtendedRecording,
         forms: dict[str, Candidate],
         nuisances: Callable[[Array], Array],
     ) -> Prediction:
@@ -159,7 +159,7 @@ class Predicting:
             sd.append(np.full(len(own), part.sd))
         return Prediction(mean + nuisances(mean), np.vstack(columns), np.concatenate(sd) ** -2.0)
 
-    def _nuisances(self, more: Lengthened) -> Callable[[Array], Array]:
+    def _nuisances(self, more: ExtendedRecording) -> Callable[[Array], Array]:
         """What origins and faces add to a mean, as the recording so far tells them."""
         count = len(self.found.data)
         columns, sd = nuisances(bare_problem(more.data), self.found.search.noise_models.plain())

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from stepgauge.diagnosis.further_runs import FurtherRun
 from stepgauge.diagnosis.laws.parts import OF_THE_PROBE
-from stepgauge.diagnosis.result import Diagnosis, Finding
-from stepgauge.diagnosis.runs import ExtraRun
+from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.placement import Placement
+from stepgauge.inference.design import entropy
 from stepgauge.investigation.decision import (
     LEAST_NATS,
     SHOWN,
@@ -26,7 +27,6 @@ from stepgauge.investigation.decision import (
     learn,
 )
 from stepgauge.investigation.feasible_runs import run_of
-from stepgauge.investigation.information_gain import entropy
 from stepgauge.investigation.running import CompletedRun, Runner, joined
 from stepgauge.recording import Recording
 
@@ -51,7 +51,7 @@ class Investigation:
 
     def go_through(self) -> dict[str, Any]:
         """All runs, to the end; what was learnt last, with the end."""
-        run = ExtraRun("the gauge as it lies", self.first, cycles=self.case.reach.cycles, wait_s=0.0, stays=True)
+        run = FurtherRun("the gauge as it lies", self.first, cycles=self.case.reach.cycles, wait_s=0.0, stays=True)
         made = self._make(run)
         assert made is not None  # a gauge that lies there is not asked for
         while self._learn()["end"] is None:
@@ -75,7 +75,7 @@ class Investigation:
         """Of all runs together."""
         return joined(self.runs)
 
-    def _make(self, run: ExtraRun) -> CompletedRun | None:
+    def _make(self, run: FurtherRun) -> CompletedRun | None:
         laid = not run.stays or not self.runs
         number = len(self.placements) + 1 if laid else self.runs[-1].placement_number
         lies = self.runs[-1].lies if self.runs else self.first
@@ -127,7 +127,7 @@ class Investigation:
             self.declined.append(run.words)
         return False
 
-    def _as_it_lies(self, run: ExtraRun) -> ExtraRun:
+    def _as_it_lies(self, run: FurtherRun) -> FurtherRun:
         """A run of the gauge as it lies is where it was found to lie."""
         return replace(run, placement=self.runs[-1].run.placement) if run.stays else run
 
@@ -189,7 +189,7 @@ def _wanted(one: dict[str, Any]) -> str:
     return f"{one['run']['words']} ({one['minutes']:.0f} min), for {apart or 'what is left'}"
 
 
-def final_diagnosis(case: Case, recording: Recording) -> Diagnosis:
+def final_diagnosis(case: Case, recording: Recording) -> GaugeDiagnosis:
     """The diagnosis of all runs together, for its own files."""
     from stepgauge.diagnosis.engine import diagnose
 
@@ -198,9 +198,9 @@ def final_diagnosis(case: Case, recording: Recording) -> Diagnosis:
 
 def check_first(case: Case, first: Placement) -> None:
     """:class:`InputError` where the first run cannot be made, before anything is asked or moved."""
-    from stepgauge.diagnosis.runs import program_of
+    from stepgauge.diagnosis.further_runs import program_of
 
-    run = ExtraRun("the gauge as it lies", first, cycles=case.reach.cycles, stays=True)
+    run = FurtherRun("the gauge as it lies", first, cycles=case.reach.cycles, stays=True)
     program_of(run, case.gauge, case.machine)
     if case.reach.region_mm is not None and not case.reach.allows(run, first):
         raise InputError(naming("within_mm"), "the gauge lies outside of it now", expected="a box that holds both ends")

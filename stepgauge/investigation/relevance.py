@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import Searched
+from stepgauge.diagnosis.further_runs import ExtendedRecording
 from stepgauge.diagnosis.priors import Priors
-from stepgauge.diagnosis.runs import Lengthened
 from stepgauge.errors import InputError
+from stepgauge.inference.design import Prediction, distances
 from stepgauge.investigation.hypotheses import Hypothesis, Predicting
-from stepgauge.investigation.information_gain import Prediction, distances
 
 Array = NDArray[np.float64]
 Answer = tuple[frozenset[str], bool]
@@ -36,7 +36,7 @@ class Foreseen:
     beside the origins.
     """
 
-    more: Lengthened
+    more: ExtendedRecording
     distance: Array
     apart_um: Array
 
@@ -64,7 +64,9 @@ class Foresight:
         return np.array([[one == other for other in self.answers] for one in self.answers])
 
 
-def foresee(found: Searched, possible: Sequence[Hypothesis], priors: Priors, runs: Sequence[Lengthened]) -> Foresight:
+def foresee(
+    found: Searched, possible: Sequence[Hypothesis], priors: Priors, runs: Sequence[ExtendedRecording]
+) -> Foresight:
     """What the hypotheses predict for each run, and which of them are one answer; runs that cannot be computed go."""
     predicting, every = Predicting(found, [*possible, NOTHING], priors), list[Foreseen]()
     for more in runs:
@@ -78,7 +80,7 @@ def foresee(found: Searched, possible: Sequence[Hypothesis], priors: Priors, run
     return Foresight(tuple(every), tuple(possible), least_um, answers(possible, apart_um, least_um))
 
 
-def _foreseen(more: Lengthened, predictions: Sequence[Prediction], n_old: int) -> Foreseen:
+def _foreseen(more: ExtendedRecording, predictions: Sequence[Prediction], n_old: int) -> Foreseen:
     """Of all hypotheses and, the last one, of nothing, from which the distance is not asked for."""
     means = more.data.without_origins(np.array([one.mean_um for one in predictions]))
     apart_um = np.array([np.abs(means - one).max(axis=1) for one in means])

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.alignment import locate as located_by_points
-from stepgauge.diagnosis.runs import ExtraRun, program_of
+from stepgauge.diagnosis.further_runs import FurtherRun, program_of
 from stepgauge.errors import InputError, naming
 from stepgauge.executors.journal import Steps
 from stepgauge.gauge.placement import Placement
@@ -42,7 +42,7 @@ LIFTED = -1
 class CompletedRun:
     """A run that was made: where its recording is, how the gauge lay, what it took."""
 
-    run: ExtraRun
+    run: FurtherRun
     path: Path
     lies: Placement
     placement_number: int
@@ -113,7 +113,7 @@ class Runner:
         sigma_um, radius_mm = machine.table.repeatability_um, machine.probe.tip_radius_mm
         return located_by_points(points, gauge, (1, gauge.n_blocks), sigma_um, radius_mm, link.name)
 
-    def make(self, number: int, run: ExtraRun, lies: Placement, placement_number: int) -> CompletedRun | None:
+    def make(self, number: int, run: FurtherRun, lies: Placement, placement_number: int) -> CompletedRun | None:
         """Make a run; None where the person cannot lay the gauge so.
 
         Parameters
@@ -136,7 +136,7 @@ class Runner:
         raise InputError("the gauge", "could not be laid as asked", found=said.rstrip(". "), expected="it as asked")
 
     def _attempted(
-        self, name: str, said: str, run: ExtraRun, lies: Placement, placement_number: int
+        self, name: str, said: str, run: FurtherRun, lies: Placement, placement_number: int
     ) -> CompletedRun | str | None:
         """The run; why it has to be laid again, where it does not lie as asked; None where it cannot be laid so."""
         located: dict[str, Any] = {"lies": placement_json(lies), "minutes": 0.0}
@@ -158,7 +158,7 @@ class Runner:
             return str(measured["refused"])
         return self._made(run, found, placement_number, located, measured)
 
-    def _prepared(self, run: ExtraRun, said: str) -> bool:
+    def _prepared(self, run: FurtherRun, said: str) -> bool:
         """Whether the gauge was laid or the stylus changed, by the machine where it can, else by the person."""
         by_hand = run.changed
         if by_hand and not said and run.stylus in self.case.reach.racked:
@@ -203,7 +203,7 @@ class Runner:
                 return {"refused": str(error)}
             return {"lies": placement_json(found), "minutes": minutes}
 
-    def _measured(self, name: str, run: ExtraRun, lies: Placement, placement_number: int) -> dict[str, Any]:
+    def _measured(self, name: str, run: FurtherRun, lies: Placement, placement_number: int) -> dict[str, Any]:
         case = self.case
         program = program_of(run, case.gauge, case.machine, lies)
         job = make_job(program, self.machine, case.gauge, lies, placement_number=placement_number)
@@ -271,7 +271,7 @@ class Runner:
         return (resume if begun else start)(path, job.head())
 
     def _made(
-        self, run: ExtraRun, lies: Placement, number: int, located: dict[str, Any], measured: dict[str, Any]
+        self, run: FurtherRun, lies: Placement, number: int, located: dict[str, Any], measured: dict[str, Any]
     ) -> CompletedRun:
         machine = located["minutes"] + measured["minutes"]
         rest = self.case.reach.rest_minutes(run)
@@ -283,13 +283,13 @@ class Runner:
 MOVES = "The machine then moves by itself to find it: keep the table clear"
 
 
-def question(run: ExtraRun, machine: Machine, change: bool = False) -> str:
+def question(run: FurtherRun, machine: Machine, change: bool = False) -> str:
     """What the person is asked to do; ``change``: the stylus, too."""
     first = f"Change to {stylus_words(machine, run.stylus)} and qualify it. " if change else ""
     return f"{first}{_laying(run) if run.is_laid else 'Leave the gauge as it lies.'} {MOVES}"
 
 
-def _laying(run: ExtraRun) -> str:
+def _laying(run: FurtherRun) -> str:
     ends = [", ".join(f"{value:.0f}" for value in end) for end in (run.placement.c1_mm, run.placement.c2_mm)]
     return (
         f"Lay {run.words}: the middle of block {run.placement.first_block} at ({ends[0]}) mm, that of block"

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from stepgauge.diagnosis.further_runs import ExtendedRecording, plain_metric
 from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.priors import Priors
-from stepgauge.diagnosis.runs import Lengthened, plain_metric
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.problem import Law
 
@@ -64,7 +64,7 @@ class Unseen:
 
 
 def unseen(
-    more: Lengthened,
+    more: ExtendedRecording,
     n_old: int,
     priors: Priors,
     without: Collection[str] = (),
@@ -84,7 +84,9 @@ def unseen(
     return Unseen(tuple(law.kind for law in laws), np.array(odds), np.array([one[1] for one in told]))
 
 
-def _told(law: Law, more: Lengthened, before: Metric, old: NDArray[np.bool_], least_um: float) -> tuple[float, float]:
+def _told(
+    law: Law, more: ExtendedRecording, before: Metric, old: NDArray[np.bool_], least_um: float
+) -> tuple[float, float]:
     """By how much the old rows have lowered the odds of a law that matters, and how far the new ones overlap."""
     shown = np.unique(np.linspace(0, law.atoms - 1, min(law.atoms, SHAPES)).astype(int))
     columns = np.stack([law.columns(int(atom))[: law.dimension] for atom in shown])  # without its tolerance

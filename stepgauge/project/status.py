@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.axis.recording import LONGEST_COMMENT, is_axis_recording, read_axis_recording
-from stepgauge.diagnosis.output.stored import read_diagnosis
+from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError
 from stepgauge.files.checksum import file_digest
 from stepgauge.files.notation import counted
@@ -181,11 +181,11 @@ def _result_words(path: Path, kind: str) -> tuple[str, Any]:
         open_ = [str(one["what"]) for one in data.get("not_included", [])]
         lacking = f"; incomplete: not stated are {', '.join(open_)}" if open_ else ""
         return f"up to date{lacking}", data.get("made_from", data.get("inputs", []))
-    found = read_diagnosis(path)
+    found = Diagnosis.read(path)
     if found.changed():
         what = f"{found.changed()[0]} has changed since this was made from it"
         raise InputError(path, what, expected="the same verb again, with what is there now")
-    return found.verdict, found.data["inputs"]
+    return found.verdict, found.said["inputs"]
 
 
 def _digests(inputs: Any) -> Iterator[str]:

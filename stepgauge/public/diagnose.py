@@ -5,9 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any
 
-from stepgauge.axis.recording import AxisRecording, is_axis_recording, read_axis_recording
+import pandas as pd
+
+from stepgauge.axis.recording import (
+    FORM,
+    FORMS,
+    AxisRecording,
+    axis_recording_of_frame,
+    is_axis_recording,
+    read_axis_recording,
+)
 from stepgauge.diagnosis.engine import diagnose as diagnose_recording
 from stepgauge.diagnosis.many import of_one_machine
 from stepgauge.diagnosis.priors import Priors, read_priors
@@ -15,39 +24,10 @@ from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
-from stepgauge.recording import Recording
 from stepgauge.verbs.inputs import File, as_gauge, as_machine_with, as_recordings, of_kind, several
 
 if TYPE_CHECKING:
-    from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis
-    from stepgauge.diagnosis.maps.result import MapDiagnosis
-    from stepgauge.machine.virtual import Run
     from stepgauge.probes.directions_map import DirectionMap
-
-
-@overload
-def diagnose(
-    recordings: File | Recording | Run | Iterable[File | Recording | Run],
-    gauge: File | Gauge,
-    machine: File | Machine,
-    *,
-    styli: File | Machine | Iterable[File | Machine] = ...,
-    without: str | Iterable[str] = ...,
-    priors: File | None = ...,
-) -> Diagnosis:
-    """Recordings of a gauge on a machine."""
-
-
-@overload
-def diagnose(
-    recordings: File | AxisRecording | Iterable[File | AxisRecording],
-    gauge: None = ...,
-    machine: None = ...,
-    *,
-    without: str | Iterable[str] = ...,
-    priors: File | None = ...,
-) -> AxisDiagnosis:
-    """Recordings of an axis, a spot or distances."""
 
 
 def diagnose(
@@ -58,13 +38,14 @@ def diagnose(
     styli: File | Machine | Iterable[File | Machine] = (),
     without: str | Iterable[str] = (),
     priors: File | None = None,
-) -> Diagnosis | AxisDiagnosis:
+) -> Diagnosis:
     """Find where a recording departs from the simulation, identify the physical effect, and model it.
 
     Parameters
     ----------
-    recordings : one recording, run or file, or several as placements of one machine; or recordings of one axis, of one
-        spot or of distances, which need neither gauge nor machine: several are settings up of one axis
+    recordings : one recording, run, file or DataFrame (columns as in a file, its comments in ``attrs``), or several as
+        placements of one machine; or recordings of one axis, of one spot or of distances, which need neither gauge nor
+        machine: several are settings up of one axis
     gauge : the certified gauge, its file or shipped name
     machine : the machine that is to be judged, with the effects it already has
     styli : machine files with further styli, as of ``investigate``: 2, 3, ... in the column ``stylus``, or by their
@@ -74,8 +55,8 @@ def diagnose(
 
     Returns
     -------
-    The verdict (adequate, effects, unknown, insufficient), the findings with values, uncertainties and probabilities:
-    a ``Diagnosis``; of an axis an ``AxisDiagnosis``, told in the units of its recording.
+    The verdict (adequate, effects, unknown, insufficient), the findings with values, uncertainties and probabilities;
+    of an axis in the units of its recording.
 
     Raises
     ------
@@ -107,7 +88,7 @@ def diagnose_probe_map(
     *,
     columns: Mapping[str, str] | None = None,
     priors: File | None = None,
-) -> MapDiagnosis:
+) -> Diagnosis:
     """Find which part of the construction of a probe is not as its file says, from a map of the probe.
 
     Parameters
@@ -141,7 +122,7 @@ def diagnose_probe_map(
 def are_of_axis(given: Iterable[object]) -> bool:
     """Whether all recordings are of an axis, a spot or distances; some beside those of a gauge are a mistake."""
     given = list(given)
-    found = [is_axis_recording(one) if isinstance(one, File) else isinstance(one, AxisRecording) for one in given]
+    found = [_is_of_axis(one) for one in given]
     if any(found) and not all(found):
         one = given[found.index(True)]
         where = one if isinstance(one, str | Path) else getattr(one, "path", "") or "recordings"
@@ -149,7 +130,15 @@ def are_of_axis(given: Iterable[object]) -> bool:
     return bool(found) and all(found)
 
 
-def _axis(given: File | AxisRecording) -> AxisRecording:
+def _is_of_axis(one: object) -> bool:
+    if isinstance(one, File):
+        return is_axis_recording(one)
+    return isinstance(one, AxisRecording) or (isinstance(one, pd.DataFrame) and one.attrs.get(FORM) in FORMS)
+
+
+def _axis(given: File | pd.DataFrame | AxisRecording) -> AxisRecording:
+    if isinstance(given, pd.DataFrame):
+        return axis_recording_of_frame(given)
     return read_axis_recording(given) if isinstance(given, File) else given
 
 

@@ -344,13 +344,16 @@ def _rounded_pieces(frame: pd.DataFrame, columns: list[str]) -> Iterator[pd.Data
 
 
 def recording_of_frame(frame: pd.DataFrame, name: str = "recording") -> Recording:
-    """The recording of a table with the columns of a recording's file; errors as :func:`read_recording`."""
+    """The recording of a table with the columns of a recording's file; errors as :func:`read_recording`.
+
+    What stands in the comments of a file stands in ``frame.attrs``.
+    """
     table = frame.reset_index(drop=True)
     _check_columns(table, name, 0)
     lines = range(1, len(table) + 1)
     table = _check_numbers(table, name, lines)
     _check_values(table, name, lines)
-    return Recording(table, {}, name)
+    return Recording(table, {str(key): str(value) for key, value in frame.attrs.items()}, name)
 
 
 def join_recordings(recordings: Sequence[Recording]) -> Recording:

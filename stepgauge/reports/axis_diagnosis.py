@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from stepgauge.diagnosis.axis.words import kind_name
-from stepgauge.diagnosis.output.report import VERDICTS, percent, plus_minus, probability_of
-from stepgauge.diagnosis.output.summary import name_at_axis
-from stepgauge.diagnosis.output.words import listed, significant
-from stepgauge.diagnosis.statements import MOST_LOCATED
+from stepgauge.diagnosis.credible import MOST_LOCATED
+from stepgauge.diagnosis.wording.axis import kind_name
+from stepgauge.diagnosis.wording.headline import headline
+from stepgauge.diagnosis.wording.notation import percent, plus_minus, probability_of, significant
 from stepgauge.reports.blocks import Block, bullets, figure, heading, part, table, words
 from stepgauge.reports.diagnosis import check_blocks, located_row, recording_files, shown_figures, story
 from stepgauge.reports.findings import Words, do_first, first_lines, found_part
@@ -53,19 +52,7 @@ def axis_story(said: Said, figures: Sequence[str] = (), pictures: Mapping[str, s
         part("Evidence", *_evidence(said, axis)),
         part("Appendix", *_appendix(said, axis)),
     ]
-    return story(said, title, sentence(said), parts)
-
-
-def sentence(said: Said) -> str:
-    """The verdict in a sentence or two."""
-    text = VERDICTS[said["verdict"]].replace("simulation", "targets" if said["axis"]["form"] == "axis" else "model")
-    names = listed([name_at_axis(one, said["axis"]["form"]) for one in said["effects"]])
-    if said["verdict"] == "effects":
-        return f"{text} {names}."
-    if said["verdict"] == "unknown" and said["unexplained"]:
-        part_of = f" A part is explained: {names}." if names else ""
-        return f"{text} Its form: {said['unexplained'][0]['where']}.{part_of}"
-    return text
+    return story(said, title, headline(said), parts)
 
 
 def _evidence(said: Said, axis: Said) -> Iterator[Block]:

@@ -11,20 +11,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.diagnosis.forms.words import SCATTER
-from stepgauge.diagnosis.output.report import (
-    SCATTER_WORDS,
-    lacking,
-    limits,
+from stepgauge.diagnosis.wording.headline import headline
+from stepgauge.diagnosis.wording.limits import SCATTER_WORDS, lacking, limits, without_scatter
+from stepgauge.diagnosis.wording.notation import (
+    name_of,
     percent,
     plus_minus,
     probability,
     probability_of,
-    summary,
+    significant,
     um,
-    without_scatter,
     wrapped_sum,
 )
-from stepgauge.diagnosis.output.words import name_of, significant
 from stepgauge.files.text import in_folder, read_result
 from stepgauge.recording.simulated import SIMULATED_WARNING
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
@@ -79,18 +77,15 @@ def diagnosis_story(
         part("Evidence", *_evidence(said, drawn[1:])),
         part("Appendix", *_appendix(said)),
     ]
-    return story(said, title, summary(said), parts, bool(inputs["gauge"]["example"]))
+    return story(said, title, headline(said), parts, bool(inputs["gauge"]["example"]))
 
 
 def story_of(found: Diagnosis) -> dict[str, Any]:
     """The content of a page from a diagnosis, with its figures drawn now."""
-    from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
-    from stepgauge.figures.diagnosis import figures_of
     from stepgauge.reports.content import figure_svg
 
-    said = diagnosis_to_dict(found, Inputs(found.recordings), found.laws)
-    drawn = {name: figure_svg(one) for name, one in figures_of(found, found.laws).items()}
-    return diagnosis_story(said, list(drawn), drawn)
+    drawn = {name: figure_svg(one) for name, one in found.figures().items()}
+    return told_story(found.said, list(drawn), drawn) if drawn or not found.path else read_story(found.path)
 
 
 def shown_figures(figures: Sequence[str], pictures: Mapping[str, str] | None) -> list[str]:
@@ -228,6 +223,7 @@ def odds_blocks(said: Said) -> Iterator[Block]:
     rows += [
         [_statement(one), probability(one["probability"])] for one in odds["statements"] if not one["includes_set"]
     ]
+    rows += [[f"{_possible(one)} (not stated)", probability(one["probability"])] for one in odds["possible"]]
     rows += [[SCATTER_WORDS[name], probability(p)] for name, p in odds["scatter"].items() if p >= 0.01]
     yield heading("Probabilities")
     yield words(
@@ -235,6 +231,10 @@ def odds_blocks(said: Said) -> Iterator[Block]:
         " in the priors."
     )
     yield table(("statement", "probability"), rows, (0.0, 0.0))
+
+
+def _possible(one: Said) -> str:
+    return name_of(one["label"]) if "label" in one else f"structure in {one['covariate']}"
 
 
 def _statement(one: Said) -> str:
@@ -391,7 +391,7 @@ def trail_blocks(said: Said) -> Iterator[Block]:
     if said["trail"]:
         rows = [[step["action"], name_of(step["effect"]), f"{step['log10_odds']:.1f}"] for step in said["trail"]]
         yield table(("step", "hypothesis", "log10 of the odds against the one before"), rows, (0.0, 1.0, 0.0))
-    elif said["verdict"] == "insufficient":
+    elif said["verdict"] == "insufficient" and not said["odds"]:
         yield words("No search was made: the noise is not known well enough to test any effect.")
     else:
         yield words("No hypothesis is more probable than scatter alone.")

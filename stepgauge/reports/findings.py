@@ -11,18 +11,21 @@ from dataclasses import dataclass
 from typing import Any
 
 from stepgauge.diagnosis.forms.words import SCATTER
-from stepgauge.diagnosis.output.remedies import Remedy, remedy, remedy_of_form
-from stepgauge.diagnosis.output.report import (
+from stepgauge.diagnosis.wording.headline import chosen, in_place_of
+from stepgauge.diagnosis.wording.limits import remaining
+from stepgauge.diagnosis.wording.notation import (
     COVERAGE,
-    chosen,
-    in_place_of,
+    direction_words,
+    listed,
     members_of,
+    misfit,
+    name_of,
     plus_minus,
     probability,
-    remaining,
     without,
 )
-from stepgauge.diagnosis.output.words import line, misfit, name_of
+from stepgauge.diagnosis.wording.remedies import Remedy, remedy, remedy_of_form
+from stepgauge.effects import effect_kinds
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
 Said = Mapping[str, Any]
@@ -38,7 +41,7 @@ _MISFIT = "Nothing: alone, without what has no known law, the named effects do n
 
 def _named(effect: Said) -> str:
     """A finding with its choices: axis, plane, face."""
-    choices = [line(one) if isinstance(one, list) else str(one) for one in chosen(effect)]
+    choices = [direction_words(one) if isinstance(one, list) else str(one) for one in chosen(effect)]
     return " ".join([name_of(effect["kind"]), *choices])
 
 
@@ -77,16 +80,21 @@ def _steps(said: Said, told: Words) -> Iterator[Block]:
     again = list(_again(said, told))
     if again:
         yield bullets(again, "Measure again")
-    commands = list(dict.fromkeys(one for effect in said["effects"] for one in effect["commands"]))
-    if commands:
-        yield code(*commands, language="sh")
+    if found := commands(said):
+        yield code(*found, language="sh")
 
 
 def first_lines(said: Said, told: Words) -> list[str]:
     """The same in lines for a terminal, each with the word for what it is."""
     verbs = (("check", _checks), ("repair", _repairs), ("measure again", _again))
     found = [f"{verb}: {text}" for verb, told_by in verbs for text in told_by(said, told)]
-    return found + [one for effect in said["effects"] for one in effect["commands"]]
+    return found + commands(said)
+
+
+def commands(said: Said) -> list[str]:
+    """The commands of all measurements that are proposed, each once."""
+    every = (*said["effects"], *said["unexplained"])
+    return list(dict.fromkeys(command for one in every for command in one.get("commands", ())))
 
 
 def _checks(said: Said, told: Words) -> Iterator[str]:
@@ -100,6 +108,16 @@ def _checks(said: Said, told: Words) -> Iterator[str]:
             yield f"{number}{f', {which}' if several else ''}: {text}"
     for number, row in _forms(said):
         yield f"{number}: {_of_form(row).check}"
+        yield from (f"{number}, or {names}: {check}" for names, check in _checks_of_laws(row))
+
+
+def _checks_of_laws(row: Said) -> Iterator[tuple[str, str]]:
+    """Laws that the readings do not exclude in the place of a structure, with what to check of each."""
+    for one in row["open"]:
+        for label in dict.fromkeys(label for law in one["laws"] for label in law["labels"]):
+            kind = max((kind for kind in effect_kinds() if label.startswith(kind)), key=len, default=label)
+            choice = {"value": label.removeprefix(kind).strip("_")}
+            yield name_of(label), remedy(kind, {"axis": choice, "plane": choice}).check
 
 
 def _repairs(said: Said, told: Words) -> Iterator[str]:
@@ -141,6 +159,11 @@ def _again(said: Said, told: Words) -> Iterator[str]:
         if effect["separate_by"]:
             separate = without(effect["separate_by"], effect["commands"])
             yield f"{number}, what would separate the causes: {_WORD.sub(_spaced, separate)}"
+    for number, row in _forms(said):
+        for one in row["open"]:
+            laws = listed([" and ".join(map(name_of, law["labels"])) for law in one["laws"]], "or")
+            place = one["separate_by"].split(": stepgauge")[0]
+            yield f"{number}, what would tell whether it is {laws}: {_WORD.sub(_spaced, place)}"
     if said["verdict"] != "insufficient" and told.compare:
         yield told.compare
 
@@ -276,5 +299,6 @@ def _note(said: Said, left_out: int) -> str:
 
 def _nothing(said: Said) -> str:
     if said["verdict"] == "insufficient":
-        return "Nothing could be tested: the noise is not known well enough."
+        tested = "No statement is likelier than not: see the probabilities."
+        return tested if said["odds"] else "Nothing could be tested: the noise is not known well enough."
     return "No systematic effect, and no structure, is more probable than scatter alone."

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from stepgauge.diagnosis.maps.report import QUANTITIES, limits, summary
-from stepgauge.diagnosis.output.report import members_of, plus_minus, probability_of
-from stepgauge.diagnosis.output.words import name_of, significant
+from stepgauge.diagnosis.wording.headline import headline
+from stepgauge.diagnosis.wording.limits import QUANTITIES, map_limits
+from stepgauge.diagnosis.wording.notation import members_of, name_of, plus_minus, probability_of, significant
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
 from stepgauge.reports.diagnosis import check_blocks, located_row, odds_blocks, shown_figures, story, trail_blocks
 from stepgauge.reports.findings import Words, do_first, first_lines, found_part
@@ -32,7 +32,7 @@ def map_story(said: Said, figures: Sequence[str] = (), pictures: Mapping[str, st
         part("Evidence", *_evidence(plain, drawn[1:])),
         part("Appendix", *_appendix(plain)),
     ]
-    return story(said, f"Diagnosis: {probe['name'] or probe['path']} by its map", summary(said), parts)
+    return story(said, f"Diagnosis: {probe['name'] or probe['path']} by its map", headline(said), parts)
 
 
 def first_of(said: Said) -> list[str]:
@@ -221,7 +221,7 @@ def _appendix(said: Said) -> Iterator[Block]:
     if said["odds"]:
         yield from trail_blocks(said)
     yield heading("Limits of this diagnosis")
-    yield bullets([*limits(said), *said["remarks"]] or ["None beyond the uncertainties stated."])
+    yield bullets([*map_limits(said), *said["remarks"]] or ["None beyond the uncertainties stated."])
     yield heading("Files")
     yield bullets(list(_files(said["inputs"])))
 

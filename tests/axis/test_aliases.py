@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis, diagnose_axis
-from stepgauge.diagnosis.output.aliases import even
+from stepgauge.diagnosis.wording.aliases import even
 from stepgauge.reports.axis_diagnosis import axis_story, first_of
 from stepgauge.reports.render import markdown
 from tests.axis.made import axis

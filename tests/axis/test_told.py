@@ -8,11 +8,11 @@ from stepgauge.axis.sensors import SENSORS, kinds_of, not_candidates
 from stepgauge.axis.units import AxisUnits
 from stepgauge.diagnosis.axis.residuals import Scaling
 from stepgauge.diagnosis.axis.told import Teller
-from stepgauge.diagnosis.axis.words import About, kind_name, meaning
 from stepgauge.diagnosis.covariates import REST, TOUCHES, TURNING, WAY
 from stepgauge.diagnosis.forms import form as forms
 from stepgauge.diagnosis.forms import words
 from stepgauge.diagnosis.forms.form import Form
+from stepgauge.diagnosis.wording.axis import About, kind_name, meaning
 from stepgauge.effects import effect_kinds
 from stepgauge.figures.effect_panels import TITLES
 

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict, write_diagnosis
-from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.errors import InputError
 from stepgauge.recording import Recording
 from stepgauge.verbs.catalogue import VERBS
@@ -46,7 +46,7 @@ def sets(folder: Path) -> list[set[str]]:
     return [{effect["kind"], *effect["confounded_with"]} for effect in diagnosis(folder)["effects"]]
 
 
-def named_sets(found: Diagnosis) -> list[set[str]]:
+def named_sets(found: GaugeDiagnosis) -> list[set[str]]:
     return [{one.kind, *one.confounded_with} for one in found.findings]
 
 

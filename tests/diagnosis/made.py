@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import make_placement
 from stepgauge.machine.file import Machine, read_machine
@@ -68,7 +68,7 @@ def record(
 
 
 @lru_cache
-def made(name: str) -> tuple[Recording, Diagnosis]:
+def made(name: str) -> tuple[Recording, GaugeDiagnosis]:
     """A recording by name with its diagnosis: made once, for a diagnosis takes a second."""
     effects, axes = {
         "null": ((), (ALONG_X, ALONG_Y)),
@@ -82,7 +82,7 @@ def made(name: str) -> tuple[Recording, Diagnosis]:
     return recording, diagnose(recording, gauge(), machine())
 
 
-def made_unknown(name: str = "pair") -> tuple[Recording, Diagnosis]:
+def made_unknown(name: str = "pair") -> tuple[Recording, GaugeDiagnosis]:
     """A diagnosis as if no effect had a name: the same structure, described by its form only."""
     recording, found = made(name)
     return recording, replace(
@@ -97,7 +97,7 @@ def too_few() -> Recording:
 
 
 @lru_cache
-def made_insufficient() -> tuple[Recording, Diagnosis]:
+def made_insufficient() -> tuple[Recording, GaugeDiagnosis]:
     """Too few repeats."""
     return too_few(), diagnose(too_few(), gauge(), machine())
 

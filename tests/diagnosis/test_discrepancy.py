@@ -14,7 +14,7 @@ from stepgauge.diagnosis.laws.beside import MOST_AMPLITUDES, Courses
 from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.inference.search import Search
 from tests.diagnosis.made import gauge, machine, made
 from tests.diagnosis.test_selection import BETWEEN, NOISE_UM, along, bent, told
@@ -72,7 +72,7 @@ def exactly() -> Priors:
     return shipped.model_copy(update={"laws": shipped.laws.model_copy(update={"discrepancy": 0.0})})
 
 
-def by(priors: Priors, um: float, direction: tuple[float, float, float] = ALONG_Y_MOSTLY) -> Diagnosis:
+def by(priors: Priors, um: float, direction: tuple[float, float, float] = ALONG_Y_MOSTLY) -> GaugeDiagnosis:
     recording = bent(along(direction, lambda t: um * two_bodies(t)))
     return diagnose(recording, gauge(), machine(noise_um=NOISE_UM), priors=priors)
 

@@ -14,11 +14,10 @@ from scipy.integrate import trapezoid
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.forms.formula import model_unknown, rest_rms_um
 from stepgauge.diagnosis.laws.library import effect_families
-from stepgauge.diagnosis.output.summary import summary_line
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.diagnosis.result import Diagnosis, Located
-from stepgauge.diagnosis.verdict import covariate_of
+from stepgauge.diagnosis.result import GaugeDiagnosis, Located
+from stepgauge.diagnosis.structure import covariate_of
 from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.errors import InputError
 from stepgauge.figures.diagnosis import (
@@ -41,7 +40,7 @@ def points(axes: Axes, label: str) -> Array:
     return np.vstack([np.asarray(one, float) for one in found])
 
 
-def rows_of(found: Diagnosis, label: str) -> NDArray[np.bool_]:
+def rows_of(found: GaugeDiagnosis, label: str) -> NDArray[np.bool_]:
     return found.data.side > 0 if label == "fronts" else found.data.side < 0
 
 
@@ -140,7 +139,7 @@ def test_every_effect_and_every_law_without_a_name_has_a_panel() -> None:
 
 def hidden(
     formula: str, located: tuple[str, str, str], axes: tuple[tuple[float, ...], ...] = (), numbers: object = None
-) -> Diagnosis:
+) -> GaugeDiagnosis:
     """A diagnosis of a recording that holds this formula, um along the approach, described by covariate, side, form."""
     clean = diagnose(record(machine(), axes), gauge(), machine()) if axes else made("null")[1]
     (truth,) = make_effects([{"kind": "empirical", "formula": formula}], "test")
@@ -151,7 +150,7 @@ def hidden(
     return replace(clean, verdict="unknown", before_um=um, after_um=um, unexplained=described)
 
 
-def drawn(found: Diagnosis) -> Axes:
+def drawn(found: GaugeDiagnosis) -> Axes:
     (axes,) = effect_figure(found, model_unknown(found)).axes
     return axes
 
@@ -244,10 +243,10 @@ def test_the_residuals_after_are_those_that_the_line_on_the_terminal_says() -> N
     title = axes[-1].get_title(loc="left")
     left = rest_rms_um(found, laws)
     assert title == f"rms {left:.3g} µm"
-    assert f"{left:.2f} um with the form imitated" in summary_line(found, laws)
+    assert f"{left:.2f} um with the form imitated" in found.summary()
     assert left < 0.8 * rms(found.before_um)
     assert "form imitated" in axes[len(axes) // 2].get_ylabel()
-    assert "imitated" not in summary_line(made("scale")[1])
+    assert "imitated" not in made("scale")[1].summary()
 
 
 def test_many_points_are_thinned_evenly() -> None:

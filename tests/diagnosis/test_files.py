@@ -18,14 +18,12 @@ from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.forms.formula import model_unknown, rest_um
 from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict, write_diagnosis
 from stepgauge.diagnosis.output.machine_text import machine_text
-from stepgauge.diagnosis.output.practice import even_steps_mm, in_practice
-from stepgauge.diagnosis.output.remedies import remedy
-from stepgauge.diagnosis.output.report import plus_minus, probability, summary, um, wrapped_sum
-from stepgauge.diagnosis.output.stored import read_diagnosis
-from stepgauge.diagnosis.output.summary import summary_line
-from stepgauge.diagnosis.output.words import name_of, significant
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
-from stepgauge.diagnosis.result import Diagnosis, Finding, Located
+from stepgauge.diagnosis.result import Diagnosis, Finding, GaugeDiagnosis, Located
+from stepgauge.diagnosis.wording.headline import headline
+from stepgauge.diagnosis.wording.notation import name_of, plus_minus, probability, significant, um, wrapped_sum
+from stepgauge.diagnosis.wording.practice import even_steps_mm, in_practice
+from stepgauge.diagnosis.wording.remedies import remedy
 from stepgauge.effects import Probings, along_approach_um, effect_kinds, make_effects
 from stepgauge.errors import InputError
 from stepgauge.machine.file import read_machine
@@ -50,7 +48,7 @@ VERDICTS = {"adequate", "effects", "unknown", "insufficient"}
 NAMES = ("null", "scale", "scale, one placement", "pair", "growth", "outliers", "unknown", "insufficient")
 
 
-def case(name: str) -> tuple[Recording, Diagnosis]:
+def case(name: str) -> tuple[Recording, GaugeDiagnosis]:
     return {"unknown": made_unknown, "insufficient": made_insufficient}.get(name, lambda: made(name))()
 
 
@@ -100,7 +98,7 @@ def test_the_json_keeps_the_contract(name: str) -> None:
             assert set(parameter) in ({"value"}, {"value", "u", "unit"})
     for one in data["located"] + data["unexplained"]:
         (stated,) = {"probability", "probability_if_alone"} & set(one)
-        assert set(one) - {"beside"} == {"covariate", "side", "where", "share", stated, "form"}
+        assert set(one) - {"beside", "laws", "separate_by"} == {"covariate", "side", "where", "share", stated, "form"}
         if one["form"] == "smooth" and "beside" in one:
             assert f"{one['covariate']} and {one['beside']}" in one["where"]
         assert 0.0 <= one[stated] <= 1.0
@@ -149,7 +147,7 @@ def test_all_files_are_written_and_read_back(tmp_path: Path) -> None:
     assert {"diagnosis.json", "diagnosis.md", "machine.diagnosed.toml", "residuals.png", "effects.png"} <= names
     assert set(found.placements) <= names
     assert {path.name for path in (tmp_path / "new").iterdir()} == names
-    assert read_diagnosis(paths[0]).verdict == "effects"
+    assert Diagnosis.read(paths[0]).verdict == "effects"
 
 
 def test_checksums_are_those_of_the_files(tmp_path: Path) -> None:
@@ -251,7 +249,7 @@ def test_a_probability_is_told_to_two_digits_and_never_as_certain(name: str) -> 
 
 def test_the_odds_and_the_predictive_check_are_in_the_report() -> None:
     data = said("scale")
-    assert set(data["odds"]) == {"adequate", "scatter", "statements"}
+    assert set(data["odds"]) == {"adequate", "explained", "scatter", "statements", "possible"}
     assert {one["check"] for one in data["checks"]} == {"rows", "repeats", "sequence", "tails"}
     text = report_text(data)
     assert "| nothing beyond the scatter | below 0.01 |" in text
@@ -278,8 +276,8 @@ def test_long_formulas_are_wrapped_between_their_terms() -> None:
 def test_the_same_kind_twice_is_said_once() -> None:
     _, found = made("pair")
     one = found.findings[0]
-    assert summary_line(replace(found, findings=(one, one, one))).count(name_of(one.label)) == 1
-    assert f"twice {name_of(one.label)}" in summary_line(replace(found, findings=(one, one)))
+    assert replace(found, findings=(one, one, one)).summary().count(name_of(one.label)) == 1
+    assert f"twice {name_of(one.label)}" in replace(found, findings=(one, one)).summary()
 
 
 def test_the_table_says_what_is_left_with_the_form_imitated() -> None:
@@ -329,6 +327,11 @@ def test_parameters_are_printed_to_two_digits_of_their_uncertainty(parameter: di
     assert plus_minus(parameter) == text
 
 
+def stated(effects: list[Any]) -> dict[str, Any]:
+    """What a headline needs of a diagnosis."""
+    return {"verdict": "effects", "effects": effects, "inputs": {}, "odds": {}}
+
+
 def effect_said(kind: str, confounded_with: tuple[str, ...] = (), several: tuple[tuple[str, ...], ...] = ()) -> Any:
     """What a summary needs of a finding."""
     combinations = [{"labels": list(laws), "others": [], "odds": 0.5} for laws in several]
@@ -349,10 +352,10 @@ def test_several_findings_with_sets_are_numbered_and_their_laws_have_their_axes(
         (("reversal_error_x", "reversal_error_y"), ("reversal_error_x", "squareness_xy")),
     )
     text = "effective radius, or in its place trigger delay or reversal error x + reversal error y"
-    assert summary({"verdict": "effects", "effects": [radius]}).endswith(f": {text}.")
-    both = summary({"verdict": "effects", "effects": [radius, effect_said("misalignment")]})
+    assert headline(stated([radius])).endswith(f": {text}.")
+    both = headline(stated([radius, effect_said("misalignment")]))
     assert both.endswith(f": 1: {text}; 2: misalignment.")
-    alone = summary({"verdict": "effects", "effects": [effect_said("misalignment"), effect_said("misalignment")]})
+    alone = headline(stated([effect_said("misalignment"), effect_said("misalignment")]))
     assert alone.endswith(": twice misalignment.")
 
 
@@ -482,7 +485,7 @@ def test_a_scale_error_is_so_much_over_the_span_that_was_used() -> None:
     assert f"{10.0 * span * 1e-3:.1f} um over the {span:.0f} mm of x" in sentence
 
 
-def diagnosed_machine(folder: Path, found: Diagnosis) -> Path:
+def diagnosed_machine(folder: Path, found: GaugeDiagnosis) -> Path:
     """The better machine file alone, without the figures and the report beside it."""
     path = folder / "machine.diagnosed.toml"
     path.write_text(machine_text(found, model_unknown(found), folder)[0])
@@ -577,7 +580,7 @@ def test_a_value_outside_the_vocabulary_is_left_out_with_its_reason(tmp_path: Pa
     wild = replace(first, effect=first.effect.with_values(ppm=1e9))
     write_diagnosis(tmp_path, replace(found, findings=(wild,)), [recording])
     assert read_machine(tmp_path / "machine.diagnosed.toml").effects == ()
-    assert any("scale_error_x" in remark for remark in read_diagnosis(tmp_path / "diagnosis.json").data["remarks"])
+    assert any("scale_error_x" in remark for remark in Diagnosis.read(tmp_path / "diagnosis.json").said["remarks"])
 
 
 FORMS: list[tuple[str, str, str, Any, str]] = [
@@ -641,4 +644,4 @@ def test_nothing_is_written_when_the_machine_file_has_gone(tmp_path: Path) -> No
 def test_other_files_are_no_diagnosis(text: str, words: str, tmp_path: Path) -> None:
     (tmp_path / "d.json").write_text(text)
     with pytest.raises(InputError, match=words):
-        read_diagnosis(tmp_path / "d.json")
+        Diagnosis.read(tmp_path / "d.json")

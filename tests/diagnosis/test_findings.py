@@ -14,7 +14,7 @@ from scipy.signal import lfilter
 
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
-from stepgauge.diagnosis.result import Diagnosis, Finding
+from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine, MachineTable
 from stepgauge.recording import Recording
@@ -34,11 +34,11 @@ def cmm(noise_um: float = NOISE_UM) -> Machine:
     return replace(plain, table=MachineTable.model_validate(stated))
 
 
-def told(recording: Recording, steps: Gauge = STEPS, noise_um: float = NOISE_UM) -> Diagnosis:
+def told(recording: Recording, steps: Gauge = STEPS, noise_um: float = NOISE_UM) -> GaugeDiagnosis:
     return diagnose(recording, steps, cmm(noise_um))
 
 
-def kinds(found: Diagnosis) -> set[str]:
+def kinds(found: GaugeDiagnosis) -> set[str]:
     return {one.kind for one in found.findings}
 
 
@@ -235,7 +235,7 @@ def test_a_warm_gauge_and_a_long_scale_are_no_other_scale_and_squareness_for_cer
 
 
 @lru_cache
-def skewed() -> Diagnosis:
+def skewed() -> GaugeDiagnosis:
     """A scale and a squareness on a short gauge, far from the machine's nought."""
 
     def um(f: pd.DataFrame) -> Array:
@@ -263,7 +263,7 @@ def hidden_wave(frame: pd.DataFrame) -> Array:
     return 1.0 * np.sin(frame["time_s"].to_numpy() ** 1.3 / 90.0) * side_of(frame)
 
 
-CASES: dict[str, Callable[[], Diagnosis]] = {
+CASES: dict[str, Callable[[], GaugeDiagnosis]] = {
     "nothing": lambda: told(by_hand(STEPS, lambda f: np.zeros(len(f)))),
     "a chirp": lambda: told(by_hand(STEPS, hidden_wave, cycles=8)),
     "two laws": skewed,

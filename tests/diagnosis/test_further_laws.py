@@ -13,12 +13,12 @@ import pytest
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.output.files import write_diagnosis
-from stepgauge.diagnosis.output.practice import in_practice
 from stepgauge.diagnosis.output.probe_file import PROBE_FILE, probe_file
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.diagnosis.result import Diagnosis, Finding
+from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
+from stepgauge.diagnosis.wording.practice import in_practice
 from stepgauge.effects import Probings, Setting, along_approach_um, make_effects
 from stepgauge.physics.directions import iso_10360_5_points
 from stepgauge.probes import read_probe
@@ -72,11 +72,11 @@ def bent(recording: Recording, *tables: dict[str, Any]) -> Recording:
     return moved(recording, np.sum([along_approach_um(effect, seen) for effect in effects], axis=0))
 
 
-def told(recording: Recording) -> Diagnosis:
+def told(recording: Recording) -> GaugeDiagnosis:
     return diagnose(recording, STEPS, machine())
 
 
-def named(found: Diagnosis, kind: str) -> Finding:
+def named(found: GaugeDiagnosis, kind: str) -> Finding:
     """The finding of a kind, which must lead its set."""
     kinds = [one.kind for one in found.findings]
     assert kind in kinds, (kinds, [one.where for one in found.unexplained])

@@ -17,12 +17,12 @@ import pytest
 from numpy.polynomial.legendre import legval
 
 from stepgauge.diagnosis.engine import diagnose, diagnose_with_search
+from stepgauge.diagnosis.further_runs import extended
 from stepgauge.diagnosis.laws.geometry import KIND, PARTS, Geometry
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.diagnosis.result import Diagnosis, rms
-from stepgauge.diagnosis.runs import lengthened
+from stepgauge.diagnosis.result import GaugeDiagnosis, rms
 from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.errors import InputError
 from stepgauge.inference.problem import Law
@@ -61,11 +61,11 @@ def uncompensated(size_um: float, seed: int) -> Recording:
 
 
 @pytest.fixture(scope="module")
-def found() -> Diagnosis:
+def found() -> GaugeDiagnosis:
     return told(uncompensated(5.0, 11))
 
 
-def test_all_errors_at_once_are_named_and_simulated_down_to_the_scatter(found: Diagnosis) -> None:
+def test_all_errors_at_once_are_named_and_simulated_down_to_the_scatter(found: GaugeDiagnosis) -> None:
     """Before, the nearest three to eight laws stood for them, or a smooth form did."""
     assert found.verdict == "effects", [one.where for one in found.unexplained]
     assert KIND in {one.kind for one in found.findings}
@@ -75,7 +75,7 @@ def test_all_errors_at_once_are_named_and_simulated_down_to_the_scatter(found: D
         assert after < 1.5 * found.fit.noise_um
 
 
-def test_of_single_errors_no_more_is_said_than_six_lines_tell(found: Diagnosis) -> None:
+def test_of_single_errors_no_more_is_said_than_six_lines_tell(found: GaugeDiagnosis) -> None:
     """Six lines do not determine 42 errors, and the uncertainties say so."""
     finding = next(one for one in found.findings if one.kind == KIND)
     assert len(finding.parameters) == len(finding.effects) > 30
@@ -103,7 +103,7 @@ def test_the_uncertainties_of_all_errors_hold_where_each_is_drawn_from_its_prior
     assert (np.abs(off) < 2.0).mean() > 0.9
 
 
-def test_the_diagnosed_machine_has_the_errors(found: Diagnosis, tmp_path: Path) -> None:
+def test_the_diagnosed_machine_has_the_errors(found: GaugeDiagnosis, tmp_path: Path) -> None:
     recording = uncompensated(5.0, 11)
     found.write(tmp_path / "out")
     table = tomllib.loads((tmp_path / "out" / "machine.diagnosed.toml").read_text())
@@ -209,7 +209,7 @@ def test_a_next_run_is_predicted_with_all_errors_at_once() -> None:
     assert found is not None
     likely = [one for one in hypotheses(found) if any(part.candidate.kind == KIND for part in one.parts)]
     assert likely
-    more = lengthened(data, found.model.state.sigma_um)[0]
+    more = extended(data, found.model.state.sigma_um)[0]
     prediction = Predicting(found, likely[:1], shipped_priors())(more)[0]
     old = np.arange(len(more.data)) < len(data)
     left = data.without_origins(data.um - prediction.mean_um[old])

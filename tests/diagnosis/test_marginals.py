@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.marginals import with_marginals
 from stepgauge.diagnosis.fits.solve import Fitted, solve
+from stepgauge.diagnosis.further_runs import plain_metric
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
-from stepgauge.diagnosis.runs import plain_metric
 from stepgauge.inference.metric import Metric
 from tests.diagnosis.made import machine
 from tests.diagnosis.test_further_laws import STEPS, bent, measured, turned, warmed

@@ -16,10 +16,10 @@ from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.laws.library import effect_families, signatures
 from stepgauge.diagnosis.laws.parts import EDGES, FEWEST_VALUES, conditions, in_part, is_told, laws_in_parts, may_have
 from stepgauge.diagnosis.output.machine_text import effect_table
-from stepgauge.diagnosis.output.practice import in_practice
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import make_residuals
+from stepgauge.diagnosis.wording.practice import in_practice
 from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModels

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.machine.file import Machine
 from stepgauge.probes import probe_table, read_probe
 from stepgauge.recording import APPROACH, POSITION, Recording
@@ -33,7 +33,7 @@ def stated(name: str) -> Machine:
     return replace(machine(), probe=table, probe_path=str(path))
 
 
-def found(axes: str, pretravel_um: Callable[[Array], Array], on: Machine, seed: int = 3) -> Diagnosis:
+def found(axes: str, pretravel_um: Callable[[Array], Array], on: Machine, seed: int = 3) -> GaugeDiagnosis:
     """What is said of a recording by a probe with this pre-travel on a machine whose file states another."""
     recording = measured(AXES[axes], seed)
     frame = recording.frame.copy()

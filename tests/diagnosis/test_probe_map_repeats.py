@@ -9,8 +9,8 @@ import pytest
 from stepgauge.diagnosis.maps.data import MapData, Measured
 from stepgauge.diagnosis.maps.model import MapModel
 from stepgauge.diagnosis.maps.scatter import estimate_scatter
-from stepgauge.diagnosis.output.stored import read_diagnosis
 from stepgauge.diagnosis.probe_map import diagnose_map, diagnose_probe_map
+from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError
 from stepgauge.probes import read_probe
 
@@ -136,7 +136,7 @@ class TestUnknown:
 
     def test_lobes_are_given_with_amplitude_and_place(self, tmp_path, probe_file):
         diagnose_probe_map(written(tmp_path, made(two_lobes)), probe_file, tmp_path / "out")
-        law = read_diagnosis(tmp_path / "out" / "diagnosis.json").data["empirical"][0]
+        law = Diagnosis.read(tmp_path / "out" / "diagnosis.json").said["empirical"][0]
         assert law["form"] == "harmonic 2"
         assert law["amplitude"] == pytest.approx(0.5, abs=0.08)
         assert law["maximum_deg"] == pytest.approx(30.0, abs=5.0)
@@ -204,7 +204,7 @@ class TestOutliers:
         lines = path.read_text().splitlines()
         path.write_text("\n".join([lines[0], "150,0,", *lines[1:]]) + "\n")
         diagnose_probe_map(path, probe_file, tmp_path / "out")
-        said = read_diagnosis(tmp_path / "out" / "diagnosis.json").data
+        said = Diagnosis.read(tmp_path / "out" / "diagnosis.json").said
         assert [row["row"] for row in said["effects"][0]["rows"]] == [22]
         assert said["measured"]["rows_without_values"] == 1
         assert "| 22 |" in (tmp_path / "out" / "diagnosis.md").read_text()
@@ -226,7 +226,7 @@ class TestInsufficient:
         found = diagnose_probe_map(path, probe_file, tmp_path / "out")
         assert found.verdict == "insufficient"
         assert not found.findings
-        said = read_diagnosis(tmp_path / "out" / "diagnosis.json").data
+        said = Diagnosis.read(tmp_path / "out" / "diagnosis.json").said
         assert any(missing in one for one in said["lacking"])
         assert missing in (tmp_path / "out" / "diagnosis.md").read_text()
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.recording import Recording
 from tests.diagnosis.made import gauge, machine
 from tests.diagnosis.test_selection import NOISE_UM, bent, clean, lies_on, names, side, told
@@ -16,7 +16,7 @@ PITCH_MM = 20.0
 """Of faces on the same side of the blocks of this gauge."""
 
 
-def without(recording: Recording, *kinds: str) -> Diagnosis:
+def without(recording: Recording, *kinds: str) -> GaugeDiagnosis:
     return diagnose(recording, gauge(), machine(noise_um=NOISE_UM), without=kinds)
 
 

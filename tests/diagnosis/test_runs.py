@@ -6,13 +6,13 @@ import numpy as np
 
 import stepgauge as sg
 from stepgauge.diagnosis.engine import diagnose
+from stepgauge.diagnosis.further_runs import FurtherRun, can_be_planned, further_runs
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.diagnosis.runs import ExtraRun, can_be_planned, extra_runs
 from stepgauge.errors import InputError
 from tests.diagnosis.made import ALONG_X, ALONG_Y, SCALE, gauge, machine, record
 
 
-def is_planned(run: ExtraRun) -> bool:
+def is_planned(run: FurtherRun) -> bool:
     """Whether ``plan`` accepts the run, with the options that its command has."""
     try:
         sg.plan(run.placement, gauge(), machine(), cycles=run.cycles, measuring_speed_mm_s=run.speed_mm_s)
@@ -24,7 +24,7 @@ def is_planned(run: ExtraRun) -> bool:
 def test_what_can_be_planned_is_what_plan_accepts() -> None:
     """A vertical stylus of 50 mm does not reach between the blocks of an inclined gauge."""
     data = make_residuals(record(machine(), (ALONG_X,), cycles=1), gauge(), machine())
-    runs = list(extra_runs(data))
+    runs = list(further_runs(data))
     said = [can_be_planned(run, data) for run in runs]
     assert said == [is_planned(run) for run in runs]
     inclined = [abs(run.placement.axis[2]) > 0.1 for run in runs]

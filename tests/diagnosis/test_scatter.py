@@ -10,7 +10,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from stepgauge.diagnosis.engine import diagnose
+from stepgauge.diagnosis.wording.headline import headline
 from stepgauge.recording import Recording
+from tests.diagnosis.made import gauge, machine
 from tests.diagnosis.test_selection import NOISE_UM, bent, clean, names, side, told
 
 Array = NDArray[np.float64]
@@ -106,13 +109,19 @@ def test_even_scatter_is_not_disturbed_anywhere() -> None:
         assert told(recording).verdict == "adequate"
 
 
-@pytest.mark.parametrize(("times", "verdict"), [(8.0, "unknown"), (1.5, "adequate")])
-def test_scatter_far_beyond_the_statement_of_the_machine_file_is_a_finding(times: float, verdict: str) -> None:
+@pytest.mark.parametrize("times", [8.0, 0.1])
+def test_scatter_that_is_not_what_the_machine_file_states_is_the_first_finding_and_the_headline(times: float) -> None:
     """It was adequate, with nothing to be added, at 25 times what the machine file states."""
-    found = told(bent(lambda r: np.random.default_rng(1).normal(0.0, times * NOISE_UM, len(r))))
-    assert (found.verdict, names(found)) == (verdict, [])
-    if verdict == "unknown":
-        (one,) = found.unexplained
-        assert one.form == "larger scatter"
-        ratio = float(one.where.split(" times")[0].split()[-1])
-        assert ratio == pytest.approx(times, rel=0.25)
+    found = diagnose(clean(), gauge(), machine(noise_um=NOISE_UM / times))
+    assert (found.verdict, names(found)) == ("effects", ["repeatability"])
+    one = found.findings[0].parameters["repeatability_um"]
+    assert abs(one.value - NOISE_UM) < 3.0 * (one.u or 0.0)
+    factor = {8.0: "The scatter is 7.", 0.1: "The scatter is a 1"}[times]
+    assert headline(found.said).startswith(factor)
+    assert "the scatter is" in found.summary()
+
+
+def test_scatter_near_what_the_machine_file_states_is_none() -> None:
+    for times in (1.5, 0.6):
+        recording = bent(lambda r, t=times: np.random.default_rng(1).normal(0.0, t * NOISE_UM, len(r)))
+        assert told(recording).verdict == "adequate"

@@ -16,7 +16,7 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.forms.formula import model_unknown, rest_rms_um
 from stepgauge.diagnosis.laws.library import visible_directions
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import InputError
 from stepgauge.recording import APPROACH, POSITION, Recording
@@ -54,15 +54,15 @@ def along(direction: tuple[float, float, float], um: Callable[[Array], Array]) -
     return displacement
 
 
-def told(recording: Recording) -> Diagnosis:
+def told(recording: Recording) -> GaugeDiagnosis:
     return diagnose(recording, gauge(), machine(noise_um=NOISE_UM))
 
 
-def names(found: Diagnosis) -> list[str]:
+def names(found: GaugeDiagnosis) -> list[str]:
     return [finding.kind for finding in found.findings]
 
 
-def within(found: Diagnosis, name: str, truth: float) -> bool:
+def within(found: GaugeDiagnosis, name: str, truth: float) -> bool:
     one = found.findings[0].parameters[name]
     assert one.u is not None
     return abs(one.value - truth) < 4.0 * one.u

@@ -13,10 +13,10 @@ from stepgauge.diagnosis.fits.law import FittedLaw
 from stepgauge.diagnosis.fits.solve import _above_zero, _covariance, _unexplained
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.laws.library import effect_families
-from stepgauge.diagnosis.output.words import misfit
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
+from stepgauge.diagnosis.wording.notation import misfit
 from stepgauge.errors import InputError
 from stepgauge.inference.evidence import Evidence
 from stepgauge.inference.metric import Metric

@@ -15,12 +15,12 @@ from stepgauge.conditions.duplicates import copied_cycles
 from stepgauge.diagnosis.axis.diagnosis import diagnose_axis
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
-from stepgauge.diagnosis.output.report import without_scatter
 from stepgauge.diagnosis.output.rows import row_table
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
-from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.result import GaugeDiagnosis
+from stepgauge.diagnosis.wording.limits import without_scatter
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.inference.metric import RowMetric
 from stepgauge.inference.noise_models import NoiseModels
@@ -48,7 +48,7 @@ def residuals(recording: Recording) -> Residuals:
     return make_residuals(recording, gauge(), machine(noise_um=STATED_UM))
 
 
-def told(recording: Recording) -> Diagnosis:
+def told(recording: Recording) -> GaugeDiagnosis:
     return diagnose(recording, gauge(), machine(noise_um=STATED_UM))
 
 
@@ -63,7 +63,7 @@ def with_copies(recording: Recording, of: dict[int, int]) -> Recording:
     return replace(recording, frame=pd.concat([frame, *parts], ignore_index=True))
 
 
-def said(found: Diagnosis, recording: Recording) -> dict[str, object]:
+def said(found: GaugeDiagnosis, recording: Recording) -> dict[str, object]:
     return diagnosis_to_dict(found, Inputs((recording,)))
 
 

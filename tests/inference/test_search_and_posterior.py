@@ -12,16 +12,16 @@ import pytest
 from numpy.typing import NDArray
 
 import stepgauge.inference as inference
-from stepgauge.diagnosis.priors import shipped_priors
-from stepgauge.diagnosis.statements import (
-    Said,
+from stepgauge.diagnosis.credible import (
+    StatedTerm,
     _completed,
     answer_of,
-    instead,
-    rival_laws,
+    credible_laws,
+    joined_kinds,
+    replacements,
     set_probability,
-    together,
 )
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.posterior import Alternative, CredibleSet, Member, Posterior, credible_set
 from stepgauge.inference.priors import NoisePriors
@@ -269,10 +269,10 @@ def test_several_laws_for_one_are_told_from_a_twentieth_of_its_probability_on() 
     start = Search(problem(noise()), NoisePriors()).start
     near, far = (Alternative(("sum",), come, odds, start) for odds in (0.06, 0.04))
     decision = shipped_priors().decision
-    assert together(instead([near, far], "sum", "sum", decision)) == ("slope + wave",)
-    assert instead([far], "sum", "sum", decision) == []
-    assert instead([near], "sum", "slope", decision) == []
-    assert instead([near], "other", "sum", decision) == []
+    assert joined_kinds(replacements([near, far], "sum", "sum", decision)) == ("slope + wave",)
+    assert replacements([far], "sum", "sum", decision) == []
+    assert replacements([near], "sum", "slope", decision) == []
+    assert replacements([near], "other", "sum", decision) == []
 
 
 def test_two_laws_that_two_others_may_replace_are_as_probable_as_they_are_together() -> None:
@@ -290,8 +290,8 @@ def test_two_laws_that_two_others_may_replace_are_as_probable_as_they_are_togeth
         alone = set_probability(answer, [lead], [])
         assert alone == pytest.approx(answer.probability([label]))
         assert 0.1 < alone < 0.9
-        combined = instead(several, label, label, shipped_priors().decision)
-        assert together(combined) in (("c + d",), ("a + b",))
+        combined = replacements(several, label, label, shipped_priors().decision)
+        assert joined_kinds(combined) in (("c + d",), ("a + b",))
         assert set_probability(answer, [lead], combined) > 0.99
 
 
@@ -300,8 +300,8 @@ def test_what_stands_in_a_set_is_probable_or_not_excluded_by_the_readings() -> N
     lead, rare, tenth = rival("lead", 0.75, 0.05), rival("rare", 0.03, 0.002), rival("tenth", 0.1, 0.2)
     worse, form, faint = rival("worse", 0.03, 0.2), rival("form", 0.05, 0.05, named=False), rival("faint", 0.01, 0.001)
     rivals = (rare, lead, tenth, worse, form, faint)
-    said = Said(CredibleSet(0, rivals, 0.03), lead, Term(lead.candidate, 0, SLOPE[None], 1.0, 0.0))
-    labels = [one.candidate.label for one in rival_laws(said, shipped_priors().decision)]
+    said = StatedTerm(CredibleSet(0, rivals, 0.03), lead, Term(lead.candidate, 0, SLOPE[None], 1.0, 0.0))
+    labels = [one.candidate.label for one in credible_laws(said, shipped_priors().decision)]
     assert labels == ["lead", "rare", "tenth"]
 
 
@@ -313,10 +313,10 @@ def test_a_law_that_fits_as_well_at_its_best_is_not_excluded_for_the_range_of_it
     other = law("other", (shape * np.sign(coordinate() - 0.1))[None, None])
     search = Search(problem(noise() + 2.0 * shape, (narrow, free, other)), NoisePriors())
     place = credible_set(search, search.run(), 0)
-    found = Said(place, place.members[0], search.run().terms[0])
+    found = StatedTerm(place, place.members[0], search.run().terms[0])
     assert found.lead.candidate.label == "one"
     strict = shipped_priors().decision.model_copy(update={"excluded": 1.5})
-    labels = [one.candidate.label for one in rival_laws(found, strict)]
+    labels = [one.candidate.label for one in credible_laws(found, strict)]
     assert labels == ["one", "any"]
 
 

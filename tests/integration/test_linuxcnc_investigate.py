@@ -15,7 +15,7 @@ from benchmarks.investigate_linuxcnc import (
     knowing,
     machine_file,
 )
-from stepgauge.diagnosis.runs import ExtraRun
+from stepgauge.diagnosis.further_runs import FurtherRun
 from stepgauge.executors.journal import open_steps
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import make_placement
@@ -51,8 +51,8 @@ def test_a_squareness_in_hal_shows_along_the_diagonal_and_not_along_y(tmp_path: 
         case = Case(gauge, machine)
         steps = open_steps(tmp_path / "cause", {}, False)
         runner = Runner(case, OnController("linuxcnc", machine, ControllerOptions(), None, pipe), steps, lambda _: True)
-        along_y = runner.make(1, ExtraRun("along y", first, cycles=1, blocks=ends, wait_s=0.0, stays=True), first, 1)
-        turned = runner.make(2, ExtraRun("diagonal", diagonal, cycles=1, blocks=ends), diagonal, 2)
+        along_y = runner.make(1, FurtherRun("along y", first, cycles=1, blocks=ends, wait_s=0.0, stays=True), first, 1)
+        turned = runner.make(2, FurtherRun("diagonal", diagonal, cycles=1, blocks=ends), diagonal, 2)
         steps.close()
     assert along_y is not None
     assert turned is not None

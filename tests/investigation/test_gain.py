@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stepgauge.investigation.information_gain import Prediction, distances, entropy, information
+from stepgauge.inference.design import Prediction, distances, entropy, expected_information_gain
 
 NONE = np.zeros((0, 4))
 NEW = np.array([False, False, True, True])
@@ -21,20 +21,20 @@ def predict(mean: list[float], columns: NDArray[np.float64] = NONE, precision: f
 
 
 def test_rivals_that_predict_the_same_give_nothing() -> None:
-    assert information(np.array([0.7, 0.3]), np.zeros((2, 2))) == 0.0
+    assert expected_information_gain(np.array([0.7, 0.3]), np.zeros((2, 2))) == 0.0
 
 
 def test_rivals_far_apart_give_all_that_is_not_known() -> None:
     p = np.array([0.5, 0.3, 0.2])
     far = 1e4 * (1.0 - np.eye(3))
-    assert information(p, far) == pytest.approx(entropy(p), rel=1e-12)
-    assert information(np.full(2, 0.5), far[:2, :2]) == pytest.approx(np.log(2.0))
+    assert expected_information_gain(p, far) == pytest.approx(entropy(p), rel=1e-12)
+    assert expected_information_gain(np.full(2, 0.5), far[:2, :2]) == pytest.approx(np.log(2.0))
 
 
 def test_two_even_rivals_follow_the_closed_form() -> None:
     for d in (0.1, 1.0, 10.0):
         expected = -np.log((1.0 + np.exp(-d / 8.0)) / 2.0)
-        assert information(np.full(2, 0.5), np.array([[0.0, d], [d, 0.0]])) == pytest.approx(expected)
+        assert expected_information_gain(np.full(2, 0.5), np.array([[0.0, d], [d, 0.0]])) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(("d", "p"), [(1.0, 0.5), (4.0, 0.5), (16.0, 0.9), (30.0, 0.2)])
@@ -45,7 +45,7 @@ def test_it_is_a_lower_bound_and_not_a_loose_one(d: float, p: float) -> None:
     density = np.exp(-0.5 * (x - np.array([[0.0], [np.sqrt(d)]])) ** 2) / np.sqrt(2.0 * np.pi)
     mixture = weights @ density
     exact = float((weights[:, None] * density * np.log(np.maximum(density, 1e-300) / mixture)).sum() * step)
-    bound = information(weights, np.array([[0.0, d], [d, 0.0]]))
+    bound = expected_information_gain(weights, np.array([[0.0, d], [d, 0.0]]))
     assert 0.4 * exact < bound <= exact
 
 

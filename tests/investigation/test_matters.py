@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stepgauge.diagnosis.further_runs import FurtherRun, extended
 from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.diagnosis.runs import ExtraRun, lengthened
 from stepgauge.investigation.decision import NOTHING, End, InvestigationState, Rated, decide
 from stepgauge.investigation.hypotheses import Hypothesis, Part
 from stepgauge.investigation.relevance import Foresight, answers
@@ -82,7 +82,7 @@ def learnt(settled: float, own: float, share_um: float, hidden: Unseen) -> Any:
     ]
     data = SimpleNamespace(without_origins=lambda um: um)
     diagnosis: Any = SimpleNamespace(verdict="effects", findings=findings, data=data)
-    run = ExtraRun("the gauge as it lies, once more", lies_along_y(), stays=True)
+    run = FurtherRun("the gauge as it lies, once more", lies_along_y(), stays=True)
     return InvestigationState(diagnosis, (), (Rated(run, 2.0, 2.0, 0.02, (), hidden),), (), settled, 0.3)
 
 
@@ -112,7 +112,7 @@ def test_an_answer_ends_it_at_its_odds_where_nothing_that_matters_is_hidden(
 def test_a_law_counts_as_hidden_as_far_as_it_may_still_matter() -> None:
     """A gauge along y shows no squareness; the diagonal shows one of three, most sizes of which exceed the scatter."""
     data = make_residuals(record(machine(), (ALONG_Y,), cycles=2), gauge(), machine())
-    diagonal = next(one for one in lengthened(data, 0.3) if "diagonal" in one.run.words)
+    diagonal = next(one for one in extended(data, 0.3) if "diagonal" in one.run.words)
     priors = shipped_priors()
     kept = {law.kind for law in law_candidates(data, priors, diagonal.metric)} - {"squareness", "scale_error"}
     odds = []

@@ -17,11 +17,11 @@ from numpy.testing import assert_allclose
 
 import stepgauge as sg
 from stepgauge.cli import main
+from stepgauge.diagnosis.further_runs import FurtherRun
 from stepgauge.diagnosis.laws.choices import choices_of
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.effects import Probings, Setting, effect_kinds, make_effects, total_displacement_um
 from stepgauge.gauge.placement import make_placement
 from stepgauge.inference.problem import Law
@@ -290,7 +290,7 @@ def test_a_server_changes_to_a_stylus_that_it_knows_by_name(tmp_path: Path) -> N
     with serving(state := make_state(None, None, machine, lies_along_y())) as port:
         place = Served(f"127.0.0.1:{port}", machine, ControllerOptions(home=True))
         case = replace(case_with(machine), reach=Reach(BOX, level=True, racked=frozenset([1, 2])))
-        run = ExtraRun("", lies_along_y(), stylus=2, changed=True, kept=True)
+        run = FurtherRun("", lies_along_y(), stylus=2, changed=True, kept=True)
         with begun(tmp_path, place, person := Person(), case=case) as found:
             assert found.runner._prepared(run, "")
             assert person.asked == []

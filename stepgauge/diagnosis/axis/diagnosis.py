@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -14,48 +15,51 @@ from stepgauge.axis.recording import AxisRecording, join_axis_recordings, places
 from stepgauge.axis.sensors import SENSORS, not_candidates
 from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
 from stepgauge.diagnosis.axis.told import Teller
-from stepgauge.diagnosis.axis.words import About, aliases_of, kind_name, limits, meaning, uneven_targets
 from stepgauge.diagnosis.engine import diagnose_residuals
-from stepgauge.diagnosis.output.aliases import even
-from stepgauge.diagnosis.output.files import Inputs, checksum, diagnosis_to_dict, without_nan
+from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict, without_nan
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
-from stepgauge.diagnosis.output.summary import axis_line, numbers_of
 from stepgauge.diagnosis.priors import Priors
-from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.result import Diagnosis, GaugeDiagnosis
+from stepgauge.diagnosis.wording.aliases import even
+from stepgauge.diagnosis.wording.axis import About, axis_aliases, axis_limits, kind_name, meaning, uneven_targets
+from stepgauge.files.checksum import file_sha256
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Shown, as_lines
 from stepgauge.files.text import write_json, write_text
 from stepgauge.recording.simulated import is_simulated
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 UNUSED = ("empirical", "inputs")
 """Parts of the JSON that are of a gauge on a machine, and are told otherwise here."""
 
 
-@dataclass(frozen=True)
-class AxisDiagnosis(Shown):
-    """The diagnosis of an axis, a spot or distances, with its data.
+@dataclass(frozen=True, repr=False)
+class AxisDiagnosis(Diagnosis):
+    """The diagnosis of an axis, a spot or distances: as it was computed, with its data, and in the user's units.
 
-    ``said``: what is said of it, JSON types in the user's units; ``recordings``: as they were read.
+    ``recordings``: as they were read.
     """
 
     drawn_by: ClassVar[str] = "axis.draw_residuals"
-    found: Diagnosis
+    verdict: str
+    found: GaugeDiagnosis
     data: AxisData
-    said: dict[str, Any] = field(repr=False)
     recordings: tuple[AxisRecording, ...] = ()
+    path: str = ""
 
-    @property
-    def verdict(self) -> str:
-        """``adequate``, ``effects``, ``unknown`` or ``insufficient``."""
-        return self.found.verdict
+    @cached_property
+    def said(self) -> dict[str, Any]:
+        """All that is stated, in JSON types and the user's units."""
+        files = [{"path": str(one.path), "sha256": file_sha256(one.path)} for one in self.recordings]
+        simulated = any(is_simulated(one.comments) for one in self.recordings)
+        return {**_said(self.found, self.data), "inputs": {"recordings": files, "simulated": simulated}}
 
-    def summary(self) -> str:
-        """Verdict, effects and fit in a line, in the user's unit."""
-        return as_lines(axis_line(self.said))
+    def figures(self) -> dict[str, Figure]:
+        """Deviations before and after."""
+        from stepgauge.figures.axis import axis_figure
 
-    def to_frame(self) -> pd.DataFrame:
-        """One row per number of an effect: its probability, value, standard uncertainty u, and the user's unit."""
-        return numbers_of(self.said)
+        return {"residuals": axis_figure(self.found, self.data)}
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``diagnosis.json``, ``diagnosis.md`` and the figure; returns the paths."""
@@ -73,7 +77,7 @@ def diagnose_axis(
     data = axis_data(recording)
     absent = {*not_candidates(recording.sensor, recording.form, recording.units.axis == "rotary"), *without}
     found = diagnose_residuals(data.residuals, absent, priors)
-    return AxisDiagnosis(found, data, _said(found, data), (recording,))
+    return AxisDiagnosis(found.verdict, found, data, (recording,))
 
 
 def diagnose_axes(
@@ -86,20 +90,17 @@ def diagnose_axes(
 
 def write_axis_diagnosis(output: str | Path, told: AxisDiagnosis, suffix: str = "png") -> list[Path]:
     """Write ``diagnosis.json``, ``diagnosis.md`` and the figure into a folder (made if missing)."""
-    from stepgauge.figures.axis import axis_figure
     from stepgauge.figures.style import save_figure
     from stepgauge.reports.axis_diagnosis import axis_story
     from stepgauge.reports.render import markdown
 
     target, figure = Path(output), f"residuals.{suffix}"
-    files = [{"path": str(one.path), "sha256": checksum(one.path)} for one in told.recordings]
-    simulated = any(is_simulated(one.comments) for one in told.recordings)
-    said = {**told.said, "inputs": {"recordings": files, "simulated": simulated}}
+    said = told.said
     write_json(target / "diagnosis.json", said)
     names = [(Path(one.path).name, len(one)) for one in told.recordings]
     write_text(target / ROWS_FILE, rows_csv(_rows(told, names)))
     write_text(target / "diagnosis.md", markdown(axis_story(said, [figure])))
-    save_figure(axis_figure(told.found, told.data), target / figure, simulated)
+    save_figure(told.figures()["residuals"], target / figure, bool(said["inputs"]["simulated"]))
     return [target / name for name in ("diagnosis.json", "diagnosis.md", ROWS_FILE, figure)]
 
 
@@ -112,7 +113,7 @@ def _rows(told: AxisDiagnosis, names: Sequence[tuple[str, int]]) -> pd.DataFrame
     return row_table(told.found, (), names, (units.position, places), (units.deviation, factor))
 
 
-def _said(found: Diagnosis, data: AxisData) -> dict[str, Any]:
+def _said(found: GaugeDiagnosis, data: AxisData) -> dict[str, Any]:
     recording = data.recording
     units, form = recording.units, recording.form
     raw = diagnosis_to_dict(found, Inputs((_Rows(recording),)))  # type: ignore[arg-type]
@@ -123,7 +124,7 @@ def _said(found: Diagnosis, data: AxisData) -> dict[str, Any]:
         effect["in_practice"] = meaning(effect["kind"], effect["parameters"], about)
         effect["name"] = kind_name(effect["kind"], form)
         effect["separate_by"], effect["commands"], effect["reason"] = "", [], ""
-        effect["aliases"] = aliases_of(effect["parameters"], about)
+        effect["aliases"] = axis_aliases(effect["parameters"], about)
         if effect["aliases"] and about.even is not None:
             effect["separate_by"] = uneven_targets(about.even, about.position)
         for one in effect["set"]:
@@ -141,7 +142,7 @@ def _said(found: Diagnosis, data: AxisData) -> dict[str, Any]:
     said["fit"]["holdout"] = {"targets" if by == "faces" else by: one for by, one in said["fit"]["holdout"].items()}
     said["axis"] = {**_axis(recording), "repeatability": data.repeatability / units.base_deviation}
     said["axis"]["even_step"] = about.even.spacing if about.even else None
-    said["limits"] = [*limits(said, about), *said.pop("remarks")]
+    said["limits"] = [*axis_limits(said, about), *said.pop("remarks")]
     return dict(without_nan(said))
 
 

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from stepgauge.axis.recording import AxisRecording, places_of
 from stepgauge.axis.sensors import recording_of
 from stepgauge.diagnosis.axis.stations import fitted_distances, station_columns
-from stepgauge.diagnosis.output.aliases import even
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import FEWEST_ROWS, Residuals
+from stepgauge.diagnosis.wording.aliases import even
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import CertificateTable, Gauge, GaugeTable

@@ -14,7 +14,7 @@ from typing import Any
 
 from stepgauge.axis.units import AxisUnits
 from stepgauge.diagnosis.axis.residuals import Scaling
-from stepgauge.diagnosis.axis.words import kind_name
+from stepgauge.diagnosis.wording.axis import kind_name
 from stepgauge.files.notation import rounded
 
 _NUMBER = r"(?<![\w.])([-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?) "

@@ -45,7 +45,7 @@ from stepgauge.diagnosis.forms.words import SCATTER, UNDETERMINED
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Diagnosis, Located
+from stepgauge.diagnosis.result import GaugeDiagnosis, Located
 from stepgauge.effects import along_approach_um
 from stepgauge.effects.empirical import RESTED, Empirical, formula_name
 from stepgauge.inference.metric import Metric
@@ -84,7 +84,7 @@ class UnknownLaw:
     period: float | None = None
 
 
-def model_unknown(diagnosis: Diagnosis) -> list[UnknownLaw]:
+def model_unknown(diagnosis: GaugeDiagnosis) -> list[UnknownLaw]:
     """Empirical laws of the forms of a diagnosis, the clearest form first, further ones if they improve the fit.
 
     They are fitted to the residuals of the named laws. Empty if there is no form, or if its covariate has no name in a
@@ -106,7 +106,7 @@ def model_unknown(diagnosis: Diagnosis) -> list[UnknownLaw]:
     return laws
 
 
-def rest_um(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> Array:
+def rest_um(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]) -> Array:
     """Residuals minus all modelled effects and the mean origin of every placement, um."""
     data = diagnosis.data
     if not laws:
@@ -114,7 +114,7 @@ def rest_um(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> Array:
     return data.without_origins(diagnosis.after_um - np.sum([law.share_um for law in laws], axis=0))
 
 
-def rest_rms_um(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> float:
+def rest_rms_um(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]) -> float:
     """Rms of these over all rows with weight, um."""
     rest = rest_um(diagnosis, laws)[np.isfinite(diagnosis.noise.by_row_um)]
     return float(np.sqrt((rest**2).mean()))

@@ -27,9 +27,9 @@ from stepgauge.files.notation import rounded
 from stepgauge.inference.problem import Candidate
 
 Array = NDArray[np.float64]
-CORRELATED, GROWING, DISTURBED, LARGER = "correlated scatter", "growing scatter", "disturbed scatter", "larger scatter"
+CORRELATED, GROWING, DISTURBED = "correlated scatter", "growing scatter", "disturbed scatter"
 UNDETERMINED = "undetermined"
-SCATTER = (CORRELATED, GROWING, DISTURBED, LARGER)
+SCATTER = (CORRELATED, GROWING, DISTURBED)
 """Forms of the scatter, which no formula of the mean describes."""
 CHANGED = 3.0
 """Standard deviations from which a form counts as changed."""

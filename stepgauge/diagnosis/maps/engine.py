@@ -9,7 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.engine import odds
+from stepgauge.diagnosis.credible import (
+    LEAST_ODDS,
+    SURE_OUTLIER,
+    StatedTerm,
+    credible_laws,
+    joined_kinds,
+    replacements,
+    set_probability,
+    spread_factor,
+    structure_alone,
+)
 from stepgauge.diagnosis.fits.solve import Estimate, widened
 from stepgauge.diagnosis.forms.words import UNDETERMINED
 from stepgauge.diagnosis.maps.candidates import EMPIRICAL, GAUGE_KINDS, Candidate, candidates_for, empirical
@@ -23,20 +33,10 @@ from stepgauge.diagnosis.maps.result import OUTLIERS, Law, MapDiagnosis, MapFind
 from stepgauge.diagnosis.maps.scatter import MapScatter, estimate_scatter
 from stepgauge.diagnosis.maps.search import Searched, form_of, searched
 from stepgauge.diagnosis.maps.separate import reason, separate
-from stepgauge.diagnosis.output.words import name_of
 from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.result import Located, Verdict
-from stepgauge.diagnosis.statements import (
-    LEAST_ODDS,
-    SURE_OUTLIER,
-    Said,
-    instead,
-    rival_laws,
-    set_probability,
-    spread_factor,
-    systematic,
-    together,
-)
+from stepgauge.diagnosis.statements import conclude
+from stepgauge.diagnosis.wording.notation import name_of
 from stepgauge.inference.noise_models import OUTLYING
 from stepgauge.inference.posterior import Alternative
 
@@ -87,11 +87,12 @@ def _told(found: Searched, scatter: MapScatter) -> MapDiagnosis:
     findings = [*_findings(found, by_row), *_outliers(found, kept)]
     laws, columns = _laws(found)
     left = [*_unexplained(found), *_vague(found)]
-    verdict: Verdict = "unknown" if left else "effects" if findings else "adequate"
+    slight = [one.lead.candidate.label for one in found.slight]
+    concluded = conclude(found.answer, findings, left, found.priors.decision, slight)
     terms: Terms = (*found.fitted.terms, *(term for term, _ in laws))
     stages = _stages(found, terms, columns)
     return MapDiagnosis(
-        verdict,
+        concluded.verdict,
         fits_of(found.rows, stages, kept, by_row),
         _chi2_dof(found, stages[0], kept, by_row),
         _chi2_dof(found, stages[1], kept, by_row),
@@ -101,13 +102,13 @@ def _told(found: Searched, scatter: MapScatter) -> MapDiagnosis:
         model.table,
         changed_table(model.table, terms),
         terms,
-        tuple(findings),
-        tuple(_where(found, left)),
-        tuple(left),
+        concluded.findings,
+        tuple(_where(found, concluded.structure)),
+        concluded.structure,
         tuple(law for _, law in laws),
         tuple(found.search.trail),
         tuple(_remarks(found)),
-        odds=odds(found.answer, findings, left),
+        odds=concluded.table,
         checks=found.checks,
     )
 
@@ -163,7 +164,7 @@ def _findings(found: Searched, by_row: Sequence[Array]) -> Iterator[MapFinding]:
         candidate, decision = found.laws[place].lead.candidate, found.priors.decision
         spread = spread_factor(found.answer, found.state, candidate.label, decision.in_set)
         factor = max(spread, float(found.moved_by_slight[place])) * found.wider
-        combined = instead(several, candidate.label, candidate.kind, decision)
+        combined = replacements(several, candidate.label, candidate.kind, decision)
         yield _finding(found, place, widened(parameters, factor), combined, by_row)
 
 
@@ -175,9 +176,9 @@ def _finding(
     by_row: Sequence[Array],
 ) -> MapFinding:
     said, term = found.laws[place], found.fitted.terms[place]
-    candidate, rivals = term.candidate, rival_laws(said, found.priors.decision)
+    candidate, rivals = term.candidate, credible_laws(said, found.priors.decision)
     same = [one for one in rivals if one.candidate.kind == candidate.kind]
-    fitted = [(one, found.instead(place, one)) for one in rivals if one is not said.lead]
+    fitted = [(one, found.replacements(place, one)) for one in rivals if one is not said.lead]
     others = [(one.candidate.kind, fit) for one, fit in fitted if one not in same]
     kinds = list(dict.fromkeys(kind for kind, _ in others))
     words, commands = separate(found.rows.model, by_row, [found.fitted, *(fit for _, fit in others)])
@@ -191,7 +192,7 @@ def _finding(
         set_probability(found.answer, rivals, combined),
         found.rows.stacked(list(share.values())),
         own=found.answer.probability([said.lead.candidate.label]),
-        confounded_with=(*kinds, *together(combined)),
+        confounded_with=(*kinds, *joined_kinds(combined)),
         alternatives=tuple(one.candidate.label for one in same if one is not said.lead),
         reason="; ".join(dict.fromkeys(reason(candidate.kind, kind) for kind in kinds)),
         separate_by=words,
@@ -248,7 +249,7 @@ def _where(found: Searched, left: Sequence[Located]) -> Iterator[Located]:
     yield from left
     known = [said.lead.candidate.kind for said in found.forms]
     least = found.priors.decision.in_set
-    for look, probability, share in systematic(found.search, found.state, known, least):
+    for look, probability, share in structure_alone(found.search, found.state, known, least):
         yield _located(look.candidate.source, look.atom, found, probability, share)
 
 
@@ -271,7 +272,7 @@ def _laws(found: Searched) -> tuple[list[tuple[Term, Law]], Array]:
     return laws, columns
 
 
-def _law(found: Searched, said: Said, amplitudes: Array, u: Array) -> tuple[Term, Law]:
+def _law(found: Searched, said: StatedTerm, amplitudes: Array, u: Array) -> tuple[Term, Law]:
     form, shape = form_of(said)
     measured, sigma = found.rows.data.measured[form.quantity], found.rows.sigma[form.quantity]
     weight = sigma * (np.array(form.weight) if form.weight else np.ones(len(amplitudes)))

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.diagnosis.maps.model import Terms
 from stepgauge.diagnosis.maps.scatter import MapScatter
-from stepgauge.diagnosis.result import Check, Finding, Located, Verdict
+from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Verdict
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Shown, as_lines
 from stepgauge.inference.search import Step
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 OUTLIERS = "outliers"
@@ -86,9 +88,9 @@ class QuantityFit:
     described: Array
 
 
-@dataclass(frozen=True)
-class MapDiagnosis(Shown):
-    """The whole result.
+@dataclass(frozen=True, repr=False)
+class MapDiagnosis(Diagnosis):
+    """The diagnosis of the map of a probe.
 
     ``data`` has all rows, ``kept (n,)`` marks those that are not outliers; ``terms`` are the changes found, with the
     empirical laws, ``probe`` is the original ``[probe]`` table, ``table`` that with the changes, ``probe_path`` the
@@ -118,19 +120,20 @@ class MapDiagnosis(Shown):
     checks: tuple[Check, ...] = ()
     probe_path: str = ""
 
-    def summary(self) -> str:
-        """Verdict, and the changes of the probe or what the map lacks, in a line."""
-        from stepgauge.diagnosis.output.summary import map_line
+    path: str = ""
 
-        kinds, left = [one.kind for one in self.findings], [one.where for one in self.unexplained]
-        return as_lines(map_line(self.verdict, kinds, left, self.lacking))
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row per number of a change: its probability, value, standard uncertainty u, and the unit."""
+    @cached_property
+    def said(self) -> dict[str, Any]:
+        """All that is stated, in JSON types."""
         from stepgauge.diagnosis.maps.said import as_json
-        from stepgauge.diagnosis.output.summary import numbers_of
 
-        return numbers_of(as_json(self, self.probe_path))
+        return as_json(self, self.probe_path)
+
+    def figures(self) -> dict[str, Figure]:
+        """Residuals, directions and effects, by the names of their files."""
+        from stepgauge.figures.probe_diagnosis import figures_of
+
+        return figures_of(self)
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``diagnosis.json``, ``diagnosis.md``, the changed probe file and the figures; returns the paths."""

@@ -11,10 +11,11 @@ import numpy as np
 
 from stepgauge import __version__
 from stepgauge.diagnosis.maps.data import MapData
-from stepgauge.diagnosis.maps.practice import in_practice
 from stepgauge.diagnosis.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding, MapRival, QuantityFit
-from stepgauge.diagnosis.output.files import FORMAT, checksum, estimate_json, evidence_json, without_nan
+from stepgauge.diagnosis.output.files import FORMAT, estimate_json, evidence_json, without_nan
 from stepgauge.diagnosis.result import rms
+from stepgauge.diagnosis.wording.probe import probe_meaning
+from stepgauge.files.checksum import file_sha256
 
 _FLAT = ("noise", "rms_before", "rms_after", "holdout_rms_before", "holdout_rms_after")
 
@@ -38,8 +39,8 @@ def as_json(found: MapDiagnosis, probe_path: str, folder: str | Path = ".") -> d
         "lacking": list(found.lacking),
         "inputs": {
             "simulated": found.data.simulated,
-            "map": {"path": found.data.path, "sha256": checksum(found.data.path)},
-            "probe": {"path": probe_path, "sha256": checksum(probe_path), **_probe(found.table)},
+            "map": {"path": found.data.path, "sha256": file_sha256(found.data.path)},
+            "probe": {"path": probe_path, "sha256": file_sha256(probe_path), **_probe(found.table)},
         },
     }
     return dict(without_nan(said))
@@ -64,7 +65,7 @@ def _effect(finding: MapFinding, found: MapDiagnosis, folder: Path) -> dict[str,
         "reason": finding.reason,
         "separate_by": finding.separate_by,
         "commands": [_in_folder(command, folder) for command in finding.commands],
-        "in_practice": in_practice(finding),
+        "in_practice": probe_meaning(finding),
         "rms": {name: rms(share) for name, share in finding.share.items()},
         "largest": {name: float(np.abs(share).max(initial=0.0)) for name, share in finding.share.items()},
     }
@@ -79,7 +80,7 @@ def _rival(rival: MapRival) -> dict[str, Any]:
         "label": rival.label,
         "share": rival.share,
         "parameters": {name: estimate_json(p) for name, p in rival.parameters.items()},
-        "in_practice": in_practice(rival),
+        "in_practice": probe_meaning(rival),
     }
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from stepgauge.diagnosis.checks import predictive_checks, widening
+from stepgauge.diagnosis.credible import StatedTerm, answer_of, sign_is_sure, stated_terms
 from stepgauge.diagnosis.maps.candidates import Candidate
 from stepgauge.diagnosis.maps.fit import Fitted, fit
 from stepgauge.diagnosis.maps.forms import Form
@@ -23,8 +24,6 @@ from stepgauge.diagnosis.maps.problem import LOBES, MapRows, Point, make_problem
 from stepgauge.diagnosis.maps.scatter import MapScatter
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.result import Check, rms
-from stepgauge.diagnosis.statements import Said, answer_of, told
-from stepgauge.diagnosis.statements import sure as is_sure
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.posterior import Member, Posterior
@@ -59,10 +58,10 @@ class Searched:
     search: Search
     answer: Posterior
     state: Hypothesis
-    laws: tuple[Said, ...]
-    forms: tuple[Said, ...]
-    vague: tuple[Said, ...]
-    slight: tuple[Said, ...]
+    laws: tuple[StatedTerm, ...]
+    forms: tuple[StatedTerm, ...]
+    vague: tuple[StatedTerm, ...]
+    slight: tuple[StatedTerm, ...]
     fitted: Fitted
     moved_by_slight: Array
     metric: Metric
@@ -79,7 +78,7 @@ class Searched:
         place = rival.hypothesis.index(rival.candidate)
         return _term(rival.hypothesis, rival.hypothesis.terms[place])
 
-    def instead(self, place: int, rival: Member) -> Fitted:
+    def replacements(self, place: int, rival: Member) -> Fitted:
         """All changes, fitted with a rival in the place of one."""
         terms = (*self.fitted.terms[:place], self.term_of(rival), *self.fitted.terms[place + 1 :])
         return fit(terms, self.rows, self.beside, self.priors)
@@ -177,13 +176,13 @@ def searched(model: MapModel, candidates: Sequence[Candidate], scatter: MapScatt
 
 def _search(rows: MapRows, search: Search, priors: Priors) -> Searched:
     answer = answer_of(search, priors.decision)
-    state, said = told(search, answer, priors.decision.stated)
-    forms, slight = [one for one in said if not one.named], list[Said]()
+    state, said = stated_terms(search, answer, priors.decision.stated)
+    forms, slight = [one for one in said if not one.named], list[StatedTerm]()
     scatter = (search.problem, state.noise, search.noise_models, state.sigma_um)
     metric = Metric(*scatter)
     checks = predictive_checks(search.problem, state, metric)
     wider = widening(checks, search.problem, state, metric)
-    sure = [one for one in said if one.named and is_sure(one, state, answer, priors.decision, wider)]
+    sure = [one for one in said if one.named and sign_is_sure(one, state, answer, priors.decision, wider)]
     vague = [one for one in said if one.named and one not in sure]
     while True:
         beside = Metric(*scatter, [one.term.nuisance for one in (*forms, *vague)])
@@ -235,7 +234,7 @@ def _moved_by(fitted: Fitted, rows: MapRows, beside: Metric, priors: Priors) -> 
     return np.array(found)
 
 
-def _share_of(form: Said, state: Hypothesis, metric: Metric, rows: MapRows) -> float:
+def _share_of(form: StatedTerm, state: Hypothesis, metric: Metric, rows: MapRows) -> float:
     """Share of the squared residuals that a form explains."""
     place = next(i for i, term in enumerate(state.terms) if term is form.term)
     return _square(metric(state.amplitudes(place)[0] @ form.term.columns)) / _square(metric(rows.um))
@@ -334,7 +333,7 @@ def _same(rows: MapRows, found: Searched, scatter: MapScatter) -> bool:
     return float(change.max() / change.min()) < SAME_SCATTER
 
 
-def form_of(said: Said) -> tuple[Form, int]:
+def form_of(said: StatedTerm) -> tuple[Form, int]:
     """The form that is stated, and the index of its shape."""
     form: Form = said.source
     return form, said.term.atom

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -20,12 +20,12 @@ from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.forms.formula import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.output.machine_text import effect_table, machine_text
-from stepgauge.diagnosis.output.practice import aliases_of, even_steps_mm, in_practice
 from stepgauge.diagnosis.output.probe_file import probe_file
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Check, Diagnosis, Finding, FindingMember, Located
-from stepgauge.files.checksum import file_digest
+from stepgauge.diagnosis.result import Check, Finding, FindingMember, GaugeDiagnosis, Located
+from stepgauge.diagnosis.wording.practice import aliases_of, even_steps_mm, in_practice
+from stepgauge.files.checksum import file_sha256
 from stepgauge.files.text import write_json, write_sealed
 from stepgauge.inference.search import Step
 from stepgauge.recording import Recording
@@ -72,7 +72,7 @@ class Inputs:
 
 def write_diagnosis(
     folder: str | Path,
-    diagnosis: Diagnosis,
+    diagnosis: GaugeDiagnosis,
     recordings: Sequence[Recording],
     suffix: str = "png",
     laws: Sequence[UnknownLaw] | None = None,
@@ -118,7 +118,7 @@ def write_diagnosis(
 
 
 def diagnosis_to_dict(
-    diagnosis: Diagnosis, inputs: Inputs, laws: Sequence[UnknownLaw] = (), folder: str | Path = "."
+    diagnosis: GaugeDiagnosis, inputs: Inputs, laws: Sequence[UnknownLaw] = (), folder: str | Path = "."
 ) -> dict[str, Any]:
     """A diagnosis as JSON types; undefined numbers are None.
 
@@ -129,7 +129,7 @@ def diagnosis_to_dict(
 
 
 def told_to_dict(
-    diagnosis: Diagnosis, inputs: Inputs, laws: Sequence[UnknownLaw] = (), folder: str | Path = "."
+    diagnosis: GaugeDiagnosis, inputs: Inputs, laws: Sequence[UnknownLaw] = (), folder: str | Path = "."
 ) -> dict[str, Any]:
     """The same without the files that it was made from; parameters as :func:`diagnosis_to_dict`."""
     said = {
@@ -141,17 +141,17 @@ def told_to_dict(
         "fit": _fit(diagnosis, laws),
         "noise": _noise(diagnosis),
         "measured": _measured(diagnosis),
-        **evidence_json(diagnosis),
+        **evidence_json(diagnosis, lambda text: _in_folder(text, diagnosis.placements, Path(folder))),
         "remarks": list(diagnosis.remarks),
     }
     return without_nan(said)
 
 
-def evidence_json(diagnosis: Told) -> dict[str, Any]:
-    """Forms, search and predictive check of any diagnosis."""
+def evidence_json(diagnosis: Told, renamed: Callable[[str], str] = str) -> dict[str, Any]:
+    """Forms, search and predictive check of any diagnosis; ``renamed``: from a proposal to it with its folder."""
     return {
-        "located": [_located(one, one in diagnosis.unexplained) for one in diagnosis.located],
-        "unexplained": [_located(one, True) for one in diagnosis.unexplained],
+        "located": [_located(one, one in diagnosis.unexplained, renamed) for one in diagnosis.located],
+        "unexplained": [_located(one, True, renamed) for one in diagnosis.unexplained],
         "trail": [
             {
                 "action": step.action,
@@ -169,7 +169,7 @@ def evidence_json(diagnosis: Told) -> dict[str, Any]:
     }
 
 
-def _finding(finding: Finding, diagnosis: Diagnosis, inputs: Inputs, folder: Path) -> dict[str, Any]:
+def _finding(finding: Finding, diagnosis: GaugeDiagnosis, inputs: Inputs, folder: Path) -> dict[str, Any]:
     share = finding.share_um
     separate_by = _in_folder(finding.separate_by, diagnosis.placements, folder)
     said = {
@@ -188,7 +188,7 @@ def _finding(finding: Finding, diagnosis: Diagnosis, inputs: Inputs, folder: Pat
         "aliases": aliases_of(finding, diagnosis.data),
         "reason": finding.reason,
         "separate_by": separate_by,
-        "commands": re.findall(r"stepgauge plan .+?\.dmi", separate_by),
+        "commands": commands_in(separate_by),
         "in_practice": in_practice(finding, diagnosis.data),
         "rms_um": float(np.sqrt((share**2).mean())),
         "largest_um": float(np.abs(share).max(initial=0.0)),
@@ -196,6 +196,11 @@ def _finding(finding: Finding, diagnosis: Diagnosis, inputs: Inputs, folder: Pat
     if finding.kind == "outliers":
         said["rows"] = [_outlier(int(row), diagnosis, inputs) for row in _choice_rows(finding)]
     return said
+
+
+def commands_in(text: str) -> list[str]:
+    """The commands that plan the runs of a proposal."""
+    return re.findall(r"stepgauge plan .+?\.dmi", text)
 
 
 def _member(member: FindingMember, data: Residuals) -> dict[str, Any]:
@@ -218,7 +223,7 @@ def _choice_rows(finding: Finding) -> Sequence[int]:
     return rows
 
 
-def _outlier(row: int, diagnosis: Diagnosis, inputs: Inputs) -> dict[str, Any]:
+def _outlier(row: int, diagnosis: GaugeDiagnosis, inputs: Inputs) -> dict[str, Any]:
     name, inside = inputs.where(row)
     frame = diagnosis.data.frame.iloc[row - 1]
     return {
@@ -258,8 +263,10 @@ def _in_folder(text: str, placements: Mapping[str, str], folder: Path) -> str:
     return text
 
 
-def _located(one: Located, left: bool) -> dict[str, Any]:
+def _located(one: Located, left: bool, renamed: Callable[[str], str]) -> dict[str, Any]:
     """A form; ``left``: it remains beside the named effects; else it describes the residuals before these."""
+    separate_by = renamed(one.separate_by)
+    proposal = {"separate_by": separate_by, "commands": commands_in(separate_by)}
     return {
         "covariate": one.covariate,
         "side": one.side,
@@ -268,10 +275,12 @@ def _located(one: Located, left: bool) -> dict[str, Any]:
         "probability" if left else "probability_if_alone": one.probability,
         "form": one.form,
         **({"beside": one.beside} if one.beside else {}),
+        **({"laws": [{"labels": list(law.laws), "odds": law.odds} for law in one.laws]} if left else {}),
+        **(proposal if separate_by else {}),
     }
 
 
-def _law(law: UnknownLaw, diagnosis: Diagnosis) -> dict[str, Any]:
+def _law(law: UnknownLaw, diagnosis: GaugeDiagnosis) -> dict[str, Any]:
     share_um = diagnosis.data.without_origins(law.share_um)
     return {
         "covariate": law.located.covariate,
@@ -290,7 +299,7 @@ def estimate_json(estimate: Estimate) -> dict[str, Any]:
     return {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
 
 
-def _fit(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Any]:
+def _fit(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Any]:
     fit = diagnosis.fit
     before, after = _headline(fit.holdout)
     said: dict[str, Any] = {
@@ -315,7 +324,7 @@ def _headline(holdout: Mapping[str, tuple[float, float]]) -> tuple[float, float]
     return holdout[names[0]] if names else (math.nan, math.nan)
 
 
-def _with_empirical(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Any]:
+def _with_empirical(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Any]:
     """The fit with the approximated forms: over all rows with weight, and for rows held out."""
     data, sigma = diagnosis.data, diagnosis.noise.by_row_um
     shares = [f.share_um for f in diagnosis.findings if f.share_um.any()] + [law.share_um for law in laws]
@@ -323,7 +332,7 @@ def _with_empirical(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> dict[st
     return {"rms_after_um": rest_rms_um(diagnosis, laws), "holdout_rms_after_um": holdout}
 
 
-def _noise(diagnosis: Diagnosis) -> dict[str, Any]:
+def _noise(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
     noise = diagnosis.noise
     u = noise.sigma_um / math.sqrt(2.0 * noise.dof) if noise.dof > 0 else math.nan
     return {
@@ -336,7 +345,7 @@ def _noise(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _measured(diagnosis: Diagnosis) -> dict[str, Any]:
+def _measured(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
     data = diagnosis.data
     frame = data.frame
     placements = [frame[data.placement == i] for i in range(int(data.placement.max()) + 1)]
@@ -364,7 +373,7 @@ def _measured(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _inputs(diagnosis: Diagnosis, inputs: Inputs) -> dict[str, Any]:
+def _inputs(diagnosis: GaugeDiagnosis, inputs: Inputs) -> dict[str, Any]:
     gauge, machine = diagnosis.data.gauge, diagnosis.data.machine
     faces = Path(gauge.path).parent / gauge.table.faces
     return {
@@ -372,7 +381,7 @@ def _inputs(diagnosis: Diagnosis, inputs: Inputs) -> dict[str, Any]:
         "simulated": any(is_simulated(recording.comments) for recording in inputs.recordings),
         "gauge": {
             **_file(gauge.path),
-            "faces_sha256": checksum(faces),
+            "faces_sha256": file_sha256(faces),
             "name": gauge.table.name,
             "serial": gauge.table.serial,
             "certificate": gauge.certificate.number,
@@ -387,13 +396,7 @@ def _inputs(diagnosis: Diagnosis, inputs: Inputs) -> dict[str, Any]:
 
 
 def _file(path: str | Path) -> dict[str, Any]:
-    return {"path": str(path), "sha256": checksum(path)}
-
-
-def checksum(path: str | Path) -> str | None:
-    """Checksum of a file as it is now; None for data that were never in a file."""
-    place = Path(path)
-    return file_digest(place) if str(path) and place.is_file() else None
+    return {"path": str(path), "sha256": file_sha256(path)}
 
 
 def without_nan(value: Any) -> Any:

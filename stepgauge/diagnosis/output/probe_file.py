@@ -7,7 +7,7 @@ from typing import Any
 
 from scipy.optimize import brentq
 
-from stepgauge.diagnosis.result import Diagnosis, Finding
+from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
 from stepgauge.effects.tripod import QUALIFIED, KinematicPretravel
 from stepgauge.machine.file import Machine
 from stepgauge.physics import stylus
@@ -18,7 +18,7 @@ THINNEST_MM, THICKEST_MM = 0.1, 50.0
 """Diameters that a section of a probe file may have."""
 
 
-def probe_file(diagnosis: Diagnosis) -> tuple[dict[str, str], list[str]]:
+def probe_file(diagnosis: GaugeDiagnosis) -> tuple[dict[str, str], list[str]]:
     """The file by its name with its text, and what has to be known of it; both empty where no tripod is named."""
     named = [one for one in diagnosis.findings if isinstance(one.effect, KinematicPretravel)]
     if not named:

@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.forms.formula import UnknownLaw, rest_um
-from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.errors import InputError
 from stepgauge.files.text import read_text
 
@@ -23,7 +23,7 @@ FINDING, FORM = "finding", "form"
 
 
 def row_table(
-    diagnosis: Diagnosis,
+    diagnosis: GaugeDiagnosis,
     laws: Sequence[UnknownLaw],
     names: Sequence[tuple[str, int]],
     position: tuple[str, Array] | None = None,

@@ -65,7 +65,7 @@ def _told(site: Site, name: str) -> dict[str, Any]:
 
 
 def _finding(number: int, effect: Mapping[str, Any]) -> dict[str, Any]:
-    from stepgauge.diagnosis.output.report import members_of
+    from stepgauge.diagnosis.wording.notation import members_of
     from stepgauge.reports.findings import combinations
 
     members = members_of(effect)
@@ -84,7 +84,7 @@ def _finding(number: int, effect: Mapping[str, Any]) -> dict[str, Any]:
 
 def _rival(one: Mapping[str, Any], probability: float, first: float) -> dict[str, Any]:
     """A cause of a finding; of several laws that stand together the probability is not known."""
-    from stepgauge.diagnosis.output.words import name_of
+    from stepgauge.diagnosis.wording.notation import name_of
     from stepgauge.reports.findings import uncertainties, values
 
     share = one["share"]
@@ -165,7 +165,7 @@ def diagnose(request: Request, form: Form) -> Response:
 
 def without(request: Request, form: Form) -> Response:
     """The same diagnosis, without a cause that somebody has excluded."""
-    from stepgauge.diagnosis.output.report import members_of
+    from stepgauge.diagnosis.wording.notation import members_of
     from stepgauge.reports.diagnosis import read_said
 
     site = site_of(request)

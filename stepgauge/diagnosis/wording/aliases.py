@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stepgauge.diagnosis.output.words import listed, significant
+from stepgauge.diagnosis.wording.notation import listed, significant
 from stepgauge.effects.grids import FEWEST_ALONG
 
 Array = NDArray[np.float64]

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from stepgauge.diagnosis.output.aliases import SAME_PLACE, even, in_words, leads_into_mm
 from stepgauge.diagnosis.output.machine_text import effect_table
-from stepgauge.diagnosis.output.sentences import FURTHER, Sentence, Values
-from stepgauge.diagnosis.output.words import in_um, length_mm, line, listed, long, name_of, size, span_mm, towards
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, FindingMember
+from stepgauge.diagnosis.wording.aliases import SAME_PLACE, even, in_words, leads_into_mm
+from stepgauge.diagnosis.wording.notation import (
+    direction_words,
+    in_um,
+    length_mm,
+    listed,
+    long,
+    name_of,
+    scatter_ratio,
+    size,
+    span_mm,
+    towards,
+)
+from stepgauge.diagnosis.wording.sentences import FURTHER, Sentence, Values
 from stepgauge.effects import effect_kinds
 from stepgauge.files.notation import rounded
 from stepgauge.recording import APPROACH
@@ -70,12 +79,6 @@ def even_steps_mm(data: Residuals) -> dict[str, float]:
         if len(spacing) == 2 and np.ptp(spacing) < SAME_PLACE * spacing[0] and leads_into_mm(spacing[0]):
             found[axis] = spacing[0]
     return found
-
-
-def counted(names: Iterable[str]) -> list[str]:
-    """Names, each once, with their number: ``vibration``, ``twice step change x``."""
-    said = {1: "", 2: "twice "}
-    return [f"{said.get(times, f'{times} times ')}{name}" for name, times in Counter(names).items()]
 
 
 def _values(finding: Finding | FindingMember) -> Values:
@@ -260,7 +263,7 @@ def _drift(v: Values, data: Residuals) -> str:
 
 def _cycle(v: Values, data: Residuals) -> str:
     return (
-        f"The gauge oscillates along {line(v['direction'])} by +-{in_um(v['amplitude_um'])} every"
+        f"The gauge oscillates along {direction_words(v['direction'])} by +-{in_um(v['amplitude_um'])} every"
         f" {rounded(v['period_s'], 4)} s, as with an air conditioning or a coolant unit that switches on and off."
     )
 
@@ -316,7 +319,7 @@ def _memory(v: Values, data: Residuals) -> str:
 
 def _vibration(v: Values, data: Residuals) -> str:
     return (
-        f"The machine and the gauge vibrate relative to each other along {line(v['direction'])} by"
+        f"The machine and the gauge vibrate relative to each other along {direction_words(v['direction'])} by"
         f" +-{in_um(v['amplitude_um'])} at {v['frequency_hz']:.5g} Hz, or at an alias of this frequency at these"
         " times of probing."
     )
@@ -328,6 +331,10 @@ def _growth(v: Values, data: Residuals) -> str:
         f"The scatter grows with {v['per']}: {size(v['rate'])} um per {unit} are added in quadrature. These points"
         " have less weight in the fit."
     )
+
+
+def _repeatability(v: Values, data: Residuals) -> str:
+    return f"{scatter_ratio(v['repeatability_um'], v['stated_um'])}; uncertainties follow what was found."
 
 
 def _outliers(v: Values, data: Residuals) -> str:
@@ -368,5 +375,6 @@ _SENTENCES: dict[str, Sentence] = {
     "vibration": _vibration,
     "noise_growth": _growth,
     "outliers": _outliers,
+    "repeatability": _repeatability,
     **FURTHER,
 }

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from stepgauge.diagnosis.maps.result import OUTLIERS, MapFinding, MapRival
-from stepgauge.diagnosis.output.words import size
+from stepgauge.diagnosis.wording.notation import size
 
 Values = Mapping[str, float]
 
 
-def in_practice(finding: MapFinding | MapRival) -> str:
+def probe_meaning(finding: MapFinding | MapRival) -> str:
     """A finding, or what may be there in its place, in a sentence with its size."""
     if isinstance(finding, MapFinding) and finding.kind == OUTLIERS:
         return _outliers(len(finding.rows))

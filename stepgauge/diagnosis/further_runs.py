@@ -43,7 +43,7 @@ BEYOND = 1.0
 
 
 @dataclass(frozen=True)
-class ExtraRun:
+class FurtherRun:
     """A further measurement: in words, the position of the gauge, and the speed (None: as before).
 
     ``blocks``: those that are measured (None: all); ``wait_s``: time before it; ``stays``: neither gauge nor stylus is
@@ -74,26 +74,26 @@ class ExtraRun:
 
 
 @dataclass(frozen=True)
-class Lengthened:
+class ExtendedRecording:
     """The recording with the simulated rows of an extra run, and its whitening."""
 
-    run: ExtraRun
+    run: FurtherRun
     data: Residuals
     metric: Metric
 
 
-def lengthened(data: Residuals, sigma_um: float, runs: Iterable[ExtraRun] | None = None) -> list[Lengthened]:
-    """The recording with each run, by default all of :func:`extra_runs`; ``sigma_um``: scatter of a probing.
+def extended(data: Residuals, sigma_um: float, runs: Iterable[FurtherRun] | None = None) -> list[ExtendedRecording]:
+    """The recording with each run, by default all of :func:`further_runs`; ``sigma_um``: scatter of a probing.
 
     Runs whose readings the machine file cannot predict are left out.
     """
     found = []
-    for run in extra_runs(data) if runs is None else runs:
+    for run in further_runs(data) if runs is None else runs:
         try:
             more = with_run(run, data)
         except InputError:
             continue
-        found.append(Lengthened(run, more, plain_metric(more, sigma_um)))
+        found.append(ExtendedRecording(run, more, plain_metric(more, sigma_um)))
     return found
 
 
@@ -104,20 +104,20 @@ def plain_metric(data: Residuals, sigma_um: float) -> Metric:
     return Metric(problem, scatters.plain(), scatters, sigma_um)
 
 
-def extra_runs(data: Residuals) -> Iterator[ExtraRun]:
+def further_runs(data: Residuals) -> Iterator[FurtherRun]:
     """Runs that fit into the travel, the least effort first."""
     here = placement_of(data)
     speed = float(np.median(data.frame["speed_mm_s"])) if "speed_mm_s" in data.frame else None
     if speed is not None:
         slower = max(speed / SPEED_FACTOR, 0.1)
-        yield ExtraRun(f"the same placement at {slower:.3g} mm/s instead of {speed:.3g} mm/s", here, slower)
+        yield FurtherRun(f"the same placement at {slower:.3g} mm/s instead of {speed:.3g} mm/s", here, slower)
     for number in range(2, len(data.machine.styli) + 2):
         words = f"the same placement with {stylus_words(data.machine, number)}"
-        yield ExtraRun(words, here, stylus=number, changed=True, kept=True)
+        yield FurtherRun(words, here, stylus=number, changed=True, kept=True)
     yield from laid_elsewhere(data, here)
 
 
-def laid_elsewhere(data: Residuals, here: Placement) -> Iterator[ExtraRun]:
+def laid_elsewhere(data: Residuals, here: Placement) -> Iterator[FurtherRun]:
     """Runs with the gauge end for end, shifted and along other directions, within the travel."""
     length = float(np.linalg.norm(here.c2_mm - here.c1_mm))
     middle = (here.c1_mm + here.c2_mm) / 2.0
@@ -130,7 +130,7 @@ def laid_elsewhere(data: Residuals, here: Placement) -> Iterator[ExtraRun]:
     for words, centre, axis in options:
         if abs(axis[2]) < STANDING_COS and _inside(data, centre, axis, length):
             half = axis * length / 2.0
-            yield ExtraRun(words, make_placement(centre - half, centre + half, here.first_block, here.last_block))
+            yield FurtherRun(words, make_placement(centre - half, centre + half, here.first_block, here.last_block))
 
 
 def _text(place: Array) -> str:
@@ -186,19 +186,19 @@ def _shifts(data: Residuals, middle: Array, axis: Array, length: float) -> Itera
             yield target
 
 
-def settings_of(gauge: Gauge, machine: Machine, run: ExtraRun) -> ProbingSettings:
+def settings_of(gauge: Gauge, machine: Machine, run: FurtherRun) -> ProbingSettings:
     """How a run is probed: with the machine's speeds and stylus, but for the speed that it states."""
     choice = ProbingChoice(measuring_speed_mm_s=run.speed_mm_s)
     return make_settings(gauge, machine, machine.probe.tip_radius_mm, choice)
 
 
-def program_of(run: ExtraRun, gauge: Gauge, machine: Machine, placement: Placement | None = None) -> Program:
+def program_of(run: FurtherRun, gauge: Gauge, machine: Machine, placement: Placement | None = None) -> Program:
     """The checked program of a run, with the gauge where it is found to lie (:class:`InputError` if it fails)."""
     lies, machine = placement or run.placement, machine.with_stylus(run.stylus)
     return checked_program(lies, gauge, machine, run.options(gauge.n_blocks), settings_of(gauge, machine, run))
 
 
-def can_be_planned(run: ExtraRun, data: Residuals) -> bool:
+def can_be_planned(run: FurtherRun, data: Residuals) -> bool:
     """Whether the path of a run is clear of gauge and rail and within the travel, as ``stepgauge plan`` checks it."""
     try:
         program_of(replace(run, cycles=1), data.gauge, data.machine)
@@ -207,7 +207,7 @@ def can_be_planned(run: ExtraRun, data: Residuals) -> bool:
     return True
 
 
-def with_run(run: ExtraRun, data: Residuals) -> Residuals:
+def with_run(run: FurtherRun, data: Residuals) -> Residuals:
     """The recording followed by the rows of an extra run, with ideal readings."""
     cycle, face = np.array(list(faces_in_order(run.options(data.gauge.n_blocks)))).T
     sign = np.where(face % 2 == 1, 1.0, -1.0)

@@ -68,7 +68,7 @@ def _left(differences: Array, columns: Array, precision: Array) -> Array:
     return np.maximum(whole - (dots**2).sum(axis=1), 0.0)
 
 
-def information(probability: Array, distance: Array) -> float:
+def expected_information_gain(probability: Array, distance: Array) -> float:
     """Least expected information about which hypothesis holds, nats.
 
     Parameters

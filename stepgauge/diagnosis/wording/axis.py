@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from stepgauge.axis.sensors import SENSORS
-from stepgauge.diagnosis.output.aliases import Even, in_words
-from stepgauge.diagnosis.output.words import name_of, significant
+from stepgauge.diagnosis.wording.aliases import Even, in_words
+from stepgauge.diagnosis.wording.notation import name_of, significant
 from stepgauge.effects import effect_kinds
 
 
@@ -95,11 +95,11 @@ def _periodic(p: Parameters, a: About) -> str:
     return (
         f"The error repeats every {significant(period, 4)} {a.position}{turns}, by up to {_size(size, a.deviation)}."
         " Compare the period with the pitch of the scale, screw or gear, the turn of the table, or the wavelength."
-        f"{in_words(aliases_of(p, a))}"
+        f"{in_words(axis_aliases(p, a))}"
     )
 
 
-def aliases_of(p: Parameters, a: About) -> dict[str, Any]:
+def axis_aliases(p: Parameters, a: About) -> dict[str, Any]:
     """Periods along the axis that evenly spaced targets cannot tell from that of a finding; none for other findings."""
     period = next((one for key, one in p.items() if key.startswith("period") and one.get("unit") == a.position), None)
     if a.even is None or period is None:
@@ -292,7 +292,7 @@ def _evenly(even: Even, about: About) -> str:
     )
 
 
-def limits(said: Mapping[str, Any], about: About) -> list[str]:
+def axis_limits(said: Mapping[str, Any], about: About) -> list[str]:
     """What the recording cannot show, whatever the verdict."""
     found = []
     if not said["measured"]["time_recorded"]:

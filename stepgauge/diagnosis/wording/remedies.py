@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 from stepgauge.diagnosis.forms.form import HYSTERESIS, LOOP, RESTS, SAWTOOTH, WAVE
-from stepgauge.diagnosis.forms.words import DISTURBED, LARGER
+from stepgauge.diagnosis.forms.words import DISTURBED
 from stepgauge.files.notation import rounded
 
 
@@ -156,6 +156,12 @@ _REMEDIES = {
         "Qualify it, and measure this placement again.",
     ),
     "lever_arm": Remedy("Measure the length of the stylus and compare it with the file.", "State the measured length."),
+    "repeatability": Remedy(
+        "Probe one face ten times at once: the standard deviation is the machine's repeatability today. Where it is"
+        " larger than stated, look at the clamping of gauge, probe and stylus, at dirt on the tip, and at the unit of"
+        " the machine file.",
+        "Mend what is loose and measure again; if it is so, state this repeatability in the machine file.",
+    ),
     "noise_growth": Remedy("Look for what changes with {per}.", "Nothing: readings there have less weight."),
     "outliers": Remedy("Clean the tip and the faces that are listed in the appendix.", "Measure these points again."),
 }
@@ -244,11 +250,6 @@ _FORMS = {
     DISTURBED: Remedy(
         "Ask what shook the machine or the gauge then: a press, a lorry, a door, a draught of air, a loose clamp.",
         "Measure again without it; readings of that stretch have less weight.",
-    ),
-    LARGER: Remedy(
-        "Probe one face ten times at once: the standard deviation is the machine's repeatability today. Look at the"
-        " clamping of gauge, probe and stylus, at dirt on the tip, and at the unit of the machine file.",
-        "Mend what is loose and measure again; if it is so, state the larger repeatability in the machine file.",
     ),
     RESTS: Remedy(
         "Read one place ten times at once, after a pause, and after a long pause: what a rest leaves fades from reading"

@@ -1,13 +1,14 @@
-"""The measurement that discriminates confounded effects, chosen by simulation.
+"""The further run that is worth most for a set of causes: Bayesian experimental design (Lindley 1956).
 
-Every feasible extra run (the gauge rotated, shifted, end for end, or measured at another speed) is added to the
-recording by simulation. The best one leaves the largest part of the signature of the effect that its rivals, with their
-parameters fitted anew, cannot explain.
+Every feasible run (the gauge rotated, shifted, end for end, or measured at another speed) is added to the recording by
+simulation. What is expected to be learnt about which cause of the set it is follows from the part of the effect that
+each rival, with its parameters fitted anew, cannot explain (:mod:`stepgauge.inference.design`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from shlex import quote
 
@@ -15,34 +16,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Solved, orthonormal
+from stepgauge.diagnosis.further_runs import ExtendedRecording, FurtherRun, can_be_planned, extended, further_runs
 from stepgauge.diagnosis.laws.library import family_signatures
-from stepgauge.diagnosis.output.words import in_place, listed, name_of
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Finding
-from stepgauge.diagnosis.runs import ExtraRun, Lengthened, can_be_planned, lengthened
-from stepgauge.diagnosis.verdict import Model
+from stepgauge.diagnosis.result import Finding, Located
+from stepgauge.diagnosis.stated_model import Model
+from stepgauge.diagnosis.wording.notation import in_place, listed, name_of
 from stepgauge.effects import along_approach_um
 from stepgauge.errors import InputError
 from stepgauge.files.resources import called
 from stepgauge.gauge.placement import format_placement
+from stepgauge.inference.design import expected_information_gain
 from stepgauge.inference.problem import Candidate
 
 Array = NDArray[np.float64]
+_AXIS = re.compile(r"_([xyz])\b")
+ALONG = "the gauge along machine "
 TELLING = 9.0
-"""Increase of chi-square from which an extra run is proposed."""
+"""Increase of chi-square from which a run excludes a rival."""
+NEARLY = 0.95
+"""Part of the largest expected information from which a run that is less trouble is taken."""
 NO_SEPARATION = "nothing within this travel: in every placement and at every speed they look alike; log temperatures"
 MORE_LINES = "lay the gauge along further edges and diagonals of the volume, each line at two places"
 UNSOUGHT = "not looked for among many recordings; 'stepgauge diagnose' of this one does"
 
 
 @dataclass(frozen=True)
-class Separation:
-    """The best extra run: the rivals that it excludes, their least chi-square, and the rivals that remain."""
+class ProposedRun:
+    """A further run: the information that is expected of it, nats; the rivals that it excludes, and those it leaves."""
 
-    run: ExtraRun
-    chi2: float
-    told: tuple[str, ...]
-    untold: tuple[str, ...]
+    run: FurtherRun
+    expected_information_gain: float = 0.0
+    excludes: tuple[str, ...] = ()
+    leaves: tuple[str, ...] = ()
 
     def command(self, name: str, gauge: str, machine: str) -> str:
         """The ``stepgauge plan`` command of the run, with its placement in the file ``name``.toml."""
@@ -67,7 +73,7 @@ def with_separations(
     told: list[Finding] = []
     placements: dict[str, str] = {}
     sets = bool(data.gauge.path) and any(one.confounded_with or one.alternatives for one in findings)
-    possible = lengthened(data, model.state.sigma_um) if sets else []
+    possible = extended(data, model.state.sigma_um) if sets else []
     for place, finding in enumerate(findings):
         if not finding.confounded_with and not finding.alternatives:
             told.append(finding)
@@ -76,21 +82,48 @@ def with_separations(
             told.append(replace(finding, reason=_reason(finding, data), separate_by=MORE_LINES))
             continue
         others = {one.label for one in finding.members} - {finding.label}
-        rivals = [
-            (one.candidate, one.proposal.atom)
+        members = [
+            one
             for one in model.laws[place].place.members
             if one.candidate.named and one.candidate.source.label in others
         ]
-        best = separate(place, model.fitted.solved, rivals, possible)
+        rivals = [(one.candidate, one.proposal.atom) for one in members]
+        probability = [model.laws[place].lead.probability, *(one.probability for one in members)]
+        best = separate(place, model.fitted.solved, rivals, probability, possible)
         name, by = f"separate-{len(placements) + 1}", NO_SEPARATION
         if best is not None:
             placements[f"{name}.toml"] = best.placement_text()
             machine = data.machine.with_stylus(best.run.stylus).path
             command = best.command(name, called(data.gauge.path), called(machine))
-            rest = f"; nothing within this travel separates it from {listed(best.untold, 'or')}" if best.untold else ""
-            by = f"{best.run.words}, which separates it from {', '.join(best.told)}: {command}{rest}"
+            rest = f"; nothing within this travel separates it from {listed(best.leaves, 'or')}" if best.leaves else ""
+            by = f"{best.run.words}, which separates it from {', '.join(best.excludes)}: {command}{rest}"
         told.append(replace(finding, reason=_reason(finding, data), separate_by=by))
     return told, placements
+
+
+def with_placements_for(
+    structure: Sequence[Located], data: Residuals, excluded: float, placements: dict[str, str]
+) -> Iterator[Located]:
+    """Structure with the measurement that tells whether laws that the readings do not exclude are in its place.
+
+    Laws of several axes together have one sum along each line that was measured, and are told apart along each axis
+    alone. ``excluded``: odds below which a law counts as excluded; ``placements``: texts of placement files, added to.
+    """
+    for one in structure:
+        near = [law for law in one.laws if law.odds * excluded >= 1.0]
+        axes = sorted({axis for law in near for label in law.laws for axis in _AXIS.findall(label)})
+        if not near or not data.gauge.path:
+            yield one
+            continue
+        runs = [run for run in further_runs(data) if run.words.startswith(ALONG) and run.words[len(ALONG)] in axes]
+        runs = [run for run in runs if can_be_planned(run, data)]
+        commands = []
+        for run in runs:
+            name, best = f"separate-{len(placements) + 1}", ProposedRun(run)
+            placements[f"{name}.toml"] = best.placement_text()
+            commands.append(best.command(name, called(data.gauge.path), called(data.machine.path)))
+        where = listed([run.words for run in runs]) or f"the gauge along {listed(axes) or 'other directions'}"
+        yield replace(one, separate_by=": ".join([f"{where}, each alone", *filter(None, ["; ".join(commands)])]))
 
 
 def _unsought(finding: Finding, data: Residuals) -> Finding:
@@ -112,31 +145,36 @@ def separate(
     place: int,
     solved: Sequence[Solved],
     rivals: Sequence[tuple[Candidate, int]],
-    possible: Sequence[Lengthened],
-) -> Separation | None:
-    """The extra run that best discriminates one finding from its rivals; None if no feasible run does.
+    probability: Sequence[float],
+    possible: Sequence[ExtendedRecording],
+) -> ProposedRun | None:
+    """The run that is expected to tell most about which of a set is the cause; None if no feasible run tells anything.
 
     Parameters
     ----------
     place : index in ``solved`` of the rivals
     solved : the fitted effects
     rivals : the other laws for this place, each with the number of its shape
-    possible : result of :func:`lengthened`, of which those count that can be planned
+    probability : of the finding and of each rival
+    possible : result of :func:`extended`, of which those count that can be planned
     """
     found = []
+    p = np.array(probability) / sum(probability)
     for one in possible:
         try:
             left = _left_over(one, place, solved, rivals)
         except InputError:
             continue
-        told = {label: chi2 for label, chi2 in left.items() if chi2 > TELLING}
-        if told:
-            untold = tuple(label for label in left if label not in told)
-            found.append(Separation(one.run, min(told.values()), tuple(told), untold))
+        distance = np.zeros((len(p), len(p)))
+        distance[0, 1:] = distance[1:, 0] = list(left.values())
+        excludes = tuple(label for label, chi2 in left.items() if chi2 > TELLING)
+        leaves = tuple(label for label in left if label not in excludes)
+        if excludes:
+            found.append(ProposedRun(one.run, expected_information_gain(p, distance), excludes, leaves))
     while found:
-        # the most rivals first, then the clearest; among runs nearly as clear the one that is the least trouble
-        best = max(found, key=lambda one: (len(one.told), one.chi2))
-        first = next(one for one in found if len(one.told) == len(best.told) and one.chi2 > best.chi2 / 2)
+        most = max(one.expected_information_gain for one in found)
+        # among runs that are worth nearly as much the one that is the least trouble
+        first = next(one for one in found if one.expected_information_gain >= NEARLY * most)
         if can_be_planned(first.run, possible[0].data):
             return first
         found.remove(first)
@@ -144,7 +182,7 @@ def separate(
 
 
 def _left_over(
-    one: Lengthened, place: int, solved: Sequence[Solved], rivals: Sequence[tuple[Candidate, int]]
+    one: ExtendedRecording, place: int, solved: Sequence[Solved], rivals: Sequence[tuple[Candidate, int]]
 ) -> dict[str, float]:
     """The chi-square of the effect that each rival cannot explain, with the extra run added."""
     more, metric = one.data, one.metric

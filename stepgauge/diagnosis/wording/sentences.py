@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.diagnosis.output.words import in_um, length_mm, line, long, size
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.wording.notation import direction_words, in_um, length_mm, long, size
 from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.effects.grids import lie_level
 from stepgauge.files.notation import rounded
@@ -62,7 +62,7 @@ def _change_K(v: Values, data: Residuals) -> float:
 def _shift(v: Values, data: Residuals) -> str:
     change = _change_K(v, data)
     return (
-        f"The readings move along {line(v['direction'])} with {_column(v)}: {v['um_per_K']:.3g} um per K,"
+        f"The readings move along {direction_words(v['direction'])} with {_column(v)}: {v['um_per_K']:.3g} um per K,"
         f" {in_um(v['um_per_K'] * change)} for the {size(change)} K by which it changed. Keep that temperature"
         " steady, or shield and insulate what it heats between gauge and machine."
     )

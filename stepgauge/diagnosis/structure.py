@@ -1,0 +1,194 @@
+"""Structure for which no law is stated: where it is, in its best description, and what is nearest to it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.covariates import covariates, mask
+from stepgauge.diagnosis.credible import (
+    LEAST_ODDS,
+    StatedTerm,
+    place_probability,
+    sign_is_sure,
+)
+from stepgauge.diagnosis.forms.form import BEAT, PERIODIC, SMOOTH, WAVE, Form
+from stepgauge.diagnosis.forms.words import UNDETERMINED, located, regime
+from stepgauge.diagnosis.laws.beside import follows_with_lag
+from stepgauge.diagnosis.laws.geometry import Geometry
+from stepgauge.diagnosis.laws.library import Family
+from stepgauge.diagnosis.priors import Decision, Priors
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.result import Located, Replacement, rms
+from stepgauge.diagnosis.stated_model import Model, law_covariates, term_rms_um
+from stepgauge.diagnosis.wording.notation import listed, name_of
+from stepgauge.files.notation import rounded
+from stepgauge.inference.posterior import Alternative, Member, Posterior
+from stepgauge.inference.problem import Candidate
+
+Array = NDArray[np.float64]
+FAINT = 0.3
+"""Share of the largest weight below which a reading has too little information on a form."""
+TOLD_BESIDE = 0.3
+"""Share of the scatter from which what a law moves beside its signature is remarked on."""
+SEEN_HARMONIC = 16.0
+"""Chi-square (two degrees of freedom) from which a harmonic of a wave is there."""
+INDICES = ("order", "cycle")
+"""Covariates that only count the rows of a file."""
+MOST_NEAREST = 3
+"""Largest number of laws, or of several together, that are named in place of a form."""
+
+
+def _undetermined(said: StatedTerm, model: Model, answer: Posterior, data: Residuals) -> Located:
+    """A place in which a law fits that is not stated: structure without a name."""
+    why = "whose size this recording does not determine"
+    if said in model.impossible:
+        why = "but larger than that can be"
+    elif said in model.weak:
+        own = answer.probability([said.lead.candidate.label])
+        why = f"but other explanations are as likely (its probability is {rounded(own, 2)})"
+    words = f"similar to {name_of(said.source.label)}, {why}"
+    where = covariate_of(said.source, data)
+    return Located(where, "both", UNDETERMINED, words, 1.0, place_probability(said, answer))
+
+
+def covariate_of(family: Family | Geometry, data: Residuals) -> str:
+    """What a law depends on, of what this recording varies; the position where it varies nothing of that."""
+    varied = {one.name for one in covariates(data)} | {"azimuth"}
+    return min(law_covariates(family) & varied, default="position")
+
+
+def structure(model: Model, answer: Posterior, data: Residuals, priors: Priors, wider: float) -> Iterator[Located]:
+    """The structure that no stated law explains, one description to a place; ``wider``: see :func:`.findings`."""
+    doubtful = [
+        one
+        for one in model.forms
+        if one.named and (one in model.vague or not sign_is_sure(one, model.state, answer, priors.decision, wider))
+    ]
+    expected = _by_another(doubtful, model, answer, priors.decision)
+    yield from (_undetermined(one, model, answer, data) for one in doubtful if one not in expected)
+    several = answer.alternatives(LEAST_ODDS)
+    for said in (one for one in model.forms if not one.named):
+        yield replace(_described(said, model, answer, data, priors), laws=_nearest(said, several))
+
+
+def _described(said: StatedTerm, model: Model, answer: Posterior, data: Residuals, priors: Priors) -> Located:
+    """A form in its best description, with the probability of all forms over its covariate.
+
+    Where that is less than ``stated``, the probability is that of all forms of the place, and the other covariates are
+    named.
+    """
+    lead, others = said.lead, [one for one in said.place.members if not one.candidate.named]
+    own = answer.probability(one.candidate.label for one in others if one.candidate.kind == lead.candidate.kind)
+    form = _by_harmonics(said, model, located(lead.candidate, lead.proposal.atom, own, fitted=_fitted_shape(lead)))
+    words = [_without_index(form), *filter(None, [_regime(said, model, data)])]
+    if own >= priors.decision.stated:
+        return replace(form, where=", ".join(words))
+    near = [one for one in others if one.probability >= priors.decision.in_set]
+    names = dict.fromkeys(one.candidate.source.covariate for one in near)
+    rest = [name for name in names if name != form.covariate]
+    if rest:
+        words.append(f"or a function of {listed(rest, 'or')}: this recording does not tell which")
+    return replace(form, where=", ".join(words), probability=answer.probability(one.candidate.label for one in others))
+
+
+def _by_harmonics(said: StatedTerm, model: Model, form: Located) -> Located:
+    """A wave with the period that it has, where a multiple of that was fitted and has overtones only.
+
+    What repeats after a period repeats after two of them: its fundamental and odd overtones are not there.
+    """
+    place = model.state.index_of(said.term)
+    if form.form != WAVE or place is None or not isinstance(form.numbers, float):
+        return form
+    mean, covariance = model.state.amplitudes(place)
+    count = len(mean) // 2
+    pairs = [[k, k + count] for k in range(count)]
+    far = [mean[k] @ np.linalg.pinv(covariance[np.ix_(k, k)]) @ mean[k] for k in pairs]
+    there = [number for number, one in enumerate(far, 1) if one > SEEN_HARMONIC]
+    order = int(np.gcd.reduce(there)) if there else 1
+    if order == 1:
+        return form
+    before, after = (rounded(form.numbers / k, 4) for k in (1, order))
+    return replace(form, numbers=form.numbers / order, where=form.where.replace(f"period {before}", f"period {after}"))
+
+
+def _without_index(form: Located) -> str:
+    """The words of a form; a period in numbers of readings or cycles is an index of a table, and is not told."""
+    if form.covariate not in INDICES or form.form not in (*PERIODIC, BEAT):
+        return form.where
+    _, comma, side = form.where.rpartition(", along")
+    return f"repeats in the {form.covariate} of the readings{comma}{side}"
+
+
+def _by_another(
+    doubtful: Sequence[StatedTerm], model: Model, answer: Posterior, decision: Decision
+) -> list[StatedTerm]:
+    """Laws that are there since another axis has them, and not by the readings: without a size they are no findings."""
+    found = [one for one in doubtful if one.lead.proposal.company > 0.0]
+    without = answer.search.without(model.state, *(model.state.index(one.term.candidate) for one in found))
+    needed = model.state.log_posterior - without.log_posterior > float(np.log(decision.excluded))
+    return [] if needed else found
+
+
+def _fitted_shape(rival: Member) -> Any:
+    """The shape of a form that was fitted between those of the grid, None if it is one of the grid."""
+    return None if rival.hypothesis is None else rival.hypothesis.terms[rival.hypothesis.index(rival.candidate)].shape
+
+
+def _regime(said: StatedTerm, model: Model, data: Residuals) -> str:
+    """The part of the record in which a smooth form differs from the rest, in words; empty for all of it."""
+    form: Form = said.lead.candidate.source
+    place = model.state.index_of(said.term)
+    covariate = next((one for one in covariates(data) if one.name == form.covariate), None)
+    if form.shape != SMOOTH or form.beside or place is None or covariate is None:
+        return ""
+    x, unit = covariate.values, form.unit or "as recorded" * covariate.further
+    mean, covariance = model.state.amplitudes(place)
+    share = mask(data, form.side)
+    seen = np.abs(share) > FAINT * np.abs(share).max()
+    columns = said.term.columns[:, seen] / share[seen]
+    return regime(x[seen], columns, mean, covariance, f" {unit}".rstrip())
+
+
+def _nearest(said: StatedTerm, several: Sequence[Alternative]) -> tuple[Replacement, ...]:
+    """Laws, one or several together, that may be in the place of a form, the most probable first."""
+    own, lead = said.lead.candidate.label, said.lead.probability
+    laws: list[tuple[tuple[Candidate, ...], float]] = []
+    laws += [((one.candidate,), one.probability / lead) for one in said.place.members if one.candidate.named]
+    laws += [(one.come, one.odds) for one in several if own in one.gone and all(c.named for c in one.come)]
+    found: dict[tuple[str, ...], float] = {}
+    for come, odds in laws:
+        names = tuple(sorted(one.source.label for one in come))
+        found[names] = max(found.get(names, 0.0), odds)
+    return tuple(Replacement(*one) for one in sorted(found.items(), key=lambda item: -item[1])[:MOST_NEAREST])
+
+
+def nearest_words(left: Sequence[Located]) -> Iterator[str]:
+    """The odds against the laws that are nearest to what is stated without a law, in words."""
+    for one in left:
+        if one.laws:
+            names = [name_of(label) for label in one.laws[0].laws]
+            what = f"{names[0]} is the nearest law" if len(names) == 1 else f"{listed(names)} together are nearest"
+            yield f"{what}; the form is {_times(1.0 / max(one.laws[0].odds, 1e-300))} times as probable"
+
+
+def inexact_laws(model: Model) -> Iterator[str]:
+    """What stated laws move beside their signatures, where it is seen, in words."""
+    for one in model.laws:
+        beside_um = rms(model.state.discrepancy_um(model.state.index(one.term.candidate)))
+        if beside_um > TOLD_BESIDE * model.state.sigma_um:
+            percent = 100.0 * beside_um / term_rms_um(one, model.state)
+            share = f"{rounded(beside_um, 2)} um rms, {rounded(percent, 1)} % of it"
+            why = ", or to what its temperature did in pauses: record it all the time"
+            yield (
+                f"{name_of(one.source.label)} is not exactly of this shape: {share}, are put down to that"
+                f"{why * follows_with_lag(one.source)}"
+            )
+
+
+def _times(odds: float) -> str:
+    return rounded(odds, 2) if odds < 1e4 else f"10^{np.log10(odds):.0f}"

@@ -1,0 +1,1 @@
+"""How statements are put into words: numbers, headlines, limits, and what a cause means at the machine."""

@@ -1,0 +1,169 @@
+"""Words and numbers of the report of a ``diagnosis.json``: verdict, limits, values with their uncertainties."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from stepgauge.conditions.duplicates import copies_words
+from stepgauge.diagnosis.forms.form import SMOOTH
+from stepgauge.diagnosis.wording.aliases import leads_into_mm
+from stepgauge.diagnosis.wording.notation import listed, significant
+
+FEW_DOF = 20
+FULL_TURN_DEG = 240.0
+"""Least span of azimuths that separates a harmonic from a constant."""
+QUANTITIES = {"trigger_force_N": "trigger force", "deflection_um": "deflection", "pretravel_um": "pre-travel"}
+SCATTER_WORDS = {
+    "growth": "scatter that grows",
+    "burst": "scatter that is larger in one stretch of the record",
+    "correlation": "scatter correlated from touch to touch",
+    "certificate": "certificate with uncertainties that are too small",
+    "outlying": "single outliers",
+    "heavy": "tails heavier than normal",
+}
+
+
+def limits(said: Mapping[str, Any]) -> list[str]:
+    """What this recording cannot show, whatever the verdict."""
+    measured, found = said["measured"], []
+    if not said["noise"]["from_repeats"]:
+        found.append(
+            "No face was probed twice under the same conditions. The noise is estimated from the repeatability in the"
+            " machine file and from the residuals of the model: structure from face to face may count as noise."
+        )
+    elif said["noise"]["dof"] < FEW_DOF:
+        found.append(f"The noise has only {said['noise']['dof']} degrees of freedom; measure more cycles.")
+    if len(measured["placements"]) == 1:
+        found.append(
+            "The gauge lay in one place. Errors of the machine (scales, guideways) and of the gauge (certificate,"
+            " temperature, bending) can be separated only by further placements."
+        )
+    if len(measured["speeds_mm_s"]) < 2:
+        found.append("There was one measuring speed: a trigger delay cannot be separated from a larger pre-travel.")
+    for axis, step in measured.get("even_steps_mm", {}).items():
+        leads = listed([f"{one:g}" for one in leads_into_mm(step)], "or")
+        found.append(
+            f"Fronts and backs were probed in whole steps of {significant(step, 4)} mm of {axis}: a periodic error of a"
+            f" period that goes into it ({leads} mm), as of a screw, is the same at all of them, and cannot be told"
+            f" from a tip radius or a backlash of {axis}. A placement shifted along {axis} by a quarter of the pitch"
+            " shows it."
+        )
+    if not measured["time_recorded"]:
+        found.append("No times were recorded: drift, cycles, steps and vibration could not be tested.")
+    if not measured["gauge_temperature_recorded"]:
+        found.append("The temperature of the gauge was not recorded; that of the certificate was assumed.")
+    if said["inputs"]["gauge"]["example"]:
+        found.append("The certificate is an example, not that of a real gauge.")
+    return found
+
+
+def without_scatter(said: Mapping[str, Any]) -> Iterator[str]:
+    """That readings repeat as no reading does, which whoever reads the result must know."""
+    cycles, alike = defaultdict[int, list[int]](list), defaultdict[str, list[str]](list)
+    for one in said.get("measured", {}).get("copied_cycles", ()):
+        cycles[one["placement"]].append(one["cycle"])
+    for placement, own in cycles.items():
+        alike[copies_words(own)].append(str(placement))
+    if cycles:
+        each = listed([f"{own} of placement{'s' * (len(of) > 1)} {listed(of)}" for own, of in alike.items()])
+        yield (
+            f"Left out as copies: {each}. All their readings are those of an earlier cycle: they were copied, or"
+            " simulated without scatter, and tell nothing."
+        )
+    if said.get("noise", {}).get("least"):
+        yield (
+            "The readings scatter less than those of any probe and machine: they were copied, averaged or simulated"
+            " without scatter. A few per cent of the repeatability were taken as their standard deviation."
+        )
+
+
+def lacking(said: Mapping[str, Any]) -> list[str]:
+    """What an insufficient recording lacks."""
+    if said["verdict"] != "insufficient":
+        return []
+    found = []
+    if not said["noise"]["from_repeats"]:
+        found.append("every face probed at least twice, better five times, in the same placement and at the same speed")
+    few = "more cycles: too few repeats to separate noise from structure"
+    return found or [f"{few}; and another placement" if said["odds"] else few]
+
+
+def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """The forms by covariate: each covariate once, with the faces, its forms, and the largest probability."""
+    found: dict[str, dict[str, Any]] = {}
+    for one in unexplained:
+        empty = {
+            "covariate": one["covariate"],
+            "sides": [],
+            "where": [],
+            "p": [],
+            "beside": [],
+            "forms": [],
+            "open": [],
+        }
+        row = found.setdefault(one["covariate"], empty)
+        row["beside"] += [one["beside"]] if one.get("beside") and one["form"] == SMOOTH else []
+        row["sides"].append(one["side"])
+        row["where"].append(one["where"])
+        row["p"].append(one["probability"])
+        row["forms"].append(one["form"])
+        row["open"] += [one] if one.get("separate_by") else []
+    return [
+        {
+            "covariate": row["covariate"],
+            "side": ", ".join(dict.fromkeys(row["sides"])),
+            "where": "; ".join(dict.fromkeys(row["where"])),
+            "probability": max(row["p"]),
+            "beside": " and ".join(dict.fromkeys(row["beside"])),
+            "forms": row["forms"],
+            "open": row["open"],
+        }
+        for row in found.values()
+    ]
+
+
+def map_limits(said: Mapping[str, Any]) -> list[str]:
+    """What this map cannot show, whatever the verdict."""
+    measured = said["measured"]
+    found = [*_map_scatter(said["noise"])]
+    polar, azimuth = measured["polar_deg"], measured["azimuth_deg"]
+    if azimuth["to"] - azimuth["from"] < FULL_TURN_DEG:
+        found.append(
+            f"The azimuths go from {azimuth['from']:g} to {azimuth['to']:g} deg. Differences between the thirds of"
+            " a circle (eccentricity, a damaged seat, lobes other than three) need azimuths over 360 deg."
+        )
+    if polar["different"] == 1:
+        found.append(
+            f"There is one polar angle, {polar['from']:g} deg. Lever, preload and contact radius have the same"
+            " influence at a single polar angle; oblique directions separate them."
+        )
+    missing = {"trigger_force_N": "trigger forces", "deflection_um": "deflections"}
+    if said["inputs"]["probe"]["model"] in ("kinematic", "piezo"):
+        found += [
+            f"No {words} were measured: effects that only they show could not be tested."
+            for name, words in missing.items()
+            if name not in measured["quantities"]
+        ]
+    if measured["rows_without_values"]:
+        found.append(
+            f"{measured['rows_without_values']} rows have no values (the probe never triggered) and are left out."
+        )
+    return found
+
+
+def _map_scatter(noise: Mapping[str, Any]) -> list[str]:
+    if noise["from_repeats"]:
+        few = f"The scatter has only {noise['dof']} degrees of freedom; measure more repeats."
+        return [few] if noise["dof"] < FEW_DOF else []
+    seen = "No direction was probed twice"
+    if noise["copies"]:
+        seen = "Repeats agree to the last digit: they are copies, or simulated without scatter"
+    elif noise["dof"]:
+        seen = f"Too few directions were probed twice ({noise['dof']} degrees of freedom)"
+    return [
+        f"{seen}. The scatter is estimated from the residuals of the model beyond the rounding of the printed digits:"
+        " chi-square is then near one for any model, irregular errors count as scatter, and a change that is small"
+        " against it is missed. Probe every direction at least twice."
+    ]

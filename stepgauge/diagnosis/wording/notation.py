@@ -1,0 +1,187 @@
+"""Sizes, lengths and directions as a technician reads them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.files.notation import LEAST_PLAIN, rounded
+
+COVERAGE = 2.0
+"""Coverage factor of the expanded uncertainty after a plus-minus sign."""
+SURE = 0.99
+"""Probability above which no digits are stated: the priors are not known so well."""
+
+
+def span_mm(axis: str, data: Residuals) -> float:
+    """Travel of an axis that the probings used, mm."""
+    return float(np.ptp(data.probings.coordinate_mm(axis)))
+
+
+def length_mm(data: Residuals) -> float:
+    """Certified length that the probings covered, mm."""
+    return float(np.ptp(data.probings.certified_mm()))
+
+
+def size(value: float) -> str:
+    """The magnitude in two significant digits."""
+    return rounded(abs(value), 2)
+
+
+def in_um(value: float, digits: int = 2) -> str:
+    """A length of some um: two significant digits, never an exponent."""
+    large = abs(value)
+    decimals = int(np.clip(digits - 1 - np.floor(np.log10(large)), 0, 4)) if large > 1e-9 else 1
+    return f"{large:.{decimals}f} um"
+
+
+def long(value: float) -> str:
+    """What an error of this sign makes a length: too ``long``, too ``short``."""
+    return "long" if value > 0 else "short"
+
+
+def towards(direction: Any, um: float) -> str:
+    """A displacement along a machine axis, in words."""
+    if isinstance(direction, str):
+        return f"{'+' if um > 0 else '-'}{direction}"
+    return f"{'' if um > 0 else '-'}{direction_words(direction)}"
+
+
+def direction_words(direction: Any) -> str:
+    """A machine axis by name, or a direction by its components."""
+    if isinstance(direction, str):
+        return direction
+    return f"({', '.join(f'{d + 0.0:.3f}' for d in np.round(direction, 3))})"
+
+
+def name_of(kind: str) -> str:
+    """A kind in words."""
+    return " ".join(kind.replace("_", " ").split())
+
+
+def in_place(kinds: Iterable[str], combinations: Sequence[Sequence[str]]) -> list[str]:
+    """What may be in place of a finding, in words; several laws together by their labels, which have the axes.
+
+    ``kinds``: as ``confounded_with`` has them, ``a + b`` for two together; ``combinations``: the labels of these.
+    """
+    found: list[str] = []
+    for kind in kinds:
+        parts = sorted(kind.split(" + "))
+        same = [sorted(laws) for laws in combinations if len(laws) == len(parts) > 1]
+        alike = [laws for laws in same if all(map(str.startswith, laws, parts))]
+        found += [" + ".join(map(name_of, laws)) for laws in alike] or [name_of(kind)]
+    return list(dict.fromkeys(found))
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """``a, b and c``."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def misfit(before_um: float, after_um: float) -> Iterator[str]:
+    """That named effects do not reduce the residuals, which must not be overlooked."""
+    if after_um > before_um:
+        yield f"the named effects leave {after_um:.3g} um rms of {before_um:.3g} um: do not enter their values"
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """A number to some significant digits, without an exponent where it is not usual."""
+    if value is None:
+        return "undefined"
+    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+        decimals = 0 if value == 0.0 else max(digits - 1 - math.floor(math.log10(abs(value))), 0)
+        return f"{value:.{decimals}f}"
+    return f"{value:.{digits - 1}e}"
+
+
+def counted(names: Iterable[str]) -> list[str]:
+    """Names, each once, with their number: ``vibration``, ``twice step change x``."""
+    said = {1: "", 2: "twice "}
+    return [f"{said.get(times, f'{times} times ')}{name}" for name, times in Counter(names).items()]
+
+
+def scatter_ratio(found_um: float, stated_um: float) -> str:
+    """How far the scatter is from the stated one, in words."""
+    numbers = f"({rounded(found_um, 2)} um, stated {rounded(stated_um, 2)} um)"
+    if found_um > stated_um:
+        return f"The scatter is {rounded(found_um / stated_um, 2)} times what the machine file states {numbers}"
+    return f"The scatter is a {rounded(stated_um / found_um, 2)}th of what the machine file states {numbers}"
+
+
+def wrapped_sum(formulas: Sequence[str], width: int = 96) -> list[str]:
+    """The sum of some formulas in lines that break between terms, of ``width`` characters where a term allows it."""
+    lines = [""]
+    for number, term in enumerate(re.split(r" \+ (?=c\d+ \*)", " + ".join(formulas))):
+        added = f"+ {term}" if number else term
+        if lines[-1] and len(lines[-1]) + 1 + len(added) > width:
+            lines.append(added)
+        else:
+            lines[-1] = f"{lines[-1]} {added}".lstrip()
+    return lines
+
+
+def um(value: float | None) -> str:
+    """A length in um with a suitable number of digits."""
+    return "undefined" if value is None else f"{significant(value, 3)} um"
+
+
+def plus_minus(parameter: Mapping[str, Any]) -> str:
+    """A parameter as a report prints it: ``2.27 +- 0.47 um/m``, to two digits of the uncertainty."""
+    value, unit = parameter["value"], parameter.get("unit", "")
+    unit = "" if unit == "1" else unit
+    if isinstance(value, list):
+        return ", ".join(str(one) for one in value) + (f" {unit}" if unit else "")
+    if not isinstance(value, float):
+        return f"{value} {unit}".strip()
+    u = parameter.get("u")
+    if not u:
+        return f"{significant(value, 4)} {unit}".strip()
+    expanded = COVERAGE * u
+    if expanded < LEAST_PLAIN:
+        return f"{significant(value, 4)} ± {significant(expanded, 2)} {unit}".strip()
+    place = 1 - math.floor(math.log10(float(f"{expanded:.1e}")))
+    value, expanded = (round(one, place) for one in (value, expanded))
+    return f"{value:.{max(place, 0)}f} ± {expanded:.{max(place, 0)}f} {unit}".strip()
+
+
+def members_of(effect: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """The causes of a finding, the stated one first, each with its ``share``; the finding itself where it is alone."""
+    if effect.get("set"):
+        return list(effect["set"])
+    own = effect["own_probability"] / effect["probability"] if effect["probability"] else 1.0
+    return [{**effect, "share": min(float(own), 1.0)}]
+
+
+def probability_of(effect: Mapping[str, Any]) -> str:
+    """The probability of a finding in words, and that of the cause it names where something else may stand for it."""
+    first = members_of(effect)[0]["share"]
+    alone = effect["own_probability"] if first is None else first * effect["probability"]
+    own = f" that it is one of the set, {probability(alone)} that it is the first of it"
+    return f"probability {probability(effect['probability'])}{own if effect['confounded_with'] else ''}"
+
+
+def probability(value: float) -> str:
+    """A probability to two digits; above ``SURE`` only that it is above."""
+    if value > SURE:
+        return f"above {SURE:g}"
+    return f"below {1.0 - SURE:.2g}" if value < 1.0 - SURE else f"{value:.2f}"
+
+
+def percent(share: float | None) -> str:
+    """A share as a percentage."""
+    return "undefined" if share is None else f"{100.0 * share:.3g} %"
+
+
+def without(text: str, commands: Sequence[str]) -> str:
+    """A sentence without the commands that are printed below it."""
+    for command in commands:
+        text = text.replace(f": {command}", " (the command below)")
+    return text
