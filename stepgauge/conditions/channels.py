@@ -18,6 +18,8 @@ SMALLEST_UM, LARGEST_UM = 0.1, 2000.0
 FINEST_UM, OF_FINEST_UM = 1e-3, 1.0
 """A step below a nanometre and a range below a micrometre are those of millimetres."""
 MOST_SPIKES = 0.02
+OF_RANGE = 0.05
+"""A step beyond this share of a range is remarked: the range is wrong by as much as a step."""
 JUMP_SHARE, JUMP_TIMES = 0.3, 30.0
 """A change from one reading to the next that is so much of the whole range, and so many times the usual one."""
 
@@ -55,7 +57,7 @@ def _channel(name: str, um: Array) -> Iterator[Condition]:
         words = f"displacement {name} is stuck at {um[stuck[0]]:g} um in {rows}: frozen or saturated"
         yield Condition("channel", "prevents", words, rows, "a reading that changes")
     yield from _jumps(name, um, span)
-    if step > span / 4.0:
+    if step > OF_RANGE * span:
         words = f"displacement {name} has steps of {rounded(step, 3)} um in a range of {rounded(span, 3)} um"
         yield Condition("resolution", "contribution", words, f"{rounded(step, 3)} um", "finer steps", step)
 

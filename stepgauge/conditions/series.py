@@ -106,8 +106,13 @@ def spikes(values: Array, times: float = 8.0) -> tuple[NDArray[np.intp], Array]:
     scatter = mad_sigma(off / weight)
     size = np.abs(off) / weight
     peak = (size >= np.r_[0.0, size[:-1]]) & (size >= np.r_[size[1:], 0.0])
-    least = 1.6e3 * step_of(values * 1e-3)
-    rows = np.flatnonzero(peak & (size > max(times * scatter, least)))
+    limit = max(times * scatter, 1.6e3 * step_of(values * 1e-3))
+    found = peak & (size > limit)
+    for end, inner, *others in ((0, 1, 2, 3), (-1, -2, -3, -4)):
+        if found[end] or found[inner]:  # one of both makes the other stand out
+            fits = abs(values[inner] - 2.0 * values[others[0]] + values[others[1]]) <= np.sqrt(6.0) * limit
+            found[end], found[inner] = fits, not fits
+    rows = np.flatnonzero(found)
     return rows, off[rows]
 
 

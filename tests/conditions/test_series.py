@@ -168,3 +168,21 @@ def test_a_display_of_coarse_steps_is_not_stuck() -> None:
     slow = np.round(3.0 * np.sin(TIME_H / 4.0) + np.random.default_rng(3).normal(0.0, 0.2, 289))
     assert plateau(slow) is None
     assert spikes(slow)[0].size == 0
+
+
+@pytest.mark.parametrize("row", [0, 1, 50, 98, 99])
+def test_a_reading_that_stands_out_is_named_alone_at_the_ends_too(row: int) -> None:
+    values = np.sin(np.arange(100) / 20.0) + np.random.default_rng(3).normal(0.0, 0.05, 100)
+    values[row] += 40.0
+    rows, off = spikes(values)
+    assert rows.tolist() == [row]
+    assert off[0] == pytest.approx(40.0, abs=1.0)
+
+
+def test_a_drift_test_on_a_display_as_coarse_as_its_u_decides_nothing() -> None:
+    """Steps of 1 um in a range of 5 um: the range is wrong by up to as much."""
+    um = 2.5 * np.sin(np.arange(289) / 48.0) + np.random.default_rng(1).normal(0.0, 0.05, 289)
+    for decimals, expected in ((3, ()), (0, ("resolution",))):
+        found = channel_conditions({"x1": np.round(um, decimals)}, {})
+        assert tuple(one.name for one in found if one.state != "met") == expected
+        assert [one.name for one in found.weighed(0.5).preventing] == list(expected)
