@@ -90,7 +90,9 @@ def _growing(data: Residuals) -> dict[str, Array]:
 
 
 def _gaps(data: Residuals) -> Array:
-    """Time between neighbours over the typical one, infinite between placements of the gauge."""
+    """Time between neighbours over the typical one, infinite between placements and where no order is known."""
+    if not data.in_order:
+        return np.full(len(data) - 1, np.inf)
     time = data.frame["time_s"].to_numpy(float)[data.order] if data.has_time else np.arange(float(len(data)))
     gap = np.diff(time)
     gap = np.maximum(gap / max(float(np.median(gap)), 1e-9), LEAST_GAP)

@@ -35,10 +35,10 @@ class Residuals:
     that effects use, with the simulated coordinates, since a recorded coordinate contains the residual itself;
     ``frame``: the recording, rows as in the file. Of a recording without a gauge, ``unknown (p, n)``: nuisance columns
     of which nothing is known, in place of the origins; ``step_um``: the resolution of the readings, None where it is
-    not known beforehand; ``copied``: placements and cycles that were left out since they repeat another one;
-    ``of_recording (n,)``: which rows of the recording these are; ``grown_um (n,)``: standard deviation that effects in
-    the machine file add to the repeatability;
-    ``latched_um (n,)``: that of a latch, which all repeats may have in common.
+    not known beforehand; ``ordered``: whether rows are in the order of reading; ``copied``: placements and cycles that
+    were left out since they repeat another one; ``of_recording (n,)``: which rows of the recording these are;
+    ``grown_um (n,)``: standard deviation that effects in the machine file add to the repeatability; ``latched_um
+    (n,)``: that of a latch, which all repeats may have in common.
     """
 
     um: Array
@@ -51,6 +51,7 @@ class Residuals:
     machine: Machine
     unknown: Array | None = None
     step_um: float | None = None
+    ordered: bool = True
     grown_um: Array | float = 0.0
     latched_um: Array | float = 0.0
     copied: tuple[tuple[int, int], ...] = ()
@@ -140,6 +141,11 @@ class Residuals:
     def stylus(self) -> NDArray[np.int64]:
         """Number of the stylus of a row, 1 for that of the machine file."""
         return stylus_of(self.frame)
+
+    @property
+    def in_order(self) -> bool:
+        """Whether it is known which reading came after which."""
+        return self.ordered or self.has_time
 
     @cached_property
     def has_time(self) -> bool:

@@ -163,6 +163,19 @@ class EffectPrior:
     unit: str = ""
 
 
+@dataclass(frozen=True)
+class Words:
+    """What an effect is called, what it means, what to check before anything is changed, and what to repair then.
+
+    ``{name}`` stands for the value of a parameter with its unit.
+    """
+
+    name: str = ""
+    means: str = ""
+    check: str = ""
+    repair: str = ""
+
+
 UNDETERMINED = 0.05
 """Factor on the odds of an effect in a recording that hardly tells it from simpler ones."""
 RECORDINGS = ("gauge", "linear", "rotary", "spot", "distances")
@@ -178,6 +191,7 @@ class Effect(Table):
     the recording that the displacement depends on; ``sought``, whether the diagnosis has it among its candidates;
     ``prior``, how common and how large it is, a common kind of a tenth of its sensible range where none is stated;
     ``recordings``, those of :data:`RECORDINGS` that can show it; ``touch``, those in which only what touches has it;
+    ``words``, for a person at the machine, and ``axis_words`` at an axis by itself where those differ;
     ``process``, whether its shape idealises a process, so that a part of its size has other shapes.
 
     The equations broadcast: a column has shape ``(n,)`` or ``(runs, n)``, a parameter is a number or of shape
@@ -193,6 +207,8 @@ class Effect(Table):
     recordings: ClassVar[tuple[str, ...]] = RECORDINGS
     touch: ClassVar[tuple[str, ...]] = ()
     process: ClassVar[bool] = False
+    words: ClassVar[Words | None] = None
+    axis_words: ClassVar[Words | None] = None
     when: str | None = Field(
         None, description="formula that is true where the effect acts, as x_mm > 300; without it everywhere"
     )
@@ -241,6 +257,11 @@ class Effect(Table):
     def parameters(cls) -> tuple[Parameter, ...]:
         """All parameters in the order of the class, without ``when``, which every effect may have."""
         return _parameters(cls)
+
+    @classmethod
+    def words_at(cls, of: str) -> Words | None:
+        """The words for a recording of a ``gauge`` or of an ``axis`` by itself."""
+        return cls.axis_words or cls.words if of == "axis" else cls.words
 
     @classmethod
     def phase(cls) -> Parameter | None:

@@ -22,8 +22,8 @@ FEWEST_PERIODS = 2.0
 """Least number of periods within the duration of the measurement: less of one is a curvature."""
 FEWEST_ALONG = 1.25
 """The same along an axis, where a period that is not fully covered has aliases at the pitch of the faces."""
-MOST_PERIODS, MOST_FREQUENCIES, MOST_TIMES = 4000, 2500, 1000
-FINER_THAN_STEPS = 5.0
+MOST_PERIODS, MOST_FREQUENCIES, MOST_TIMES = 5000, 2500, 1000
+FINER_THAN_STEPS = 8.0
 """Periods over the travel for each place that was measured, where places lie unevenly and so show what is finer."""
 FASTEST_CYCLE_S, SLOWEST_VIBRATION_HZ = 60.0, 0.2
 """What a room or a cooler does, and what a machine on air springs does. Of an axis by itself, whose hour is the

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import Direction, Displacement, Effect, EffectPrior, along, parameter
+from stepgauge.effects.base import Direction, Displacement, Effect, EffectPrior, Words, along, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.waves import sine
 
@@ -67,6 +67,48 @@ class Vibration(Effect):
     def displacement_um(self, probings: Probings) -> Displacement:
         """A sine of time."""
         return along(self.direction, self.amplitude_um * sine(self.frequency_hz, probings.time_s, self.phase_deg))
+
+
+class DriveCycle(Effect):
+    """A part of a drive that turns at constant speed errs once a turn: d = A sin(2 pi t / period + phase).
+
+    A worm, a gear, a screw, a belt, a pole of a motor or resolver, a line of an encoder: seen at one spot, or in an
+    instrument that follows, its error repeats in time.
+    """
+
+    kind: ClassVar[str] = "drive_cycle"
+    equation: ClassVar[str] = "d = amplitude_um sin(2 pi time_s / period_s + phase_deg)"
+    source: ClassVar[str] = "transmission error of gears and worms; periodic error of a telescope's mount: definition"
+    covariates: ClassVar[tuple[str, ...]] = ("time",)
+    recordings: ClassVar[tuple[str, ...]] = ("spot",)
+    process: ClassVar[bool] = True
+    prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.5, "what follows or turns has a drive")
+    words: ClassVar[Words | None] = Words(
+        "drive cycle",
+        "The reading repeats every {period_s}, by up to {amplitude_um}, as the error of a worm, gear, screw or motor"
+        " that turns once in this time would make it.",
+        "Compare the period with a turn of each part of the drive, and with half of it.",
+        "Correct the periodic error of the drive, or have the part exchanged.",
+    )
+    direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
+    amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e4, sensible=(0, 20))
+    period_s: float = parameter(
+        unit="s",
+        role="nonlinear",
+        meaning="time of a turn",
+        gt=0,
+        le=1e9,
+        sensible=(1, 7200),
+        grid=grids.periods_in_time_s,
+        decades=True,
+    )
+    phase_deg: float = parameter(
+        0.0, unit="deg", role="phase", meaning="phase at time 0", ge=-360, le=360, sensible=(-180, 180)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """A sine of time."""
+        return along(self.direction, self.amplitude_um * sine(1.0 / self.period_s, probings.time_s, self.phase_deg))
 
 
 class ApproachMemory(Effect):

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import AXES, UNDETERMINED, Array, Axis, Displacement, Effect, EffectPrior, parameter
+from stepgauge.effects.base import AXES, UNDETERMINED, Array, Axis, Displacement, Effect, EffectPrior, Words, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.scales import bump
 
@@ -86,6 +86,42 @@ class ReversalWear(Effect):
         """A reversal error times a Gaussian."""
         worn = bump(probings.axis_mm(self.axis), self.at_mm, self.width_mm)
         return {self.axis: sense(probings, self.axis) * worn * (self.um / 2.0)}
+
+
+class ReversalSlope(Effect):
+    """The reversal error grows along the axis: d = (um_per_m / 2) sign(p_axis) (x - middle of travel).
+
+    It is added to the reversal error of the whole axis, which is that in the middle.
+    """
+
+    kind: ClassVar[str] = "reversal_slope"
+    equation: ClassVar[str] = "d = (um_per_m / 2) sign(approach on the axis) (x - middle of travel)"
+    source: ClassVar[str] = "ISO 230-2:2014, reversal error B by position; a screw that is worn towards one end"
+    covariates: ClassVar[tuple[str, ...]] = ("approach", "coordinate")
+    recordings: ClassVar[tuple[str, ...]] = AXES
+    prior: ClassVar[EffectPrior | None] = EffectPrior(0.2, 3.0, "screws and racks wear towards one end", basis="grade")
+    words: ClassVar[Words | None] = Words(
+        "reversal error that grows",
+        "The reversal error of {axis} grows by {um_per_m} along it: the drive has more play towards one end.",
+        "Drive {axis} to a dial gauge from both sides, at both ends of its travel.",
+        "Have the drive of {axis} inspected; a backlash compensation holds for one place only.",
+    )
+    axis_words: ClassVar[Words | None] = Words(
+        "reversal error that grows",
+        "The reversal error grows by {um_per_m} along the axis: the drive has more play towards one end.",
+        "Read both ends with another instrument, coming from both sides.",
+        "Have the drive inspected; a backlash compensation holds for one place only.",
+    )
+    axis: Axis = parameter(unit="", role="choice", meaning="axis that reverses: x, y or z")
+    um_per_m: float = parameter(
+        unit="um/m", meaning="reversal error more for each metre of travel", ge=-1e5, le=1e5, sensible=(-50, 50)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """A reversal error in proportion to the distance from the middle."""
+        middle = probings.setting.travel_mm["xyz".index(self.axis)].mean()
+        from_middle_m = (probings.axis_mm(self.axis) - middle) * 1e-3
+        return {self.axis: sense(probings, self.axis) * from_middle_m * (self.um_per_m / 2.0)}
 
 
 class StickSlip(Effect):

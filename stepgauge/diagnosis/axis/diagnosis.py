@@ -14,7 +14,8 @@ import pandas as pd
 from stepgauge.axis.recording import AxisRecording, join_axis_recordings, places_of
 from stepgauge.axis.sensors import SENSORS, not_candidates
 from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
-from stepgauge.diagnosis.axis.told import Teller
+from stepgauge.diagnosis.axis.reversal import is_reversal, words_of_reversal
+from stepgauge.diagnosis.axis.told import OPPOSITE, Teller
 from stepgauge.diagnosis.engine import diagnose_residuals
 from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict, without_nan
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
@@ -136,6 +137,9 @@ def _said(found: GaugeDiagnosis, data: AxisData) -> dict[str, Any]:
             row["target"] = _target_of(recording, int(row["row"]))
             row.pop("face", None)
             row.pop("pair", None)
+    for one in (*said["unexplained"], *said["located"]):
+        if is_reversal(recording, one["covariate"], OPPOSITE in one["where"]):
+            one["where"] = words_of_reversal(recording)
     said["unexplained"].sort(key=lambda one: -one["probability"])
     said["measured"] = {name: said["measured"][name] for name in ("duration_s", "time_recorded")}
     said["noise"].pop(f"machine_file_{units.deviation}")

@@ -24,9 +24,10 @@ PLAIN = ("in_practice", "command", "commands", "path", "sha256", "label", "separ
 _RELATIVE = {"m": "mm/km", "inch": "uin/inch", "thou": "uin/inch", "uin": "uin/inch"}
 """What a millionth is called beside a unit of position."""
 _LABEL = re.compile(r"\b([a-z]+(?:_[a-z]+)+)_x\b")
+OPPOSITE = "with opposite sign in the two directions of travel"
 _WORDS = (
     (", with the same sign on front and back faces (along the gauge)", ", the same in both directions of travel"),
-    (", along the approach", ", with opposite sign in the two directions of travel"),
+    (", along the approach", f", {OPPOSITE}"),
     ("along the gauge", "along the axis"),
     ("touches since a pause", "readings since a pause"),
     ("rest before the touch", "time since the reading before"),

@@ -6,7 +6,7 @@ rough.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -70,11 +70,16 @@ def form_candidates(
     found: list[Candidate] = []
     for one in every:
         odds = float(np.log(priors.forms.odds * one.share / total / len(one.sides)))
-        for side in one.sides:
+        for side in _apart(one.sides, sides):
             own = _own(one, side, laws, one_way)
             if len(own.features):
                 found += _candidate(own, side, sides[side], odds, sizes)
     return found
+
+
+def _apart(names: Sequence[str], sides: Mapping[str, Array]) -> list[str]:
+    """The sides that this recording tells apart, the last of those that are alike: one way is one side."""
+    return [a for i, a in enumerate(names) if not any(np.array_equal(sides[a], sides[b]) for b in names[i + 1 :])]
 
 
 def _candidate(one: OnSides, side: str, share: Array, odds: float, sizes: AmplitudePrior) -> Iterator[Candidate]:
@@ -113,9 +118,11 @@ def _own(one: OnSides, side: str, laws: Collection[str], one_way: bool) -> OnSid
 
     An origin moves along a direction of the machine; ``one_way``: one moves all gauges alike.
     """
-    follows = one.shape == LAGGED and one.covariate.endswith(TEMPERATURES)
-    if follows and side in (*AXES, "gauge") and "thermal_shift" in laws:
-        return replace(one, features=(), kernels=())
+    if one.covariate.endswith(TEMPERATURES) and side in (*AXES, "gauge") and "thermal_shift" in laws:
+        if one.shape == LAGGED:
+            return replace(one, features=(), kernels=())
+        if one.kernels[-1] == TREND:
+            return replace(one, features=one.features[:-1], kernels=one.kernels[:-1])
     drifts = one.covariate in DRIFTING and one.kernels[-1] == TREND and one_way
     if drifts and side == "gauge" and "thermal_drift" in laws:
         return replace(one, features=one.features[:-1], kernels=one.kernels[:-1])

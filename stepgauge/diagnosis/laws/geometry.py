@@ -2,7 +2,8 @@
 
 A machine has 21 error motions (ISO 230-1:2012), and a recording in a few placements cannot tell them all apart: which
 three of them "explain" what twenty do is chance. So one hypothesis has all of them, each in proportion to what its own
-law usually is, times a factor that they have in common. What the readings tell of each follows from the posterior.
+law usually is, times a factor that they have in common. What the readings tell of each follows from the posterior, in
+which each kind of error has a factor of its own.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.laws.library import Family, family_signatures, fixed_values, signatures, whole
@@ -20,6 +22,7 @@ from stepgauge.diagnosis.laws.usual import odds_of, usual_size
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um
+from stepgauge.inference.metric import Metric
 from stepgauge.inference.problem import Law
 
 Array = NDArray[np.float64]
@@ -30,6 +33,11 @@ FEWEST_PLACEMENTS = 4
 """Along three lines all errors together are hardly another curve than one of them."""
 FURTHER = 2
 """Powers beyond those that are laws of their own: guideways are no cubics, and what is large shows it."""
+SPREAD = float(np.log(3.0))
+"""Logarithmic standard deviation of the size of one kind of error, over that of all: a factor of three."""
+FACTORS = np.linspace(-4.0 * SPREAD, 4.0 * SPREAD, 81)
+UNUSED, DRAWS = 50, 200
+"""Draws of the factors: those until the first one is forgotten, and those that count."""
 ONE_LINE = 0.1
 """Component across a line from which placements are not all along it."""
 UNSEEN = 1e-8
@@ -52,28 +60,65 @@ class Geometry:
 
     def effects(self, mean: Array) -> tuple[Effect, ...]:
         """The laws for amplitudes ``(d,)`` of the combinations."""
-        sizes = (self.usual * (self.turn @ mean)).tolist()
-        return tuple(_effect(family, size) for family, size in zip(self.families, sizes, strict=True))
+        return self.made(self.usual * (self.turn @ mean))
 
     def columns(self, data: Residuals) -> Array:
         """The combinations in another recording, ``(d, n)``; origins are left in."""
         units = np.concatenate([family_signatures(one, one.atoms[0], data) for one in self.families])
         return np.asarray(self.turn.T @ (self.usual[:, None] * units))
 
-    def estimates(self, mean: Array, covariance: Array, sd: float) -> dict[str, Estimate]:
-        """Size and standard uncertainty of each law by its label, the best determined first.
+    def posterior(self, metric: Metric, left_um: Array, sd: float) -> tuple[Array, Array]:
+        """Mean sizes ``(m,)`` and their covariance, from residuals ``(n,)`` without other laws.
 
-        Of what this recording does not show of a law nothing is known but its prior, of the standard deviation ``sd``.
+        Each kind of error has a spread of its own, ``sd`` times a factor that is log-normal about one, for machines
+        differ in what is wrong with them. The factors are integrated by Gibbs sampling: sizes by the factors, factors
+        by the sizes (Gelfand and Smith, J. Am. Stat. Assoc. 85, 1990: 398).
         """
-        value = self.usual * (self.turn @ mean)
-        seen = (self.turn**2).sum(axis=1)
-        variance = np.einsum("md,de,me->m", self.turn, covariance, self.turn) + sd**2 * np.maximum(1.0 - seen, 0.0)
-        u = self.usual * np.sqrt(variance)
+        columns = metric(np.concatenate([one.signature(0) for one in self.families]) * self.usual[:, None])
+        kinds = sorted({one.kind for one in self.families})
+        of = np.array([kinds.index(one.kind) for one in self.families])
+        mean, covariance = integrated_sizes(columns @ columns.T, columns @ metric(left_um), of, sd)
+        return self.usual * mean, covariance * np.outer(self.usual, self.usual)
+
+    def made(self, sizes: Array) -> tuple[Effect, ...]:
+        """The laws with these sizes ``(m,)``."""
+        return tuple(_effect(family, size) for family, size in zip(self.families, sizes.tolist(), strict=True))
+
+    def estimates(self, sizes: Array, covariance: Array) -> dict[str, Estimate]:
+        """Size and standard uncertainty of each law by its label, the best determined first."""
+        u = np.sqrt(np.diag(covariance))
         every = [
             (family.label, Estimate(float(v), float(s), _unit(family)))
-            for family, v, s in zip(self.families, value, u, strict=True)
+            for family, v, s in zip(self.families, sizes, u, strict=True)
         ]
         return dict(sorted(every, key=lambda one: -abs(one[1].value) / (one[1].u or 1.0)))
+
+
+def integrated_sizes(gram: Array, dot: Array, of: NDArray[np.intp], sd: float) -> tuple[Array, Array]:
+    """Mean ``(m,)`` and covariance of sizes over the factors of their kinds; ``of (m,)``: the kind of each.
+
+    ``gram (m, m)``, ``dot (m,)``: normal equations. The same draws every time.
+    """
+    random, logs = np.random.default_rng(1), np.zeros(int(of.max()) + 1)
+    means, spread = [], np.zeros_like(gram)
+    for step in range(UNUSED + DRAWS):
+        scale = sd * np.exp(logs[of])
+        root = np.linalg.cholesky(np.eye(len(scale)) + scale[:, None] * gram * scale)
+        half = solve_triangular(root, np.diag(scale), lower=True)
+        mean = half.T @ (half @ dot)
+        logs = _drawn_factors(mean + half.T @ random.normal(size=len(scale)), of, sd, random)
+        if step >= UNUSED:
+            means.append(mean)
+            spread += half.T @ half / DRAWS
+    return np.mean(means, axis=0), spread + np.cov(np.array(means).T)
+
+
+def _drawn_factors(sizes: Array, of: NDArray[np.intp], sd: float, random: np.random.Generator) -> Array:
+    """Logarithms of the factors of all kinds, drawn from what sizes tell of them ``(kinds,)``."""
+    square, count = np.bincount(of, (sizes / sd) ** 2), np.bincount(of)
+    log_posterior = -0.5 * (FACTORS / SPREAD) ** 2 - np.outer(count, FACTORS)
+    log_posterior -= 0.5 * np.outer(square, np.exp(-2.0 * FACTORS))
+    return np.asarray(FACTORS[(log_posterior + random.gumbel(size=log_posterior.shape)).argmax(axis=1)])
 
 
 def moved_um(effects: Sequence[Effect], data: Residuals) -> Array:

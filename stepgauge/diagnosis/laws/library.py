@@ -128,7 +128,7 @@ def effect_families(data: Residuals, priors: Priors, without: Collection[str] = 
                 columns = signatures(law, choices, atoms, data)
             except (InputError, ValueError):
                 continue  # impossible choices (travel and direction the same), or a column this recording lacks
-            shapes = Shapes(law, choices, atoms, weight)
+            shapes = Shapes(law, choices, atoms, weight, covariate_of(law, data))
             if law.free_direction():
                 yield from _directed(shapes, columns, directions)
                 continue
@@ -202,12 +202,19 @@ def _shown(data: Residuals) -> list[tuple[Direction, Array]]:
 
 @dataclass(frozen=True)
 class Shapes:
-    """A law with its choices made, all its shapes, and the logarithms of their prior ``(atoms,)``."""
+    """A law with its choices made, all its shapes, the logarithms of their prior ``(atoms,)``, and its covariate."""
 
     law: type[Effect]
     choices: dict[str, Any]
     atoms: list[dict[str, Any]]
     weight: Array
+    covariate: str
+
+
+def covariate_of(law: type[Effect], data: Residuals) -> str:
+    """What a law depends on; a constant of distances, which a function of the distance contains, on the distance."""
+    of_distance = data.probings.setting.recording == "distances" and law.covariates[0] == "side"
+    return "coordinate" if of_distance else law.covariates[0]
 
 
 def _directed(shapes: Shapes, along: Array, directions: Sequence[tuple[Direction, Array]]) -> Iterator[Family]:
@@ -249,7 +256,7 @@ def _family(
         kept,
         pattern if seen.all() else pattern[seen],
         law,
-        law.covariates[0],
+        shapes.covariate,
         _is_positive(law),
         directions=directions,
         shares=shares,

@@ -9,7 +9,7 @@ from typing import Any
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.diagnosis.wording.aliases import Even, in_words
 from stepgauge.diagnosis.wording.notation import name_of, significant
-from stepgauge.effects import effect_kinds
+from stepgauge.effects import Effect, effect_kinds
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,8 @@ def kind_name(kind: str, form: str) -> str:
     """A kind in the words of an axis."""
     if kind == "effective_radius":
         return "additive constant" if form == "distances" else "pre-travel"
-    return _NAMES.get(kind, name_of(kind))
+    words = None if kind not in (known := effect_kinds()) else known[kind].words_at("axis")
+    return _NAMES.get(kind) or (words.name if words is not None and words.name else name_of(kind))
 
 
 def meaning(kind: str, parameters: Parameters, about: About) -> str:
@@ -58,7 +59,25 @@ def meaning(kind: str, parameters: Parameters, about: About) -> str:
     if sentence is not None:
         return sentence(parameters, about)
     known = effect_kinds().get(kind)
-    return f"{known.title()}." if known is not None else kind
+    if known is None:
+        return kind
+    words = known.words_at("axis")
+    return f"{known.title()}." if words is None or not words.means else words.means.format(**_stated(known, parameters))
+
+
+def _stated(known: type[Effect], parameters: Parameters) -> dict[str, str]:
+    """Each parameter of an effect as its value with the user's unit, by the name that the effect declares.
+
+    The names are in the order of the effect and end in the user's unit.
+    """
+    said = {}
+    for p in known.parameters():
+        stem = p.name.rsplit("_", 1)[0]
+        one = parameters.get(p.name) or next((v for k, v in parameters.items() if k.startswith(f"{stem}_")), None)
+        if one is not None:
+            value, unit = one.get("value"), str(one.get("unit") or "")
+            said[p.name] = _size(float(value), unit) if isinstance(value, float | int) else str(value)
+    return said
 
 
 def value_of(parameters: Parameters, *units: str, name: str = "") -> float:

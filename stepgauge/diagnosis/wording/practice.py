@@ -41,7 +41,16 @@ def in_practice(finding: Finding | FindingMember, data: Residuals) -> str:
         part = f"Only where {values['when']}: " if "when" in values else ""
         return part + sentence(values, data) + in_words(aliases_of(finding, data))
     kind = effect_kinds().get(finding.kind)
-    return f"{kind.title()}: {kind.equation}." if kind is not None else finding.label
+    if kind is None:
+        return finding.label
+    words = kind.words_at("gauge")
+    if words is None or not words.means:
+        return f"{kind.title()}: {kind.equation}."
+    units = {p.name: p.unit for p in kind.parameters()}
+    said = {
+        k: f"{size(v)} {units[k]}".strip() if isinstance(v, float) else str(v) for k, v in values.items() if k in units
+    }
+    return words.means.format(**said)
 
 
 def _of_geometry(finding: Finding) -> str:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from stepgauge.diagnosis.forms.form import HYSTERESIS, LOOP, RESTS, SAWTOOTH, WAVE
 from stepgauge.diagnosis.forms.words import DISTURBED
+from stepgauge.effects import effect_kinds
 from stepgauge.files.notation import rounded
 
 
@@ -273,11 +274,20 @@ def remedy(kind: str, parameters: Mapping[str, Mapping[str, Any]], of: str = "ga
     ``of``: what was diagnosed: a recording of a ``gauge``, of an ``axis`` without one, or the ``map`` of a probe;
     ``aliased``: whether other periods are named beside its own.
     """
-    found = _BY_WHAT.get(of, {}).get(kind) or _REMEDIES.get(kind, _UNKNOWN_KIND)
+    found = _BY_WHAT.get(of, {}).get(kind) or _REMEDIES.get(kind) or _declared(kind, of)
     if of == "axis" and kind == "periodic_scale_error" and "period_deg" in parameters:
         found = _CENTRED
     values = {name: _short(one["value"]) for name, one in parameters.items() if "value" in one}
     return filled(found, **values, aliases=", and every alias of it that is named," if aliased else "")
+
+
+def _declared(kind: str, of: str) -> Remedy:
+    """What an effect declares itself."""
+    known = effect_kinds(every=True).get(kind)
+    words = None if known is None else known.words_at(of)
+    if words is None:
+        return _UNKNOWN_KIND
+    return Remedy(words.check or _UNKNOWN_KIND.check, words.repair or _UNKNOWN_KIND.repair)
 
 
 def filled(found: Remedy, **values: str) -> Remedy:

@@ -1,0 +1,48 @@
+"""The reversal error of an axis target by target: what a function with opposite sign in the two directions is."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.axis.recording import AxisRecording, places_of
+from stepgauge.files.notation import rounded
+
+Array = NDArray[np.float64]
+OF_PLACES = ("position", "machine x", "face", "target")
+"""Covariates of forms that are told as a reversal error where they have opposite signs in the two directions."""
+DIGITS = 3
+
+
+def reversal_by_target(recording: AxisRecording) -> tuple[Array, Array]:
+    """Targets ``(t,)`` that were read from both sides, and the reversal error at each, in units of deviation.
+
+    Mean reading in positive minus that in negative direction (ISO 230-2:2014, 2.11).
+    """
+    target, way = recording.frame["target"].to_numpy(float), recording.frame["way"].to_numpy(float)
+    place, away = places_of(target), recording.deviation
+    count, total = (
+        np.array([np.bincount(place, own * (way == sign), int(place.max()) + 1) for sign in (1.0, -1.0)])
+        for own in (np.ones(len(away)), away)
+    )
+    both = count.min(axis=0) > 0
+    where = np.bincount(place, target) / np.bincount(place)
+    mean = total[:, both] / count[:, both]
+    return where[both], mean[0] - mean[1]
+
+
+def words_of_reversal(recording: AxisRecording) -> str:
+    """That the reversal error differs along the axis, with its least and largest value and where these are."""
+    where, um = reversal_by_target(recording)
+    units = recording.units
+    ends = [
+        f"{rounded(float(um[i]), DIGITS)} {units.deviation} at {where[i]:.12g} {units.position}"
+        for i in (int(np.abs(um).argmin()), int(np.abs(um).argmax()))
+    ]
+    return f"a reversal error that differs along the axis, from {ends[0]} to {ends[1]}"
+
+
+def is_reversal(recording: AxisRecording, covariate: str, opposite: bool) -> bool:
+    """Whether a form over a covariate is a reversal error by position; ``opposite``: in sign by direction."""
+    both = recording.form == "axis" and recording.both_ways
+    return both and opposite and covariate in OF_PLACES

@@ -1,0 +1,115 @@
+"""An axis of any size, read in any units: what is said follows from its readings; what is one column is one set."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from stepgauge.axis.recording import AxisRecording
+from stepgauge.axis.units import AxisUnits
+from stepgauge.diagnosis.axis.diagnosis import diagnose_axis
+from tests.axis.made import axis, spot
+
+
+def scanned(law: Any, speed: float = 0.25, rows: int = 150, noise_um: float = 0.3, unit: str = "mm") -> AxisRecording:
+    """One pass at constant speed, read at random times; ``law``: deviation in um by position."""
+    random = np.random.default_rng(4)
+    time_s = np.sort(np.round(random.uniform(0.0, 80.0, rows), 3))
+    target = 1.0 + speed * time_s
+    away = law(target) + random.normal(0.0, noise_um, rows)
+    reading = target + away / 1e3
+    frame = pd.DataFrame({"placement": 1, "cycle": 1, "way": 1, "target": target, "reading": reading, "time_s": time_s})
+    return AxisRecording(frame, "axis", AxisUnits.of(unit), "other", {"artefact": "targets"}, "axis.csv")
+
+
+def stretched(one: AxisRecording, position: float, deviation: float, time: float) -> AxisRecording:
+    """Positions, deviations and times multiplied."""
+    frame = one.frame.copy()
+    away = frame["reading"] - frame.get("target", 0.0)
+    if "target" in frame:
+        frame["target"] *= position
+    frame["reading"] = frame.get("target", 0.0) + away * deviation
+    if "time_s" in frame:
+        frame["time_s"] *= time
+    return replace(one, frame=frame)
+
+
+def said(one: AxisRecording) -> dict[tuple[str, ...], float]:
+    """What is said, without its numbers, with the probabilities."""
+    told = diagnose_axis(one).said
+    found = {(told["verdict"],): 1.0}
+    found |= {(e["kind"], *sorted(e["confounded_with"])): e["probability"] for e in told["effects"]}
+    return found | {(f["covariate"], f["form"]): f["probability"] for f in told["unexplained"]}
+
+
+LINE = np.arange(0.0, 300.0, 7.0)
+MADE = {
+    "wave": axis(LINE, lambda t, w: 3 * np.sin(np.pi * t / 20)),
+    "reversal": axis(LINE, lambda t, w: 1.0 * w + 0.004 * t),
+    "drift": spot(lambda t: 0.01 * (1 - np.exp(-t / 600)), 5e-4),
+    "scan": scanned(lambda x: 5.0 * np.sin(2 * np.pi * x / 0.9)),
+}
+
+
+@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize("factors", [(1e-3, 730.0, 17.0), (1e3, 1e-3, 1e-3)])
+def test_what_is_said_does_not_depend_on_the_size_of_an_axis(name: str, factors: tuple[float, float, float]) -> None:
+    """``deviation`` beside ``position``: of a deviation that is small beside a position digits are lost."""
+    position, deviation, time = factors
+    found, other = said(MADE[name]), said(stretched(MADE[name], position, deviation if name == "drift" else 1.0, time))
+    assert set(found) == set(other)
+    assert all(abs(found[key] - other[key]) < 0.01 for key in found)
+
+
+@pytest.mark.parametrize("span", [1000.0, 20.0, 1.0, 0.05])
+def test_ten_periods_are_named_over_any_travel(span: float) -> None:
+    """Below 2 mm there was no period: a wave of 0.1 mm was unknown."""
+    targets = np.sort(np.random.default_rng(7).uniform(0.0, span, 60))
+    found = diagnose_axis(axis(targets, lambda t, w: 2.0 * np.sin(20.0 * np.pi * t / span), 0.2)).said
+    (effect,) = found["effects"]
+    assert (found["verdict"], effect["kind"]) == ("effects", "periodic_scale_error")
+    assert effect["parameters"]["period_mm"]["value"] == pytest.approx(span / 10.0, rel=1e-2)
+
+
+def test_at_constant_speed_a_wave_along_the_axis_and_one_in_time_are_one_set() -> None:
+    """It was a vibration with the probability 1, and fans were to be switched off."""
+    effect = diagnose_axis(scanned(lambda x: 20.0 * np.sin(2 * np.pi * x / 0.25))).said["effects"][0]
+    names = {effect["kind"], *effect["confounded_with"]}
+    assert "periodic_scale_error" in names
+    assert names & {"vibration", "temperature_cycle"}
+
+
+def test_the_worm_of_a_mount_is_not_an_air_conditioning_alone() -> None:
+    found = diagnose_axis(spot(lambda t: 0.008 * np.sin(2 * np.pi * t / 605.0), 5e-4, rows=300)).said
+    assert {found["effects"][0]["kind"], *found["effects"][0]["confounded_with"]} >= {
+        "drive_cycle",
+        "temperature_cycle",
+    }
+
+
+def test_a_reversal_that_differs_along_the_axis_is_told_with_its_numbers() -> None:
+    by_target = dict(zip((0, 10, 20, 30, 40), (94.0, 129.0, 131.0, 129.0, 112.0), strict=True))
+    ways = lambda t, w: -w * np.array([by_target[round(one)] / 2.0 for one in t])  # noqa: E731
+    made = axis(np.arange(0.0, 41.0, 10.0), ways, 1.5, ("deg", None))
+    sorted_by_way = replace(made, frame=made.frame.sort_values(["cycle", "way", "target"], ignore_index=True))
+    for one in (made, sorted_by_way):
+        found = diagnose_axis(one).said
+        told = [form["where"] for form in found["unexplained"]]
+        assert any("reversal error that differs along the axis, from -9" in words for words in told), told
+        assert not any(form["covariate"] == "order" for form in found["unexplained"])
+
+
+def test_a_recorded_temperature_is_a_cause_whatever_its_column_is_called() -> None:
+    made = spot(lambda t: np.zeros_like(t), 2e-3)
+    warm = 24.0 + 4.0 * (1.0 - np.exp(-made.frame["time_s"] / 500.0))
+    warm += np.random.default_rng(1).normal(0.0, 0.05, len(warm))
+    frame = made.frame.assign(frame_C=warm, reading=made.frame["reading"] - 0.035 * (warm - 24.0))
+    for name in ("frame_C", "Frame_degC", "bed_K"):
+        found = diagnose_axis(replace(made, frame=frame.rename(columns={"frame_C": name}))).said
+        assert found["verdict"] == "effects"
+        (effect,) = (one for one in found["effects"] if one["kind"] == "thermal_shift")
+        assert effect["parameters"]["um_per_K"]["value"] == pytest.approx(-35.0, rel=0.05)
