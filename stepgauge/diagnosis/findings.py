@@ -26,6 +26,7 @@ from stepgauge.diagnosis.stated_model import Model, law_of_expected_size, law_of
 from stepgauge.effects import Effect
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
+from stepgauge.inference.metric import Metric
 from stepgauge.inference.posterior import Alternative, Member, Posterior
 from stepgauge.recording import APPROACH, POSITION
 
@@ -142,11 +143,11 @@ def _of_geometry(
 ) -> Finding:
     """All geometric errors at once, as the readings without the other laws tell them."""
     term, state, geometry, decision = said.term, model.state, said.source, priors.decision
-    place = state.index(term.candidate)
     left_um = data.um - sum((solved.displacement_um(data) for solved in model.fitted.solved), np.zeros(len(data)))
-    mean = term.sd**2 * (model.metric(term.columns) @ model.metric(left_um))
-    effects = geometry.effects(mean)
-    estimates = geometry.estimates(mean, state.amplitudes(place)[1], term.sd)
+    search, beside = answer.search, [one.term.nuisance for one in model.forms]
+    metric = Metric(search.problem, state.noise, search.noise_models, state.sigma_um, beside)
+    sizes, covariance = geometry.posterior(metric, left_um, term.sd)
+    effects, estimates = geometry.made(sizes), geometry.estimates(sizes, covariance)
     label, rivals = term.candidate.label, credible_laws(said, decision)
     combined = replacements(several, label, label, decision)
     return Finding(

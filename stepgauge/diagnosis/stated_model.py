@@ -22,7 +22,7 @@ from stepgauge.diagnosis.credible import (
 from stepgauge.diagnosis.fits.marginals import with_marginals
 from stepgauge.diagnosis.fits.solve import Fitted, Solved, solve
 from stepgauge.diagnosis.laws.geometry import Geometry
-from stepgauge.diagnosis.laws.library import Family
+from stepgauge.diagnosis.laws.library import PLACE, Family
 from stepgauge.diagnosis.laws.usual import size_of_shape
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
@@ -178,7 +178,9 @@ def law_covariates(family: Family | Geometry) -> set[str]:
     if isinstance(family, Geometry):
         return set()
     assert family.law is not None
-    first = family.law.covariates[0]
+    first = family.covariate
+    if first == PLACE:
+        return {"position", "machine x", "face"}
     if first == "time":
         return {"time", "order"}
     if first == "coordinate":

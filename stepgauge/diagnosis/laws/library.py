@@ -30,6 +30,8 @@ NOT_LAWS = {"axis_compensation", "empirical", "error_map", "outliers", "noise_gr
 SEEN_SHARE = 0.1
 """Least component along some gauge axis of a direction in which motion is searched."""
 NEAR_AXIS = np.cos(np.radians(5.0))
+PLACE = "place"
+"""What laws of an axis by itself depend on."""
 ORIGIN_ONLY = 3e-3
 """Share of a signature that must remain beside the origins; below it the signature is an origin."""
 
@@ -212,9 +214,13 @@ class Shapes:
 
 
 def covariate_of(law: type[Effect], data: Residuals) -> str:
-    """What a law depends on; a constant of distances, which a function of the distance contains, on the distance."""
-    of_distance = data.probings.setting.recording == "distances" and law.covariates[0] == "side"
-    return "coordinate" if of_distance else law.covariates[0]
+    """What a law depends on; of an axis by itself a place, whose functions contain it, and so do levels of targets.
+
+    A function of the distance has a mean, too, which is a constant of a distance meter.
+    """
+    recording, first = data.probings.setting.recording, law.covariates[0]
+    of_distance = recording == "distances" and first == "side"
+    return PLACE if recording != "gauge" and (first == "coordinate" or of_distance) else first
 
 
 def _directed(shapes: Shapes, along: Array, directions: Sequence[tuple[Direction, Array]]) -> Iterator[Family]:
