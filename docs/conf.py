@@ -40,6 +40,8 @@ sphinx_gallery_conf = {
     "download_all_examples": False,
     "show_memory": False,
     "remove_config_comments": True,
+    "backreferences_dir": "_gallery/backreferences",
+    "doc_module": ("stepgauge",),
 }
 suppress_warnings = ["config.cache"]
 

@@ -37,26 +37,62 @@ CYCLES = 5
 
 def write_reference(folder: Path) -> None:
     """All generated pages, in ``folder``."""
-    for name in ("verbs", "effects"):
+    for name in ("verbs", "effects", "python"):
         (folder / name).mkdir(parents=True, exist_ok=True)
     write_verbs(folder / "verbs")
     write_effects(folder / "effects")
     (folder / "files.md").write_text(files_page(), encoding="utf-8")
-    (folder / "python.md").write_text(python_page(), encoding="utf-8")
+    write_python(folder / "python")
     (folder / "fleet.md").write_text(fleet_page(), encoding="utf-8")
 
 
-def python_page() -> str:
-    """What ``import stepgauge`` gives, from the docstrings; each by the module that has it, for a room may share the
-    name of a verb."""
-    found = [getattr(stepgauge, name) for name in stepgauge.__all__ if name != "__version__"]
-    lines = ["# Functions and results", "", "```{eval-rst}"]
-    for one in found:
-        kind = "autofunction" if inspect.isfunction(one) else "autoclass"
-        members = [name for name in ("summary", "to_frame", "plot", "text", "write") if hasattr(one, name)]
-        shown = [f"   :members: {', '.join(members)}"] if members else []
-        lines += [f".. {kind}:: {one.__module__}.{one.__qualname__}", *shown, ""]
-    return "\n".join([*lines, "```", ""])
+API = {
+    "Measure": ("locate", "plan", "simulate", "measure", "serve", "import_recording", "export_recording"),
+    "Evaluate": ("evaluate", "budget", "compensate", "history"),
+    "Test by a standard": ("iso10360", "plan_iso10360", "iso10360_5", "iso230", "iso230_3"),
+    "Find causes": ("diagnose", "diagnose_probe_map", "investigate"),
+    "Show and certify": ("report", "write_dcc", "check_dcc", "import_gauge_dcc", "export_gauge_dcc"),
+    "The probe": ("probe_map", "probe_sphere", "qualify_probe", "compensate_points", "probe_bench"),
+}
+"""The functions by task; all others have a page by their name: of a fleet, that read, that list, results."""
+
+
+def tasks() -> dict[str, list[str]]:
+    """Every public name below one heading."""
+    names = [name for name in stepgauge.__all__ if name != "__version__"]
+    found = {task: [name for name in verbs if name in names] for task, verbs in API.items()}
+    rest = [name for name in names if all(name not in some for some in found.values())]
+    found["Many machines"] = [name for name in rest if "fleet" in name]
+    found["Read files"] = [name for name in rest if name.startswith(("read_", "list_"))]
+    found["Results"] = [name for name in rest if name[0].isupper()]
+    found["Further functions"] = [name for name in rest if all(name not in some for some in found.values())]
+    return {task: some for task, some in found.items() if some}
+
+
+def write_python(folder: Path) -> None:
+    """What ``import stepgauge`` gives, a page per task: signature, docstring, and the examples that use it."""
+    listed = ["# Functions and results", "", "Names as `import stepgauge as sg` gives them.", ""]
+    pages = []
+    for task, names in tasks().items():
+        pages.append(task.lower().replace(" ", "-"))
+        listed += [f"- [{task}]({pages[-1]}.md): {', '.join(f'`{name}`' for name in names)}"]
+        lines = [f"# {task}", ""]
+        for name in names:
+            lines += [f"## `{name}`", "", "```{eval-rst}", *_documented(name), "```", ""]
+        (folder / f"{pages[-1]}.md").write_text("\n".join(lines), encoding="utf-8")
+    listed += ["", "```{toctree}", ":hidden:", "", *pages, "```", ""]
+    (folder / "index.md").write_text("\n".join(listed), encoding="utf-8")
+
+
+def _documented(name: str) -> list[str]:
+    """The directives for a public name; it is documented as it is imported, for a room may share the name of a verb."""
+    one = getattr(stepgauge, name)
+    vars(stepgauge)[name] = one
+    one.__module__ = "stepgauge"
+    members = [member for member in ("summary", "to_frame", "plot", "text", "write") if hasattr(one, member)]
+    kind = "autofunction" if inspect.isfunction(one) else "autoclass"
+    shown = [f"   :members: {', '.join(members)}"] if members else []
+    return [f".. {kind}:: stepgauge.{name}", *shown, "", f".. minigallery:: stepgauge.{name}", ""]
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:

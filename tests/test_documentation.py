@@ -109,7 +109,6 @@ SHOWN = {
     },
     "small-machines.md": {
         "x-settings.txt": r"FACTOR \$100 1\.000(79|80)(.|\n)*\$160=0\.06",
-        "skew.gcode": r"M852 I-0\.000[23]",
         "why/diagnosis.md": r"reversal error x \| [56]\d\.\d um(.|\n)*scale error x \| (79|80)\d um/m(.|\n)*"
         r"squareness xy \| (29|30)\d urad",
     },
