@@ -30,12 +30,16 @@ exclude_patterns = ["gallery", "figures"]
 nitpicky = False
 html_theme = "furo"
 html_title = f"stepgauge {release}"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+napoleon_use_rtype = False
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"
 sphinx_gallery_conf = {
     "examples_dirs": ["gallery"],
     "gallery_dirs": ["_gallery"],
     "filename_pattern": "/plot_",
+    "within_subsection_order": "FileNameSortKey",
     "abort_on_example_error": True,
     "download_all_examples": False,
     "show_memory": False,
@@ -59,22 +63,35 @@ def _outside(app: Sphinx, name: str, source: list[str]) -> None:
     source[0] = re.sub(r"\[([^\]]+)\]\(\.\./((?:examples|benchmarks)/[^)]+|README\.md[^)]*)\)", r"\1 (`\2`)", source[0])
 
 
-def _drawings(app: Sphinx, what: str, name: str, one: object, options: object, lines: list[str]) -> None:
-    """Paragraphs that are indented, before the first heading of a docstring, are drawings and tables: as they are."""
-    end = next((i for i, line in enumerate(lines) if line.startswith("---")), len(lines))
-    for i in range(end - 1, 0, -1):
-        if lines[i].startswith("    ") and not lines[i - 1].strip() and not _is_indented_before(lines, i):
-            lines[i:i] = ["::", ""]
+def _docstring(app: Sphinx, what: str, name: str, one: object, options: object, lines: list[str]) -> None:
+    """Our docstrings as napoleon wants them: drawings and commands as they are, what a parameter is in its own line."""
+    heads = [i for i in range(1, len(lines)) if lines[i] and set(lines[i]) == {"-"}]
+    parts = {lines[i - 1]: lines[i + 1 : end - 1] for i, end in zip(heads, [*heads[1:], len(lines) + 1], strict=True)}
+    first = lines[: heads[0] - 1] if heads else list(lines)
+    made = _verbatim(first)
+    for title, part in parts.items():
+        if title == "Parameters":
+            part = [re.sub(r"^(\S[^:]*?) : (.*)$", r"\1\n    \2", line) for line in part]
+        elif title == "Examples" and part and part[0].startswith("stepgauge "):
+            part = ["::", "", *(f"    {line}" for line in part)]
+        made += ["", title, "-" * len(title), *"\n".join(part).split("\n")]
+    lines[:] = made
 
 
-def _is_indented_before(lines: list[str], i: int) -> bool:
-    """Whether the last line with text above ``i`` is a part of the same drawing."""
-    above = [line for line in lines[:i] if line.strip()]
-    return bool(above) and above[-1].startswith("    ")
+def _verbatim(lines: list[str]) -> list[str]:
+    """Indented paragraphs are drawings: the first of each is announced as a literal block."""
+    made: list[str] = []
+    last = ""
+    for line in lines:
+        if line.startswith("    ") and not last.startswith("    "):
+            made += ["::", ""]
+        made.append(line)
+        last = line or last
+    return made
 
 
 def setup(app: Sphinx) -> None:
     """Write the pages that follow from the code before Sphinx looks for pages."""
     app.connect("source-read", _outside)
-    app.connect("autodoc-process-docstring", _drawings, priority=100)  # before napoleon
+    app.connect("autodoc-process-docstring", _docstring, priority=100)  # before napoleon
     app.connect("config-inited", lambda app, _: _write_reference(app))
