@@ -48,7 +48,7 @@ def write_reference(folder: Path) -> None:
 
 API = {
     "Measure": ("locate", "plan", "simulate", "measure", "serve", "import_recording", "export_recording"),
-    "Evaluate": ("evaluate", "budget", "compensate", "history"),
+    "Evaluate": ("evaluate", "budget", "compensate", "machine_history"),
     "Test by a standard": ("iso10360", "plan_iso10360", "iso10360_5", "iso230", "iso230_3"),
     "Find causes": ("diagnose", "diagnose_probe_map", "investigate"),
     "Show and certify": ("report", "write_dcc", "check_dcc", "import_gauge_dcc", "export_gauge_dcc"),
