@@ -3,8 +3,7 @@ Length measurement errors by ISO 10360-2
 ========================================
 
 Five lengths in each position, three times, against the maximum permissible error. Here are three of the seven
-positions:
-the test is incomplete, and says so.
+positions, so the test is incomplete, and says so.
 """
 
 import matplotlib.pyplot as plt
