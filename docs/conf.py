@@ -66,7 +66,7 @@ def _outside(app: Sphinx, name: str, source: list[str]) -> None:
 def _docstring(app: Sphinx, what: str, name: str, one: object, options: object, lines: list[str]) -> None:
     """Our docstrings as napoleon wants them: drawings and commands as they are, what a parameter is in its own line."""
     heads = [i for i in range(1, len(lines)) if lines[i] and set(lines[i]) == {"-"}]
-    parts = {lines[i - 1]: lines[i + 1 : end - 1] for i, end in zip(heads, [*heads[1:], len(lines) + 1], strict=True)}
+    parts = {lines[i - 1]: lines[i + 1 : end - 1] for i, end in zip(heads, [*heads[1:], len(lines) + 1], strict=False)}
     first = lines[: heads[0] - 1] if heads else list(lines)
     made = _verbatim(first)
     for title, part in parts.items():
