@@ -70,7 +70,7 @@ def init(
             raise InputError(naming(key), "is missing, and nobody is there to be asked", expected="a file or a name")
     texts = {"operator": stated["operator"], "customer": customer, "location": stated["location"]}
     texts = {key: value for key, value in {**texts, "certificate": certificate}.items() if value}
-    return create_project(folder, NewProject(str(stated["gauge"]), str(stated["machine"]), texts, dialect))
+    return create_project(folder or ".", NewProject(str(stated["gauge"]), str(stated["machine"]), texts, dialect))
 
 
 def _answer(key: str, question: str, usual: str, ask: Callable[[str, str], str], tell: Callable[[str], None]) -> str:
