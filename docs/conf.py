@@ -33,7 +33,7 @@ html_title = f"stepgauge {release}"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
 napoleon_use_rtype = False
-autodoc_typehints = "description"
+autodoc_typehints = "none"  # the sentence of a parameter says what it takes
 autodoc_member_order = "bysource"
 sphinx_gallery_conf = {
     "examples_dirs": ["gallery"],
