@@ -121,6 +121,19 @@ class Runs:
             raise InputError(output, "it is not known what was asked for", expected=expected)
         return self.start(replace(asked, server=server or asked.server) if asked.server else asked)
 
+    def discard(self, output: str) -> None:
+        """Put away what was broken off: its journal stays beside, under a name that no measurement has."""
+        from stepgauge.live.journal import SUFFIX
+
+        run = self._all.get(output)
+        if run is not None and run.is_running:
+            raise InputError(output, "is being measured", expected="its end")
+        journal = self._folder / f"{output}{SUFFIX}"
+        if journal.is_file():
+            journal.replace(journal.with_name(f"{journal.name}-{time.strftime('%Y%m%d-%H%M%S')}"))
+        asked_of(self._folder / output).unlink(missing_ok=True)
+        self._all.pop(output, None)
+
     def asked(self, output: str) -> Asked | None:
         """What an unfinished measurement was asked for, None where the page did not begin it."""
         path = asked_of(self._folder / output)

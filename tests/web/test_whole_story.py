@@ -11,16 +11,13 @@ from stepgauge.diagnosis.result import Diagnosis
 from tests.conftest import ROOT
 from tests.web.conftest import TABLET, Served, Watched, acted, make_project, opened
 
-HIDDEN = '[[effect]]\nkind = "scale_error"\naxis = "y"\nppm = 25.0\n'
 MOST_OF_A_BARE_PAGE = 10.0
 """Time of an interaction over that of opening a page of no content; ``benchmarks/web.py`` has larger recordings."""
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = make_project(tmp_path_factory.mktemp("story") / "project")
-    (made / "hidden.toml").write_text(HIDDEN)
-    return made
+    return make_project(tmp_path_factory.mktemp("story") / "project")
 
 
 def test_from_sixteen_points_to_the_cause_and_the_printed_report(folder: Path, watched: Watched) -> None:
@@ -36,7 +33,9 @@ def test_from_sixteen_points_to_the_cause_and_the_printed_report(folder: Path, w
         page.get_by_label("Blocks").fill("1:12")
         page.get_by_label("How fast it moves").select_option("as fast as it can be computed")
         page.get_by_text("A concealed fault").click()
-        page.get_by_label("File of faults").select_option("hidden.toml")
+        page.get_by_label("Which").select_option("scale error")
+        page.get_by_label("Axis").select_option("y")
+        page.get_by_label("Size").fill("25")
         page.get_by_role("button", name="Start the measurement").click()
         page.get_by_text("All points are measured").wait_for()
         page.locator("#errors[data-ready]").wait_for()

@@ -15,10 +15,12 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
+from stepgauge.web import advice
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, with_form
-from stepgauge.web.render import address, json_answer, render, site_of
+from stepgauge.web.render import address, json_answer, render, site_of, words_of
 from stepgauge.web.site import Site
+from stepgauge.web.texts import Words
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,12 +41,12 @@ def show(request: Request) -> Response:
     site = site_of(request)
     known = folders(site)
     name = relative(site.folder, request.query_params.get("result") or (known[0] if known else "."))
-    told = _told(site, name) if (site.folder / name / FILE).is_file() else None
+    told = _told(site, name, words_of(request)) if (site.folder / name / FILE).is_file() else None
     recordings = [one for one in listed(site.folder, [".csv", ".parquet"]) if Path(one).parts[0] == "recordings"]
     return render(request, "diagnosis.html.j2", name=name, told=told, known=known, recordings=recordings)
 
 
-def _told(site: Site, name: str) -> dict[str, Any]:
+def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
     """What the page says of a diagnosis, from its file."""
     from stepgauge.reports.diagnosis import read_said, told_effects, told_story
 
@@ -52,19 +54,21 @@ def _told(site: Site, name: str) -> dict[str, Any]:
     story = told_story(said, ())
     of_map = "map" in said["inputs"]
     unit = next((key.removeprefix("noise_") for key in said["fit"] if key.startswith("noise_")), "")
-    effects = [_finding(number, effect) for number, effect in enumerate(told_effects(said), 1)]
+    effects = [_finding(number, effect, words) for number, effect in enumerate(told_effects(said), 1)]
     steps = [block for block in story["parts"][0]["blocks"] if block["kind"] != "code"]
+    english = words.language == "en"
     return {
-        "story": story,
+        "summary": story["summary"] if english else advice.summary(words, said),
+        "warnings": story["warnings"],
         "verdict": said["verdict"],
         "unit": "σ" if of_map else unit,  # of a map, whose quantities have several
         "effects": effects,
         "of_map": of_map,
-        "steps": steps,
+        "steps": steps if english else advice.steps(words, said),
     }
 
 
-def _finding(number: int, effect: Mapping[str, Any]) -> dict[str, Any]:
+def _finding(number: int, effect: Mapping[str, Any], words: Words) -> dict[str, Any]:
     from stepgauge.diagnosis.wording.notation import members_of
     from stepgauge.reports.findings import combinations
 
@@ -75,23 +79,22 @@ def _finding(number: int, effect: Mapping[str, Any]) -> dict[str, Any]:
         "number": number,
         "kind": effect["kind"],
         "probability": effect["probability"],
-        "rivals": [_rival(one, effect["probability"], first) for one in members],
+        "rivals": [_rival(one, effect["probability"], first, words) for one in members],
         "together": {"names": together, "probability": p} if together else None,
         "next": effect["separate_by"].split(": stepgauge")[0].replace("_", " "),
         "can_plan": bool(effect["commands"]),
     }
 
 
-def _rival(one: Mapping[str, Any], probability: float, first: float) -> dict[str, Any]:
+def _rival(one: Mapping[str, Any], probability: float, first: float, words: Words) -> dict[str, Any]:
     """A cause of a finding; of several laws that stand together the probability is not known."""
-    from stepgauge.diagnosis.wording.notation import name_of
     from stepgauge.reports.findings import uncertainties, values
 
     share = one["share"]
     return {
         "kind": one["kind"],
-        "name": name_of(one["label"]),
-        "values": _with_u(values(one), uncertainties(one)),
+        "name": words.effect(one["label"]),
+        "values": [words.decimal(text) for text in _with_u(values(one), uncertainties(one))],
         "probability": None if share is None else share * probability,
         "odds": None if share is None else share / first,
         "means": one["in_practice"],

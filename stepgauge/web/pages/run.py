@@ -150,6 +150,9 @@ def steer(request: Request, form: Form) -> Response:
     site, word = site_of(request), request.path_params["word"]
     name = relative(site.folder, form.text("recording"))
     run = site.runs.get(name)
+    if word == "discard":
+        site.runs.discard(name)
+        return RedirectResponse("/run", 303)
     if word == "resume":
         site.runs.go_on(name, form.text("server"))
     elif run is None:

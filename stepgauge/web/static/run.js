@@ -10,6 +10,9 @@ const clock = seconds => {
 function status(told) {
   words.state = told.state;
   document.querySelectorAll("[data-when]").forEach(one => { one.hidden = !one.dataset.when.split(" ").includes(told.state); });
+  const some = told.done > 0 || Boolean(+by("done").textContent);
+  document.querySelectorAll("[data-some]").forEach(one => { one.hidden = !some || (one.dataset.when && !one.dataset.when.split(" ").includes(told.state)); });
+  document.querySelectorAll("[data-none]").forEach(one => { one.hidden = some; });
   by("error").hidden = !told.error || told.state !== "failed";
   by("error").textContent = told.error || "";
   if (told.total) {
