@@ -41,4 +41,13 @@ def own_file(request: Request) -> Response:
     return FileResponse(found[name], media_type=TYPES[found[name].suffix], headers={"Cache-Control": "no-cache"})
 
 
-ROUTES = [Route("/static/plotly-{version}.js", plotly_library), Route("/static/{name}", own_file)]
+def icon(request: Request) -> Response:
+    """What browsers ask for before they have read where it is."""
+    return FileResponse(OWN / "icon.svg", media_type=TYPES[".svg"])
+
+
+ROUTES = [
+    Route("/favicon.ico", icon),
+    Route("/static/plotly-{version}.js", plotly_library),
+    Route("/static/{name}", own_file),
+]

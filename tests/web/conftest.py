@@ -213,7 +213,9 @@ class Watched:
     hosts: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
-        self.page.on("console", lambda one: self.complaints.append(one.text) if one.type == "error" else None)
+        self.page.on(
+            "console", lambda one: self.complaints.append(f"{one.text} {one.location}") if one.type == "error" else None
+        )
         self.page.on("pageerror", lambda one: self.complaints.append(str(one)))
         self.page.on("request", lambda one: self.hosts.add(urlsplit(one.url).hostname or "data"))
 

@@ -53,8 +53,12 @@ def test_points_of_the_gauge_become_a_recording_with_the_files_of_the_project(fo
     table = columns.to_csv(index=False, sep="\t", float_format="%.5f")
     said = asked.post(importing.look, {"pasted": table})
     assert "All is clear: 16 probings" in said, said
-    asked.post(importing.save, {"pasted": table, "output": "recordings/a.csv", "gauge_temperature": "20,4"})
-    found = sg.read_recording(folder / "recordings/a.csv").frame
+    form = {"pasted": table, "output": "recordings/a.csv", "gauge_temperature": "20,4"}
+    assert "Day of the measurement: it is not filled in" in asked.post(importing.save, form)
+    asked.post(importing.save, {**form, "measured_on": "2026-05-04"})
+    read = sg.read_recording(folder / "recordings/a.csv")
+    assert read.comments["measured_at"].startswith("2026-05-04")
+    found = read.frame
     assert found["face"].tolist() == recording.frame["face"].tolist()
     assert set(found["gauge_temperature_C"]) == {20.4}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError, naming
+from stepgauge.web.fields import Field
 from stepgauge.web.folder import existing, free_name, listed, relative
 from stepgauge.web.forms import Form, with_form
 from stepgauge.web.render import address, render, site_of
@@ -138,13 +139,25 @@ def save(request: Request, form: Form) -> Response:
     if place.suffix != ".csv" or place.parent == Path("."):
         raise InputError(naming("output"), naming("not_a_recording"), expected="recordings/NAME.csv")
     imported = _imported(site, form, list(_answers(form)))
-    imported.settled()
+    imported = _dated(imported, form)
     target = free_name(site.folder, str(place))
     with site.writing():
         target.parent.mkdir(parents=True, exist_ok=True)
         imported.write(target)
     saved = relative(site.folder, str(target))
     return render(request, "gone.html.j2", address=address("/importing", saved=saved))
+
+
+def _dated(imported: Imported, form: Form) -> Imported:
+    """With the day of the measurement, which a table seldom says, and without which no certificate has an age."""
+    from stepgauge.recording import Recording
+
+    found, day = imported.settled(), Field("measured_on", "date").read(form)
+    if not isinstance(found, Recording) or found.comments.get("measured_at"):
+        return imported
+    if day is None:
+        raise InputError(naming("measured_on"), naming("not_filled_in"))
+    return replace(imported, recording=found.with_comments(measured_at=day.isoformat()))
 
 
 ROUTES = [

@@ -399,13 +399,13 @@ def state(request: Request, form: Form) -> Response:
     site = site_of(request)
     name = relative(site.folder, form.text("evaluation"))
     place = existing(site.folder, site.stated("machine"))
+    recordings = [relative(site.folder, str(one)) for one in _inputs(site, name)[0]]
     values = {key: form.number(key, 0.0, one.most, 0.0) or 0.0 for key, one in OPEN_SOURCES.items()}
     tables = tomllib.loads(machine_statement(read_machine(place), values))
     text = changed(place, tables)
     with site.writing():
         write_text(place, text)
         read_machine(place)
-    recordings = [relative(site.folder, str(one)) for one in _inputs(site, name)[0]]
     then = f"/result?{urlencode({'evaluation': name})}"
     return render(request, "work.html.j2", work=site.works.start(["evaluate", *recordings, "-o", name], then))
 

@@ -34,9 +34,10 @@ export function fail(target, error) {
 }
 
 async function load(place) {
+  const asked = place.asked = {};
   try {
     const text = await ask(place.dataset.load);
-    if (!place.isConnected) return;
+    if (!place.isConnected || place.asked !== asked) return;
     if (place.dataset.every) replace(place, text); else put(place, text);
   } catch (error) { if (place.isConnected) fail(place, error); }
 }
@@ -76,6 +77,10 @@ async function submit(event) {
   if (button) show(into);
 }
 
+const changed = one => one.options ? [...one.options].some(o => o.selected !== o.defaultSelected) && [...one.options].some(o => o.defaultSelected)
+  : one.type === "checkbox" || one.type === "radio" ? one.checked !== one.defaultChecked : one.type !== "hidden" && (one.value || "") !== (one.defaultValue || "");
+// before the page was ready, or kept by the browser
+
 export function wire(root) {
   const all = selector => [...(root.matches?.(selector) ? [root] : []), ...root.querySelectorAll(selector)];
   all("form[data-into]").forEach(form => { form.noValidate = true; form.addEventListener("submit", submit); });
@@ -84,16 +89,16 @@ export function wire(root) {
     const into = document.querySelector(one.dataset.answers);
     try { put(into, await ask(one.dataset.fetches + encodeURIComponent(one.value))); } catch (error) { fail(into, error); }
   }));
-  all("[data-follows]").forEach(form => {  // a form that answers to every change, after a moment of rest
-    let wait;
-    form.addEventListener("input", () => { clearTimeout(wait); wait = setTimeout(() => form.requestSubmit(), 250); });
-    if ("now" in form.dataset) form.requestSubmit();
-  });
   all("[data-prints]").forEach(one => one.addEventListener("click", () => {
     const paper = document.querySelector(one.dataset.prints || null);
     (paper?.contentWindow || window).print();
   }));
   all("[data-load]").forEach(one => one.dataset.every ? setTimeout(() => one.isConnected && load(one), 1000 * one.dataset.every) : load(one));
+  all("[data-follows]").forEach(form => {  // a form that answers to every change, after a moment of rest
+    let wait;
+    form.addEventListener("input", () => { clearTimeout(wait); wait = setTimeout(() => form.requestSubmit(), 250); });
+    if ("now" in form.dataset || [...form.elements].some(changed)) form.requestSubmit();
+  });
   all(".scroll").forEach(one => { one.tabIndex = 0; });  // what scrolls must be reached by keyboard
   all("[data-go]").forEach(one => location.assign(one.dataset.go));
   all("[data-plot]").forEach(one => plot(one));
