@@ -23,6 +23,7 @@ from starlette.requests import Request
 
 from stepgauge.errors import InputError
 from stepgauge.project.create import NewProject, create_project
+from stepgauge.verbs.catalogue import VERBS
 from stepgauge.web.forms import Form
 from stepgauge.web.render import error_answer
 from stepgauge.web.site import Site
@@ -51,7 +52,6 @@ def cannot(why: str) -> None:
     pytest.skip(why)
 
 
-VERBS = ("locate", "plan", "simulate", "measure", "import", "evaluate", "budget", "report", "diagnose")
 SERVERS: list[Served] = []
 WINDOWS: list[Any] = []
 """Those that are open: a window has the cookies of all servers, as if their start links had been opened in it."""

@@ -11,14 +11,13 @@ from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.standards.budget_files import StoredGap, write_budget
 from stepgauge.standards.conformity import conformity
 from stepgauge.standards.mpe import Mpe
+from stepgauge.verbs.catalogue import VERBS
 from stepgauge.web.app import make_app
 from stepgauge.web.pages.result import errors
 from stepgauge.web.site import Site
 from tests.dcc.made import evaluated, one_recording
 from tests.measured import shipped
 from tests.web.conftest import make_project
-
-VERBS = ("locate", "simulate", "import", "evaluate", "budget", "report", "diagnose")
 
 
 @pytest.fixture
