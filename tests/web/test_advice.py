@@ -3,25 +3,15 @@
 from __future__ import annotations
 
 import string
-from importlib import import_module
 from typing import Any
 
 import pytest
 
+from stepgauge.diagnosis.wording import remedies as english
 from stepgauge.effects import effect_kinds
 from stepgauge.web import advice
 from stepgauge.web.texts import Words, effects
 
-
-def wording() -> Any:
-    """Where the remedies are in English."""
-    try:
-        return import_module("stepgauge.diagnosis.wording.remedies")
-    except ModuleNotFoundError:
-        return import_module("stepgauge.diagnosis.output.remedies")
-
-
-english = wording()
 ENGLISH = {"gauge": english._REMEDIES, "axis": english._OF_AN_AXIS, "map": english._OF_A_MAP}
 
 
