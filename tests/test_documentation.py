@@ -139,6 +139,14 @@ def test_pages_that_other_tests_run_are_there() -> None:
         assert page in (ROOT / "tests" / test).read_text(encoding="utf-8")
 
 
+def test_the_pages_to_read_are_short_and_the_gallery_is_long() -> None:
+    """Without those that are looked up, as the first page lists them."""
+    looked_up = set((ROOT / "docs/index.md").read_text(encoding="utf-8").split(":caption: Look up")[1].split())
+    read = [page for page in pages() if page.stem not in looked_up]
+    assert sum(len(page.read_text(encoding="utf-8").split()) for page in read) <= 25_000
+    assert len(list((ROOT / "docs/gallery").glob("plot_*.py"))) >= 12
+
+
 def test_no_commands_stand_outside_of_blocks_that_are_run() -> None:
     """Indented, or in a block without a language, nobody would run them."""
     for page in pages():
