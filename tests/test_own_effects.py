@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,9 @@ import pytest
 
 from stepgauge.cli import main
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.effects import added_effects, effect_kinds
+from stepgauge.effects import added_effects, effect_kinds, make_effects
 from stepgauge.errors import InputError
+from stepgauge.executors.processes import Processes
 from tests.diagnosis.made import ALONG_X, as_file, gauge, machine, record
 
 HEAD = '''
@@ -129,6 +131,18 @@ def test_the_command_takes_the_file_and_every_page_has_a_sentence(tmp_path: Path
         assert [one["kind"] for one in said["effects"]] == ["cubic"]
         assert "The error of a scale is cubic" in (out / "diagnosis.md").read_text(encoding="utf-8")
         assert 'kind = "cubic"' in (out / "machine.diagnosed.toml").read_text(encoding="utf-8")
+
+
+def test_other_processes_know_the_effect_too(tmp_path: Path) -> None:
+    workers = Processes(1)
+    with added_effects([own(tmp_path, CUBIC)]):
+        workers.open(partial(make_effects, where="machine.toml"))
+        try:
+            workers.submit(0, [CASES[0][1]])
+            _, reply = workers.reply()
+        finally:
+            workers.close()
+        assert [one.label for one in reply.value] == ["cubic_x"]
 
 
 def test_a_file_that_is_not_named_is_not_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

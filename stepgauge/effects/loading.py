@@ -8,8 +8,9 @@ from __future__ import annotations
 import hashlib
 import sys
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
@@ -23,6 +24,7 @@ from stepgauge.errors import InputError
 
 FROM_FILES = "stepgauge_effects_of_file_"
 """What the names of modules that were read from files begin with."""
+_PREPARED: dict[Path, Callable[[], object]] = {}
 ROWS = 12
 """Rows on which an effect is tried."""
 _LOADED: dict[Path, tuple[type[Effect], ...]] = {}
@@ -55,6 +57,8 @@ def load_effects(path: str | Path) -> tuple[type[Effect], ...]:
         for effect in found:
             _check(effect, path, known)
         _LOADED[place] = found
+        _PREPARED[place] = partial(load_effects, str(place))
+        _preparing().append(_PREPARED[place])
     return _LOADED[place]
 
 
@@ -67,8 +71,16 @@ def added_effects(paths: Sequence[str | Path]) -> Iterator[None]:
             load_effects(path)
         yield
     finally:
-        _LOADED.clear()
-        _LOADED.update(before)
+        for place in set(_LOADED) - set(before):
+            _preparing().remove(_PREPARED.pop(place))
+            del _LOADED[place]
+
+
+def _preparing() -> list[Callable[[], object]]:
+    """What processes do before their first task: they load the same files."""
+    from stepgauge.executors.processes import PREPARING
+
+    return PREPARING
 
 
 def _kinds() -> set[str]:

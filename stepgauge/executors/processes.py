@@ -7,6 +7,7 @@ import gc
 import os
 import signal
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing import get_all_start_methods, get_context
 from multiprocessing.connection import Connection, wait
@@ -38,6 +39,10 @@ class InProcess:
 
     def close(self) -> None:
         """Nothing to stop."""
+
+
+PREPARING: list[Callable[[], object]] = []
+"""What every process does before its first task: it imports what the command line named."""
 
 
 @dataclass
@@ -106,7 +111,8 @@ class Processes:
 
     def _start(self) -> _Worker:
         here, there = self._context.Pipe()
-        process = self._context.Process(target=_serve, args=(there, self._function, self.memory_MB), daemon=True)
+        given = (there, self._function, self.memory_MB, tuple(PREPARING))
+        process = self._context.Process(target=_serve, args=given, daemon=True)
         with safe_children():
             process.start()
         there.close()
@@ -141,10 +147,14 @@ def _context(module: str) -> Any:
     return context
 
 
-def _serve(pipe: Connection, function: Function, memory_MB: float | None) -> None:
+def _serve(
+    pipe: Connection, function: Function, memory_MB: float | None, preparing: tuple[Callable[[], object], ...]
+) -> None:
     """Do tasks until nobody sends any: the other end closes with the process that it belongs to."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one that gives the tasks
     _limit(memory_MB)
+    for prepare in preparing:
+        prepare()
     with contextlib.suppress(EOFError, OSError):
         pipe.send(perform(function, pipe.recv()))
         gc.freeze()  # what the first task loaded stays, and need not be searched for garbage after every other
