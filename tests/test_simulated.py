@@ -14,8 +14,10 @@ from click.testing import CliRunner
 
 import stepgauge as sg
 from stepgauge.cli import cli
+from stepgauge.compensation import axis_faces
 from stepgauge.diagnosis.axis.diagnosis import diagnose_axes
 from stepgauge.errors import InputError
+from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.figures.evaluation import draw_evaluations
 from stepgauge.files.checksum import file_digest
 from stepgauge.fleet.content import recording_key
@@ -26,6 +28,7 @@ from stepgauge.fleet.hierarchical.watching import FleetWatch
 from stepgauge.importing.ippdme import read as read_log
 from stepgauge.live.connection import SessionLog
 from stepgauge.recording import join_recordings, read_recording
+from stepgauge.recording.conventions import CONVENTIONS
 from stepgauge.recording.lines import read_comments
 from stepgauge.recording.simulated import SIMULATED_COMMENT, SIMULATED_LINE, is_simulated
 from stepgauge.reports.certificate_file import check_simulated
@@ -208,3 +211,15 @@ def test_the_report_of_a_fleet_with_simulated_recordings_says_so() -> None:
             (), 0.0, {}, Crossing([], [], {}, {}, np.zeros(0), np.zeros(0)), simulated=simulated
         ).as_dict()
         assert ("no machine was measured" in markdown(fleet_story(said, drawn=False))) is simulated
+
+
+@pytest.mark.parametrize("convention", ["as_read", "corrected_to_20"])
+def test_a_table_for_a_controller_of_simulated_readings_says_so_and_what_was_corrected(convention: str) -> None:
+    evaluation = evaluation_to_dict(
+        replace(one_placement(), comments={"temperature_convention": convention, "seed": "1"})
+    )
+    for comments, simulated in (({"seed": "1"}, True), ({}, False)):
+        said = {**evaluation, "comments": {**comments, "temperature_convention": convention}}
+        notes = axis_faces(said, "evaluation.json", "y").notes
+        assert ("Simulated recording: no machine was measured." in notes) is simulated
+        assert (CONVENTIONS["corrected_to_20"] in notes) is (convention == "corrected_to_20")

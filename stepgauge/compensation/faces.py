@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from stepgauge.conditions import require_statement, stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.notation import in_percent
+from stepgauge.recording.conventions import CONVENTIONS, Convention, convention_of
+from stepgauge.recording.simulated import SIMULATED_WARNING, is_simulated
 
 Array = NDArray[np.float64]
 AXES = "xyz"
@@ -158,6 +160,8 @@ def axis_faces(
     variance, unknown = _variance(rows)
     warm_K = _warmer_K(evaluation, one)
     expansion_u = evaluation["gauge"].get("expansion_uncertainty_per_K")
+    convention = convention_of(evaluation["comments"], str(path))
+    made = (SIMULATED_WARNING,) if is_simulated(evaluation["comments"]) else ()
     return AxisFaces(
         str(path),
         axis,
@@ -171,7 +175,7 @@ def axis_faces(
         None if tip is None else (2e3 * tip.r_eff_mm, (2.0 * tip.u_um) ** 2),
         abs((expansion_u or 0.0) * warm_K) * 1e3,
         _about(evaluation, one, path, axis, offset_mm, tip),
-        (*conditions.notes, *_notes(one, axis, unknown, expansion_u is None and warm_K != 0.0)),
+        (*made, *conditions.notes, *_notes(one, axis, unknown, expansion_u is None and warm_K != 0.0, convention)),
     )
 
 
@@ -279,16 +283,21 @@ def _about(
     }
 
 
-def _notes(one: Mapping[str, Any], axis: str, unknown: list[str], no_expansion: bool) -> list[str]:
+def _notes(
+    one: Mapping[str, Any], axis: str, unknown: list[str], no_expansion: bool, convention: Convention | None
+) -> list[str]:
     angle = angle_deg(one, axis)
     share = np.sin(np.radians(angle))
     notes = [f"the gauge lay {angle:.3f} deg off {axis}: {in_percent(share, 2)} of other axes' errors are in the table"]
     temperature = one["gauge_temperature_C"]
-    notes.append(
-        "no gauge temperature was recorded: the certificate's was assumed"
-        if temperature is None
-        else f"gauge at {temperature:.2f} deg C, its length corrected to that; scales as warm as they were then"
-    )
+    if convention in ("corrected_to_20", "nominal_expansion"):
+        notes.append(CONVENTIONS[convention])
+    elif temperature is None:
+        notes.append("no gauge temperature was recorded: the certificate's was assumed")
+    else:
+        notes.append(
+            f"gauge at {temperature:.2f} deg C, its length corrected to that; scales as warm as they were then"
+        )
     if no_expansion:
         unknown = [*unknown, "the gauge's expansion (not in this evaluation.json: evaluate again)"]
     for what in (*unknown, "temperature measurement", "certificate's correlations"):
