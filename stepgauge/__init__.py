@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from stepgauge.probes.directions_map import read_probe_map as read_probe_map
     from stepgauge.public.diagnose import diagnose as diagnose
     from stepgauge.public.diagnose import diagnose_probe_map as diagnose_probe_map
-    from stepgauge.public.investigate import investigate as investigate
     from stepgauge.recording import Recording as Recording
     from stepgauge.recording import read_recording as read_recording
     from stepgauge.standards.budget_files import StoredBudget as StoredBudget
@@ -55,6 +54,7 @@ if TYPE_CHECKING:
     from stepgauge.verbs.fleet import watch_fleet as watch_fleet
     from stepgauge.verbs.history import machine_history as machine_history
     from stepgauge.verbs.import_ import import_recording as import_recording
+    from stepgauge.verbs.investigate import investigate as investigate
     from stepgauge.verbs.list_ import list_dialects as list_dialects
     from stepgauge.verbs.list_ import list_effects as list_effects
     from stepgauge.verbs.list_ import list_files as list_files
@@ -117,7 +117,7 @@ _PLACES = {
     "export_fleet": "verbs.fleet",
     "import_recording": "verbs.import_",
     "infer_fleet": "verbs.fleet",
-    "investigate": "public.investigate",
+    "investigate": "verbs.investigate",
     "locate": "verbs.locate",
     "measure": "verbs.measure",
     "plan": "verbs.plan",

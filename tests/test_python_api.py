@@ -540,3 +540,24 @@ def test_a_program_that_is_stopped_raises_unless_it_is_kept(measured: dict[str, 
 def test_the_package_is_typed_and_a_module() -> None:
     assert (Path(sg.__file__).parent / "py.typed").exists()
     assert isinstance(sg, types.ModuleType)
+
+
+@pytest.mark.parametrize(
+    "kind", ["gauge", "placement", "plan", "run", "recording", "evaluation", "budget", "probe map"]
+)
+def test_a_result_shows_itself_in_a_few_lines(kind: str, measured: dict[str, Any]) -> None:
+    shown = repr(measured[kind])
+    assert shown.startswith(f"{type(measured[kind]).__name__}:\n")
+    assert len(shown.splitlines()) <= 8
+    assert len(shown) < 1000
+
+
+def test_a_table_in_a_notebook_keeps_every_digit_of_a_position(measured: dict[str, Any]) -> None:
+    assert "400.00035" in measured["gauge"]._repr_html_()
+
+
+def test_a_data_frame_goes_in_where_a_recording_does(measured: dict[str, Any]) -> None:
+    frame = measured["run"].recording.to_frame()
+    assert sg.evaluate(frame, GAUGE).r_eff_mm == measured["evaluation"].r_eff_mm
+    with pytest.raises(sg.InputError, match="column 'face' is missing"):
+        sg.evaluate(frame.drop(columns="face"), GAUGE)

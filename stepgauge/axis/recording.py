@@ -45,7 +45,7 @@ DIGITS = 12
 """Significant digits of a number: 0.1 um over 100 km."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class AxisRecording(Shown):
     """Readings of one axis, of one spot over time, or of distances between stations.
 

@@ -15,7 +15,6 @@ from stepgauge.verbs.catalogue import GROUPS, PLACES, VERBS, find_verb, verbs_of
 
 OLD = {
     "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> causes of the deviations"),
-    "investigate": ("stepgauge.cli.investigate", "measure and diagnose until the cause is clear"),
 }
 
 
@@ -37,7 +36,7 @@ class VerbGroup(click.Group):
             command, used = make_command(cmd_name, find_verb(words)), find_verb(words).in_project
         elif words in OLD:
             command, used = importlib.import_module(OLD[words][0]).command, True
-            if words in ("diagnose", "investigate") and all(one.name != "effects" for one in command.params):
+            if words == "diagnose" and all(one.name != "effects" for one in command.params):
                 command.params.append(effects_option())
         else:
             return None

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import click
 
-from stepgauge.cli.options import say
+from stepgauge.cli.say import say
 
 
 @contextmanager

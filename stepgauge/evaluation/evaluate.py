@@ -124,7 +124,7 @@ def _um(value: float) -> str:
     return "undefined" if value != value else f"{value:.2f} um"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Evaluation(Shown):
     """Results of all placements of a recording.
 

@@ -16,6 +16,8 @@ MOST_ROWS = 60
 """Rows of a table in a notebook; of a longer one the middle is left out."""
 LONGEST_LINE = 2000
 """Characters of a line of a summary."""
+MOST_LINES, LONGEST_SHOWN = 6, 160
+"""Lines of a result as Python shows it, and their characters."""
 
 
 class Summarized:
@@ -29,12 +31,20 @@ class Summarized:
         """The result as a table, with the units in the names of the columns."""
         raise NotImplementedError
 
+    def __repr__(self) -> str:
+        """The kind, and the first lines of the summary."""
+        lines = self.summary().splitlines()
+        more = [".."] if len(lines) > MOST_LINES else []
+        return "\n".join(
+            [f"{type(self).__name__}:", *(one_line(line, LONGEST_SHOWN) for line in lines[:MOST_LINES]), *more]
+        )
+
     def _repr_html_(self) -> str:
         """The summary and the table for a notebook; every value is escaped."""
         from html import escape
 
         lines = "".join(f"<p>{escape(line)}</p>" for line in self.summary().splitlines())
-        table = self.to_frame().to_html(max_rows=MOST_ROWS, index=False, na_rep="", float_format="{:.6g}".format)
+        table = self.to_frame().to_html(max_rows=MOST_ROWS, index=False, na_rep="", float_format="{:.10g}".format)
         return lines + str(table)
 
 

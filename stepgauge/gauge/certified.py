@@ -85,7 +85,7 @@ LEAST_UNCERTAINTY_UM = 0.01
 """No gauge is certified better than this; smaller numbers are mm."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Gauge(Shown):
     """A step gauge as certified.
 

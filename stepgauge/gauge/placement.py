@@ -45,7 +45,7 @@ class PlacementTable(Table):
     notes: list[str] = Field(default_factory=list, description="what locate remarked")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Placement(Shown):
     """A placement of the gauge.
 

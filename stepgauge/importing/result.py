@@ -25,7 +25,7 @@ _VALUES = {
 T = TypeVar("T")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Imported(Summarized):
     """``recording``: None as long as something is open; ``report``: in a few lines what was taken, kept and dropped.
 

@@ -151,7 +151,7 @@ class UncertaintyTable(Table):
     resolution_um: float | None = Field(None, gt=0, le=100, description="smallest step of the machine's reading, um")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Machine(Summarized):
     """A machine as its file describes it.
 

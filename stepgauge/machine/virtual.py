@@ -48,7 +48,7 @@ class Conditions:
     any_surface: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Run(Shown):
     """Result of a program: the recording, the path, its duration, and the stop (None if it ran through).
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 APPROACH = ("approach_i", "approach_j", "approach_k")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Plan(Shown):
     """Moves that were checked against gauge and rail, and against the machine's travel where ``travel_checked``."""
 

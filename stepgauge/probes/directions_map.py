@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 COLUMNS = ("polar_deg", "azimuth_deg", "trigger_force_N", "deflection_um", "pretravel_um")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DirectionMap(Shown):
     """Values over polar angle and azimuth of the contact normal in the probe's frame; arrays (polars, azimuths).
 

@@ -37,7 +37,7 @@ LARGEST_MM = 100_000.0
 """No machine of this kind has coordinates of 100 m."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Recording(Shown):
     """Indicated tip centres at the trigger.
 

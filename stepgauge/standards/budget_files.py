@@ -222,6 +222,8 @@ class StoredBudget(_Stored, Shown):
     bands: list[StoredBand] = Field(default_factory=list)
     quantities: list[StoredLine] = Field(min_length=1)
 
+    __repr__ = Shown.__repr__
+
     def summary(self) -> str:
         """Notes on the readings, what was not evaluated, and by placement R_eff and XM at the farthest face."""
         missing = [f"not evaluated: {gap.what}; state it by {gap.state_by}" for gap in self.not_included]

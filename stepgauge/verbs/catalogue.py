@@ -24,6 +24,7 @@ PLACES: Mapping[str, str] = {
     "test plan": "test.plan.plan_iso10360",
     "import": "import_.import_recording",
     "report": "report.report",
+    "investigate": "investigate.investigate",
     "history": "history.machine_history",
     "serve": "serve.serve",
     "test iso10360": "test.iso10360.iso10360",

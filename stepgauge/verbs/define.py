@@ -96,7 +96,7 @@ class Parameter:
     def facts(self) -> list[str]:
         """Bounds with unit and default, as help and documentation show them."""
         shown = [self.one.bounds() or self.one.unit] if not hasattr(self.one, "words") else []
-        if not self.required and self.default not in (None, False, (), ""):
+        if self.default not in (REQUIRED, None, False, (), ""):
             shown.append(f"default: {self.default}")
         return [one for one in shown if one]
 

@@ -23,8 +23,8 @@ def placement(tmp_path: Path) -> Path:
     [
         ((), "either --server or --simulate"),
         (("--simulate", "--server", "127.0.0.1:1"), "either --server or --simulate"),
-        (("--server", "127.0.0.1:1", "--faults", "f.toml"), "they need --simulate"),
-        (("--simulate", "--within", "0:700,900:100,0:600"), "no box in mm"),
+        (("--server", "127.0.0.1:1", "--faults", "f.toml"), "expected --simulate"),
+        (("--simulate", "--within", "0:700,900:100,0:600"), "not a box"),
         (("--simulate", "--within", "0:700,0:600,0:600"), "the gauge lies outside of it now"),
         (("--simulate", "--resume"), "there is no journal to resume"),
         (("--server", "127.0.0.1:1"), "127.0.0.1:1"),
@@ -43,7 +43,7 @@ def test_what_is_wrong_is_said_before_anything_moves(
 def test_without_a_placement_a_server_has_to_send_points_by_hand(run: Run, tmp_path: Path) -> None:
     result = run("investigate", *COMMON, "--simulate", "-o", tmp_path / "cause")
     assert result.code == 2
-    assert "--simulate needs --placement" in result.err
+    assert "--simulate: needs --placement" in result.err
 
 
 def test_shipped_gauge_and_machine_are_investigated_to_the_end(run: Run, placement: Path, tmp_path: Path) -> None:

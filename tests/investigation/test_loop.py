@@ -45,13 +45,15 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Path:
         files["--machine"],
         folder / "cause",
         ask=lambda question: asked.append(question) or True,  # type: ignore[func-returns-value]
+        simulate=True,
         faults=folder / "faults.toml",
+        figure="svg",
         level=True,
         minutes=SHORT["minutes"],
         without=WITHOUT,
         tell=told.append,
     )
-    diagnosis.write(folder / "cause" / "diagnosis", "svg")
+    assert diagnosis.recordings
     assert len(asked) == 1
     assert "each to 3 mm" in asked[0]
     assert told[0] == "run 1: the gauge as it lies"
@@ -113,6 +115,7 @@ def test_another_machine_file_is_not_gone_on_with(found: Path) -> None:
     other.write_text(files["machine"].read_text().replace("repeatability_um = 0.2", "repeatability_um = 0.3"))
     common = {
         "ask": bool,
+        "simulate": True,
         "faults": files["faults"],
         "level": True,
         "minutes": SHORT["minutes"],

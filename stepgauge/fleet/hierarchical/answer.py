@@ -74,7 +74,7 @@ class Number:
         return total
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FleetInference(Summarized):
     """``causes``: named ones, the likeliest first; ``false_share``: expected share of false ones among them;
     ``scatter``: standard deviations of what is nothing wrong, by name; ``alone``: single visits that are wrong;

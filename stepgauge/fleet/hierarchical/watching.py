@@ -23,7 +23,7 @@ LIMITS = ("scale", "squareness", "reversal", "certificate_scale", "wear")
 DUE_SHOWN = 10
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FleetWatch(Summarized):
     """``watched``: every quantity of every machine and gauge; ``limits``: maximum permissible sizes by name; ``risk``:
     accepted probability of being out of them; ``left_out``: why some recordings are not in it, a line each."""
