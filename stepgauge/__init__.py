@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from stepgauge.planning.planned import Plan as Plan
     from stepgauge.probes.directions_map import DirectionMap as DirectionMap
     from stepgauge.probes.directions_map import read_probe_map as read_probe_map
-    from stepgauge.public.diagnose import diagnose as diagnose
-    from stepgauge.public.diagnose import diagnose_probe_map as diagnose_probe_map
     from stepgauge.recording import Recording as Recording
     from stepgauge.recording import read_recording as read_recording
     from stepgauge.standards.budget_files import StoredBudget as StoredBudget
@@ -40,6 +38,7 @@ if TYPE_CHECKING:
     from stepgauge.verbs.dcc import export_gauge_dcc as export_gauge_dcc
     from stepgauge.verbs.dcc import import_gauge_dcc as import_gauge_dcc
     from stepgauge.verbs.dcc import write_dcc as write_dcc
+    from stepgauge.verbs.diagnose import diagnose as diagnose
     from stepgauge.verbs.evaluate import evaluate as evaluate
     from stepgauge.verbs.export import export_recording as export_recording
     from stepgauge.verbs.fleet import add_to_fleet as add_to_fleet
@@ -60,6 +59,7 @@ if TYPE_CHECKING:
     from stepgauge.verbs.list_ import list_files as list_files
     from stepgauge.verbs.list_ import list_gauges as list_gauges
     from stepgauge.verbs.list_ import list_machines as list_machines
+    from stepgauge.verbs.list_ import list_priors as list_priors
     from stepgauge.verbs.locate import locate as locate
     from stepgauge.verbs.measure import measure as measure
     from stepgauge.verbs.plan import plan as plan
@@ -85,9 +85,9 @@ _PLACES = {
     "add_to_fleet": "verbs.fleet",
     "budget": "verbs.budget",
     "budget_fleet": "verbs.fleet",
-    "diagnose": "public.diagnose",
+    "diagnose": "verbs.diagnose",
     "diagnose_fleet": "verbs.fleet",
-    "diagnose_probe_map": "public.diagnose",
+    "list_priors": "verbs.list_",
     "compensate": "verbs.compensate",
     "export_recording": "verbs.export",
     "compact_fleet": "verbs.fleet",

@@ -228,7 +228,7 @@ def test_a_click_on_a_finding_tells_it_and_a_link_opens_a_face(diagnosed: Path, 
 def test_the_map_of_a_probe_has_a_page_with_its_quantities(tmp_path: Path) -> None:
     """Over the noise, so that forces and deflections stand beside each other; findings explain what was removed."""
     fea = Path(__file__).parents[1] / "examples/omp40-fea"
-    found = sg.diagnose_probe_map(fea / "map.csv", fea / "existing-method.toml")
+    found = sg.diagnose(fea / "map.csv", probe=fea / "existing-method.toml")
     found.write(tmp_path / "map")
     table = read_rows(tmp_path / "map")
     assert len(table) == len(found.fits) * len(found.data)

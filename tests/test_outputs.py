@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from stepgauge.cli.options import say, show
+from stepgauge.cli.say import say, show
 from stepgauge.errors import InputError, PartlyDoneError
 from stepgauge.files import outputs
 from stepgauge.files.outputs import READY, UNFINISHED

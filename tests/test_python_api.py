@@ -42,9 +42,9 @@ compensate(evaluation, *, to, axis=None, plane=None, template=None, tip_radius_m
     travel=None, step_mm=None, range_mm=None, extend="none", zero_at_mm=None, offset_mm=0.0, angle_limit_deg=1.0,
     placement_number=None, file_type=0, joint=None, unconfirmed_sense=None)
 compensate_points(points, *, qualification, method="lobed", on_sphere=False)
-diagnose(recordings, gauge=None, machine=None, *, styli=(), without=(), priors=None)
+diagnose(recordings, gauge=None, machine=None, *, further_styli=(), probe=None, columns=None, each=False, jobs=1,
+    without=(), priors=None, progress=None)
 diagnose_fleet(store, *, without=(), priors=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
-diagnose_probe_map(probe_map, probe, *, columns=None, priors=None)
 evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff_origin="first", measured_at=None,
     machine_name=None, temperature_convention=None, correct_drift=False, mpe=None, mpe_cap_um=None, machine=None)
 evaluate_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None, **choice)
@@ -61,9 +61,10 @@ import_recording(log, *, format=None, sensor=None, gauge=None, placement=None, p
     unit=None, deviation_unit=None, temperature_unit="C", columns=(), rows=(), constants=(), accept=(), header=None,
     table=None, sheet=None, delimiter=None, decimal=None, targets=None, heights=None)
 infer_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None)
-investigate(placement, gauge, machine, folder, *, ask, server=None, faults=None, seed=0, minutes=60.0, odds=20.0,
-    within_mm=None, level=False, hands_minutes=5.0, styli=(), cycles=2, without=(), priors=None, resume=False,
-    homing=False, tool="StepGaugeProbe", tell=None, progress=None, stop=None)
+investigate(placement, gauge, machine, output, *, ask, server=None, simulate=False, faults=None, seed=0,
+    minutes=60.0, odds=20.0, within_mm=None, level=False, hands_minutes=5.0, further_styli=(), cycles=2, without=(),
+    priors=None, resume=False, yes=False, homing=False, tool="StepGaugeProbe", figure="png", tell=None,
+    progress=None, stop=None)
 iso10360(recordings, gauge, *, mpe, mpe_cap_um=None, mpe_repeatability_um=None, machine=None, placements=(),
     offset_recordings=(), mpe_offset=None, offset_machine=None, normal=None, normal_gauge=None,
     tip_diameter_mm=None, u_tip_diameter_um=None, unidirectional="fronts", lengths_mm=None,
@@ -80,6 +81,7 @@ list_effects(kinds=(), gauge=None, machine=None)
 list_files(name=None)
 list_gauges()
 list_machines()
+list_priors()
 locate(points, gauge, *, machine=None, blocks=None, tip_radius_mm=None, repeatability_um=None, turned=False)
 machine_history(folder, *, limits=None, machine_name=None, gauge_serial=None, date_from="record", store=None,
     rebuild=False, own_store=None, tell=None)
@@ -198,7 +200,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return {
         "axis recording": sg.read_axis_recording(folder / "axis.csv"),
         "axis diagnosis": of_axis,
-        "map diagnosis": sg.diagnose_probe_map(FEA / "map.csv", FEA / "existing-method.toml"),
+        "map diagnosis": sg.diagnose(FEA / "map.csv", probe=FEA / "existing-method.toml"),
         "stored diagnosis": sg.read_diagnosis(folder),
         "machine": machine,
         "gauge": gauge,
@@ -416,7 +418,7 @@ def test_an_axis_and_a_probe_are_diagnosed_as_at_the_command_line(
     found = sg.diagnose([sg.read_axis_recording(axis_csv)])
     assert found.to_frame().set_index("kind").loc["scale_error", "value"] == pytest.approx(20.0, abs=1.0)
     found.write(tmp_path / "python/axis")
-    sg.diagnose_probe_map(measured["probe map"], "omp40-2-50mm").write(tmp_path / "python/map")
+    sg.diagnose(measured["probe map"], probe="omp40-2-50mm").write(tmp_path / "python/map")
     for name in ("axis", "map"):
         both = (read_json(tmp_path / place / name / "diagnosis.json") for place in ("cli", "python"))
         of_verb, of_python = ({**one, "made_from": [], "checksum": ""} for one in both)  # the verb notes what it read
@@ -510,7 +512,7 @@ def test_a_report_of_an_object_says_what_that_of_its_files_says(tmp_path: Path, 
             "gauge: a recording of one axis, a spot or distances needs",
         ),
         (lambda m: sg.diagnose([m["axis recording"], m["run"]]), "this is of one axis, the others are of a gauge"),
-        (lambda m: sg.diagnose_probe_map(m["gauge"], "omp40-2-50mm"), "probe_map: this is no probe_map; found Gauge"),
+        (lambda m: sg.diagnose(m["gauge"], probe="omp40-2-50mm"), "map: this is no map; found Gauge"),
         (lambda m: sg.probe_map("omp40-2-50mm", polar_deg="200"), "polar_deg: angle out of range; found 200"),
         (lambda m: sg.evaluate(m["run"], m["gauge"], blocks="1:99"), "blocks: last block is not on this gauge"),
         (lambda m: sg.evaluate(m["run"], m["gauge"], measured_at="02.03.26"), "measured_at: measured_at is no date"),

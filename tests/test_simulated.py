@@ -192,7 +192,7 @@ def test_a_probe_map_of_a_model_says_so_in_its_table_figure_and_diagnosis(tmp_pa
     assert "no machine was measured" in text_of(drawn)
     assert is_simulated(read_comments(table)[0])
     assert sg.read_probe_map(table).simulated
-    sg.diagnose_probe_map(table, "omp40-2-50mm").write(tmp_path / "d", "pdf")
+    sg.diagnose(table, probe="omp40-2-50mm").write(tmp_path / "d", "pdf")
     assert "no machine was measured" in (tmp_path / "d" / "diagnosis.md").read_text()
     assert "no machine was measured" in text_of(tmp_path / "d" / "residuals.pdf")
 

@@ -28,7 +28,7 @@ measured[["polar_deg", "azimuth_deg", "trigger_force_N"]].to_csv(path, index=Fal
 # %%
 # The diagnosis compares it with the file.
 
-diagnosis = sg.diagnose_probe_map(path, "omp40-2-50mm")
+diagnosis = sg.diagnose(path, probe="omp40-2-50mm")
 print(diagnosis.summary())
 figure, axes = plt.subplots(figsize=(8, 4), layout="constrained")
 diagnosis.plot(axes)

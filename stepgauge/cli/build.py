@@ -37,7 +37,7 @@ class VerbCommand(click.Command):
     verb: Verb
 
 
-def make_command(name: str, verb: Verb) -> click.Command:
+def make_command(name: str, verb: Verb) -> VerbCommand:
     """The command that runs a verb."""
     params = [_click(one, verb) for one in verb.parameters if one.at_command]
     if any(one.name == "machine" for one in verb.parameters):

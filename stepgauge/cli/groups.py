@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import difflib
-import importlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import click
 
-from stepgauge.cli.build import VerbCommand, effects_option, make_command
+from stepgauge.cli.build import make_command
 from stepgauge.project.find import find_project
 from stepgauge.verbs.catalogue import GROUPS, PLACES, VERBS, find_verb, verbs_of
-
-OLD = {
-    "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> causes of the deviations"),
-}
 
 
 class VerbGroup(click.Group):
@@ -32,16 +27,12 @@ class VerbGroup(click.Group):
         words = self.prefix + cmd_name
         if words in GROUPS:
             return make_group(words)
-        if words in PLACES:
-            command, used = make_command(cmd_name, find_verb(words)), find_verb(words).in_project
-        elif words in OLD:
-            command, used = importlib.import_module(OLD[words][0]).command, True
-            if words == "diagnose" and all(one.name != "effects" for one in command.params):
-                command.params.append(effects_option())
-        else:
+        if words not in PLACES:
             return None
-        path = find_project() if used and not ctx.resilient_parsing else None
-        if path is None or not isinstance(command, VerbCommand):
+        verb = find_verb(words)
+        command = make_command(cmd_name, verb)
+        path = find_project() if verb.in_project and not ctx.resilient_parsing else None
+        if path is None:
             return command
         from stepgauge.cli.defaults import with_defaults
         from stepgauge.project.file import read_project
@@ -83,12 +74,11 @@ class VerbGroup(click.Group):
 
 def make_group(name: str) -> VerbGroup:
     """The group of the verbs that begin with a word."""
-    names = [*verbs_of(name), *(words.partition(" ")[2] for words in OLD if words.startswith(f"{name} "))]
-    return VerbGroup(name, tasks={"Verbs": names}, prefix=f"{name} ", help=GROUPS[name])
+    return VerbGroup(name, tasks={"Verbs": verbs_of(name)}, prefix=f"{name} ", help=GROUPS[name])
 
 
 def _sentence(words: str) -> str:
     """What a verb or a group is for, in a line."""
     if words in GROUPS:
         return GROUPS[words].partition("\n")[0].rstrip(".")
-    return OLD[words][1] if words in OLD else find_verb(words).sentence
+    return find_verb(words).sentence

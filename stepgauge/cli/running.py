@@ -48,7 +48,7 @@ def run_verb(verb: Verb, values: dict[str, Any]) -> None:
     if isinstance(stop, Exception):
         raise stop
     if verb.partly:
-        _say_left_out(str(values.get("store") or values.get("output")), result.left_out)
+        _say_left_out(str(values.get("store") or values.get("output")), getattr(result, "left_out", ()))
 
 
 def _say_left_out(where: str, errors: Sequence[str]) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
-from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ def supply(made: str, values: Mapping[str, Any], given: Mapping[str, Any], stack
         "stop": lambda: stack.enter_context(interruptible()),
         "live": lambda: stack.enter_context(progress_bar()),
         "tell": lambda: say,
+        "search": lambda: stack.enter_context(_found_so_far()),
         "run": _runner,
         "prompt": lambda: _prompt if sys.stdin.isatty() else None,
         "print": lambda: click.echo,
@@ -32,6 +34,23 @@ def supply(made: str, values: Mapping[str, Any], given: Mapping[str, Any], stack
         "ask": lambda: _done if values.get("yes") else _asking(given["stop"]),
     }
     return makers[made]()
+
+
+@contextmanager
+def _found_so_far() -> Iterator[Callable[[Sequence[str]], None]]:
+    """What a search has found up to now, in a line of a terminal, gone when it ends: it may take half a minute."""
+    shown = sys.stderr.isatty()
+
+    def show(labels: Sequence[str]) -> None:
+        if shown:
+            text = f"searching; up to now: {', '.join(labels).replace('_', ' ') or 'nothing'}"
+            click.echo(f"\r\033[K{text[: shutil.get_terminal_size().columns - 1]}", nl=False, err=True)
+
+    try:
+        yield show
+    finally:
+        if shown:
+            click.echo("\r\033[K", nl=False, err=True)
 
 
 def _runner() -> Callable[..., object]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.priors import Priors
@@ -33,6 +34,49 @@ class Outcome:
     summary: str
     files: tuple[Path, ...] = ()
     first: tuple[str, ...] = ()
+
+
+@dataclass
+class Separately:
+    """Recordings that are to be diagnosed each by itself: :meth:`write` does it, in processes, into a folder for each.
+
+    ``of_axis`` diagnoses one without a gauge; ``known``: files of gauge and machine of the others.
+    """
+
+    paths: Sequence[str]
+    of_axis: Callable[[str], Any] | None
+    known: tuple[str, str] = ("", "")
+    styli: tuple[str, ...] = ()
+    jobs: int | None = 1
+    without: tuple[str, ...] = ()
+    priors: Priors | None = None
+    outcomes: list[Outcome] = field(default_factory=list)
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """Those that could not be diagnosed, with the reason."""
+        return tuple(f"{one.name}: {one.summary}" for one in self.outcomes if not one.files)
+
+    def summary(self) -> str:
+        """The verdict of each."""
+        return "\n".join(f"{one.name}: {one.summary}" for one in self.outcomes if one.files)
+
+    def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
+        """Diagnose and write all; returns the paths."""
+        if self.of_axis is None:
+            given = (self.paths, *self.known, folder, self.jobs, figure, self.without, self.priors, self.styli)
+            self.outcomes = list(diagnose_each(*given))
+        else:
+            self.outcomes = [self._axis(path, Path(folder) / Path(path).stem, figure) for path in self.paths]
+        return [path for one in self.outcomes for path in one.files]
+
+    def _axis(self, path: str, folder: Path, figure: str) -> Outcome:
+        assert self.of_axis is not None
+        refuse_own(folder / FILE)
+        found = self.of_axis(path)
+        with one_set():
+            files = found.write(folder, figure)
+        return Outcome(folder.name, found.summary(), tuple(files))
 
 
 def diagnose_together(

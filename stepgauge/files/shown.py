@@ -34,10 +34,8 @@ class Summarized:
     def __repr__(self) -> str:
         """The kind, and the first lines of the summary."""
         lines = self.summary().splitlines()
-        more = [".."] if len(lines) > MOST_LINES else []
-        return "\n".join(
-            [f"{type(self).__name__}:", *(one_line(line, LONGEST_SHOWN) for line in lines[:MOST_LINES]), *more]
-        )
+        shown = [one_line(line, LONGEST_SHOWN) for line in lines[:MOST_LINES]]
+        return "\n".join([f"{type(self).__name__}:", *shown, *([".."] if len(lines) > MOST_LINES else [])])
 
     def _repr_html_(self) -> str:
         """The summary and the table for a notebook; every value is escaped."""

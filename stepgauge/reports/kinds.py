@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from stepgauge.errors import InputError
+from stepgauge.files.outputs import place_of
 from stepgauge.files.text import read_json
 
 KINDS = ("evaluation", "diagnosis", "investigation")
@@ -32,3 +33,12 @@ def kind_of(path: str | Path) -> str:
     data = read_json(place)
     stated = data.get("format") if isinstance(data, dict) else None
     return next((kind for kind in (*KINDS, FLEET) if stated == f"stepgauge {kind} 1"), "evaluation")
+
+
+def first_lines(path: str | Path) -> list[str]:
+    """What to do first, of a ``diagnosis.json`` of whatever was diagnosed."""
+    from stepgauge.reports import axis_diagnosis, diagnosis, probe_diagnosis
+
+    data = read_json(place_of(path))
+    room = probe_diagnosis if "map" in data.get("inputs", ()) else axis_diagnosis if "axis" in data else diagnosis
+    return list(room.first_of(data))

@@ -24,6 +24,7 @@ PLACES: Mapping[str, str] = {
     "test plan": "test.plan.plan_iso10360",
     "import": "import_.import_recording",
     "report": "report.report",
+    "diagnose": "diagnose.diagnose",
     "investigate": "investigate.investigate",
     "history": "history.machine_history",
     "serve": "serve.serve",
@@ -41,6 +42,7 @@ PLACES: Mapping[str, str] = {
     "list files": "list_.list_files",
     "list effects": "list_.list_effects",
     "list dialects": "list_.list_dialects",
+    "list priors": "list_.list_priors",
     "dcc write": "dcc.write_dcc",
     "dcc check": "dcc.check_dcc",
     "dcc import-gauge": "dcc.import_gauge_dcc",
@@ -59,7 +61,7 @@ PLACES: Mapping[str, str] = {
 """The words of each verb, and its module and function in this room."""
 GROUPS: Mapping[str, str] = {
     "test": "Tests by standards: ISO 10360-2 and -5, ISO 230-2 and -3.",
-    "list": "What there is: shipped files, effects, dialects.",
+    "list": "What there is: shipped files, effects, dialects, priors.",
     "dcc": "Digital Calibration Certificates: DCC XML 3.2.0 of PTB with D-SI quantities.\n\nCertificates are read"
     " safely: no DOCTYPE, no entities, no network.",
     "probe": "The touch-trigger probe: its physics, its qualification and its compensation.",

@@ -151,3 +151,12 @@ def list_dialects(name: Annotated[str | None, Text("[NAME]"), ARGUMENT] = None) 
     known = DIALECTS[name]
     family = f"As '{known.family}', and:\n\n" if known.family else ""
     return Listing(family + described(known).rstrip("\n"), [(known.name, known.title)])
+
+
+@verb(shows=True, in_project=False)
+def list_priors() -> "Listing":
+    """The shipped prior knowledge of a diagnosis: how common a cause is, and its usual size, with reasons."""
+    from stepgauge.diagnosis.priors import priors_text
+    from stepgauge.files.listing import Listing
+
+    return Listing(priors_text().rstrip("\n"))

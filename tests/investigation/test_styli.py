@@ -318,7 +318,7 @@ def test_a_diagnosis_proposes_the_stylus_that_separates(tmp_path: Path) -> None:
     (tmp_path / "further").mkdir()
     long = write_files(tmp_path / "further", arm_machine(LONG_MM, 0.8, "Long"), small_gauge(), lies_along_y())
     further = long["--machine"]
-    (one,) = sg.diagnose(first, files["--gauge"], files["--machine"], styli=[further], without=WITHOUT).findings
+    (one,) = sg.diagnose(first, files["--gauge"], files["--machine"], further_styli=[further], without=WITHOUT).findings
     assert {one.kind, *one.confounded_with} == {"angular_error", "scale_error"}
     assert "the same placement with stylus 2 (Long, tip radius 0.8 mm, 120 mm long)" in one.separate_by
     assert further in one.separate_by

@@ -25,7 +25,7 @@ def folder(tmp_path: Path) -> Path:
     folder = make_project(tmp_path / "project")
     for name in ("map.csv", "existing-method.toml"):
         shutil.copy(FEA / name, folder / name)
-    sg.diagnose_probe_map(folder / "map.csv", folder / "existing-method.toml").write(folder / "results/map")
+    sg.diagnose(folder / "map.csv", probe=folder / "existing-method.toml").write(folder / "results/map")
     return folder
 
 

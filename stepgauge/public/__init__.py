@@ -1,1 +1,0 @@
-"""The verbs of ``import stepgauge``: each takes files or objects, and returns a result that shows itself."""

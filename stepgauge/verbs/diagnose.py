@@ -1,0 +1,187 @@
+"""``diagnose``: recordings and machine model to what departs from it; an axis alone; the map of a probe."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any
+
+from stepgauge.verbs.define import Written, verb
+from stepgauge.verbs.kinds import ARGUMENT, Flag, Pair, Reads, Repeated, Supplied
+from stepgauge.verbs.shared import (
+    Figure,
+    File,
+    FurtherStyli,
+    GaugeIfNeeded,
+    Jobs,
+    MachineIfNeeded,
+    OutputFolder,
+    Priors,
+    Without,
+)
+
+if TYPE_CHECKING:
+    from stepgauge.diagnosis.result import Diagnosis
+
+
+def leave(values: dict[str, Any], _: set[str]) -> tuple[str, ...]:
+    """Neither the map of a probe nor a recording without a gauge needs these."""
+    from stepgauge.axis.recording import is_axis_recording
+
+    needed = values["probe"] is None and not any(map(is_axis_recording, values["recordings"]))
+    return () if needed else ("gauge", "machine")
+
+
+def write(diagnosis: Any, output: OutputFolder, *, figure: Figure = "png") -> Written:
+    """Files of a diagnosis.
+
+    Parameters
+    ----------
+    output : folder for diagnosis.json, diagnosis.md, the diagnosed machine or probe file and the figures
+    """
+    from stepgauge.diagnosis.many import Separately
+    from stepgauge.reports.kinds import first_lines
+
+    paths = diagnosis.write(output, figure)
+    return Written(paths, () if isinstance(diagnosis, Separately) else first_lines(paths[0]))
+
+
+@verb(write, leaves=leave, partly=True)
+def diagnose(
+    recordings: Annotated[Any, Repeated(Reads("RECORDING"), "recording"), ARGUMENT],
+    gauge: GaugeIfNeeded = None,
+    machine: MachineIfNeeded = None,
+    *,
+    further_styli: FurtherStyli = (),
+    probe: Annotated[File | None, Reads("PROBE", room="probes")] = None,
+    columns: Annotated["Mapping[str, str] | None", Repeated(Pair(metavar="NAME=HEADER"), "column")] = None,
+    each: Annotated[bool, Flag()] = False,
+    jobs: Jobs = 1,
+    without: Without = (),
+    priors: Priors = None,
+    progress: Annotated[Any, Supplied("search")] = None,
+) -> "Diagnosis":
+    """Find where a recording departs from the simulation, and the physical effect that explains it.
+
+    The simulation is that of the machine file, with the effects it already has; the placement of the gauge is fitted.
+    The verdict is one of: adequate (the residuals have no structure beyond the scatter), effects (known effects explain
+    them), unknown (structure that no known effect explains, described by an empirical function), insufficient (the
+    recording cannot discriminate). The exit code is 0 for all four. Effects that this recording cannot discriminate are
+    reported as a set, with the measurement that separates them.
+
+    Rows with a number other than 1 in the column stylus were probed with a further stylus: the first one is 2. Without
+    the column a comment '# stylus: NAME' states it; 'measure' and 'simulate' write it where [probe] has a name.
+
+    Prior knowledge (how common a cause is, and its usual size) is one table with reasons: 'stepgauge list priors'
+    prints it, ``priors`` replaces a part of it.
+
+    Several recordings are placements of one machine: their common effects are estimated from all of them. With ``each``
+    they are diagnosed one by one into OUTPUT/NAME/; the names of the files must then differ, and one that cannot be
+    diagnosed is named and does not stop the others.
+
+    Recordings of one axis, at one position, or of distances ('stepgauge import --sensor') need neither gauge nor
+    machine; only effects that their sensor can have are considered, and the result is in their units.
+
+    With ``probe`` the map of a probe (polar_deg, azimuth_deg and trigger_force_N, deflection_um or pretravel_um; see
+    'stepgauge probe map') is diagnosed instead: which part of the probe's construction differs from its file.
+
+    Parameters
+    ----------
+    recordings : one recording, run, file or DataFrame, or several as placements of one machine; or recordings of one
+        axis, one spot or distances; or the map of a probe
+    machine : the machine that is to be judged, with the effects it already has
+    probe : probe file that is to be judged against a map, instead of a machine
+    columns : of a map: which column holds a quantity, e.g. trigger_force_N=force_fea_N
+    each : several recordings each on its own, instead of as placements of one machine in one diagnosis
+    jobs : of ``each``: processes that share the recordings
+    progress : told the labels of what a search has found up to now
+
+    Returns
+    -------
+    The verdict (adequate, effects, unknown, insufficient), the findings with values, uncertainties and probabilities;
+    of an axis in the units of its recording, of a map the changes of the construction.
+
+    Raises
+    ------
+    InputError
+        recordings of another gauge or machine, of different kinds, or too small for a diagnosis
+
+    Examples
+    --------
+    stepgauge diagnose recording.csv --gauge step-gauge-420 --machine bridge-cmm -o diagnosis
+    stepgauge diagnose along-x.csv along-y.csv -g my-gauge.toml -m my-cmm.toml -o diagnosis
+    stepgauge diagnose logs/*.csv -g my-gauge.toml -m my-cmm.toml --each --jobs 4 -o diagnoses
+    stepgauge diagnose map.csv --probe omp40-2-50mm -o diagnosis
+    stepgauge diagnose axis.csv -o diagnosis
+    """
+    from stepgauge.diagnosis.priors import read_priors
+    from stepgauge.errors import InputError, naming
+    from stepgauge.verbs.inputs import are_of_axis, several
+
+    given, table, excluded = several(recordings), None if priors is None else read_priors(priors), several(without)
+    if probe is not None:
+        if excluded or each:
+            where = naming("without", "each", words="{}, {}")
+            raise InputError(where, "are for recordings", expected=naming("probe", words="no {}"))
+        return _map(given, probe, columns, table)
+    of_axis = are_of_axis(given)
+    if of_axis and (gauge is not None or machine is not None):
+        given_too = naming("gauge" if gauge is not None else "machine")
+        raise InputError(given_too, "a recording of one axis, a spot or distances needs none")
+    if not of_axis and (gauge is None or machine is None):
+        missing, both = naming("gauge" if gauge is None else "machine"), naming("gauge", "machine", words="{} and {}")
+        raise InputError(missing, "a recording of a gauge needs it", expected=both)
+    if each:
+        return _separately(given, of_axis, gauge, machine, further_styli, jobs, excluded, table)
+    if of_axis:
+        return _axes(given, excluded, table)
+    return _together(given, gauge, machine, further_styli, excluded, table, progress)
+
+
+def _together(
+    given: list[Any], gauge: Any, machine: Any, styli: Any, without: list[str], table: Any, progress: Any
+) -> "Diagnosis":
+    """Recordings as placements of one machine."""
+    from dataclasses import replace
+
+    from stepgauge.diagnosis.engine import diagnose as diagnose_recording
+    from stepgauge.diagnosis.many import of_one_machine
+    from stepgauge.verbs.inputs import as_gauge, as_machine_with, as_recordings
+
+    cmm = as_machine_with(machine, styli)
+    tables, whole = of_one_machine(as_recordings(given), cmm)
+    found = diagnose_recording(whole, as_gauge(gauge), cmm, without, table, progress=progress)
+    return replace(found, recordings=tuple(tables))
+
+
+def _axes(given: list[Any], without: list[str], table: Any) -> Any:
+    """Recordings of one axis, a spot or distances, as settings up of one axis."""
+    from stepgauge.diagnosis.axis.diagnosis import diagnose_axes
+    from stepgauge.verbs.inputs import as_axis
+
+    return diagnose_axes([as_axis(one) for one in given], without, table)
+
+
+def _map(given: list[Any], probe: File, columns: "Mapping[str, str] | None", table: Any) -> Any:
+    """The map of a probe."""
+    from stepgauge.diagnosis.maps.data import data_of_map, read_map_data
+    from stepgauge.diagnosis.probe_map import judged_map
+    from stepgauge.errors import InputError, naming
+    from stepgauge.probes.directions_map import DirectionMap
+    from stepgauge.verbs.inputs import of_kind
+
+    if len(given) != 1:
+        raise InputError(naming("probe"), "takes one map at a time", found=len(given))
+    (one,) = given
+    data = read_map_data(one, columns) if isinstance(one, File) else data_of_map(of_kind(one, DirectionMap, "map"))
+    return judged_map(data, probe, table)
+
+
+def _separately(given: list[Any], of_axis: bool, gauge: Any, machine: Any, styli: Any, jobs: Any, *more: Any) -> Any:
+    """Each by itself, when it is written; ``more``: the excluded kinds, and the priors."""
+    from stepgauge.diagnosis.many import Separately
+    from stepgauge.verbs.inputs import several
+
+    without, table = more
+    paths = [str(one) for one in given]
+    if of_axis:
+        return Separately(paths, lambda path: _axes([path], without, table))
+    known, further = (str(gauge), str(machine)), tuple(map(str, several(styli)))
+    return Separately(paths, None, known, further, jobs, tuple(without), table)
