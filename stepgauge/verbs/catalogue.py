@@ -82,7 +82,7 @@ TASKS: Mapping[str, tuple[str, ...]] = {
 
 COMMON = (
     *("gauge", "machine", "placement", "certificate", "operator", "customer", "location", "blocks", "r-eff-origin"),
-    *("gauge-temperature", "u-gauge-temperature", "tip-radius", "mpe", "coverage-factor", "figure", "unit"),
+    *("gauge-temperature", "u-gauge-temperature", "tip-radius", "mpe", "coverage-factor", "figure"),
 )
 """Keys at the top of a project file: parameters that several verbs share."""
 

@@ -263,7 +263,7 @@ def test_where_nobody_can_be_asked_what_is_missing_is_named(tmp_path: Path) -> N
         text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 2
-    assert "Missing option '--gauge'" in done.stderr
+    assert "--gauge: is missing, and nobody is there to be asked" in done.stderr
     assert not (tmp_path / "new").exists()
 
 

@@ -63,7 +63,7 @@ def iso230_3(
     from stepgauge.verbs.inputs import as_gauge, joined_recordings, several
 
     if gauge is not None and test == "etve":
-        raise InputError(naming("gauge"), "goes with --test axis: an ETVE test moves nothing")
+        raise InputError(naming("gauge"), naming("test", words="goes with {} axis: an ETVE test moves nothing"))
     if gauge is None and not isinstance(source, File):
         raise InputError(naming("gauge"), "a recording of a step gauge needs it")
     if gauge is None and isinstance(source, File):
