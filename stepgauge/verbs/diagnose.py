@@ -151,7 +151,7 @@ def _together(
     return replace(found, recordings=tuple(tables))
 
 
-def _axes(given: list[Any], without: list[str], table: Any) -> Any:
+def _axes(given: list[Any], without: list[str], table: Any) -> "Diagnosis":
     """Recordings of one axis, a spot or distances, as settings up of one axis."""
     from stepgauge.diagnosis.axis.diagnosis import diagnose_axes
     from stepgauge.verbs.inputs import as_axis
@@ -159,7 +159,7 @@ def _axes(given: list[Any], without: list[str], table: Any) -> Any:
     return diagnose_axes([as_axis(one) for one in given], without, table)
 
 
-def _map(given: list[Any], probe: File, columns: "Mapping[str, str] | None", table: Any) -> Any:
+def _map(given: list[Any], probe: File, columns: "Mapping[str, str] | None", table: Any) -> "Diagnosis":
     """The map of a probe."""
     from stepgauge.diagnosis.maps.data import data_of_map, read_map_data
     from stepgauge.diagnosis.probe_map import judged_map

@@ -93,24 +93,34 @@ def joined_recordings(recordings: Any) -> Recording:
     return tables[0] if len(tables) == 1 else join_recordings(tables)
 
 
-def as_axis(given: File | AxisRecording) -> AxisRecording:
-    """A recording of an axis, a spot or distances, or the one of a file."""
-    from stepgauge.axis.recording import AxisRecording, read_axis_recording
+def as_axis(given: File | AxisRecording | pd.DataFrame) -> AxisRecording:
+    """A recording of an axis, a spot or distances, or that of a file or a table."""
+    from stepgauge.axis.recording import AxisRecording, axis_recording_of_frame, read_axis_recording
 
-    return read_axis_recording(given) if isinstance(given, File) else of_kind(given, AxisRecording, "recording")
+    if isinstance(given, File):
+        return read_axis_recording(given)
+    if not isinstance(given, AxisRecording) and hasattr(given, "iloc"):
+        return axis_recording_of_frame(given)
+    return of_kind(given, AxisRecording, "recording")
 
 
 def are_of_axis(given: Iterable[object]) -> bool:
     """Whether all recordings are of an axis, a spot or distances; some beside those of a gauge are a mistake."""
-    from stepgauge.axis.recording import AxisRecording, is_axis_recording
-
     given = list(given)
-    found = [is_axis_recording(one) if isinstance(one, File) else isinstance(one, AxisRecording) for one in given]
+    found = [_is_of_axis(one) for one in given]
     if any(found) and not all(found):
         one = given[found.index(True)]
         where = one if isinstance(one, str | Path) else getattr(one, "path", "") or "recordings"
         raise InputError(where, "this is of one axis, the others are of a gauge", expected="recordings of one kind")
     return bool(found) and all(found)
+
+
+def _is_of_axis(one: object) -> bool:
+    from stepgauge.axis.recording import FORM, FORMS, AxisRecording, is_axis_recording
+
+    if isinstance(one, File):
+        return is_axis_recording(one)
+    return isinstance(one, AxisRecording) or getattr(one, "attrs", {}).get(FORM) in FORMS
 
 
 def stated_together(name: str, value: object, other: str, beside: object, both: bool = False) -> None:

@@ -44,7 +44,8 @@ def said(diagnosis: "Diagnosis") -> str:
     from stepgauge.files.text import read_json
     from stepgauge.reports.investigation import sentence
 
-    folder = Path(diagnosis.recordings[0].path).parent
+    (recording,) = diagnosis.recordings  # type: ignore[attr-defined]
+    folder = Path(recording.path).parent
     told = read_json(place_of(folder / "investigation.json"))
     return "\n".join([sentence(told), *(f"needed and not to be had: {one}" for one in told["needed"])])
 
