@@ -344,7 +344,7 @@ def _rounded_pieces(frame: pd.DataFrame, columns: list[str]) -> Iterator[pd.Data
 
 
 def recording_of_frame(frame: pd.DataFrame, name: str = "recording") -> Recording:
-    """The recording of a table with the columns of a recording's file, its comments in ``attrs``; errors as :func:`read_recording`.
+    """The recording of a table with the columns of a recording's file; errors as :func:`read_recording`.
 
     What stands in the comments of a file stands in ``frame.attrs``.
     """
