@@ -42,15 +42,15 @@ if TYPE_CHECKING:
     from stepgauge.verbs.evaluate import evaluate as evaluate
     from stepgauge.verbs.export import export_recording as export_recording
     from stepgauge.verbs.fleet import add_to_fleet as add_to_fleet
-    from stepgauge.verbs.fleet import budget_fleet as budget_fleet
     from stepgauge.verbs.fleet import compact_fleet as compact_fleet
-    from stepgauge.verbs.fleet import diagnose_fleet as diagnose_fleet
-    from stepgauge.verbs.fleet import evaluate_fleet as evaluate_fleet
     from stepgauge.verbs.fleet import export_fleet as export_fleet
     from stepgauge.verbs.fleet import fleet_cluster as fleet_cluster
-    from stepgauge.verbs.fleet import infer_fleet as infer_fleet
     from stepgauge.verbs.fleet import query_fleet as query_fleet
-    from stepgauge.verbs.fleet import watch_fleet as watch_fleet
+    from stepgauge.verbs.fleet_work import budget_fleet as budget_fleet
+    from stepgauge.verbs.fleet_work import diagnose_fleet as diagnose_fleet
+    from stepgauge.verbs.fleet_work import evaluate_fleet as evaluate_fleet
+    from stepgauge.verbs.fleet_work import infer_fleet as infer_fleet
+    from stepgauge.verbs.fleet_work import watch_fleet as watch_fleet
     from stepgauge.verbs.history import machine_history as machine_history
     from stepgauge.verbs.import_ import import_recording as import_recording
     from stepgauge.verbs.investigate import investigate as investigate
@@ -84,9 +84,9 @@ __version__ = "0.1.0"
 _PLACES = {
     "add_to_fleet": "verbs.fleet",
     "budget": "verbs.budget",
-    "budget_fleet": "verbs.fleet",
+    "budget_fleet": "verbs.fleet_work",
     "diagnose": "verbs.diagnose",
-    "diagnose_fleet": "verbs.fleet",
+    "diagnose_fleet": "verbs.fleet_work",
     "list_priors": "verbs.list_",
     "compensate": "verbs.compensate",
     "export_recording": "verbs.export",
@@ -113,10 +113,10 @@ _PLACES = {
     "import_gauge_dcc": "verbs.dcc",
     "export_gauge_dcc": "verbs.dcc",
     "evaluate": "verbs.evaluate",
-    "evaluate_fleet": "verbs.fleet",
+    "evaluate_fleet": "verbs.fleet_work",
     "export_fleet": "verbs.fleet",
     "import_recording": "verbs.import_",
-    "infer_fleet": "verbs.fleet",
+    "infer_fleet": "verbs.fleet_work",
     "investigate": "verbs.investigate",
     "locate": "verbs.locate",
     "measure": "verbs.measure",
@@ -134,7 +134,7 @@ _PLACES = {
     "read_recording": "recording",
     "report": "verbs.report",
     "simulate": "verbs.simulate",
-    "watch_fleet": "verbs.fleet",
+    "watch_fleet": "verbs.fleet_work",
     "AxisRecording": "axis.recording",
     "Diagnosis": "diagnosis.result",
     "DirectionMap": "probes.directions_map",

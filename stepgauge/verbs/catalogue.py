@@ -51,11 +51,11 @@ PLACES: Mapping[str, str] = {
     "fleet query": "fleet.query_fleet",
     "fleet export": "fleet.export_fleet",
     "fleet compact": "fleet.compact_fleet",
-    "fleet evaluate": "fleet.evaluate_fleet",
-    "fleet budget": "fleet.budget_fleet",
-    "fleet diagnose": "fleet.diagnose_fleet",
-    "fleet infer": "fleet.infer_fleet",
-    "fleet watch": "fleet.watch_fleet",
+    "fleet evaluate": "fleet_work.evaluate_fleet",
+    "fleet budget": "fleet_work.budget_fleet",
+    "fleet diagnose": "fleet_work.diagnose_fleet",
+    "fleet infer": "fleet_work.infer_fleet",
+    "fleet watch": "fleet_work.watch_fleet",
     "fleet cluster": "fleet.fleet_cluster",
 }
 """The words of each verb, and its module and function in this room."""

@@ -23,7 +23,7 @@ from stepgauge.fleet.hierarchical.watching import LIMITS as WATCHED
 from stepgauge.fleet.hierarchical.watching import FleetWatch, machine_drifts
 from stepgauge.gauge.certified import Gauge
 from stepgauge.history import judge, make_series
-from stepgauge.verbs.fleet import LIMITS
+from stepgauge.verbs.fleet_work import LIMITS
 from tests.fleet.crossed_made import crossed, fleet, gauge
 from tests.fleet.made import make_fleet
 from tests.test_history import noise
