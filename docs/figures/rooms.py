@@ -1,7 +1,7 @@
 """The rooms of the package and the arrows between them, drawn from the imports: ``python docs/figures/rooms.py``.
 
-An arrow from a room to another: a module of the first imports one of the second when it is loaded. An arrow that follows
-from others is left out.
+An arrow from a room to another: a module of the first imports one of the second when it is loaded. An arrow that
+follows from others is left out.
 """
 
 from __future__ import annotations
@@ -17,7 +17,10 @@ PACKAGE = ROOT / "stepgauge"
 GROUPS = {
     "doors": ("cli", "web", "verbs", "demonstration", "project"),
     "documents": ("reports", "dcc", "figures", "exporting"),
-    "results": ("fleet", "history", "investigation", "diagnosis", "standards", "montecarlo", "compensation", "evaluation"),
+    "results": (
+        *("fleet", "history", "investigation", "diagnosis", "standards"),
+        *("montecarlo", "compensation", "evaluation"),
+    ),
     "readings": ("live", "importing", "programs", "planning", "alignment", "conditions", "recording", "axis", "gauge"),
     "physics": ("machine", "probes", "effects", "motion", "physics"),
     "tools": ("inference", "executors", "ippdme", "files"),
