@@ -26,6 +26,7 @@ RUN = [page for page in PAGES if not all(one.not_run or one.file for one in bloc
 RUN_ELSEWHERE = {
     "adding-an-effect.md": "test_adding_an_effect.py",
     "guide.md": "test_readme.py",
+    "import.md": "importing/test_import_recording.py",
     "python.md": "test_python_api.py",
     "reports.md": "test_documentation.py",
 }

@@ -58,8 +58,8 @@ import_gauge_dcc(certificate, *, name=None, serial=None, material=None, expansio
     nominal=None, deviations=None)
 import_recording(log, *, format=None, sensor=None, gauge=None, placement=None, program=None, machine=None,
     placement_number=1, tip_radius_mm=None, points=None, gauge_temperature_C=None, temperature_convention=None,
-    unit=None, deviation_unit=None, temperature_unit="C", columns=(), rows=(), constants=(), accept=(), header=None,
-    table=None, sheet=None, delimiter=None, decimal=None, targets=None, heights=None)
+    unit=None, deviation_unit=None, temperature_unit="C", time_unit=None, columns=(), rows=(), constants=(),
+    accept=(), header=None, table=None, sheet=None, delimiter=None, decimal=None, targets=None, heights=None)
 infer_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None)
 investigate(placement, gauge, machine, output, *, ask, server=None, simulate=False, faults=None, seed=0,
     minutes=60.0, odds=20.0, within_mm=None, level=False, hands_minutes=5.0, further_styli=(), cycles=2, without=(),

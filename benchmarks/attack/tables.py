@@ -218,6 +218,8 @@ def mutated(layout: Layout, random: Random) -> tuple[str, Layout] | None:
     if not isinstance(layout.content, str):
         return None
     sheet = sheet_of(layout.content)
+    if sheet is None and layout.content.strip().count("\n") < 4:
+        return None
     if sheet is None:
         kind, text = lines_changed(layout.content, random)
         return kind, replace(layout, content=text)

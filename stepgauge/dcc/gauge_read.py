@@ -34,7 +34,7 @@ from stepgauge.dcc.units import CELSIUS_ZERO_K, LENGTH, NUMBER, TEMPERATURE
 from stepgauge.errors import InputError, naming
 from stepgauge.files.text import one_set, write_sealed, write_text
 from stepgauge.gauge.certified import MAX_DEVIATION_MM, Gauge, read_gauge
-from stepgauge.importing.tables.signs import signs_of
+from stepgauge.importing.tables.vocabulary import signs_of
 
 Array = NDArray[np.float64]
 SUBTRACTIONS = {1: "measured-nominal", -1: "nominal-measured"}
@@ -230,8 +230,8 @@ def _faces(document: Document, wanted: StatedGauge, found: GaugeImport) -> None:
 def _sign(measured: Quantity, asked: str | None) -> int:
     """+1 for deviations that are measured minus nominal, -1 for the other order, 0 for positions.
 
-    By the name, by the rules of :mod:`stepgauge.importing.tables.signs`; a kind of measurement error is measured minus
-    nominal (VIM 2.16). :class:`InputError` where kind and name contradict each other.
+    By the name (:mod:`stepgauge.importing.tables.vocabulary`); a kind of measurement error is measured minus nominal
+    (VIM 2.16). :class:`InputError` where kind and name contradict each other.
     """
     if measured.is_kind(MEASURED) and asked is None:
         return 0

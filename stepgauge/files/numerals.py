@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 _PLAIN = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 LONGEST_NUMBER = 400
@@ -58,6 +59,7 @@ def tidy(text: str) -> str:
     return text.translate(_SPACES).translate(_MINUS).strip()
 
 
+@lru_cache(20_000)
 def looks_numeric(text: str) -> bool:
     """Whether a cell is a number in one of the two ways of writing."""
     return math.isfinite(Numerals(".").number(text)) or math.isfinite(Numerals(",").number(text))

@@ -1,6 +1,7 @@
 """CSV tables of our own kinds, checked cell by cell so that an error can name the row and the column.
 
-Tables of any layout, as people hand them over, are read by :mod:`stepgauge.importing.tables`.
+Tables of any layout, as people hand them over, are read by :mod:`stepgauge.importing.tables`: one whose header is not
+ours falls through to it.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,8 @@ from stepgauge.files.numerals import number
 from stepgauge.files.text import read_text, write_text
 
 Array = NDArray[np.float64]
+LOOKED_AT = 65_536
+"""Bytes by which a table is known to be one of ours."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,11 @@ class Rows:
     def at(self, row: int) -> str:
         """``file:line`` of row ``row``, counted from 0."""
         return f"{self.path}:{self.lines[row]}"
+
+    def only(self, names: Sequence[str]) -> Rows:
+        """The table with some of its columns."""
+        places = [self.header.index(name) for name in names]
+        return Rows(self.path, list(names), [[row[place] for place in places] for row in self.cells], self.lines)
 
     def numbers(self, names: Sequence[str]) -> Array:
         """The named columns as finite numbers, (rows, columns); :class:`InputError` names the cell."""
@@ -78,12 +87,47 @@ class CsvTable:
         return values
 
 
-def read_rows(path: str | Path, required: Sequence[str], others: bool = True) -> Rows:
+def read_rows(
+    path: str | Path, required: Sequence[str], others: bool = True, plain: Mapping[str, str] = MappingProxyType({})
+) -> Rows:
     """A CSV table with at least the ``required`` columns, in any order; ``#`` lines are comments.
 
-    ``others``: whether it may have further columns. :class:`InputError` for missing, repeated or unknown columns, other
-    delimiters, rows of another length (decimal commas, cut files), and tables without rows.
+    One that is not UTF-8 with commas, or names no column as ours do, is read as a table of any make, its columns by
+    the words and units of their headers; ``plain``: the units in which further columns are wanted, by quantity.
+    ``others``: whether there may be such. :class:`InputError` for missing, repeated or unknown columns, rows of another
+    length (decimal commas, cut files), and tables without rows.
     """
+    try:
+        return _read_own(path, required, others)
+    except InputError as error:
+        if not (required and Path(path).is_file() and is_foreign(path, required)):
+            raise
+        from stepgauge.importing.tables.rows import foreign_rows  # which reads tables of any make
+
+        try:
+            found = foreign_rows(path, required, plain)
+        except InputError as why:
+            raise (error if "is missing" in why.what else why) from None
+        return found if others else found.only(required)
+
+
+def is_foreign(path: str | Path, required: Sequence[str]) -> str:
+    """In what a table is none of ours: its ``encoding``, its ``delimiter``, its ``names`` (none is one of ours)."""
+    with reading(path), Path(path).open("rb") as file:
+        data = file.read(LOOKED_AT)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        if error.start < len(data) - 4 or data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            return "encoding"
+        text = data[: error.start].decode("utf-8-sig")
+    header = next((line for line in text.splitlines() if line.strip() and line[0] != "#"), "")
+    if any(mark in header for mark in ";\t|"):
+        return "delimiter"
+    return "" if not header or set(required) & {cell.strip() for cell in header.split(",")} else "names"
+
+
+def _read_own(path: str | Path, required: Sequence[str], others: bool) -> Rows:
     numbered = enumerate(read_text(path).split("\n"), 1)
     lines = [(n, line) for n, line in numbered if line.strip() and line[0] != "#"]
     if not lines:

@@ -70,6 +70,24 @@ def read_text(path: str | Path) -> str:
     return as_text(read_bytes(path), path)
 
 
+def any_text(data: bytes, path: str | Path) -> tuple[str, str]:
+    """The text of a foreign file and the name of its encoding: UTF-8, UTF-16 by its mark, else Windows-1252.
+
+    :class:`InputError` for what is no text.
+    """
+    marked = data[:2] in (b"\xff\xfe", b"\xfe\xff")
+    known = {"utf-16": "UTF-16"} if marked else {"utf-8-sig": "UTF-8", "cp1252": "Windows-1252"}
+    for encoding, name in known.items():
+        try:
+            text = data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text, name
+        break
+    raise InputError(path, "this is not a text file", found=repr(data[:16]), expected="a table as text (CSV)")
+
+
 def as_text(data: bytes, path: str | Path) -> str:
     """The content of a file as text; ``path`` is for messages. Errors as :func:`read_text`."""
     for mark, found, expected in _NO_TEXT:

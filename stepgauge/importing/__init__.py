@@ -81,6 +81,8 @@ FORMATS = {
     )
 }
 TABLES = ("csv", "xlsx")
+GIST = 200_000
+"""Characters of each end of a text that a log is recognised by."""
 LINE_GIST = 500
 """Characters of a line that a log is recognised by."""
 
@@ -88,8 +90,10 @@ LINE_GIST = 500
 def gist(text: str) -> str:
     """The lines of a text that are not blank, without the ends of long ones: what a format is known by.
 
-    Patterns that look for the beginning of a line take the square of the number of blank lines before it.
+    Of a long text both ends. Patterns that look for the beginning of a line take the square of the number of blank
+    lines before it.
     """
+    text = text if len(text) <= 2 * GIST else f"{text[:GIST]}\n{text[-GIST:]}"
     return "\n".join(line[:LINE_GIST] for line in text.split("\n") if line.strip())
 
 

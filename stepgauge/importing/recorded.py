@@ -16,10 +16,9 @@ from stepgauge.importing.axis.targets import gauge_targets, parse_targets
 from stepgauge.importing.points import has_points
 from stepgauge.importing.result import Imported, imported_or_asked
 from stepgauge.importing.tables.cells import DELIMITERS
-from stepgauge.importing.tables.names import parse_mapping
+from stepgauge.importing.tables.columns import parse_columns
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.read import TableLayout
-from stepgauge.importing.tables.roles import parse_roles
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.machine.file import Machine, check_recorded
 from stepgauge.recording import Recording
@@ -47,6 +46,7 @@ def import_recording(
     unit: str | None = None,
     deviation_unit: str | None = None,
     temperature_unit: str = "C",
+    time_unit: str | None = None,
     columns: Pairs = (),
     rows: Sequence[str] = (),
     constants: Pairs = (),
@@ -72,6 +72,7 @@ def import_recording(
         {},
         unit,
         temperature_unit,
+        time_unit,
         pairs_of(constants, "constants"),
         header,
         None if table is None else int(table),
@@ -84,7 +85,7 @@ def import_recording(
         known = gauge_targets(gauge) if known is None and gauge is not None else known
         assert sensor is not None
         options = AxisOptions(sensor, unit, deviation_unit, known, "missing" in accept, heights)
-        return import_axis(content, options, replace(layout, columns=parse_roles(chosen)), decisions)
+        return import_axis(content, options, replace(layout, columns=parse_columns(chosen)), decisions)
 
     def of_points(decisions: Decisions) -> Imported:
         steps, lies, cmm = gauge, placement, machine
@@ -97,7 +98,7 @@ def import_recording(
             radius = tip_radius_mm or stated
         surface = None if points is None else points == "surface"
         options = ImportOptions(placement_number, gauge_temperature_C, radius, surface, tuple(accept))
-        known_layout = replace(layout, columns=parse_mapping(chosen))
+        known_layout = replace(layout, columns=parse_columns(chosen))
         kind = format or recognise_log(content)
         found = import_log(content, kind, steps, lies, ran, options, known_layout, decisions)
         recording = found.recording
@@ -138,8 +139,4 @@ def names_points(source: Given, format: str | None, layout: TableLayout, columns
     """Whether a log has points of three coordinates: any but a table, and a table that names x, y and z."""
     if (format or recognise_log(source)) not in TABLES:
         return True
-    try:
-        mapping = parse_mapping(columns)
-    except InputError:  # columns named as those of an axis
-        return False
-    return has_points(source, replace(layout, columns=mapping))
+    return has_points(source, replace(layout, columns=parse_columns(columns)))

@@ -20,6 +20,7 @@ from stepgauge.errors import InputError, reader
 from stepgauge.files.outputs import was_read
 from stepgauge.files.parquet import is_parquet, read_parquet, write_parquet
 from stepgauge.files.shown import Shown, as_lines
+from stepgauge.files.tables import is_foreign
 from stepgauge.files.text import replacing
 from stepgauge.recording.columns import APPROACH, COUNTS, KNOWN, OPTIONAL, POSITION, REQUIRED, near_miss
 from stepgauge.recording.lines import LONGEST_HEADER, lines_beside, read_comments, row_lines
@@ -125,6 +126,8 @@ def read_recording(path: str | Path) -> Recording:
     if is_parquet(path):
         frame, comments = read_parquet(path)
         header, beside = 0, list[int]()  # rows are counted from 1
+    elif Path(path).is_file() and (found := _of_any_make(path)) is not None:
+        return found
     else:
         comments, skipped = read_comments(path)
         if "recording" in comments and "sensor" in comments:
@@ -139,6 +142,27 @@ def read_recording(path: str | Path) -> Recording:
     frame = _check_numbers(frame, path, lines)
     _check_values(frame, path, lines)
     return Recording(frame, comments, str(path))
+
+
+def _of_any_make(path: str | Path) -> Recording | None:
+    """A recording in another encoding, or with other marks or names, that states cycle, face and approach of every row.
+
+    None for one that is written as ours are, or is none at all.
+    """
+    foreign = is_foreign(path, REQUIRED)
+    if not foreign:
+        return None
+    from stepgauge.importing import import_log  # which makes recordings of what others write
+
+    try:
+        found = import_log(path, "csv").settled()
+    except InputError as error:
+        if foreign == "names":
+            return None
+        expected = "a recording as stepgauge writes it; 'stepgauge import' makes one"
+        raise InputError(path, error.what, found=error.found, expected=expected) from None
+    assert isinstance(found, Recording)
+    return found
 
 
 def _check_complete(stated: str | None, rows: int, path: str | Path) -> None:

@@ -153,7 +153,7 @@ def read_drift(path: str) -> Drift:
     :class:`InputError` where there is no displacement, a cell is no number, or a column is something else: it may be
     a displacement in another unit, which nobody would miss.
     """
-    rows = read_rows(path, ("time_s",))
+    rows = read_rows(path, ("time_s",), plain={"length": "um", "temperature": "C"})
     unknown = [name for name in rows.header if name != "time_s" and not name.endswith(("_um", "_C"))]
     if unknown:
         expected = "time_s, displacements like x1_um and temperatures like room_C"

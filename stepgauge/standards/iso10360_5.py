@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from stepgauge.conditions import NOTHING, Conditions, gate
 from stepgauge.conditions.sphere import sphere_conditions
 from stepgauge.errors import InputError, naming
-from stepgauge.files.text import read_text
+from stepgauge.files.text import any_text, read_bytes
 from stepgauge.physics.sphere import SphereFit, fit_sphere
 from stepgauge.probes.files import ProbedPoints
 from stepgauge.standards.decision import Outcome, decide, together
@@ -203,7 +203,9 @@ def read_comments(path: str) -> dict[str, str]:
     """``# key: value`` lines of a table; none where there is no such file."""
     if not Path(path).is_file():
         return {}
-    lines = (line[1:].partition(":") for line in read_text(path).splitlines() if line.startswith("#"))
+    lines = (
+        line[1:].partition(":") for line in any_text(read_bytes(path), path)[0].splitlines() if line.startswith("#")
+    )
     return {key.strip(): value.strip() for key, mark, value in lines if mark}
 
 

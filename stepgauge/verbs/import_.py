@@ -101,6 +101,7 @@ def import_recording(
     unit: Annotated[str | None, Unit()] = None,
     deviation_unit: Annotated[str | None, Unit()] = None,
     temperature_unit: Annotated[str, Choice("C", "K", "F")] = "C",
+    time_unit: Annotated[str | None, Choice("s", "ms", "min", "h")] = None,
     columns: Annotated["Pairs", Repeated(Pair(metavar="NAME=HEADER", whole=True), "column")] = (),
     rows: Annotated["str | Sequence[str]", Repeated(Text("[HEADER=]TEXT"), "rows")] = (),
     constants: Annotated["Pairs", Repeated(Pair(whole=True), "set")] = (),
@@ -150,6 +151,7 @@ def import_recording(
         else mm
     deviation_unit : of one axis: the same of deviations
     temperature_unit : of a table: unit of temperatures whose header states none
+    time_unit : of a table: unit of times that are numbers and whose header states none
     columns : of a table: which column holds a quantity, e.g. x_mm="Messwert X"; once per quantity; default: by the
         names
     rows : of a table whose rows are of several kinds (axes, features): read those with this text in a column, e.g. X
@@ -209,6 +211,7 @@ def import_recording(
         unit=unit,
         deviation_unit=deviation_unit,
         temperature_unit=temperature_unit,
+        time_unit=time_unit,
         columns=columns,
         rows=rows,
         constants=constants,

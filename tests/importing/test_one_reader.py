@@ -15,9 +15,9 @@ from stepgauge.errors import InputError
 from stepgauge.importing.axis import AxisOptions, import_axis
 from stepgauge.importing.points import read_points
 from stepgauge.importing.result import Imported
+from stepgauge.importing.tables.columns import parse_columns
 from stepgauge.importing.tables.questions import OpenQuestionsError
 from stepgauge.importing.tables.read import TableLayout
-from stepgauge.importing.tables.roles import parse_roles
 from stepgauge.importing.tables.source import Given
 
 TARGETS = np.arange(0.0, 401.0, 50.0)
@@ -46,7 +46,7 @@ def settled(text: str) -> Imported:
     columns, layout, unit, deviation = list[str](), dict[str, object](), None, None
     for _ in range(3):
         try:
-            return read(text, AxisOptions("laser", unit, deviation), columns=parse_roles(columns), **layout)
+            return read(text, AxisOptions("laser", unit, deviation), columns=parse_columns(columns), **layout)
         except InputError as error:
             said = error.as_typed()
             columns += re.findall(r"--column (\w+=\"[^\"]+\")", said)[:1] if "--column" in said else []
@@ -295,7 +295,7 @@ def test_points_without_a_header_and_positions_of_faces() -> None:
     found = read_points(io.StringIO(text), "csv", TableLayout(header="x_mm,y_mm,z_mm"))
     np.testing.assert_allclose(found.position_mm[:, 0], TARGETS)
     faces = rows(np.arange(1, 10), TARGETS, READINGS, header="Face,Nominal,Measured")
-    with pytest.raises(InputError, match="sensor touch and gauge for one axis"):
+    with pytest.raises(InputError, match="sensor touch with the gauge, for one axis"):
         read_points(io.StringIO(faces), "csv", TableLayout())
 
 
@@ -316,7 +316,7 @@ def test_a_report_of_a_coordinate_measuring_machine() -> None:
 def test_lines_of_two_kinds_as_frequent_as_one_another_are_no_recording() -> None:
     """As where a log of blocks is cut: neither kind of line is the table."""
     lines = [f"{name} VALUE : {10.0 * n:.4f}" for n in range(2) for name in ("NOMINAL", "ACTUAL")]
-    assert "no table of numbers" in str(asked("\n".join([*lines, "NOMINAL VALUE : 20.0"])))
+    assert "rows are of several kinds" in str(asked("\n".join([*lines, "NOMINAL VALUE : 20.0"])))
     whole = [f"{name} : {10.0 * n + d}" for n in range(4) for name, d in (("NOMINAL", 0.0), ("ACTUAL", 0.002))]
     assert read("\n".join(whole), AxisOptions("touch", "mm")).recording.form == "axis"
     assert "a block of the log is not whole" in str(asked("\n".join([*whole[:4], *whole[5:]])))

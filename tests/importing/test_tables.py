@@ -11,7 +11,8 @@ import pytest
 
 from stepgauge.errors import InputError
 from stepgauge.importing import ImportOptions, TableLayout, import_log
-from stepgauge.importing.tables.names import parse_mapping, read_header, split_unit
+from stepgauge.importing.tables.columns import POINTS, parse_columns, read_columns
+from stepgauge.importing.tables.vocabulary import split_unit
 from tests.importing.made import RADIUS_MM, Case, make_case, table_of
 
 XYZ = {"x_mm": "X", "y_mm": "Y", "z_mm": "Z"}
@@ -95,7 +96,7 @@ def test_names_and_units_are_told_apart(header: str, name: str, unit: str | None
     ],
 )
 def test_what_a_column_is(header: str, target: str | None) -> None:
-    assert read_header([header], {})[0].target == target
+    assert read_columns([header], [None], {}, POINTS)[0].role == target
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
@@ -170,17 +171,17 @@ def test_columns_are_mapped_by_hand_and_the_others_kept_or_dropped(tmp_path: Pat
     text = table_of(case, {**columns, "nominal": "X Soll"})
     lines = [line + (";Bemerkung" if n == 0 else ";ok") for n, line in enumerate(text.splitlines())]
     path = write(tmp_path, "\n".join(lines))
-    with pytest.raises(InputError, match=r"no row names the columns x, y and z; found Ergebnis 1, .*columns x_mm="):
+    with pytest.raises(InputError, match=r"no row names the columns x, y and z, .*found Ergebnis 1, .*columns x_mm="):
         read(case, path)
-    mapping = parse_mapping([f"{target}=Ergebnis {n}" for n, target in enumerate(XYZ, 1)])
+    mapping = parse_columns([f"{target}=Ergebnis {n}" for n, target in enumerate(XYZ, 1)])
     imported = read(case, path, TableLayout(columns=mapping))
     assert imported.recording.frame["Feuchte  rel. [%]"].tolist() == [45.5] * 24
     assert imported.recording.frame["X Soll"].tolist() == list(np.arange(24.0))
     assert "dropped: columns Bemerkung (not numbers in every row)" in imported.report
-    with pytest.raises(InputError, match="there is no column 'Ergebnis 9'; found Ergebnis 1, Ergebnis 2"):
+    with pytest.raises(InputError, match="there is no column 'Ergebnis 9' for x_mm; found Ergebnis 1, Ergebnis 2"):
         read(case, path, TableLayout(columns={**mapping, "x_mm": "Ergebnis 9"}))
     with pytest.raises(InputError, match="columns: not understood; found 'w_mm=A'; expected NAME=HEADER"):
-        parse_mapping(["w_mm=A"])
+        parse_columns(["w_mm=A"])
 
 
 def test_approaches_and_normals(tmp_path: Path) -> None:

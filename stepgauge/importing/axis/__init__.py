@@ -12,19 +12,19 @@ from pathlib import Path
 import numpy as np
 
 from stepgauge.axis.recording import FORM, FORMS, AxisRecording, ways_doubt
-from stepgauge.errors import InputError, reading
+from stepgauge.errors import reading
 from stepgauge.importing.axis.build import AxisOptions, build_axis
 from stepgauge.importing.axis.heights import read_heights, reduced
 from stepgauge.importing.axis.long import Long, to_long
 from stepgauge.importing.axis.stated import check_stated
 from stepgauge.importing.result import Imported
 from stepgauge.importing.tables.clock import is_moment
+from stepgauge.importing.tables.columns import AXIS, READING, TARGET, VALUE_ROLES, Column, check_chosen, read_columns
 from stepgauge.importing.tables.grid import Table
+from stepgauge.importing.tables.makes import named_by_make
 from stepgauge.importing.tables.questions import Choice, Decisions
 from stepgauge.importing.tables.read import TableLayout, choose_table, read_file, taken_columns
 from stepgauge.importing.tables.rivals import is_text, settled_roles
-from stepgauge.importing.tables.roles import IGNORE, VALUE_ROLES, Role, read_roles
-from stepgauge.importing.tables.scope import named_by_scope
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.importing.thermal import read_convention, said_lines
 from stepgauge.recording import comment_lines
@@ -55,11 +55,12 @@ def import_axis(
     with reading(source.name, "table"):
         file = read_file(source, layout, decisions)
         table = choose_table(file, lambda one: _has_readings(one, layout), layout, source.name, decisions)
-        table = _named(named_by_scope(table), decisions)
+        table = _named(named_by_make(table), decisions)
         roles = settled_roles(table, layout, decisions)
+        roles = _of_circle(roles, decisions)
         decisions.columns = taken_columns(table, [(one.place, one.role, one.unit) for one in roles])
-        _check_chosen(table, roles, layout)
-        found = to_long(table, roles, options.missing, decisions)
+        check_chosen(roles, layout.columns, table.path)
+        found = to_long(table, roles, options.missing, layout.time_unit, decisions)
         recording, targets = build_axis(found, table, options, decisions)
         check_stated(table.facts, recording, source.name)
     if options.heights is not None:
@@ -76,9 +77,21 @@ def import_axis(
     return Imported(whole, report, tuple(decisions.columns), rejected=tuple(decisions.rejected))
 
 
+def _of_circle(roles: list[Column], decisions: Decisions) -> list[Column]:
+    """Lengths over an angle, as of a circular test: the angle is no target of theirs, and kept beside them."""
+    angles = [one for one in roles if one.role == TARGET and one.unit is not None and one.unit.quantity == "angle"]
+    values = [one for one in roles if one.role in VALUE_ROLES and one.unit is not None]
+    if not angles or not values or any(one.unit is None or one.unit.quantity != "length" for one in values):
+        return roles
+    if any(one.role != READING for one in values):
+        return roles
+    decisions.take(f"lengths over an angle (a circular test): {angles[0].header!r} is kept beside the readings")
+    return [replace(one, role=None) if one is angles[0] else one for one in roles]
+
+
 def _has_readings(table: Table, layout: TableLayout) -> bool:
     """Whether the names of a table's columns say that it has readings."""
-    roles = read_roles(table.headers, table.units, layout.columns)
+    roles = read_columns(table.headers, table.units, layout.columns, AXIS)
     return any(one.role in VALUE_ROLES for one in roles)
 
 
@@ -100,7 +113,7 @@ def _named(table: Table, decisions: Decisions) -> Table:
 
 def _content(table: Table, place: int) -> str:
     """What a column without a name holds: times, text, or numbers."""
-    cells = [cell for cell in table.cells(place)[:100] if cell != ""]
+    cells = [cell for cell in table.first_cells(place, 100) if cell != ""]
     if cells and all(not isinstance(cell, str | float) or is_moment(cell) for cell in cells):
         return "time"
     return "name" if is_text(table, place) else "reading"
@@ -111,15 +124,7 @@ def _date(found: Long) -> dict[str, str]:
     return {} if start is None else {"measured_at": start}
 
 
-def _check_chosen(table: Table, roles: list[Role], layout: TableLayout) -> None:
-    """Every column that is named by hand must be there."""
-    for role, header in layout.columns.items():
-        if role != IGNORE and not any(one.role == role for one in roles):
-            known = ", ".join(one.header for one in roles if one.header)
-            raise InputError(table.path, f"there is no column {header!r} for {role}", found=known)
-
-
-def _words(roles: list[Role], found: Long, recording: AxisRecording, count: int) -> list[str]:
+def _words(roles: list[Column], found: Long, recording: AxisRecording, count: int) -> list[str]:
     """What became of the columns, and what the recording is."""
     units, frame = recording.units, recording.frame
     mapped = [f"{one.header} -> {one.role}" for one in roles if one.role not in (None, "dropped") and one.header]

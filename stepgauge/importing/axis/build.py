@@ -21,9 +21,9 @@ from stepgauge.files.units import ANGLE_DEG, LENGTH_MM, Unit, find_unit, unit_hi
 from stepgauge.importing.axis.long import Long
 from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
+from stepgauge.importing.tables.columns import CORRECTION, DEVIATION, DEVIATIONS, READING
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Choice, Decisions
-from stepgauge.importing.tables.roles import CORRECTION, DEVIATION, DEVIATIONS, READING
 
 Array = NDArray[np.float64]
 Known = TypeVar("Known")
@@ -192,7 +192,8 @@ def _of_file(found: Long, table: Table) -> Unit | None:
     """The unit of all lengths that the file states beside the table, or in a column of its own."""
     texts = [table.facts[key] for key in _UNITS if key in table.facts]
     for place, header in enumerate(table.headers):
-        cells = {str(cell).strip() for cell in table.cells(place)} if header.strip().casefold() in _UNITS else set()
+        of_units = header.strip().casefold() in _UNITS
+        cells = {str(cell).strip() for cell in table.cells(place)} if of_units else set()
         texts += cells if len(cells) == 1 else []
     units = [find_unit(text) for text in texts]
     return next((one for one in units if one is not None and one.quantity in ("length", "angle")), None)

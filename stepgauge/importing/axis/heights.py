@@ -20,8 +20,8 @@ from stepgauge.errors import InputError, naming, reader
 from stepgauge.files.numerals import Numerals
 from stepgauge.importing.tables.cells import read_text_cells
 from stepgauge.importing.tables.questions import Decisions
-from stepgauge.importing.tables.roles import split_name
 from stepgauge.importing.tables.source import read_source
+from stepgauge.importing.tables.vocabulary import split_name
 
 Array = NDArray[np.float64]
 ABOVE = (

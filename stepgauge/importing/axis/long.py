@@ -13,11 +13,9 @@ from stepgauge.axis.recording import places_of
 from stepgauge.errors import InputError, naming
 from stepgauge.files.units import Unit
 from stepgauge.importing.axis.travel import cycles_of_repeats
+from stepgauge.importing.tables.cells import is_empty
 from stepgauge.importing.tables.clock import Clock
-from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.labels import LABEL, Label, parse_label, way_of
-from stepgauge.importing.tables.questions import Choice, Decisions
-from stepgauge.importing.tables.roles import (
+from stepgauge.importing.tables.columns import (
     CYCLE,
     DEVIATIONS,
     DROPPED,
@@ -31,8 +29,12 @@ from stepgauge.importing.tables.roles import (
     UNSIGNED,
     VALUE_ROLES,
     WAY,
-    Role,
+    Column,
+    is_known,
 )
+from stepgauge.importing.tables.grid import Table
+from stepgauge.importing.tables.labels import LABEL, Label, parse_label, way_of
+from stepgauge.importing.tables.questions import Choice, Decisions
 from stepgauge.importing.tables.values import beside, check_finite, clock_of, finite
 
 Array = NDArray[np.float64]
@@ -68,8 +70,8 @@ class Long:
     dropped: list[str]
 
 
-def to_long(table: Table, roles: Sequence[Role], missing: bool, decisions: Decisions) -> Long:
-    """One reading per row; ``missing``: whether cells of readings may be empty.
+def to_long(table: Table, roles: Sequence[Column], missing: bool, time_unit: str | None, decisions: Decisions) -> Long:
+    """One reading per row; ``missing``: whether cells of readings may be empty; ``time_unit``: of counts of time.
 
     :class:`InputError` names the row and column of what is no number, and the option that settles what is ambiguous.
     """
@@ -81,7 +83,7 @@ def to_long(table: Table, roles: Sequence[Role], missing: bool, decisions: Decis
     others, dropped = beside(table, [one for one in roles if one.role is None and one.header])
     dropped += [one.header for one in roles if one.role == DROPPED and one.header]
     dropped += [one.header for one in roles if one.role in DEVIATIONS and any(r.role == READING for r in roles)]
-    clock = clock_of(table, [one for one in roles if one.role == TIME])
+    clock = clock_of(table, [one for one in roles if one.role == TIME], time_unit, decisions)
     return Long(
         row,
         value,
@@ -103,7 +105,7 @@ def to_long(table: Table, roles: Sequence[Role], missing: bool, decisions: Decis
 
 
 def _taken(
-    table: Table, roles: Sequence[Role], columns: Sequence[Role], missing: bool
+    table: Table, roles: Sequence[Column], columns: Sequence[Column], missing: bool
 ) -> tuple[Whole, Array, Whole, Whole]:
     """Row, value, direction and cycle of every reading, sweep after sweep and in each column after column."""
     titles = [parse_label(title) for title in table.titles]
@@ -131,7 +133,7 @@ def _taken(
     return row[order], value[order], way[order], cycle[order]
 
 
-def _to_first(table: Table, column: Role, first: Role) -> float:
+def _to_first(table: Table, column: Column, first: Column) -> float:
     """What turns numbers of a column into the unit of the first one of a wide table."""
     if column.unit == first.unit:
         return 1.0
@@ -141,7 +143,7 @@ def _to_first(table: Table, column: Role, first: Role) -> float:
     return column.unit.factor / first.unit.factor
 
 
-def _sweeps(table: Table, roles: Sequence[Role], columns: Sequence[Role], titles: Sequence[Label]) -> Whole:
+def _sweeps(table: Table, roles: Sequence[Column], columns: Sequence[Column], titles: Sequence[Label]) -> Whole:
     """Of every row of a table with a column per direction or cycle, how often the targets have begun again, from 1.
 
     A column of cycles, or lines between the blocks, say it; else a target that comes again, unless the headers count
@@ -163,9 +165,9 @@ def _rank(values: Whole) -> Whole:
     return np.asarray(pd.factorize(values)[0]).astype(np.int64)
 
 
-def _value_columns(table: Table, roles: Sequence[Role], decisions: Decisions) -> list[Role]:
+def _value_columns(table: Table, roles: Sequence[Column], decisions: Decisions) -> list[Column]:
     """The columns of readings: those of a wide table, or one; readings go before deviations, which follow from them."""
-    found: list[Role] = []
+    found: list[Column] = []
     for wanted in (READING, *VALUE_ROLES):
         found = [one for one in roles if one.role == wanted]
         if found:
@@ -191,7 +193,7 @@ def _value_columns(table: Table, roles: Sequence[Role], decisions: Decisions) ->
     return sorted(found, key=lambda one: (one.label.cycle, one.place))
 
 
-def _check_sign(table: Table, column: Role, decisions: Decisions) -> None:
+def _check_sign(table: Table, column: Column, decisions: Decisions) -> None:
     """The words of a name agree on the sign of its values."""
     if column.role == UNSIGNED:
         ways = [
@@ -201,9 +203,9 @@ def _check_sign(table: Table, column: Role, decisions: Decisions) -> None:
         decisions.ask(table.path, "the name of a column contradicts itself", *ways, found=column.header)
 
 
-def _check_labels(table: Table, columns: Sequence[Role]) -> None:
+def _check_labels(table: Table, columns: Sequence[Column]) -> None:
     """Every column of a wide table is a cycle and a direction of its own."""
-    seen: dict[Label, Role] = {}
+    seen: dict[Label, Column] = {}
     for one in columns:
         other = seen.setdefault(one.label, one)
         if one.label.cycle and other is not one:
@@ -212,14 +214,22 @@ def _check_labels(table: Table, columns: Sequence[Role]) -> None:
             raise InputError(table.path, "two columns are the same cycle and direction", found=found, expected=expected)
 
 
-def _only_length(table: Table, roles: Sequence[Role]) -> list[Role]:
+def _only_length(table: Table, roles: Sequence[Column]) -> list[Column]:
     """The one column in a unit of length or angle, where none is named as a reading; else the only number besides."""
-    free = [one for one in roles if one.role is None and np.isfinite(table.numbers(one.place)).all()]
+    free = [one for one in roles if one.role is None and not is_known(one.name)]
+    free = [one for one in free if _has_numbers(table, one.place)]
     lengths = [one for one in free if one.unit is not None and one.unit.quantity in ("length", "angle")]
     return lengths if len(lengths) == 1 else free if len(free) == 1 and not lengths else []
 
 
-def _column_cycles(columns: Sequence[Role]) -> list[int]:
+def _has_numbers(table: Table, place: int) -> bool:
+    """Whether a column has numbers and cells without a value alone."""
+    wrong = np.flatnonzero(~np.isfinite(table.numbers(place)))
+    cells = table.cells(place) if len(wrong) else []
+    return len(wrong) < len(table) and all(is_empty(cells[row]) for row in wrong)
+
+
+def _column_cycles(columns: Sequence[Column]) -> list[int]:
     """The cycle of every column: as its name says, else counted among those of its direction."""
     if all(one.label.cycle for one in columns):
         return [one.label.cycle for one in columns]
@@ -231,13 +241,13 @@ def _column_cycles(columns: Sequence[Role]) -> list[int]:
     return found
 
 
-def _picked(table: Table, column: Role, rising: bool, missing: bool) -> tuple[Whole, Array]:
+def _picked(table: Table, column: Column, rising: bool, missing: bool) -> tuple[Whole, Array]:
     """Rows and values of one column in the order of travel: upwards in the table for a column of the way back."""
     values = table.numbers(column.place)
     if np.isfinite(values).all():
         rows = np.arange(len(values))
         return (rows[::-1], values[::-1]) if column.label.way < 0 and rising else (rows, values)
-    empty = np.array([cell in ("", "-", "--") for cell in table.cells(column.place)])
+    empty = np.array([is_empty(cell) for cell in table.cells(column.place)])
     if not missing:
         check_finite(table, column, values, naming("accept", words="a number (empty: {} missing)"))
     rows = np.flatnonzero(~empty & np.isfinite(values)) if missing else np.arange(len(values))
@@ -247,13 +257,13 @@ def _picked(table: Table, column: Role, rising: bool, missing: bool) -> tuple[Wh
     return rows, values[rows]
 
 
-def _rising(table: Table, roles: Sequence[Role], sweep: NDArray[np.bool_]) -> bool:
+def _rising(table: Table, roles: Sequence[Column], sweep: NDArray[np.bool_]) -> bool:
     target = _only(roles, TARGET)
     values = np.zeros(2) if target is None else table.numbers(target.place)[sweep]
     return bool(values[-1] > values[0])
 
 
-def _targets(table: Table, column: Role) -> Array:
+def _targets(table: Table, column: Column) -> Array:
     """The targets of all rows: one that stands once for several rows of equal number, in merged cells, is theirs."""
     values = table.numbers(column.place)
     there = np.flatnonzero(np.isfinite(values))
@@ -266,11 +276,11 @@ def _targets(table: Table, column: Role) -> Array:
     return np.repeat(values[there], int(each))
 
 
-def _only(roles: Sequence[Role], role: str) -> Role | None:
+def _only(roles: Sequence[Column], role: str) -> Column | None:
     return next((one for one in roles if one.role == role), None)
 
 
-def _of_rows(table: Table, roles: Sequence[Role], role: str, titles: Sequence[Label]) -> Whole:
+def _of_rows(table: Table, roles: Sequence[Column], role: str, titles: Sequence[Label]) -> Whole:
     """Cycle, placement or way of every row of the table: from its column, else from the line above the block."""
     column = _only(roles, role)
     if column is None:
@@ -294,7 +304,7 @@ def _way(text: str) -> int:
     return plain.get(text.strip()) or way_of(text) or parse_label(text).way
 
 
-def _stations(table: Table, roles: Sequence[Role], row: Whole) -> tuple[list[str], list[str]] | None:
+def _stations(table: Table, roles: Sequence[Column], row: Whole) -> tuple[list[str], list[str]] | None:
     near, far = _only(roles, FROM), _only(roles, TO)
     if near is None or far is None:
         return None

@@ -29,13 +29,21 @@ SPACES = {"spaces": r"\s{2,}", "space": r"\s+", "every space": r"\s+(?#)"}
 """The same for columns that are set apart by white space, as patterns: in the last, date and time of day are two."""
 FIXED = "fixed width"
 _DATE_AND_TIME = re.compile(r"(\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}) +(\d{1,2}:\d\d)")
+_OPENS = re.compile(r'(?:^|[;,|\t]) *"[^"]*$')
+"""A cell that begins with a quotation mark and does not end."""
 _RULE = re.compile(r"[\s|:+=_-]*[-=_]{3}[\s|:+=_-]*")
 """A line that is drawn, as below the header of a markdown table."""
+_NO_VALUE_WORDS = "- -- --- n/a na nan #n/a null none ol over overflow err ***** -fffffff fffffff"
+_NO_VALUE = frozenset(["", *_NO_VALUE_WORDS.split()])
 COMMENT_MARKS = ("#", "//", "%", "$$", "!")
+MEASURE = re.compile(r"([-+]?\d[\d.,']*) ?(mm|[uµμn]m|cm|m|in|inch|deg|°|arcsec|s|ms|min|°C|degC)")
+"""A number with its unit."""
 SAMPLE = 200
 """Lines by which the delimiter is found."""
-LONG, MARGIN = 20_000, 500
+LONG, MARGIN = 20_000, 100
 """Lines from which a text is long, and those at both ends that are read cell by cell."""
+HEADED = 0.5
+"""Share of the best rating from which a mark that divides the header like the rows is preferred."""
 CLOSE = 0.9
 """Share of the best rating from which another mark is a rival that is told."""
 
@@ -70,6 +78,11 @@ class Cells:
     bulk: Bulk | None = None
 
 
+def is_empty(cell: Cell) -> bool:
+    """Whether a cell has no value: nothing, or what instruments write where they have none."""
+    return isinstance(cell, str) and cell.casefold() in _NO_VALUE
+
+
 def is_units(row: Sequence[Cell]) -> bool:
     """Whether a row has units and nothing else."""
     texts = [cell for cell in row if cell != ""]
@@ -95,6 +108,7 @@ def read_text_cells(source: Source, delimiter: str | None, decisions: Decisions,
     """
     text, encoding = source.decoded
     head, middle, tail = _parted(text)
+    head = _rejoined(head)
     lines = [*head, *tail]
     if lines and re.fullmatch(r"(?i)sep=.", lines[0].strip()):
         delimiter = delimiter or lines[0].strip()[4]
@@ -103,7 +117,7 @@ def read_text_cells(source: Source, delimiter: str | None, decisions: Decisions,
     if not rows:
         raise InputError(source.name, "the table is empty", expected="a header, and rows of numbers")
     split = _splitter([lines[n] for n in rows], delimiter, columns, decisions)
-    cells = split([lines[n] for n in rows])
+    cells = _with_remarks(split([lines[n] for n in rows]), split)
     in_head = sum(n < len(head) for n in rows)
     bulk = _bulk(middle, split.mark, cells, in_head, len(head) + 1) if middle else None
     if middle and bulk is None:  # not numbers alone: cell by cell
@@ -113,6 +127,32 @@ def read_text_cells(source: Source, delimiter: str | None, decisions: Decisions,
     numbers = [n + 1 + (between if n >= len(head) else 0) for n in rows]
     blank, notes = len(lines) - len(rows) - len(comments), (f"{encoding}, {split.name}-separated",)
     return Cells(source.name, cells, numbers, comments, blank, notes, bulk)
+
+
+def _with_remarks(rows: list[list[Cell]], split: Splitter) -> list[list[Cell]]:
+    """Rows that white space divides, the words of a remark behind their numbers as one cell."""
+    if split.mark not in SPACES.values():
+        return rows
+    width = Counter(len(row) for row in rows if all(map(_tells, row))).most_common(1)
+    return [_with_remark(row, width[0][0]) for row in rows] if width else rows
+
+
+def _with_remark(row: list[Cell], width: int) -> list[Cell]:
+    numbers, words = row[:width], row[width:]
+    is_one = len(words) > 1 and all(map(_tells, numbers)) and not any(map(_tells, words))
+    return [*numbers, " ".join(map(str, words))] if is_one else row
+
+
+def _rejoined(lines: list[str]) -> list[str]:
+    """Lines of which a cell in quotation marks goes over several, as one; those that it took are left blank."""
+    found = list(lines)
+    for n, line in enumerate(found[:-1]):
+        if _OPENS.search(line) and line.count('"') % 2:
+            end = next((m for m in range(n + 1, min(n + 4, len(found))) if found[m].count('"') % 2), None)
+            if end is not None:
+                found[n] = " ".join(found[n : end + 1])
+                found[n + 1 : end + 1] = [""] * (end - n)
+    return found
 
 
 def _whole(source: Source, text: str, encoding: str, split: Splitter) -> Cells:
@@ -174,7 +214,10 @@ class Splitter:
         if self.mark in SPACES.values():
             joined = _joined if self.mark != SPACES["every space"] else str.strip
             return [
-                [cell.replace("_", " ") if is_moment(cell) else cell for cell in re.split(self.mark, joined(line))]
+                [
+                    cell.replace("_", " ") if is_moment(cell) else cell.strip('"')
+                    for cell in re.split(self.mark, joined(line))
+                ]
                 for line in lines
             ]
         if self.mark == "|":
@@ -203,7 +246,8 @@ def _splitter(lines: Sequence[str], delimiter: str | None, columns: int | None, 
     edges = _edges(sample)
     known += [Splitter(FIXED, FIXED, edges)] if len(edges) > 1 else []
     rated = [(*_rating(one, lines, sample, columns), -n) for n, one in enumerate(known)]
-    best = max(range(len(known)), key=lambda n: rated[n])
+    most = max(rated)[0]
+    best = max(range(len(known)), key=lambda n: (rated[n][1] and rated[n][0] >= HEADED * most, *rated[n]))
     body = sample[len(sample) // 2 :]
     divided = known[best](body)
     white = known[best].name in (*SPACES, FIXED)
@@ -220,7 +264,7 @@ def _rating(split: Splitter, lines: Sequence[str], sample: Sequence[str], column
 
     A mark that makes another number of ``columns`` than there are is rated low.
     """
-    rows = [row for row in split(sample) if 2 * sum(map(_tells, row)) >= sum(cell != "" for cell in row) > 0]
+    rows = [row for row in split(sample) if any(map(_tells, row))]
     if not rows:
         return 0.0, False
     width = Counter(map(len, rows)).most_common(1)[0][0]
@@ -228,14 +272,14 @@ def _rating(split: Splitter, lines: Sequence[str], sample: Sequence[str], column
     filled = [cell for row in even for cell in row if cell != ""]
     rating = len(even) * sum(map(_tells, filled)) / max(len(filled), 1) * (0.1 if columns not in (None, width) else 1.0)
     head = split(lines[:SAMPLE])
-    first = next((n for n, row in enumerate(head) if 2 * sum(map(_tells, row)) >= len(row)), 0)
+    first = next((n for n, row in enumerate(head) if len(row) == width and any(map(_tells, row))), 0)
     heads = split(lines[max(first - 3, 0) : first])
     return round(rating if width > 1 else 0.5 * rating, 6), any(len(one) == width for one in heads)
 
 
 def _tells(cell: Cell) -> bool:
-    """Whether a cell is a number or a time."""
-    return not isinstance(cell, str) or looks_numeric(cell) or is_moment(cell)
+    """Whether a cell is a number, also with its unit, or a time."""
+    return not isinstance(cell, str) or looks_numeric(cell) or is_moment(cell) or MEASURE.fullmatch(cell) is not None
 
 
 def _edges(sample: Sequence[str]) -> tuple[int, ...]:

@@ -12,19 +12,23 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from stepgauge.importing.tables.columns import CORRECTION, DEVIATION, READING, TARGET, VALUES, WAY, Column
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.labels import LABEL
 from stepgauge.importing.tables.questions import Choice, Decisions
-from stepgauge.importing.tables.roles import CORRECTION, DEVIATION, READING, TARGET, VALUES, WAY, Role, split_name
+from stepgauge.importing.tables.vocabulary import split_name
 
 Array = NDArray[np.float64]
+Chosen = Mapping[str, str]
 AGREES = 0.02
 """Of the span of the deviations, beside their last digits: what is told twice may differ by as much."""
 TEMPERATURES_C = (-80.0, 400.0)
 """What a column of temperatures beside a measurement may hold."""
 
 
-def check_consistent(table: Table, roles: list[Role], chosen: Mapping[str, str], decisions: Decisions) -> list[Role]:
+def check_consistent(
+    table: Table, roles: list[Column], chosen: Mapping[str, str], decisions: Decisions
+) -> list[Column]:
     """The roles, whose numbers agree with one another; a choice by hand is not judged."""
     target, reading, deviation = (_only(roles, *names) for names in ((TARGET,), (READING,), (DEVIATION, CORRECTION)))
     if not chosen and target is not None and reading is not None:
@@ -37,12 +41,12 @@ def check_consistent(table: Table, roles: list[Role], chosen: Mapping[str, str],
     return [_as_counted(table, one, roles, chosen, decisions) for one in roles]
 
 
-def _only(roles: list[Role], *names: str) -> Role | None:
+def _only(roles: list[Column], *names: str) -> Column | None:
     found = [one for one in roles if one.role in names]
     return found[0] if len(found) == 1 and found[0].label == LABEL else None
 
 
-def _check_difference(table: Table, target: Role, reading: Role, deviation: Role, decisions: Decisions) -> None:
+def _check_difference(table: Table, target: Column, reading: Column, deviation: Column, decisions: Decisions) -> None:
     """Deviations are reading minus target, or as their name says the other way round."""
     values = [table.numbers(one.place) for one in (target, reading, deviation)]
     if not all(np.isfinite(one).all() for one in values):
@@ -83,7 +87,7 @@ def _last_digit(values: Array) -> float:
     return float(10.0**-digits)
 
 
-def _check_rounder(table: Table, target: Role, reading: Role, decisions: Decisions) -> None:
+def _check_rounder(table: Table, target: Column, reading: Column, decisions: Decisions) -> None:
     """Targets that are all different, with readings that come again with fewer digits, look exchanged."""
     places, values = table.numbers(target.place), table.numbers(reading.place)
     if not (np.isfinite(places).all() and np.isfinite(values).all()):
@@ -102,7 +106,7 @@ def _check_rounder(table: Table, target: Role, reading: Role, decisions: Decisio
         decisions.ask(table.path, what, *ways)
 
 
-def _check_temperature(table: Table, one: Role, decisions: Decisions) -> None:
+def _check_temperature(table: Table, one: Column, decisions: Decisions) -> None:
     values, unit = table.numbers(one.place), one.unit
     values = values[np.isfinite(values)]
     assert unit is not None
@@ -113,7 +117,9 @@ def _check_temperature(table: Table, one: Role, decisions: Decisions) -> None:
         decisions.ask(table.path, what, Choice("columns", f"ignore={one.header}"), found=found)
 
 
-def _as_counted(table: Table, one: Role, roles: list[Role], chosen: Mapping[str, str], decisions: Decisions) -> Role:
+def _as_counted(
+    table: Table, one: Column, roles: list[Column], chosen: Mapping[str, str], decisions: Decisions
+) -> Column:
     """A column that nothing names and that holds 1 and -1 alone: it may be the direction."""
     if one.role is not None or any(other.role == WAY for other in roles) or not any(r.role in VALUES for r in roles):
         return one

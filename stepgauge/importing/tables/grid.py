@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError, naming
 from stepgauge.files.numerals import Numerals, looks_numeric
 from stepgauge.files.units import Unit, find_unit
-from stepgauge.importing.tables.cells import Cell, Cells, is_units, mark_of, value_of
+from stepgauge.importing.tables.cells import Cell, Cells, is_empty, is_units, mark_of, value_of
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.header import (
     behind_header,
@@ -38,6 +38,8 @@ FEW_SLIPS = 0.02
 It decides only how a cell is told that is no number: as a slip, with its row, and the import is refused; or, among more
 of its kind, as a name, and the column is one of text. No reading comes out otherwise.
 """
+FEWEST_NAMED = 3
+"""Rows of names and fewer numbers from which they are a table."""
 _FACT = re.compile(r"\s*([^:=;]{2,60}?)\s*(?:::?|=)\s*(\S.*?)\s*")
 _SEVERAL = re.compile(r"([A-Za-z]\w*)\s*[:=]\s*(\S+)")
 
@@ -80,6 +82,10 @@ class Table:
         middle = self.bulk.get(place)
         return found if middle is None else [*found[: self.at_row], *middle.tolist(), *found[self.at_row :]]
 
+    def first_cells(self, place: int, most: int = 200) -> list[Cell]:
+        """Cells at the beginning of a column, of a long table at most those before its middle."""
+        return [row[place] if place < len(row) else "" for row in self.rows[:most]]
+
     def numbers(self, place: int) -> Array:
         """The numbers of a column, NaN for what is none."""
         if place not in self.known:
@@ -92,7 +98,9 @@ class Table:
         middle = self.bulk.get(place)
         if middle is None:
             return found
-        if middle.dtype.kind not in "fi":
+        if middle.dtype.kind not in "fi" and all(is_moment(row[place]) for row in self.rows[:50] if place < len(row)):
+            middle = np.full(len(middle), np.nan)
+        elif middle.dtype.kind not in "fi":
             middle = np.array([value_of(cell, numerals) for cell in middle.tolist()])
         return np.concatenate([found[: self.at_row], middle.astype(float), found[self.at_row :]])
 
@@ -137,9 +145,12 @@ def find_tables(cells: Cells, decimal: str | None, header: str | None, decisions
 def _parts(cells: Cells) -> list[_Run]:
     """The tables of a file, each from the end of the one before it on."""
     kinds = [_kind(row) for row in cells.rows]
+    rows = {kind for kind in kinds if _is_of_numbers(kind)}
+    if not rows:  # names with a number each
+        rows = {kind for kind, count in Counter(kinds).items() if "n" in kind and count >= FEWEST_NAMED}
     runs: list[_Run] = []
     for n, kind in enumerate(kinds):
-        if not _is_of_numbers(kind):
+        if kind not in rows:
             continue
         if runs and _goes_on(cells, runs[-1], n, len(kind)):
             runs[-1] = replace(runs[-1], end=n + 1, width=max(runs[-1].width, len(kind)))
@@ -148,7 +159,7 @@ def _parts(cells: Cells) -> list[_Run]:
     runs = [one for one in runs if one.end - one.first > 1] or runs[:1]
     starts = [0, *(one.end for one in runs)]
     return [
-        replace(one, start=start, kind=_frequent_kind(kinds[one.first : one.end]))
+        replace(one, start=start, kind=_frequent_kind(kinds[one.first : one.end], rows))
         for one, start in zip(runs, starts, strict=False)
     ]
 
@@ -191,6 +202,8 @@ def _is_of_numbers(kind: str) -> bool:
 
 def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, decisions: Decisions) -> Table:
     start, kind = part.start, part.kind
+    if len(kind) < part.width <= _filled(cells, part):  # the last column is empty in most rows
+        kind = kind.ljust(part.width, "t")
     body = [n for n in range(part.first, part.end) if _fits(cells.rows[n], kind)]
     if not body:
         raise InputError(cells.path, "no table of numbers is found", expected="a row of numbers per reading")
@@ -202,6 +215,8 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
     titles, block = _titles(cells, body, names, kind, first if named < first else above)
     units = [find_unit(text.strip("[]()")) if text else None for text in unit_row] + [None] * len(headers)
     rows, lines = [list(cells.rows[n]) for n in body], [cells.lines[n] for n in body]
+    if headers and not header and _are_numbered(rows, len(headers)):
+        headers, units = ["No.", *headers], [None, *units]
     below = cells.rows[last + 1 :]
     texts = [cell for row in rows for cell in row if isinstance(cell, str) and cell and not is_moment(cell)]
     _check_widths(cells, headers, rows, lines)
@@ -221,6 +236,14 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
     return _with_bulk(found, cells, body)
 
 
+def _are_numbered(rows: Sequence[Sequence[Cell]], width: int) -> bool:
+    """Whether every row has its number before the cells that the header names, as some programs print tables."""
+    first = [str(row[0]).removesuffix(".0") for row in rows]
+    return all(len(row) == width + 1 for row in rows) and first in (
+        [str(n + start) for n in range(len(rows))] for start in (0, 1)
+    )
+
+
 def _with_bulk(table: Table, cells: Cells, body: Sequence[int]) -> Table:
     """The table with the middle of a long one, where its first and last rows stand around it."""
     bulk = cells.bulk
@@ -238,11 +261,11 @@ def _with_bulk(table: Table, cells: Cells, body: Sequence[int]) -> Table:
 
 def _kind(row: Sequence[Cell]) -> str:
     """``n`` for a number or a time, ``t`` for text, ``e`` for nothing, cell by cell."""
-    return "".join("e" if cell == "" else "n" if is_number(cell) else "t" for cell in row).rstrip("e")
+    return "".join("e" if is_empty(cell) else "n" if is_number(cell) else "t" for cell in row).rstrip("e")
 
 
-def _frequent_kind(kinds: Sequence[str]) -> str:
-    counted = Counter(kind for kind in kinds if _is_of_numbers(kind))
+def _frequent_kind(kinds: Sequence[str], rows: Container[str]) -> str:
+    counted = Counter(kind for kind in kinds if kind in rows)
     if not counted:
         return ""
     width = max((len(kind) for kind in counted), key=lambda w: sum(n for kind, n in counted.items() if len(kind) == w))
@@ -298,7 +321,7 @@ def _title(cells: Cells, n: int, header: Sequence[str], kind: str) -> str:
     numbers = [place for place, letter in enumerate(kind) if letter == "n"]
     wrong = [place for place in numbers if place < len(own) and own[place] == "t"]
     if wrong and own.count("n") and len(own) == len(kind) and n >= 0:
-        refuse_slip(cells, n, header)
+        refuse_slip(cells, n, header, wrong[0])
     texts = [text_of(cell) for cell in row if cell != ""]
     return "" if texts == [name for name in header if name] or is_units(row) else " ".join(texts)
 

@@ -8,9 +8,10 @@ from collections.abc import Sequence
 from stepgauge.errors import InputError
 from stepgauge.files.numerals import looks_numeric
 from stepgauge.files.units import find_unit
-from stepgauge.importing.tables.cells import Cell, Cells, is_units
+from stepgauge.importing.tables.cells import Cell, Cells, is_empty, is_units
 from stepgauge.importing.tables.clock import is_moment
-from stepgauge.importing.tables.names import joined_headers
+from stepgauge.importing.tables.columns import DIRECTIONS, point_role
+from stepgauge.importing.tables.vocabulary import split_unit
 
 MOST_HEADERS = 3
 """Rows above the numbers that may be a header, beside one of units."""
@@ -34,11 +35,15 @@ def find_header(cells: Cells, first: int, width: int, start: int) -> tuple[list[
     if at > start and is_units(cells.rows[at]):
         units, at = [str(cell) for cell in cells.rows[at]], at - 1
     if at > start and _is_slip(cells.rows[at], cells.rows[at - 1], width):
-        refuse_slip(cells, at, _texts(cells.rows[at - 1], width))
+        texts = [place for place, cell in enumerate(cells.rows[at]) if not is_empty(cell) and not is_number(cell)]
+        if texts:
+            refuse_slip(cells, at, _texts(cells.rows[at - 1], width), texts[0])
     if at < start or not _may_name(cells.rows[at], width):
         return [], units, at + 1
     names = [text_of(cell) for cell in cells.rows[at]]
     for _ in range(MOST_HEADERS - 1):
+        if at > start and not units and is_units(cells.rows[at - 1]):
+            units, at = [str(cell) for cell in cells.rows[at - 1]], at - 1
         upper = _upper(cells.rows[at - 1], names) if at > start else []
         if not upper:
             break
@@ -68,10 +73,9 @@ def _is_slip(row: Sequence[Cell], above: Sequence[Cell], width: int) -> bool:
     )
 
 
-def refuse_slip(cells: Cells, n: int, header: Sequence[str]) -> None:
-    """:class:`InputError` for a row in which a number is none."""
+def refuse_slip(cells: Cells, n: int, header: Sequence[str], wrong: int) -> None:
+    """:class:`InputError` for a row in which a number is none, in the column ``wrong``."""
     row = cells.rows[n]
-    wrong = next(place for place, cell in enumerate(row) if cell != "" and not is_number(cell))
     name = repr(header[wrong]) if wrong < len(header) else str(wrong + 1)
     where = f"{cells.path}:{cells.lines[n]}"
     raise InputError(where, f"column {name} is not a number", found=repr(str(row[wrong])), expected="a number")
@@ -110,3 +114,29 @@ def commented_header(cells: Cells, width: int) -> list[str]:
 def split_names(text: str) -> list[str]:
     """The names of columns in one text, divided by semicolons or commas."""
     return [name.strip() for name in text.split(";" if ";" in text else ",")]
+
+
+def joined_headers(upper: Sequence[str], lower: Sequence[str]) -> list[str]:
+    """Headers of two rows as those of one: names above, in merged cells, and parts or units of them below.
+
+    A merged cell stands in its first column; it is carried to the right over columns that the lower row names.
+    """
+    joined, group = list[str](), ""
+    for place, part in enumerate(lower):
+        own = upper[place] if place < len(upper) else ""
+        group = own or (group if part else "")
+        joined.append(_joined(group, part, own=bool(own)))
+    return joined
+
+
+def _joined(group: str, part: str, *, own: bool) -> str:
+    """One header of ``group`` above and ``part`` below; under an ``own`` cell above, a unit is its unit."""
+    if not group or not part:
+        return group or part
+    unit = find_unit(part.strip("[]()"))
+    unit = None if unit is None or unit.quantity == "none" else unit  # a minus is a direction
+    if own and unit is not None and point_role(f"{group} {part}") not in DIRECTIONS:
+        return f"{group} [{unit.name}]"
+    (name, whole), (low, narrow) = split_unit(group), split_unit(part)
+    known = narrow or whole
+    return f"{name} {low} [{known.name}]" if known is not None else f"{group} {part}"

@@ -5,11 +5,14 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-_PLUS = """+ +1 f fw fwd forward forwards up upward upwards rising increasing pos positive positiv positif cw hin vor
-    vorwarts vorwärts aufwarts aufwärts steigend ↑ → > >> plus out outward ascending right aller u"""
+from stepgauge.importing.tables.vocabulary import folded
+
+_PLUS = """+ +1 f fw fwd forward forwards up upward upwards rising increasing pos positive positiv positif positivo cw
+    hin vor vorwarts vorwaerts aufwarts aufwaerts steigend ↑ → > >> plus out outward ascending right aller u avanti
+    andata adelante ida"""
 _MINUS = """- -1 − – r b bw bwd rev reverse reversed backward backwards down downward downwards falling decreasing neg
-    negative negativ negatif négatif ccw zuruck zurück ruck rück ruckwarts rückwärts abwarts abwärts fallend ↓ ← < <<
-    minus in inward descending left retour d"""
+    negative negativ negatif negativo ccw zuruck zurueck ruck rueck ruckwarts rueckwaerts abwarts abwaerts fallend ↓ ← <
+    << minus in inward descending left retour d indietro ritorno atras vuelta"""
 _BRIEF = "f r b u d in out pos neg > < + - − – right left"
 _FORWARD, _BACKWARD, _ALONE = (frozenset(words.split()) for words in (_PLUS, _MINUS, _BRIEF))
 """Words of each direction, and those that say one only at the end of a name or alone."""
@@ -35,7 +38,7 @@ def parse_label(text: str) -> Label:
     signed = _SIGNED.fullmatch(text)
     if signed:
         return Label(int(signed[2]) if int(signed[2]) < MOST_CYCLES else 0, way_of(signed[1]))
-    tokens = _TOKEN.findall(text.casefold())
+    tokens = _TOKEN.findall(folded(text))
     numbers = [int(token) for token in tokens if token.isascii() and token.isdigit()]
     way = 0
     for place, token in enumerate(tokens):
@@ -47,5 +50,5 @@ def parse_label(text: str) -> Label:
 
 def way_of(text: str) -> int:
     """+1 or -1 for a word of a direction, nought for another."""
-    word = text.strip().casefold()
+    word = folded(text)
     return 1 if word in _FORWARD else -1 if word in _BACKWARD else 0

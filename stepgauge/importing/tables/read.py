@@ -17,7 +17,7 @@ from stepgauge.importing.tables.laserfile import is_laser_file, read_laser_file
 from stepgauge.importing.tables.questions import Choice, Decisions, TakenColumn
 from stepgauge.importing.tables.records import frame_cells, is_json, read_json_cells
 from stepgauge.importing.tables.source import Source
-from stepgauge.importing.tables.turned import turned
+from stepgauge.importing.tables.turned import turned, units_of_cells
 from stepgauge.importing.tables.workbook import read_workbook_cells
 
 MOST_PREVIEWED = 20
@@ -29,9 +29,9 @@ class TableLayout:
     """How a table is to be read, where it does not show by itself.
 
     ``delimiter``: the mark between columns; ``decimal``: ``"."`` or ``","``; ``sheet``: of a workbook; ``columns``:
-    headers by what stands under them (:data:`stepgauge.importing.tables.names.TARGETS` for points,
-    :data:`stepgauge.importing.tables.roles.ROLES` for an axis), or ``#3`` for the third column; ``unit``,
-    ``temperature_unit``: of columns of points that state none (mm and deg C); ``constants``: columns that the table
+    headers by what stands under them (:data:`stepgauge.importing.tables.columns.ROLES`), or ``#3`` for the third
+    column; ``unit``, ``temperature_unit``: of columns of points that state none (mm and deg C); ``time_unit``: of
+    numbers that count time and state none; ``constants``: columns that the table
     lacks, each with the text that holds in every row; ``header``: names of all columns in place of those of the file;
     ``table``: the number of the table in a file of several; ``rows``: texts (``TEXT``, or ``HEADER=TEXT``) in columns
     that tell rows apart, by which they are chosen.
@@ -43,6 +43,7 @@ class TableLayout:
     columns: Mapping[str, str] = field(default_factory=dict)
     unit: str | None = None
     temperature_unit: str = "C"
+    time_unit: str | None = None
     constants: Mapping[str, str] = field(default_factory=dict)
     header: str | None = None
     table: int | None = None
@@ -69,7 +70,7 @@ def _read_file(source: Source, layout: TableLayout, decisions: Decisions) -> Fil
     if source.frame is None and source.data[:2] != b"PK" and is_laser_file(source.decoded[0]):
         table = read_laser_file(source, decisions)
         return File([table], (), 0, ("file of laser software with targets and deviations",))
-    cells = turned(_cells(source, layout, decisions))
+    cells = units_of_cells(turned(_cells(source, layout, decisions)))
     tables = find_tables(cells, layout.decimal, layout.header, decisions)
     tables = [one.with_constants(layout.constants) for one in tables]
     mark = f"decimal {'comma' if tables[0].decimal == ',' else 'point'}"
@@ -142,7 +143,7 @@ def taken_columns(table: Table, columns: Iterable[tuple[int, str | None, Unit | 
             table.headers[place],
             role or "covariate",
             None if unit is None or not unit.name else unit.name,
-            tuple(text_of(cell) for cell in table.cells(place)[:MOST_PREVIEWED]),
+            tuple(text_of(cell) for cell in table.first_cells(place, MOST_PREVIEWED)),
         )
         for place, role, unit in columns
     ]

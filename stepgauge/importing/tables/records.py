@@ -78,6 +78,9 @@ def _records(value: Any, comments: list[str], deep: int = 0) -> tuple[list[str],
         return _of_list(value)
     if not isinstance(value, dict) or deep > MOST_DEEP:
         return None
+    names, data = value.get("columns"), value.get("data")
+    if isinstance(names, list) and isinstance(data, list) and _plain(names):  # pandas, orient="split"
+        return _of_list([names, *data])
     columns = {name: one for name, one in value.items() if isinstance(one, list) and _plain(one)}
     sizes = {len(one) for one in columns.values()}
     found = None

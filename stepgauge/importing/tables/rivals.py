@@ -1,6 +1,6 @@
 """The roles that names suggest, compared with one another and with the numbers: what stays open is a question.
 
-A choice by ``--column`` is not judged: it removes its rivals (:func:`.roles.read_roles`).
+A choice by ``--column`` is not judged: it removes its rivals (:func:`.roles.AXIS, read_columns`).
 """
 
 from __future__ import annotations
@@ -14,12 +14,8 @@ from numpy.typing import NDArray
 from stepgauge.files.numerals import looks_numeric
 from stepgauge.importing.tables.cells import Cell
 from stepgauge.importing.tables.clock import is_moment
-from stepgauge.importing.tables.consistent import check_consistent
-from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.labels import LABEL, parse_label, way_of
-from stepgauge.importing.tables.questions import Choice, Decisions
-from stepgauge.importing.tables.read import TableLayout
-from stepgauge.importing.tables.roles import (
+from stepgauge.importing.tables.columns import (
+    AXIS,
     CYCLE,
     DROPPED,
     FROM,
@@ -30,21 +26,19 @@ from stepgauge.importing.tables.roles import (
     VALUE_ROLES,
     VALUES,
     WAY,
-    Role,
+    Column,
     is_known,
-    read_roles,
+    read_columns,
     remainder,
-    split_name,
-    words_of,
 )
+from stepgauge.importing.tables.consistent import check_consistent
+from stepgauge.importing.tables.grid import Table
+from stepgauge.importing.tables.labels import LABEL, parse_label, way_of
+from stepgauge.importing.tables.questions import Choice, Decisions
+from stepgauge.importing.tables.read import TableLayout
+from stepgauge.importing.tables.vocabulary import WORDS, says, split_name, words_of
 
 Array = NDArray[np.float64]
-_OF_KINDS = """axis ax achse feature features merkmal element kind art typ type channel kanal sensor characteristic
-    charakteristik machine maschine name signal variable"""
-_OF_TOLERANCE = "ok nok nio io i.o. n.i.o. pass fail passed failed in out - ja nein yes no true false"
-_KINDS, _VERDICTS = frozenset(_OF_KINDS.split()), frozenset(_OF_TOLERANCE.split())
-"""Names of columns that may say of what kind a row is, also by numbers; and words on a tolerance, which say nothing of
-what was measured."""
 _COORDINATES = ("x", "y", "z", "height")
 MOST_OF_SPOT = 1.0
 """Span, in the unit of a table, of the readings of one spot where other coordinates stand beside them."""
@@ -54,10 +48,10 @@ NEAR = 0.01
 MOST_SHOWN = 4
 
 
-def settled_roles(table: Table, layout: TableLayout, decisions: Decisions) -> list[Role]:
+def settled_roles(table: Table, layout: TableLayout, decisions: Decisions) -> list[Column]:
     """The role of every column; what names and numbers leave open is asked."""
     chosen = layout.columns
-    roles = read_roles(table.headers, table.units, chosen)
+    roles = read_columns(table.headers, table.units, chosen, AXIS)
     roles = [_by_content(table, one) for one in roles]
     roles = _without_copies(table, roles, decisions)
     roles = _one_target(table, roles, chosen, decisions)
@@ -76,11 +70,11 @@ def is_text(table: Table, place: int) -> bool:
                if place < len(row))  # fmt: skip
 
 
-def _by_content(table: Table, one: Role) -> Role:
+def _by_content(table: Table, one: Column) -> Column:
     """A column of times or directions by its cells, where its name says nothing."""
     if one.role is not None or one.unit is not None:
         return one
-    cells = [cell for cell in table.cells(one.place)[:200] if cell != ""]
+    cells = [cell for cell in table.first_cells(one.place) if cell != ""]
     texts = [cell for cell in cells if isinstance(cell, str)]
     if cells and not any(isinstance(cell, str | float) for cell in cells):
         return replace(one, role=TIME)
@@ -92,9 +86,9 @@ def _by_content(table: Table, one: Role) -> Role:
     return one
 
 
-def _without_copies(table: Table, roles: list[Role], decisions: Decisions) -> list[Role]:
+def _without_copies(table: Table, roles: list[Column], decisions: Decisions) -> list[Column]:
     """Columns of one header and the same numbers are one column."""
-    seen: dict[str, Role] = {}
+    seen: dict[str, Column] = {}
     found = []
     for one in roles:
         first = one if one.role in (None, DROPPED) else seen.setdefault(one.header.casefold(), one)
@@ -107,14 +101,14 @@ def _without_copies(table: Table, roles: list[Role], decisions: Decisions) -> li
     return found
 
 
-def _one_target(table: Table, roles: list[Role], chosen: Mapping[str, str], decisions: Decisions) -> list[Role]:
+def _one_target(table: Table, roles: list[Column], chosen: Mapping[str, str], decisions: Decisions) -> list[Column]:
     """The target: of several the one whose name goes with that of the reading, or whose numbers are the same."""
     targets = [one for one in roles if one.role == TARGET]
     values = [one for one in roles if one.role in VALUES]
     if len(targets) < 2 or TARGET in chosen:
         return roles
-    ends = {remainder(split_name(one.header)[0]) for one in values}
-    paired = [one for one in targets if len(ends) == 1 and remainder(split_name(one.header)[0]) in ends]
+    ends = {remainder(one.name) for one in values}
+    paired = [one for one in targets if len(ends) == 1 and remainder(one.name) in ends]
     first = paired[0] if len(paired) == 1 and len(targets) > 1 and ends != {frozenset()} else targets[0]
     others = [one for one in targets if one is not first]
     alike = all(np.array_equal(table.numbers(one.place), table.numbers(first.place), equal_nan=True) for one in others)
@@ -122,30 +116,26 @@ def _one_target(table: Table, roles: list[Role], chosen: Mapping[str, str], deci
         why = f"{first.header!r} goes with {values[0].header!r}"
     elif alike:
         why = f"the same numbers as {first.header!r}"
-    elif len(ends) > 1 and all(remainder(split_name(one.header)[0]) in ends for one in targets):
+    elif len(ends) > 1 and all(remainder(one.name) in ends for one in targets):
         why = "which one, shows with the reading"
     else:
         why = "asked"
         names = " and ".join(repr(one.header) for one in targets[:MOST_SHOWN])
-        ways = [Choice("columns", f"{TARGET}={_called(one)}") for one in targets]
+        ways = [Choice("columns", f"{TARGET}={one.called}") for one in targets]
         decisions.ask(table.path, "several columns may be the target", *ways, found=names)
     for one in others:
         decisions.reject(f"{one.header!r} as the target", why)
     return [replace(one, role=None) if one in others else one for one in roles]
 
 
-def _called(one: Role) -> str:
-    return one.header or f"#{one.place + 1}"
-
-
 # roles that no name fills
 
 
-def _one_coordinate(table: Table, roles: list[Role], decisions: Decisions) -> list[Role]:
+def _one_coordinate(table: Table, roles: list[Column], decisions: Decisions) -> list[Column]:
     """Of coordinates of one spot that was touched again and again, the one that differs is the reading."""
     if any(one.role in (*VALUE_ROLES, TARGET, FROM) for one in roles):
         return roles
-    places = [one for one in roles if one.role is None and split_name(one.header)[0].casefold() in _COORDINATES]
+    places = [one for one in roles if one.role is None and one.name.casefold() in _COORDINATES]
     spans = {one.place: float(np.ptp(table.numbers(one.place))) for one in places}
     moving = [one for one in places if spans[one.place] != 0.0]
     if len(moving) != 1 or not spans[moving[0].place] < MOST_OF_SPOT:
@@ -156,7 +146,7 @@ def _one_coordinate(table: Table, roles: list[Role], decisions: Decisions) -> li
     return [replace(one, role=DROPPED) if one.place in fixed else one for one in roles]
 
 
-def _with_vacant(table: Table, roles: list[Role], chosen: Mapping[str, str], decisions: Decisions) -> list[Role]:
+def _with_vacant(table: Table, roles: list[Column], chosen: Mapping[str, str], decisions: Decisions) -> list[Column]:
     """Columns whose names say nothing, for the roles of target and reading where no name fills them."""
     of_stations = any(one.role == FROM for one in roles)
     values = [one for one in roles if one.role in VALUE_ROLES]
@@ -164,15 +154,15 @@ def _with_vacant(table: Table, roles: list[Role], chosen: Mapping[str, str], dec
     readings = table.numbers(values[0].place) if values else np.zeros(1)
     free = [one for one in roles if one.role is None and _may_be_place(table, one, readings)]
     if values and not targets and not of_stations and free and TARGET not in chosen:
-        names = ", ".join(repr(_called(one)) for one in free[:MOST_SHOWN])
-        ways = [Choice("columns", f"{TARGET}={_called(one)}") for one in free]
-        ways.insert(1, Choice("columns", f"ignore={_called(free[0])}", "if it is something else"))
+        names = ", ".join(repr(one.called) for one in free[:MOST_SHOWN])
+        ways = [Choice("columns", f"{TARGET}={one.called}") for one in free]
+        ways.insert(1, Choice("columns", f"ignore={free[0].called}", "if it is something else"))
         what = "readings without a target, and a column that may be the target"
         decisions.ask(table.path, what, *ways, found=names)
     return roles
 
 
-def _may_be_place(table: Table, one: Role, readings: Array) -> bool:
+def _may_be_place(table: Table, one: Column, readings: Array) -> bool:
     """Whether a column that nothing names may hold positions: numbers that differ, or one that the readings are near.
 
     In no other unit, and no row numbers.
@@ -197,22 +187,22 @@ def _may_be_place(table: Table, one: Role, readings: Array) -> bool:
 # what tells rows apart
 
 
-def _check_kinds(table: Table, roles: Sequence[Role], layout: TableLayout, decisions: Decisions) -> None:
+def _check_kinds(table: Table, roles: Sequence[Column], layout: TableLayout, decisions: Decisions) -> None:
     """A column, or titles of blocks, by which rows are of different kinds: one recording is of one kind."""
     every = {one.removesuffix("=*").strip() for one in layout.rows if one.endswith("=*")}
     target = next((table.numbers(one.place) for one in roles if one.role == TARGET), None)
     for one in roles:
-        if one.role not in (None, DROPPED) or one.place in _ignored(roles, layout.columns) or _called(one) in every:
+        if one.role not in (None, DROPPED) or one.place in _ignored(roles, layout.columns) or one.called in every:
             continue
         cells = _kinds_in(table, one)
         if cells is not None and not _names_targets(cells, target):
-            _ask_rows(table, repr(one.header), sorted(set(cells)), _called(one), decisions)
+            _ask_rows(table, repr(one.header), sorted(set(cells)), one.called, decisions)
     asked = any(str(one.what).startswith(_KINDS_ASKED) for one in decisions.questions)
     if len(table.titles) > 1 and "title" not in every and not asked:
         _check_titles(table, roles, decisions)
 
 
-def _check_titles(table: Table, roles: Sequence[Role], decisions: Decisions) -> None:
+def _check_titles(table: Table, roles: Sequence[Column], decisions: Decisions) -> None:
     """Lines above the blocks that are no runs and no directions say of what kind the rows below them are."""
     numbers, sizes = np.unique(table.block, return_counts=True)
     titles = [table.titles[n] for n in numbers.tolist()]
@@ -222,21 +212,21 @@ def _check_titles(table: Table, roles: Sequence[Role], decisions: Decisions) -> 
         _ask_rows(table, "the lines above the blocks", list(dict.fromkeys(filter(None, titles))), "title", decisions)
 
 
-def _ignored(roles: Sequence[Role], chosen: Mapping[str, str]) -> set[int]:
+def _ignored(roles: Sequence[Column], chosen: Mapping[str, str]) -> set[int]:
     names = chosen.get("ignore", "").casefold().split("\n")
     return {one.place for one in roles if one.header.casefold() in names or f"#{one.place + 1}" in names}
 
 
-def _kinds_in(table: Table, one: Role) -> list[str] | None:
+def _kinds_in(table: Table, one: Column) -> list[str] | None:
     """The cells of a column that says of what kind each row is; None for another."""
-    named = bool(set(words_of(one.header)) & _KINDS)
-    if not named and not is_text(table, one.place):
+    named = bool(says(words_of(one.header), "kind"))
+    if says(words_of(one.name), "besides") or not (named or is_text(table, one.place)):
         return None
     cells: list[Cell] = table.cells(one.place)
     texts = [f"{cell:g}" if isinstance(cell, float) else str(cell).strip() for cell in cells]
     filled = {text for text in texts if text}
     remark = 2 * texts.count("") >= len(texts)
-    verdict = {text.casefold() for text in filled} <= _VERDICTS
+    verdict = {text.casefold() for text in filled} <= WORDS["verdict"]
     return None if len(filled) < 2 or len(filled) == len(texts) or remark or verdict else texts
 
 

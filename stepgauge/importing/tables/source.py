@@ -11,12 +11,12 @@ from typing import IO, Any
 
 import pandas as pd
 
-from stepgauge.errors import InputError
-from stepgauge.files.text import read_bytes
+from stepgauge.files.text import any_text, read_bytes
 
 LARGEST_BYTES = 400_000_000
 """Of a table: some ten million rows."""
-_NAMES = {"utf-8-sig": "UTF-8", "cp1252": "Windows-1252", "utf-16": "UTF-16"}
+LONG_BYTES = 20_000
+"""Of a text of which the beginning shows what it is."""
 
 
 @dataclass(frozen=True)
@@ -37,23 +37,17 @@ class Source:
             return False
 
     @cached_property
-    def decoded(self) -> tuple[str, str]:
-        """The text and the name of its encoding: UTF-8, UTF-16 by its mark, else Windows-1252 (western Europe).
+    def beginning(self) -> Source:
+        """The first lines of a long text, which show what kind of table it is; anything else whole."""
+        if self.frame is not None or self.is_workbook or len(self.data) < LONG_BYTES:
+            return self
+        text = self.decoded[0][:LONG_BYTES]
+        return Source(self.name, text[: text.rfind("\n") + 1].encode())
 
-        :class:`InputError` for what is no text.
-        """
-        utf16 = self.data[:2] in (b"\xff\xfe", b"\xfe\xff")
-        for encoding in ("utf-16",) if utf16 else ("utf-8-sig", "cp1252"):
-            try:
-                text = self.data.decode(encoding)
-            except UnicodeDecodeError:
-                continue
-            if "\0" in text:
-                break
-            return text, _NAMES[encoding]
-        raise InputError(
-            self.name, "this is not a text file", found=repr(self.data[:16]), expected="a table as text (CSV)"
-        )
+    @cached_property
+    def decoded(self) -> tuple[str, str]:
+        """The text and the name of its encoding (:func:`stepgauge.files.text.any_text`)."""
+        return any_text(self.data, self.name)
 
 
 Given = str | Path | IO[Any] | pd.DataFrame | Source
@@ -71,8 +65,3 @@ def read_source(given: Given) -> Source:
     content = given.read()
     data = content.encode() if isinstance(content, str) else bytes(content)
     return Source(str(getattr(given, "name", "file")), data)
-
-
-def decode(given: Given) -> tuple[str, str]:
-    """Text of a file and the name of its encoding."""
-    return read_source(given).decoded

@@ -1,4 +1,4 @@
-"""Forms on which targets stand side by side and every run is a row (as in ISO 230-2), turned into columns."""
+"""Forms that say in their rows what others say in their columns: targets side by side, a unit behind every number."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from stepgauge.files.numerals import looks_numeric
-from stepgauge.importing.tables.cells import Cell, Cells
+from stepgauge.files.units import find_unit
+from stepgauge.importing.tables.cells import MEASURE, Cell, Cells
+from stepgauge.importing.tables.columns import CYCLE, TARGET, VALUE_ROLES, WAY, axis_role
 from stepgauge.importing.tables.labels import LABEL, parse_label
-from stepgauge.importing.tables.roles import CYCLE, TARGET, VALUE_ROLES, WAY, role_of
+from stepgauge.importing.tables.vocabulary import split_name
 
 FEWEST = 3
 """Numbers beside one another from which a row of targets is one."""
@@ -31,6 +33,25 @@ def turned(cells: Cells) -> Cells:
     return replace(cells, rows=table, lines=[cells.lines[at]] * len(table))
 
 
+def units_of_cells(cells: Cells) -> Cells:
+    """The cells of columns that write their unit behind every number without it; it goes to the header above."""
+    rows = [list(row) for row in cells.rows]
+    for place in range(max(map(len, rows), default=0)):
+        texts = {n: row[place] for n, row in enumerate(rows) if place < len(row) and isinstance(row[place], str)}
+        found = {n: match for n, text in texts.items() if (match := MEASURE.fullmatch(str(text)))}
+        units = {match[2] for match in found.values()}
+        unit = find_unit(next(iter(units))) if len(units) == 1 else None
+        first = min(found, default=0)
+        if len(found) < FEWEST or unit is None or unit.quantity == "none" or first == 0:
+            continue
+        for n, match in found.items():
+            rows[n][place] = match[1]
+        above = rows[first - 1]
+        if place < len(above) and _is_text(above[place]):
+            above[place] = f"{above[place]} [{unit.name}]"
+    return replace(cells, rows=rows)
+
+
 def _is_text(cell: Cell) -> bool:
     return isinstance(cell, str) and bool(cell) and not looks_numeric(cell)
 
@@ -41,11 +62,11 @@ def _numbers(row: Sequence[Cell]) -> list[Cell]:
 
 def _is_row_of_targets(row: Sequence[Cell]) -> bool:
     """Whether a row is the word for targets, and numbers."""
-    named = len(row) > FEWEST and _is_text(row[0]) and role_of(str(row[0])) == TARGET
+    named = len(row) > FEWEST and _is_text(row[0]) and axis_role(split_name(str(row[0]))[0]) == TARGET
     return named and len(_numbers(row)) == len(row) - 1
 
 
 def _names_run(name: str) -> bool:
     """Whether a row's name is that of a run, and not that of a mean or a limit."""
-    role, label = role_of(name), parse_label(name)
+    role, label = axis_role(split_name(name)[0]), parse_label(name)
     return role in (*VALUE_ROLES, CYCLE, WAY) or (role is None and label != LABEL)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from contextlib import suppress
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +11,10 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.tables.clock import Clock, counted_clock, is_date, joined, read_clock
+from stepgauge.importing.tables.columns import IGNORE, Column
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.roles import split_name
+from stepgauge.importing.tables.questions import Choice, Decisions
+from stepgauge.importing.tables.vocabulary import split_name
 
 Array = NDArray[np.float64]
 _PARTS = {
@@ -26,20 +27,7 @@ DECIMALS = 9
 """Of mm, deg C and mm/s that were turned from other units: a picometre, and no digits of the machine's arithmetic."""
 
 
-class Field(Protocol):
-    """A column of a table, whatever it is taken for."""
-
-    @property
-    def place(self) -> int: ...
-
-    @property
-    def header(self) -> str: ...
-
-    @property
-    def unit(self) -> Unit | None: ...
-
-
-def finite(table: Table, column: Field) -> Array:
+def finite(table: Table, column: Column) -> Array:
     """A column that must be numbers; :class:`InputError` names the cell that is none."""
     values = table.numbers(column.place)
     mark = "comma" if table.decimal == "," else "point"
@@ -47,7 +35,7 @@ def finite(table: Table, column: Field) -> Array:
     return values
 
 
-def check_finite(table: Table, column: Field, values: Array, expected: object) -> None:
+def check_finite(table: Table, column: Column, values: Array, expected: object) -> None:
     """:class:`InputError` for the first cell of a column that is no number."""
     wrong = ~np.isfinite(values)
     if wrong.any():
@@ -63,12 +51,13 @@ def scaled(values: Array, unit: Unit) -> Array:
     return values if same else np.round(values * unit.factor + unit.offset, DECIMALS)
 
 
-def clock_of(table: Table, columns: Sequence[Field]) -> Clock | None:
+def clock_of(table: Table, columns: Sequence[Column], time_unit: str | None, decisions: Decisions) -> Clock | None:
     """Seconds: numbers in the column's unit, also hours, minutes and seconds apart; or dates and times of day.
 
-    None for columns without cells. A column of dates beside one of times of day is left out where it has none.
+    None for columns without cells. A column of dates beside one of times of day is left out where it has none. Numbers
+    of which nothing states the unit are asked for.
     """
-    columns = [one for one in columns if any(cell != "" for cell in table.cells(one.place)[:1000])]
+    columns = [one for one in columns if any(cell != "" for cell in table.first_cells(one.place))]
     if not columns:
         return None
     values = {one.place: table.numbers(one.place) for one in columns}
@@ -80,8 +69,7 @@ def clock_of(table: Table, columns: Sequence[Field]) -> Clock | None:
         seconds = np.sum(parts, axis=0) if apart else parts[counted.index(finest)]
         return Clock(_past_midnight(seconds) if apart else seconds, None, ())
     if len(columns) == 1 and np.isfinite(values[columns[0].place]).all():
-        seconds, words = counted_clock(values[columns[0].place])
-        return Clock(seconds, None, () if words is None else (words,))
+        return _unstated(table, columns[0], time_unit, decisions)
     columns = [one for one in columns if one not in counted or len(columns) == 1]
     columns = sorted(columns, key=lambda one: not is_date(one.header))[:2]
     cells = [table.cells(one.place) for one in columns]
@@ -91,11 +79,24 @@ def clock_of(table: Table, columns: Sequence[Field]) -> Clock | None:
     return read_clock(cells[-1], table.at, columns[-1].header)
 
 
-def _part_of_time(one: Field) -> float | None:
+def _unstated(table: Table, column: Column, time_unit: str | None, decisions: Decisions) -> Clock:
+    """Numbers without a unit: counts since a known moment, or in the unit that is stated by hand; else a question."""
+    seconds, words = counted_clock(table.numbers(column.place))
+    unit = None if time_unit is None else find_unit(time_unit)
+    if words is None and unit is None and np.ptp(seconds):
+        ways = [Choice("time_unit", name) for name in ("s", "ms", "min", "h")]
+        ignored = Choice("columns", f"{IGNORE}={column.called}", "to leave it out")
+        found = f"{seconds[0]:g} to {seconds[-1]:g}"
+        decisions.ask(table.path, f"the unit of the times {column.called!r} is not stated", *ways, ignored, found=found)
+    factor = unit.factor if unit is not None and words is None else 1.0
+    return Clock(seconds * factor, None, () if words is None else (words,))
+
+
+def _part_of_time(one: Column) -> float | None:
     """Seconds of one of a column of time: by its unit, or by its name."""
     if one.unit is not None and one.unit.quantity == "time" and "epoch" not in one.header.casefold():
         return one.unit.factor
-    name = split_name(one.header)[0].casefold()
+    name = one.name.casefold()
     return next((seconds for seconds, names in _PARTS.items() if name in names.split()), None)
 
 
@@ -105,7 +106,7 @@ def _past_midnight(seconds: Array) -> Array:
     return np.asarray(found - found[0])
 
 
-def beside(table: Table, columns: Sequence[Field], taken: Collection[str] = ()) -> tuple[dict[str, Array], list[str]]:
+def beside(table: Table, columns: Sequence[Column], taken: Collection[str] = ()) -> tuple[dict[str, Array], list[str]]:
     """Numbers in every row that were recorded besides, by name, and the headers of columns that are none.
 
     A temperature is in deg C, under a name that says so: the laws know it by that. ``taken``: names that are used.

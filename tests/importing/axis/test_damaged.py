@@ -14,7 +14,7 @@ from stepgauge.axis.recording import AxisRecording, read_axis_recording, write_a
 from stepgauge.errors import LONGEST, InputError
 from stepgauge.importing.axis import AxisOptions, import_axis
 from tests.axis.made import axis
-from tests.importing.axis.layouts import LAYOUTS
+from tests.importing.layouts.axes import LAYOUTS
 
 TEXTS = [one.content.encode() if isinstance(one.content, str) else one.content for one in LAYOUTS]
 INSERTED = [b",", b";", b"\n", b"nan", b"1e308", b"-", b"inf", b"\xff", b"\t", b'"', b"[", b"}", b"9" * 30, b"mm", b""]

@@ -9,7 +9,7 @@ import pytest
 
 from stepgauge.axis.recording import read_axis_recording
 from tests.cli.conftest import Run
-from tests.importing.axis.layouts import TARGETS
+from tests.importing.layouts.axes import TARGETS
 
 PER_M = 24.8
 AS_DEVIATION = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.importing.layouts import gauges, interferometers, laser_files, reports, series
+from tests.importing.layouts import axes, further, gauges, handed, interferometers, laser_files, reports, series
 from tests.importing.layouts.judge import Layout
 
 LAYOUTS: list[Layout] = [
@@ -11,4 +11,7 @@ LAYOUTS: list[Layout] = [
     *reports.LAYOUTS,
     *series.LAYOUTS,
     *gauges.LAYOUTS,
+    *handed.LAYOUTS,
+    *axes.LAYOUTS,
+    *further.LAYOUTS,
 ]

@@ -9,11 +9,12 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 import openpyxl
 import pandas as pd
+
+from tests.importing.layouts import judge
 
 TARGETS = np.arange(0.0, 401.0, 50.0)
 CYCLES = (1, 2)
@@ -36,21 +37,26 @@ def truth() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["target", "way", "cycle", "deviation"])
 
 
-@dataclass(frozen=True)
-class Layout:
-    """``content``: what stands in the file; ``options``: of the import beside the sensor, as on the command line."""
-
-    name: str
-    content: str | bytes
-    options: Sequence[str] = ()
-    unit: str = "mm"
-    deviation_unit: str = "um"
-    sensor: str = "laser"
-    suffix: str = ".csv"
-    ways: str = "both"
-    covariates: Sequence[str] = field(default=())
-    factor: float = 1.0
-    """Unit of the file's targets over those that :func:`truth` has."""
+def written(
+    name: str,
+    content: str | bytes,
+    options: Sequence[str] = (),
+    unit: str = "mm",
+    deviation_unit: str = "um",
+    sensor: str = "laser",
+    suffix: str = ".csv",
+    covariates: Sequence[str] = (),
+    factor: float = 1.0,
+) -> judge.Layout:
+    """``content``: what stands in the file; ``factor``: unit of its targets over those that :func:`truth` has."""
+    of_file = {"mm": 1e-3}.get(deviation_unit, 1.0)  # metres with readings in metres: told in mm
+    told = truth()
+    told = told.assign(target=told["target"] * factor, deviation=told["deviation"] * of_file)
+    units = (unit, deviation_unit)
+    made = "tables as programs and people of different make write them"
+    return judge.Layout(
+        name, made, judge.AXIS, content, told, suffix, sensor, options, units=units, covariates=covariates
+    )
 
 
 def rows_of(line: Callable[[float, int, int], str], header: str, above: str = "", below: str = "") -> str:
@@ -133,14 +139,14 @@ def records(**names: str) -> list[dict[str, object]]:
 
 
 LAYOUTS = [
-    Layout(
+    written(
         "plain rows", rows_of(lambda t, w, c: f"{t},{deviation(t, w, c)},{w},{c}", "target_mm,deviation_um,way,cycle")
     ),
-    Layout(
+    written(
         "reading beside target, way and cycle from the order",
         rows_of(lambda t, w, c: f"{t:.4f};{t + deviation(t, w, c) * 1e-3:.6f}", "Nominal [mm];Measured [mm]"),
     ),
-    Layout(
+    written(
         "German, decimal comma, Windows-1252, preamble and means below",
         wide(
             lambda t: ";".join([de(t, 1), *(de(v) for v in all_of(t))]),
@@ -150,7 +156,7 @@ LAYOUTS = [
         ).encode("cp1252"),
         ["--column", "deviation=Abw.*"],
     ),
-    Layout(
+    written(
         "two header rows with merged names and a row of units",
         wide(
             listed("\t"),
@@ -158,7 +164,7 @@ LAYOUTS = [
             "\tRun 1\t\tRun 2\t\n",
         ),
     ),
-    Layout(
+    written(
         "arrows for directions, one column each",
         wide(
             listed("|"),
@@ -166,7 +172,7 @@ LAYOUTS = [
         ),
         ["--column", "target=P"],
     ),
-    Layout(
+    written(
         "a form of ISO 230-2: a column for every target, a row for every run",
         "Machine;VMC 850\n\ni;"
         + ";".join(str(n) for n in range(1, 10))
@@ -183,47 +189,47 @@ LAYOUTS = [
         + "\n",
         ["--deviation-unit", "um"],
     ),
-    Layout(
+    written(
         "a sign and a number for every column",
         wide(listed(";"), "target [mm];+1 [um];-1 [um];+2 [um];-2 [um]"),
     ),
-    Layout("forward and reverse, sweeps below one another", swept(counted=False)),
-    Layout("forward and reverse, sweeps below one another, with a column Run", swept(counted=True)),
-    Layout("sections of laser software", laser_sections(), suffix=".rtl"),
-    Layout("a block for every run", blocks(), suffix=".txt"),
-    Layout(
+    written("forward and reverse, sweeps below one another", swept(counted=False)),
+    written("forward and reverse, sweeps below one another, with a column Run", swept(counted=True)),
+    written("sections of laser software", laser_sections(), suffix=".rtl"),
+    written("a block for every run", blocks(), suffix=".txt"),
+    written(
         "no header",
         "\n".join(f"{t:.3f} {deviation(t, w, c):.3f}" for t, w, c in travelled()),
         ["--header", "target_mm,deviation_um"],
         suffix=".dat",
     ),
-    Layout(
+    written(
         "header in a comment, as numerical programs write it",
         "# target_mm reading_mm\n"
         + "\n".join(f"{t:.6f} {t + deviation(t, w, c) * 1e-3:.6f}" for t, w, c in travelled()),
         suffix=".txt",
     ),
-    Layout(
+    written(
         "inches and microinches",
         rows_of(lambda t, w, c: f"{t},{deviation(t, w, c)}", "Command (in),Error (uin)"),
         unit="inch",
         deviation_unit="uin",
     ),
-    Layout(
+    written(
         "metres, readings in metres",
         rows_of(lambda t, w, c: f"{t * 1e-3:.3f},{(t + deviation(t, w, c) * 1e-3) * 1e-3:.9f}", "ref_m,laser_m"),
         unit="m",
         deviation_unit="mm",
         factor=1e-3,
     ),
-    Layout(
+    written(
         "stage in um, deviations in nm",
         rows_of(lambda t, w, c: f"{t},{deviation(t, w, c)}", "Setpoint (um),Deviation (nm)"),
         unit="um",
         deviation_unit="nm",
         sensor="capacitive",
     ),
-    Layout(
+    written(
         "rotary table in deg and arcsec",
         rows_of(
             lambda t, w, c: f"{t};{deviation(t, w, c)};{'CW' if w > 0 else 'CCW'}", 'Angle [°];Error ["];Direction'
@@ -232,21 +238,21 @@ LAYOUTS = [
         deviation_unit="arcsec",
         sensor="autocollimator",
     ),
-    Layout(
+    written(
         "rotary encoder, readings in deg",
         rows_of(lambda t, w, c: f"{t:.1f},{t + deviation(t, w, c) / 3600.0:.9f}", "true angle (deg),encoder (deg)"),
         unit="deg",
         deviation_unit="arcsec",
         sensor="encoder",
     ),
-    Layout(
+    written(
         "dial gauge list, units nowhere",
         rows_of(lambda t, w, c: f"{t:.0f}   {deviation(t, w, c):.3f}", "Position   Dial"),
         ["--unit", "mm", "--deviation-unit", "um"],
         sensor="dial",
         suffix=".txt",
     ),
-    Layout(
+    written(
         "numbered points with humidity and temperature",
         rows_of(
             lambda t, w, c: f"{int(t / 50) + 1},{t},{deviation(t, w, c)},{20 + c / 10},{40 + w}",
@@ -254,14 +260,14 @@ LAYOUTS = [
         ),
         covariates=["Material temp_C", "Humidity %"],
     ),
-    Layout(
+    written(
         "date and time in every row",
         rows_of(
             lambda t, w, c: f"2026-03-02 10:{c:02d}:{int(t / 50) + (30 if w < 0 else 0):02d},{t},{deviation(t, w, c)}",
             "Timestamp,Target (mm),Dev (um)",
         ),
     ),
-    Layout(
+    written(
         "date and time of day in two columns",
         rows_of(
             lambda t, w, c: (
@@ -270,17 +276,17 @@ LAYOUTS = [
             "Datum;Uhrzeit;Soll [mm];Abweichung [µm]",
         ),
     ),
-    Layout(
+    written(
         "JSON records inside an object",
         json.dumps({"machine": "VMC", "data": records(t="nominal_mm", r="actual_mm", w="direction", c="run")}),
         suffix=".json",
     ),
-    Layout(
+    written(
         "one JSON object per line",
         "\n".join(json.dumps(one) for one in records(t="target_mm", r="measured_mm", w="dir", c="cycle")),
         suffix=".jsonl",
     ),
-    Layout(
+    written(
         "JSON lists by column",
         json.dumps(
             {
@@ -291,7 +297,7 @@ LAYOUTS = [
         ),
         suffix=".json",
     ),
-    Layout(
+    written(
         "Excel, a sheet by name, a column per cycle and direction",
         workbook(
             [
@@ -307,7 +313,7 @@ LAYOUTS = [
         ["--sheet", "X axis"],
         suffix=".xlsx",
     ),
-    Layout(
+    written(
         "Excel, one sheet, rows",
         workbook(
             [["Target [mm]", "Actual [mm]"], *([t, t + deviation(t, w, c) * 1e-3] for t, w, c in travelled())],
@@ -316,24 +322,24 @@ LAYOUTS = [
         ),
         suffix=".xlsx",
     ),
-    Layout(
+    written(
         "targets given on the command line, readings alone",
         rows_of(lambda t, w, c: f"{n_of(t, w, c)};{t + deviation(t, w, c) * 1e-3:.6f}", "Nr;Messwert [mm]"),
         ["--targets", "0:400:50"],
     ),
-    Layout(
+    written(
         "targets by their number in a list",
         rows_of(lambda t, w, c: f"{int(t / 50) + 1};{deviation(t, w, c):.3f}", "target;error [um]"),
         ["--targets", "0,50,100,150,200,250,300,350,400", "--unit", "mm"],
     ),
-    Layout(
+    written(
         "reading and deviation both there",
         rows_of(
             lambda t, w, c: f"{t},{t + deviation(t, w, c) * 1e-3:.6f},{deviation(t, w, c)},{c}",
             "Target mm,Measured mm,Error um,Run",
         ),
     ),
-    Layout(
+    written(
         "a row for every cycle is a column for every target: sep= line and thousands",
         "sep=;\n"
         + rows_of(
@@ -341,11 +347,11 @@ LAYOUTS = [
         ),
         ["--column", "way=+/-"],
     ),
-    Layout(
+    written(
         "UTF-16 with tabs, French",
         rows_of(lambda t, w, c: f"{de(t, 1)}\t{de(deviation(t, w, c))}", "Consigne (mm)\tÉcart (µm)").encode("utf-16"),
     ),
-    Layout(
+    written(
         "readings against gauge blocks, dial gauge in mm",
         rows_of(
             lambda t, w, c: f"{t:.1f} {t + deviation(t, w, c) * 1e-3:.6f} {'rising' if w > 0 else 'falling'}",

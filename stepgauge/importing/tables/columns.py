@@ -1,0 +1,296 @@
+"""Columns of a table: what each is by its name, its unit, and cycle and direction in its name.
+
+One vocabulary (:mod:`.vocabulary`) and two recipes of what is wanted: :data:`AXIS` (targets and readings of one axis,
+one spot, distances) and :data:`POINTS` (coordinates and directions). Names are hypotheses; :mod:`.rivals` compares them
+with one another and with the numbers. A choice by hand (``--column``) goes before, and removes its rivals.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+
+from stepgauge.errors import InputError, naming
+from stepgauge.files.units import Unit, find_unit
+from stepgauge.importing.tables.labels import LABEL, Label, parse_label
+from stepgauge.importing.tables.vocabulary import WORDS, says, signs_of, split_name, split_unit, words_of
+from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION
+
+TARGET, READING, DEVIATION, CORRECTION = "target", "reading", "deviation", "correction"
+UNSIGNED = "deviation of unknown sign"
+WAY, CYCLE, TIME, PLACEMENT, FROM, TO, U_TARGET = "way", "cycle", "time_s", "placement", "from", "to", "u_target"
+DROPPED, IGNORE = "dropped", "ignore"
+DEVIATIONS = (DEVIATION, CORRECTION, UNSIGNED)
+VALUES = (READING, *DEVIATIONS)
+READING_OR_DEVIATION = "values"
+"""Columns of cycles that are not named as readings or as deviations: their size tells."""
+VALUE_ROLES = (*VALUES, READING_OR_DEVIATION)
+NORMAL = ["normal_i", "normal_j", "normal_k"]
+DIRECTIONS = (*APPROACH, *NORMAL)
+OF_AXIS = (TARGET, READING, DEVIATION, CORRECTION, WAY, FROM, TO, U_TARGET)
+"""Roles that ``--column`` may name of one axis alone."""
+OF_POINTS = (*POSITION, *APPROACH, *NORMAL, *COUNTS, *OPTIONAL[1:])
+ROLES = (*OF_AXIS, *OF_POINTS, IGNORE)
+"""What ``--column`` may name."""
+QUANTITY = {
+    **dict.fromkeys(POSITION, "length"),
+    "time_s": "time",
+    "speed_mm_s": "speed",
+    **{name: "temperature" for name in OPTIONAL if name.endswith("_C")},
+}
+"""What a role of points must be."""
+LONGEST_HEADER = 200
+"""Characters of the name of a column; longer ones are text."""
+_CALLED = {"direction": WAY, "time": TIME, "run": CYCLE}
+_U = re.compile(r"^u[ _(]|uncertainty|unsicherheit|^u$", re.IGNORECASE)
+_LETTERS = {letter: place for place, letters in enumerate(("ix", "jy", "kz")) for letter in letters}
+_VECTORS = {"approach": APPROACH, "antastrichtung": APPROACH, "normal": NORMAL, "normale": NORMAL, "n": NORMAL}
+_OWNERS = frozenset(("axis", "achse", "probe", "tip"))
+"""Words that say nothing of a position, and of a temperature whose it is."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """``header`` as it stands there, ``name``: without its unit; ``role``: None for a number recorded besides;
+    ``label``: cycle and direction, where the name says them.
+    """
+
+    place: int
+    header: str
+    name: str
+    role: str | None
+    unit: Unit | None
+    label: Label = LABEL
+
+    @property
+    def called(self) -> str:
+        """The header, or ``#3``."""
+        return self.header or f"#{self.place + 1}"
+
+
+Recipe = Callable[[str, "Unit | None"], "str | None"]
+"""What a column is by its name and unit, of what is wanted."""
+
+
+def read_columns(
+    headers: Sequence[str], units: Sequence[Unit | None], chosen: Mapping[str, str], recipe: Recipe
+) -> list[Column]:
+    """The roles of all columns; ``units``: those of a row of units; ``chosen``: headers by role, by hand.
+
+    A choice removes its rivals: what else is named as that role, or as another one of values, is recorded besides.
+    Of an axis, columns whose names differ only in a number and a direction are the readings of a wide table.
+    """
+    columns = []
+    for place, (header, stated) in enumerate(zip(headers, units, strict=True)):
+        if len(header) > LONGEST_HEADER:
+            columns.append(Column(place, header[:LONGEST_HEADER], header[:LONGEST_HEADER], None, None))
+            continue
+        whole = recipe is POINTS and point_role(header, None) in DIRECTIONS  # the k of i, j, k is no unit
+        name, own = (header.strip(), None) if whole else (split_unit if recipe is POINTS else split_name)(header)
+        unit = stated or own
+        by_hand = _chosen(header, name, place, chosen)
+        plain = header.strip() if recipe is POINTS and header.strip() in OF_POINTS else recipe(name, unit)
+        role = by_hand or (None if plain in chosen or (recipe is AXIS and _removed(plain, chosen)) else plain)
+        columns.append(Column(place, header, name, DROPPED if role == IGNORE else role, unit))
+    return columns if recipe is POINTS else _of_axis(columns, chosen)
+
+
+def parse_columns(texts: Sequence[str]) -> dict[str, str]:
+    """``("reading=Run *", ..)`` as a mapping; :class:`InputError` for what is no role."""
+    found: dict[str, str] = {}
+    for text in texts:
+        role, equals, header = text.partition("=")
+        name = _CALLED.get(role.strip(), role.strip())
+        if not equals or not header.strip() or name not in ROLES:
+            expected = f"NAME=HEADER, NAME of {', '.join(ROLES)}"
+            raise InputError(naming("columns"), "not understood", found=repr(text), expected=expected)
+        found[name] = "\n".join([*([found[name]] if name == IGNORE and name in found else []), header.strip()])
+    return found
+
+
+def check_chosen(columns: Sequence[Column], chosen: Mapping[str, str], path: str) -> None:
+    """Every column that is named by hand must be there."""
+    for role, header in chosen.items():
+        if role != IGNORE and not any(one.role == role for one in columns):
+            known = ", ".join(one.header for one in columns if one.header)
+            raise InputError(path, f"there is no column {header!r} for {role}", found=known[:200])
+
+
+def _chosen(header: str, name: str, place: int, chosen: Mapping[str, str]) -> str | None:
+    """The role that a column was given by hand: by its header, its name without the unit, ``#3``, or ``Run *``."""
+    for role, patterns in chosen.items():
+        for pattern in patterns.casefold().split("\n"):
+            if pattern in (header.casefold(), name.casefold(), f"#{place + 1}"):
+                return role
+            if header and fnmatchcase(header.casefold(), pattern):
+                return role
+    return None
+
+
+def _removed(role: str | None, chosen: Mapping[str, str]) -> bool:
+    """Whether a choice stands in the place of a role that a name suggests."""
+    return role in VALUES and any(one in chosen for one in VALUES)
+
+
+# one axis
+
+
+def axis_role(name: str, unit: Unit | None = None) -> str | None:
+    """What a column of one axis is by its name, where its unit allows it."""
+    role = _axis_role(name)
+    if unit is None or unit.quantity == "none":
+        return role
+    if unit.quantity in ("length", "angle"):
+        return role if role in (TARGET, *VALUE_ROLES, U_TARGET, DROPPED) else None
+    return role if unit.quantity == "time" and role == TIME else None
+
+
+AXIS = axis_role
+
+
+def _axis_role(name: str) -> str | None:
+    words = words_of(name)
+    if not words:
+        return None
+    if _U.search(name):
+        return U_TARGET if {"target", "nominal", "reference"} & set(words) else DROPPED
+    if says(words, "besides"):
+        return None
+    if words[0] in WORDS["statistic"] and not says(words, "reading", "reading beside"):
+        return DROPPED
+    for role in (FROM, TO, WAY, TIME, CYCLE, PLACEMENT):
+        told = says(words, role)
+        plain = set(words) <= WORDS[role] | WORDS["station"] if role in (FROM, TO) else len(words) - len(told) < 2
+        if told and (plain or role == WAY):
+            return role
+    signs = signs_of(name, bool(says(words, DEVIATION)))
+    if signs:
+        return UNSIGNED if len(signs) > 1 else DEVIATION if 1 in signs else CORRECTION
+    of_values = next((one for one in (TARGET, READING) if says(words, one, f"{one} beside")), None)
+    return of_values or (DROPPED if set(words) <= WORDS["count"] else None)
+
+
+def is_known(name: str) -> bool:
+    """Whether a name says what is under it: a role, a statistic, or a quantity that is recorded besides."""
+    return _axis_role(name) is not None or bool(says(words_of(name), "besides"))
+
+
+def remainder(name: str) -> frozenset[str]:
+    """The words of a name beside those of its role: ``x`` of ``Meas X``, by which it goes with ``Nom X``."""
+    of_roles = (TARGET, "target beside", READING, "reading beside", DEVIATION, WAY, CYCLE, PLACEMENT, TIME, FROM, TO)
+    known = frozenset().union(*(WORDS[one] for one in of_roles), WORDS["idle"])
+    return frozenset(words_of(name)) - (known - WORDS["place"])
+
+
+def _of_axis(columns: list[Column], chosen: Mapping[str, str]) -> list[Column]:
+    columns = [_labelled(one, chosen) for one in columns]
+    columns = _one_place(_wide(columns))
+    if {FROM, TO} <= {one.role for one in columns}:  # a station may be called a target: its place is no position
+        columns = [replace(one, role=None) if one.role in (TARGET, *DEVIATIONS, WAY) else one for one in columns]
+    if not any(one.unit is not None and one.unit.quantity == "angle" for one in columns):
+        return columns
+    marked = [one.unit is not None and one.unit.name == '"' for one in columns]  # beside an angle it is of arcseconds
+    return [replace(one, unit=find_unit("arcsec")) if mark else one for one, mark in zip(columns, marked, strict=True)]
+
+
+def _labelled(one: Column, chosen: Mapping[str, str]) -> Column:
+    """A column whose name says a cycle or a direction: its own, or, as ``Run 3``, that of the readings below it."""
+    label = parse_label(one.name)
+    if label == LABEL or one.role in (TARGET, TIME, FROM, TO, U_TARGET, PLACEMENT):
+        return one
+    of_readings = one.role in (CYCLE, WAY) and _chosen(one.header, one.name, one.place, chosen) is None
+    return replace(one, role=None if of_readings else one.role, label=label)
+
+
+def _wide(columns: list[Column]) -> list[Column]:
+    """Two columns or more that carry labels and are of one kind are readings, cycle by cycle."""
+    stems: dict[tuple[str, ...], list[int]] = {}
+    for one in columns:
+        if one.label != LABEL and one.role in (None, *VALUES, DROPPED):
+            stem = tuple(word for word in words_of(re.sub(r"\d+", " ", one.name)) if not parse_label(word).way)
+            stems.setdefault(tuple(word for word in stem if word not in WORDS["idle"]), []).append(one.place)
+    groups = [places for stem, places in stems.items() if len(places) > 1 and _tells(stem)]
+    if not groups:
+        return columns
+    most = max(groups, key=len)
+    role = next((columns[place].role for place in most if columns[place].role in VALUES), READING_OR_DEVIATION)
+    return [replace(one, role=role) if one.place in most else one for one in columns]
+
+
+def _tells(stem: tuple[str, ...]) -> bool:
+    """Whether what columns share is a reading, a deviation or a cycle, and not a temperature of several sensors."""
+    of = (TARGET, "target beside", READING, "reading beside", DEVIATION, CORRECTION, CYCLE, WAY)
+    return says(stem, *of) | (set(stem) & {"m", "x", "r", "pos", "forward", "backward"}) == set(stem)
+
+
+def _one_place(columns: list[Column]) -> list[Column]:
+    """A place is the target where no other column is one."""
+    values = [one for one in columns if one.role in VALUE_ROLES]
+    labelled = [one for one in columns if one.label != LABEL]
+    places = [
+        one.place
+        for one in columns
+        if one.role is None and words_of(one.name) and set(words_of(one.name)) <= WORDS["place"]
+        if one.label == LABEL or (words_of(one.name) == ("pos",) and labelled == [one])  # not the positive way of two
+    ]
+    if any(one.role == TARGET for one in columns) or len(places) != 1 or not values:
+        return columns
+    return [replace(one, role=TARGET, label=LABEL) if one.place == places[0] else one for one in columns]
+
+
+# points of three coordinates
+
+
+def point_role(name: str, unit: Unit | None = None) -> str | None:
+    """What a column of points is by its name: a coordinate, part of a direction, a count, a time, a temperature."""
+    every = words_of(name)
+    words = [word for word in every if word not in WORDS["point"]]
+    words = words if len(words) < 2 else [one for one in words if one not in ("nr", "no", "number", "nummer")] or words
+    if not words:
+        return None
+    degrees = unit is not None and unit.quantity == "temperature"
+    if words == ["t"] and unit is not None and unit.quantity == "time":
+        return TIME
+    if set(words) & WORDS["temperature"]:
+        return _direction(words) or _temperature(every)
+    return _direction(words) or _single(words) or (_temperature(every) if degrees else None)
+
+
+POINTS = point_role
+
+
+def _single(words: Sequence[str]) -> str | None:
+    if len(words) != 1:
+        return None
+    if words[0] in ("x", "y", "z"):
+        return f"{words[0]}_mm"
+    return next((role for role in (CYCLE, "face", PLACEMENT, TIME, "speed_mm_s") if words[0] in WORDS[role]), None)
+
+
+def _direction(words: Sequence[str]) -> str | None:
+    if len(words) == 1 and words[0] in ("i", "j", "k"):
+        return NORMAL[_LETTERS[words[0]]]
+    if len(words) == 1 and re.fullmatch(r"n[xyz]", words[0]):
+        return NORMAL[_LETTERS[words[0][1]]]
+    if len(words) == 2 and words[0] in _VECTORS and words[1] in _LETTERS:
+        return _VECTORS[words[0]][_LETTERS[words[1]]]
+    return None
+
+
+def _temperature(words: Sequence[str]) -> str | None:
+    """Whose temperature it is; one that does not say is the gauge's, and any other word makes it another's."""
+    rest = set(words) - WORDS["temperature"] - (WORDS["point"] - _OWNERS)
+    if not rest:
+        return "gauge_temperature_C"
+    whose = {"gauge_temperature_C": WORDS["gauge"], **{f"scale_temperature_{a}_C": frozenset(a) for a in "xyz"}}
+    return next((role for role, own in whose.items() if rest & own and rest <= own | WORDS["beside gauge"]), None)
+
+
+def in_degrees(column: Column) -> bool:
+    """Whether a column is a temperature, by its unit, also where that is its name, or by a word of its name."""
+    unit = column.unit or find_unit(column.header.strip("[]()")) if len(column.header) > 1 else column.unit
+    if unit is not None and unit.quantity != "none":
+        return unit.quantity == "temperature"
+    return bool(set(words_of(re.sub(r"\d", " ", column.name))) & (WORDS["temperature"] - {"t"}))
