@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.table import Table, best_s
-from stepgauge.public.import_recording import import_recording
+from stepgauge import import_recording
 
 
 def positioning(rows: int) -> pd.DataFrame:

@@ -19,8 +19,8 @@ from stepgauge.files.units import find_unit
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.read import TableLayout, read_file
-from stepgauge.importing.tables.signs import signs_of, subtractions
 from stepgauge.importing.tables.source import Given, read_source
+from stepgauge.importing.tables.vocabulary import signs_of, subtractions
 
 Array = NDArray[np.float64]
 Role = Literal["face", "nominal", "position", "deviation", "uncertainty", "unused"]

@@ -86,7 +86,7 @@ def test_deviations_of_a_certificate_have_the_sign_of_their_name(tmp_path: Path,
 
 def test_a_certificate_without_units_or_with_two_positions_is_refused(tmp_path: Path) -> None:
     for header, words in (("U;Remark", "unit"), ("U [um];Measured [mm]", "two columns")):
-        text = f"Face;Nominal [mm];Position [mm];{header}\n1;0;0;0.3;0\n2;20;20;0.3;20\n"
+        text = f"Face;Nominal [mm];Position [mm];{header}\n1;0;0;0.3;0\n2;20;20;0.3;20.5\n"
         with pytest.raises(InputError, match=words):
             read_gauge(gauge_file(tmp_path, text.encode()))
 

@@ -127,6 +127,12 @@ def _role(found: Long, table: Table, target: Array | None, decisions: Decisions)
     slope *= scale
     if abs(slope - 1.0) < NEAR_ONE:
         return READING
+    far = abs(float(found.value.mean())) * scale > POSSIBLE[1] * float(np.ptp(target))
+    if abs(slope) < NEAR_NOUGHT and found.value_role == READING and far:
+        way = Choice("columns", f"{DEVIATION}={found.value_header}", "if they are deviations")
+        expected = Choice("columns", "target=HEADER", "for the right targets")
+        what = "readings that do not change with their targets, and are too large for deviations"
+        decisions.ask(table.path, what, way, expected, found=found.value_header)
     if abs(slope) < NEAR_NOUGHT or (found.value_role in DEVIATIONS and scale == 1.0):
         return DEVIATION
     if found.value_unit is None and found.value_role != READING:

@@ -52,9 +52,9 @@ def foreign_rows(path: str | Path, required: Sequence[str], plain: Mapping[str, 
     found: dict[str, NDArray[np.float64]] = {}
     taken = set[int]()
     for name in required:
-        one, sign = _column(columns, name, str(path)), 1.0
+        one, sign = _column(table, columns, name), 1.0
         if one is None and name in APPROACH:  # a normal points out of the material
-            one, sign = _column(columns, NORMAL[APPROACH.index(name)], str(path)), -1.0
+            one, sign = _column(table, columns, NORMAL[APPROACH.index(name)]), -1.0
         if one is not None:
             found[name] = _in_unit(table, one, None if name in APPROACH else split_name(name)[1]) * sign + 0.0
             taken.add(one.place)
@@ -73,18 +73,20 @@ def foreign_rows(path: str | Path, required: Sequence[str], plain: Mapping[str, 
     return Rows(str(path), list(found), cells, table.lines.tolist())
 
 
-def _column(columns: Sequence[Column], name: str, path: str) -> Column | None:
+def _column(table: Table, columns: Sequence[Column], name: str) -> Column | None:
     """The column of a name: the same words, or a word that says the same; in a unit of the same quantity."""
     stem, unit = (name, None) if name in (*APPROACH, *NORMAL) else split_name(name)
     fit = [one for one in columns if _quantity(one.unit) in (None, _quantity(unit)) or unit is None]
-    alike = [one for one in fit if words_of(one.name) == words_of(stem)]
-    alike = alike or [one for one in fit if one.role == name or _is_of_certificate(one, name)]
-    if len(alike) > 1:
+    alike = [
+        one for one in fit if words_of(one.name) == words_of(stem) or one.role == name or _is_of_certificate(one, name)
+    ]
+    first = table.numbers(alike[0].place) if alike else np.empty(0)
+    if any(not np.array_equal(table.numbers(one.place), first, equal_nan=True) for one in alike[1:]):
         found = " and ".join(repr(one.header) for one in alike)
-        raise InputError(path, f"two columns may be {name}", found=found, expected=f"a table with one column {name}")
+        raise InputError(table.path, f"two columns may be {name}", found=found, expected=f"one column {name}")
     if alike and unit is not None and alike[0].unit is None and point_role(stem, unit) is None:
         found, expected = repr(alike[0].header), f"the unit in its header, or the name {name}"
-        raise InputError(path, f"the unit of the column for {name} is not stated", found=found, expected=expected)
+        raise InputError(table.path, f"the unit of the column for {name} is not stated", found=found, expected=expected)
     return alike[0] if alike else None
 
 

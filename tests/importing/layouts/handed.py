@@ -83,7 +83,7 @@ def nested(r: pd.Series) -> dict[str, object]:
 
 def phd2(count: int = 30) -> tuple[str, pd.DataFrame]:
     random = np.random.default_rng(2)
-    ra = random.normal(0.0, 0.4, count).round(3)
+    ra = random.normal(0.0, 0.4, count).round(2)
     head = (
         "PHD2 version 2.6.13 [Windows], Log version 2.5. Log enabled at 2026-03-19 21:30:00\n\n"
         "Guiding Begins at 2026-03-19 21:31:00\nDither = both axes, Dither scale = 1.000\n"
