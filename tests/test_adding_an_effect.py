@@ -68,9 +68,9 @@ def test_the_simulator_applies_and_explains_it(folder: Path) -> None:
 
 
 def test_the_command_line_lists_and_explains_it(folder: Path) -> None:
-    said = python("from stepgauge.cli import main\nmain(['effects'])", folder)
+    said = python("from stepgauge.cli import main\nmain(['list', 'effects'])", folder)
     assert re.search(r"^resolution +The scale reads in whole steps$", said, flags=re.M)
-    said = python("from stepgauge.cli import main\nmain(['effects', 'resolution'])", folder)
+    said = python("from stepgauge.cli import main\nmain(['list', 'effects', 'resolution'])", folder)
     assert "step of the scale, um; above 0 to 1000; usually 0.01 to 5; nonlinear" in said
 
 

@@ -149,7 +149,7 @@ def test_a_file_that_is_not_named_is_not_imported(tmp_path: Path, monkeypatch: p
     own(tmp_path, "raise SystemExit('imported')", "effects.py")
     own(tmp_path, "raise SystemExit('imported')", "effect_mine.py")
     monkeypatch.chdir(tmp_path)
-    main(["effects", "scale_error"])
+    main(["list", "effects", "scale_error"])
 
 
 @pytest.mark.parametrize(

@@ -92,6 +92,11 @@ class AngularError(Effect):
     urad_per_m: float = parameter(unit="urad/m", meaning="rotation per travel", ge=-1e5, le=1e5, sensible=(-100, 100))
     scale_at_mm: Vector3 | None = reference_point()
 
+    @classmethod
+    def is_own(cls, choices: Mapping[str, Any], probings: Probings) -> bool:
+        """A rotation about the axis of travel is a roll."""
+        return bool(choices["travel_axis"] != choices["rotation_axis"])
+
     def displacement_um(self, probings: Probings) -> Displacement:
         """Angle times arm, on the axes across the rotation."""
         angle_mrad = probings.axis_mm(self.travel_axis) * (self.urad_per_m * 1e-6)

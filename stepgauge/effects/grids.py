@@ -23,8 +23,9 @@ FEWEST_PERIODS = 2.0
 FEWEST_ALONG = 1.25
 """The same along an axis, where a period that is not fully covered has aliases at the pitch of the faces."""
 MOST_PERIODS, MOST_FREQUENCIES, MOST_TIMES = 5000, 2500, 1000
-FINER_THAN_STEPS = 8.0
-"""Periods over the travel for each place that was measured, where places lie unevenly and so show what is finer."""
+FINER_THAN_STEPS, FEW_PLACES = 8.0, 5.5
+"""Periods over the travel for each place that was measured, at most, where places lie unevenly and so show what is
+finer; and places for each of these: through few places a short wave can be laid whatever is there."""
 FASTEST_CYCLE_S, SLOWEST_VIBRATION_HZ = 60.0, 0.2
 """What a room or a cooler does, and what a machine on air springs does. Of an axis by itself, whose hour is the
 duration of its recording, cycles and vibrations share all that its readings resolve: its sixtieth divides them."""
@@ -77,7 +78,8 @@ def most_periods(places: Array, step: float | None = None) -> float:
     met = _places(places)
     if step is not None:
         return float(np.ptp(met)) / (2.0 * step)
-    return len(met) / 2.0 if is_even(met) else FINER_THAN_STEPS * len(met)
+    finer = min(FINER_THAN_STEPS, max(len(met) / FEW_PLACES, 0.5))
+    return len(met) * (0.5 if is_even(met) else finer)
 
 
 def _places(found: Array) -> Array:
@@ -91,6 +93,8 @@ def periods_along(probings: Probings, choices: Choices) -> Array:
     """Periods along an axis, evenly in frequency; of a turning axis, of which much was seen, whole parts of a turn."""
     x, turn_mm = coordinate_mm(probings, choices), probings.setting.turn_mm
     span, most = float(np.ptp(x)), most_periods(x, probings.setting.step_mm)
+    if probings.setting.recording == "distances":  # of which every one has an error of its own, by its stations
+        most = min(most, np.unique(x).size / 2.0)
     if turn_mm is not None and span > turn_mm / 2.0:
         return turn_mm / np.arange(1.0, min(most * turn_mm / span, MOST_PERIODS) + 1.0)
     turns = np.arange(FEWEST_ALONG, most + 1e-9, 1.0 / 3.0)[:MOST_PERIODS]

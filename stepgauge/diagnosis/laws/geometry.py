@@ -128,7 +128,7 @@ def moved_um(effects: Sequence[Effect], data: Residuals) -> Array:
 
 def geometry_of(laws: Sequence[Law], data: Residuals, priors: Priors) -> Law | None:
     """All laws of the machine's geometry as one candidate; None where gauges lay along too few lines."""
-    own = [law.source for law in laws if law.kind in PARTS and not _is_roll(law.source)]
+    own = [law.source for law in laws if law.kind in PARTS]
     parts = [(one, _usual(one, data, priors)) for one in own]
     parts += [finer for one, size in parts if one.kind == "error_motion" for finer in _further(one, size, data)]
     axes = np.array(list(data.probings.setting.axis.values()))
@@ -163,11 +163,6 @@ def _further(family: Family, usual: float, data: Residuals) -> Iterator[tuple[Fa
         pattern = data.without_origins(signatures(family.law, choices, family.atoms, data))
         label = family.law.model_construct(**(fixed_values(family.law) | choices)).label
         yield replace(family, label=label, choices=choices, pattern=pattern), usual / half_m**more
-
-
-def _is_roll(family: Family) -> bool:
-    """Whether a rotation has its own law, ``roll``."""
-    return family.kind == "angular_error" and family.choices["travel_axis"] == family.choices["rotation_axis"]
 
 
 def _usual(family: Family, data: Residuals, priors: Priors) -> float:
