@@ -13,7 +13,8 @@ import pytest
 from pypdf import PdfReader
 
 import stepgauge as sg
-from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
+from stepgauge.diagnosis.output.files import diagnosis_to_dict
+from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.diagnosis.wording.notation import probability
 from stepgauge.diagnosis.wording.remedies import remedy

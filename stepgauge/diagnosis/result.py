@@ -267,7 +267,8 @@ class GaugeDiagnosis(Diagnosis):
     @cached_property
     def said(self) -> Mapping[str, Any]:
         """All that is stated, in JSON types."""
-        from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
+        from stepgauge.diagnosis.output.files import diagnosis_to_dict
+        from stepgauge.diagnosis.output.inputs import Inputs
 
         return diagnosis_to_dict(self, Inputs(self.recordings), self.laws)
 

@@ -43,7 +43,8 @@ def diagnose_batch(given: Batch | StoredBatch, without: tuple[str, ...], priors:
     """The diagnosis of a batch of one recording: the summary, and ``diagnosis.json`` but for the names of files."""
     from stepgauge.diagnosis.engine import diagnose
     from stepgauge.diagnosis.forms.formula import model_unknown
-    from stepgauge.diagnosis.output.files import Inputs, told_to_dict
+    from stepgauge.diagnosis.output.files import told_to_dict
+    from stepgauge.diagnosis.output.inputs import Inputs
 
     batch = opened(given)
     (one,) = batch.stored

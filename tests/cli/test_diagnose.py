@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict, write_diagnosis
+from stepgauge.diagnosis.output.files import diagnosis_to_dict, write_diagnosis
+from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.errors import InputError
 from stepgauge.recording import Recording

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
+from stepgauge.diagnosis.output.files import diagnosis_to_dict
+from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine, MachineTable

@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.forms.formula import model_unknown
-from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
+from stepgauge.diagnosis.output.files import diagnosis_to_dict
+from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.effects.probings import followed

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from stepgauge.conditions.duplicates import copied_cycles
 from stepgauge.diagnosis.axis.diagnosis import diagnose_axis
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
+from stepgauge.diagnosis.output.files import diagnosis_to_dict
+from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.output.rows import row_table
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem

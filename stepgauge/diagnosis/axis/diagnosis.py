@@ -17,7 +17,8 @@ from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
 from stepgauge.diagnosis.axis.reversal import is_reversal, words_of_reversal
 from stepgauge.diagnosis.axis.told import OPPOSITE, Teller
 from stepgauge.diagnosis.engine import diagnose_residuals
-from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict, without_nan
+from stepgauge.diagnosis.output.files import diagnosis_to_dict, without_nan
+from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.result import Diagnosis, GaugeDiagnosis

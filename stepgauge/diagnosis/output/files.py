@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -19,17 +18,16 @@ from stepgauge import __version__
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.forms.formula import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
+from stepgauge.diagnosis.output.inputs import Inputs, inputs_json, measured_json
 from stepgauge.diagnosis.output.machine_text import effect_table, machine_text
 from stepgauge.diagnosis.output.probe_file import probe_file
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Check, Finding, FindingMember, GaugeDiagnosis, Located
-from stepgauge.diagnosis.wording.practice import aliases_of, even_steps_mm, in_practice
-from stepgauge.files.checksum import file_sha256
+from stepgauge.diagnosis.wording.practice import aliases_of, in_practice
 from stepgauge.files.text import write_json, write_sealed
 from stepgauge.inference.search import Step
 from stepgauge.recording import Recording
-from stepgauge.recording.simulated import is_simulated
 
 FORMAT = "stepgauge diagnosis 1"
 MACHINE_FILE = "machine.diagnosed.toml"
@@ -53,21 +51,6 @@ class Told(Protocol):
     def odds(self) -> dict[str, Any]: ...
     @property
     def checks(self) -> Sequence[Check]: ...
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """Input of a diagnosis: the recordings as read, in the order in which they were joined."""
-
-    recordings: tuple[Recording, ...]
-
-    def where(self, row: int) -> tuple[str, int]:
-        """The recording and the row in it (from 1) of a row of all of them together (from 1)."""
-        for recording in self.recordings:
-            if row <= len(recording):
-                return Path(recording.path).name, row
-            row -= len(recording)
-        raise IndexError(row)
 
 
 def write_diagnosis(
@@ -125,7 +108,7 @@ def diagnosis_to_dict(
     ``folder`` is that of the proposed placements, for the commands that name them.
     """
     said = told_to_dict(diagnosis, inputs, laws, folder)
-    return {**said, "inputs": without_nan(_inputs(diagnosis, inputs))}
+    return {**said, "inputs": without_nan(inputs_json(diagnosis, inputs))}
 
 
 def told_to_dict(
@@ -140,7 +123,7 @@ def told_to_dict(
         "empirical": [_law(law, diagnosis) for law in laws],
         "fit": _fit(diagnosis, laws),
         "noise": _noise(diagnosis),
-        "measured": _measured(diagnosis),
+        "measured": measured_json(diagnosis),
         **evidence_json(diagnosis, lambda text: _in_folder(text, diagnosis.placements, Path(folder))),
         "remarks": list(diagnosis.remarks),
     }
@@ -343,60 +326,6 @@ def _noise(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
         "least": noise.least,
         "machine_file_um": diagnosis.data.machine.table.repeatability_um,
     }
-
-
-def _measured(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
-    data = diagnosis.data
-    frame = data.frame
-    placements = [frame[data.placement == i] for i in range(int(data.placement.max()) + 1)]
-    return {
-        "probings": len(data),
-        "faces": len(np.unique(data.face)),
-        "length_mm": float(np.ptp(data.probings.certified_mm())),
-        "duration_s": float(np.ptp(data.probings.time_s)) if data.has_time else None,
-        "placements": [
-            {
-                "placement": int(rows["placement"].iloc[0]),
-                "axis": [float(v) for v in data.probings.setting.axis[int(rows["placement"].iloc[0])]],
-                "probings": len(rows),
-                "first_block": (int(rows["face"].min()) + 1) // 2,
-                "last_block": (int(rows["face"].max()) + 1) // 2,
-                "cycles": int(rows["cycle"].nunique()),
-            }
-            for rows in placements
-        ],
-        "speeds_mm_s": sorted({float(s) for s in frame["speed_mm_s"].round(6)}) if "speed_mm_s" in frame else [],
-        "gauge_temperature_recorded": "gauge_temperature_C" in frame,
-        "time_recorded": data.has_time,
-        "even_steps_mm": even_steps_mm(data),
-        "copied_cycles": [{"placement": placement, "cycle": cycle} for placement, cycle in data.copied],
-    }
-
-
-def _inputs(diagnosis: GaugeDiagnosis, inputs: Inputs) -> dict[str, Any]:
-    gauge, machine = diagnosis.data.gauge, diagnosis.data.machine
-    faces = Path(gauge.path).parent / gauge.table.faces
-    return {
-        "recordings": [_file(recording.path) for recording in inputs.recordings],
-        "simulated": any(is_simulated(recording.comments) for recording in inputs.recordings),
-        "gauge": {
-            **_file(gauge.path),
-            "faces_sha256": file_sha256(faces),
-            "name": gauge.table.name,
-            "serial": gauge.table.serial,
-            "certificate": gauge.certificate.number,
-            "example": gauge.certificate.example,
-        },
-        "machine": {
-            **_file(machine.path),
-            "name": machine.table.name,
-            "effects": [effect.get("kind") for effect in machine.effects],
-        },
-    }
-
-
-def _file(path: str | Path) -> dict[str, Any]:
-    return {"path": str(path), "sha256": file_sha256(path)}
 
 
 def without_nan(value: Any) -> Any:
