@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from stepgauge.cli.web import _open_browser
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
+from stepgauge.web.opening import open_browser
 from stepgauge.web.site import LARGEST_REQUEST_BYTES
 from tests.web.conftest import Served, make_project
 
@@ -87,7 +87,7 @@ def test_nobody_gets_in_without_the_token(tmp_path: Path, options: tuple[str, ..
 def test_the_start_link_is_on_no_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
     monkeypatch.setattr("webbrowser.open", opened.append)
-    _open_browser("http://127.0.0.1:8420/?token=secret", tmp_path)
+    open_browser("http://127.0.0.1:8420/?token=secret", tmp_path)
     while not opened:
         time.sleep(0.01)
     assert opened == [(tmp_path / "stepgauge.html").as_uri()]
