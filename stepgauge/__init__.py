@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from stepgauge import inference as inference
     from stepgauge.axis.recording import AxisRecording as AxisRecording
     from stepgauge.axis.recording import read_axis_recording as read_axis_recording
     from stepgauge.diagnosis.result import Diagnosis as Diagnosis
@@ -153,13 +154,15 @@ _PLACES = {
     "StoredBudget": "standards.budget_files",
 }
 """Every public name, and the module that has it."""
-__all__ = ["__version__", *_PLACES]
+__all__ = ["__version__", "inference", *_PLACES]
 
 
 def __getattr__(name: str) -> Any:
     """A public name, loaded now (PEP 562)."""
     from importlib import import_module
 
+    if name == "inference":
+        return import_module(f"{__name__}.inference")
     if name not in _PLACES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = getattr(import_module(f"{__name__}.{_PLACES[name]}"), name)

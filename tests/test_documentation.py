@@ -24,6 +24,7 @@ from tests.shell import Block, blocks_of, pages, run_blocks, run_page, shell_blo
 PAGES = [page for page in pages() if any(not one.file for one in blocks_of(page))]
 RUN = [page for page in PAGES if not all(one.not_run or one.file for one in blocks_of(page))]
 RUN_ELSEWHERE = {
+    "inference.md": "inference/test_standalone.py",
     "adding-an-effect.md": "test_adding_an_effect.py",
     "guide.md": "test_readme.py",
     "import.md": "importing/test_import_recording.py",

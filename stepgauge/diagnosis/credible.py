@@ -31,10 +31,11 @@ from scipy import special
 
 from stepgauge.diagnosis.priors import Decision
 from stepgauge.inference.hypothesis import Hypothesis, log_posterior
+from stepgauge.inference.moves import HOPELESS, MOST_TERMS
 from stepgauge.inference.posterior import Alternative, CredibleSet, Member, Posterior, credible_set
 from stepgauge.inference.problem import Term
 from stepgauge.inference.proposal import Proposal
-from stepgauge.inference.search import HOPELESS, MOST_TERMS, Search
+from stepgauge.inference.search import Search
 
 SURE_OUTLIER = 0.5
 """Probability from which a row is listed as an outlier."""

@@ -60,7 +60,7 @@ def conclude(
     unnamed = _probability(answer, _has_structure)
     if not left and unnamed >= decision.stated:
         left = (_open_structure(answer, unnamed),)
-    nothing = _probability(answer, lambda one: _is_nothing(one, negligible))
+    nothing = _nothing(answer, negligible)
     verdict: Verdict = "insufficient"
     if left or made:
         verdict = "unknown" if left else "effects"
@@ -73,14 +73,15 @@ def _probability(answer: Posterior, holds: Callable[[WeightedHypothesis], bool])
     return float(sum(w for w, one in zip(answer.weights, answer.hypotheses, strict=True) if holds(one)))
 
 
-def _is_nothing(one: WeightedHypothesis, negligible: Collection[str]) -> bool:
-    """Whether a hypothesis has neither terms nor scatter that is of other sizes in some rows, or correlated.
+def _nothing(answer: Posterior, negligible: Collection[str]) -> float:
+    """Probability of neither terms nor scatter that is of other sizes in some rows, or correlated.
 
     Tails that are heavier than normal, and a certificate that is worse than it states, are no causes.
     """
-    noise = one.noise
-    plain = noise.growth is None and noise.burst is None and not noise.correlated and noise.tails != OUTLYING
-    return plain and one.labels <= set(negligible)
+    pairs = zip(answer.weights, answer.hypotheses, strict=True)
+    return float(
+        sum(w * one.mixture.share(lambda noise: noise.is_plain) for w, one in pairs if one.labels <= set(negligible))
+    )
 
 
 def _has_structure(one: WeightedHypothesis) -> bool:

@@ -5,9 +5,11 @@ Of its amplitudes the likelihood is normal: their posterior without their prior.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,8 @@ from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.problem import Term, company_log_prior
 
 Array = NDArray[np.float64]
+MOST_TOGETHER, MOST_AMPLITUDES = 64, 16
+"""Most combinations of sizes that are summed one by one, and of how many amplitudes."""
 FINE = 2.0
 """Ratio of neighbouring measures of what a law moves beside its signature."""
 
@@ -51,9 +55,42 @@ def _evidence(sd: Array, present: float, mean: Array, covariance: Array) -> Arra
 def summed_sizes_gain(hypothesis: Hypothesis) -> float:
     """What the log evidence rises by if the sizes of each term are summed at the present ones of the others.
 
-    What a size would gain that is not reached yet does not count: with it the others would change as well.
+    What a size would gain that is not reached yet does not count: with it the others would change as well. Few are
+    summed in all their combinations.
     """
+    count = math.prod(len(one) for one in hypothesis.size_log_evidence)
+    size = sum(len(term.columns) for term in hypothesis.terms)
+    if len(hypothesis.terms) > 1 and count <= MOST_TOGETHER and size <= MOST_AMPLITUDES:
+        with contextlib.suppress(np.linalg.LinAlgError):
+            return _summed_together(hypothesis)
     return sum(float(np.logaddexp.reduce(one - max(one.max(), 0.0))) for one in hypothesis.size_log_evidence)
+
+
+def _summed_together(hypothesis: Hypothesis) -> float:
+    """The same over all combinations of the sizes of all terms.
+
+    Without their prior the amplitudes ``a`` have the log likelihood ``h'a - a'Pa / 2``; with the standard deviations
+    ``S`` of their prior its integral is ``h'S (1 + SPS)^-1 Sh / 2 - log det(1 + SPS) / 2``.
+    """
+    mean, covariance = hypothesis.term_posterior
+    whole = np.linalg.inv(covariance)
+    present = np.concatenate([term.sds for term in hypothesis.terms])
+    precision, dot = whole - np.diag(present**-2.0), whole @ mean
+    sd, weight = [], []
+    for sizes in product(*(range(len(one)) for one in hypothesis.size_log_evidence)):
+        chosen = zip(hypothesis.terms, sizes, strict=True)
+        terms = [replace(term, sd=float(term.candidate.sizes.sd[i])) for term, i in chosen]
+        sd.append(np.concatenate([one.sds for one in terms]))
+        weight.append(sum(float(t.candidate.sizes.log_weight[i]) for t, i in zip(terms, sizes, strict=True)))
+    every = np.array([*sd, present])
+    inside = np.eye(len(mean)) + every[:, :, None] * precision * every[:, None, :]
+    sign, log_det = np.linalg.slogdet(inside)
+    if (sign <= 0.0).any():
+        raise np.linalg.LinAlgError("amplitudes are known beyond all rounding")
+    scaled = every * dot
+    log = 0.5 * ((scaled * np.linalg.solve(inside, scaled[..., None])[..., 0]).sum(axis=1) - log_det)
+    gain = log[:-1] - log[-1] + np.array(weight)
+    return float(np.logaddexp.reduce(gain)) - max(float(gain.max()), 0.0)
 
 
 def resized(hypothesis: Hypothesis) -> Term | None:

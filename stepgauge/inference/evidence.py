@@ -84,6 +84,10 @@ class Evidence:
             self.visited[key] = self._state(terms, noise, near_um or self.problem.within_um)
         return self.visited[key]
 
+    def apart(self, terms: tuple[Term, ...], noise: NoiseModel, near_um: float) -> Hypothesis:
+        """The same as a call, of what is not to be found again among all."""
+        return self._state(terms, noise, near_um)
+
     def narrowed(self, hypothesis: Hypothesis, candidate: Candidate, by: float) -> Hypothesis:
         """A hypothesis in place of the same with a volume of one term that is too large, by so many nats."""
         place = hypothesis.index(candidate)

@@ -61,6 +61,12 @@ class NoiseModel:
         return self.growth, self.burst, self.correlation, self.flicker, self.certificate, self.rounded, tails
 
     @property
+    def model(self) -> tuple[object, ...]:
+        """Which of all models it is; the weights of the rows are part of how the same one is computed."""
+        tails = (self.tails, self.freedom)
+        return self.growth, self.burst, self.correlation, self.flicker, self.certificate, self.rounded, tails
+
+    @property
     def kind(self) -> tuple[object, ...]:
         """Kind of the model, without its numbers."""
         growth = None if self.growth is None else self.growth[0]

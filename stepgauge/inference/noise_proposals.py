@@ -56,8 +56,31 @@ class NoiseProposals:
             yield tried(change(noise, rounded=not noise.rounded))
         yield from self._tails(hypothesis, tried)
 
+    def rated(self, hypothesis: Hypothesis) -> Iterator[tuple[NoiseModel, float]]:
+        """All models with one property other than the present, with their log posteriors.
+
+        Growing scatter is computed for its likeliest covariate and rate, and rated for all others by what these explain
+        of the squared residuals.
+        """
+        present, gains = hypothesis.noise, dict(self._growth_gains(hypothesis))
+        known = hypothesis
+        for other in self(hypothesis):
+            if other.current:
+                yield other.noise, other.log_posterior
+            if present.growth is None and other.noise.growth is not None:
+                known = other
+        own = known.noise.growth
+        for growth in gains:
+            if own is not None and growth != own and growth != present.growth:
+                changed = self.noise_models.changed(present, growth=growth)
+                yield changed, known.log_posterior + gains[growth] - gains[own]
+
     def _likeliest_growth(self, hypothesis: Hypothesis) -> tuple[str, float]:
         """The covariate and rate with which the squared residuals grow, by their likelihood."""
+        return max(self._growth_gains(hypothesis), key=lambda one: one[1])[0]
+
+    def _growth_gains(self, hypothesis: Hypothesis) -> Iterator[tuple[tuple[str, float], float]]:
+        """Every covariate and rate with what it explains of the squared residuals, nats."""
         square = self.evidence.squares(hypothesis)
         n, stated = len(square), self.noise_models.ordinary(hypothesis.noise)
 
@@ -65,8 +88,8 @@ class NoiseProposals:
             grown = self.noise_models.ordinary(replace(hypothesis.noise, growth=(name, rate))) / stated
             return -0.5 * float(np.log(grown).sum() + n * np.log((square / grown).mean()))
 
-        every = [(name, rate) for name in self.problem.growing for rate in self.priors.growth_rates]
-        return max(every, key=lambda one: gain(*one))
+        for name in self.problem.growing:
+            yield from (((name, rate), gain(name, rate)) for rate in self.priors.growth_rates)
 
     def _likeliest_burst(self, hypothesis: Hypothesis) -> tuple[int, int, float] | None:
         """The stretch of the record with the largest scatter, by the likelihood; None where none is near probable.

@@ -1,13 +1,8 @@
-"""Probabilities of statements, averaged over the hypotheses that were computed.
-
-Hypotheses differ by the labels of their terms and the kind of scatter, not by shapes and sizes, whose volume is part of
-each log posterior: of those with the same labels the most probable counts. Rivals of a term of the best hypothesis that
-were only rated (:mod:`looks`), not computed, count with this rating on the scale of the exact log posteriors.
-"""
+"""Probabilities of statements, averaged over the neighbourhood of what a search found (:mod:`neighbourhood`)."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from stepgauge.inference.hypothesis import Hypothesis
+from stepgauge.inference.neighbourhood import Mixture, Neighbourhood, WeightedHypothesis
 from stepgauge.inference.noise_models import NoiseModel
 from stepgauge.inference.problem import Candidate, Law, Term, renumbered, residual_columns
 from stepgauge.inference.proposal import Proposal
@@ -26,22 +22,16 @@ NEAR = 9.0
 """Rivals of a term that are less probable by more than this are not computed, nats."""
 BETWEEN = 0.3
 """Share of a term's gain that a rival must have at a shape of its grid to be computed between these shapes."""
+HAS: dict[str, Callable[[NoiseModel], bool]] = {
+    "growth": lambda noise: noise.growth is not None,
+    "burst": lambda noise: noise.burst is not None,
+    "correlation": lambda noise: noise.correlated,
+    "certificate": lambda noise: noise.certificate > 1.0,
+    "outlying": lambda noise: noise.tails == "outlying",
+    "heavy": lambda noise: noise.tails == "heavy",
+}
 COMPUTED = 6
 """Rivals of a term that are computed exactly."""
-
-
-@dataclass(frozen=True)
-class WeightedHypothesis:
-    """The labels of a hypothesis, and its log posterior."""
-
-    candidates: tuple[Candidate, ...]
-    noise: NoiseModel
-    log_posterior: float
-
-    @property
-    def labels(self) -> frozenset[str]:
-        """Labels of the candidates."""
-        return frozenset(one.label for one in self.candidates)
 
 
 @dataclass(frozen=True)
@@ -88,39 +78,30 @@ class Alternative:
 
 
 class Posterior:
-    """Probabilities over all hypotheses that a search has computed."""
+    """Probabilities over the neighbourhood of the best hypothesis of a search, and credible sets of its terms."""
 
     def __init__(self, search: Search, best: Hypothesis) -> None:
         self.search, self.best = search, best
         self.sets = tuple(credible_set(search, best, place) for place in range(len(best.terms)))
 
     @cached_property
-    def hypotheses(self) -> list[WeightedHypothesis]:
-        """All hypotheses computed, one for each set of labels."""
-        found: dict[tuple[object, ...], WeightedHypothesis] = {}
-        for hypothesis in self.search.evidence.current:
-            candidates = tuple(term.candidate for term in hypothesis.terms)
-            one = WeightedHypothesis(candidates, hypothesis.noise, hypothesis.log_posterior)
-            key = (one.labels, hypothesis.noise.kind)
-            if key not in found or found[key].log_posterior < one.log_posterior:
-                found[key] = one
-        return [*found.values(), *self._rated_only()]
+    def neighbourhood(self) -> Neighbourhood:
+        """What is averaged over."""
+        return Neighbourhood(self.search, self.best)
 
-    def _rated_only(self) -> list[WeightedHypothesis]:
-        """Rivals that were rated by a look and not computed."""
-        seen = []
-        for place in self.sets:
-            others = tuple(term.candidate for i, term in enumerate(self.best.terms) if i != place.term)
-            own = place.members[0].probability
-            for member in place.members:
-                if member.hypothesis is None and member.probability > 0.0:
-                    worth = self.best.log_posterior + float(np.log(member.probability / own))
-                    seen.append(WeightedHypothesis((*others, member.candidate), self.best.noise, worth))
-        return seen
+    @property
+    def log_evidence(self) -> dict[frozenset[str], float]:
+        """Log posterior of each set of terms, all models of the noise summed."""
+        return self.neighbourhood.log_evidence
+
+    @cached_property
+    def hypotheses(self) -> list[WeightedHypothesis]:
+        """All hypotheses that are averaged over, one for each set of terms."""
+        return self.neighbourhood.weighted()
 
     @cached_property
     def weights(self) -> Array:
-        """Posterior probability of each hypothesis, normalised over those computed."""
+        """Posterior probability of each hypothesis, normalised over the neighbourhood."""
         return np.asarray(special.softmax([one.log_posterior for one in self.hypotheses]))
 
     def probability(self, labels: Iterable[str]) -> float:
@@ -139,20 +120,29 @@ class Posterior:
 
     def probability_of_scatter(self, has: str) -> float:
         """Of a property of the scatter: ``growth``, ``correlation``, ``certificate``, ``outlying`` or ``heavy``."""
-        found = [_has(one.noise, has) for one in self.hypotheses]
-        return float(self.weights[found].sum())
+        return sum(weight * mixture.share(HAS[has]) for mixture, weight in self._mixtures)
+
+    @cached_property
+    def _mixtures(self) -> list[tuple[Mixture, float]]:
+        """Every mixture of models of the noise, and the probability of all hypotheses that have it."""
+        found: dict[int, tuple[Mixture, float]] = {}
+        for one, weight in zip(self.hypotheses, self.weights, strict=True):
+            before = found.get(id(one.mixture), (one.mixture, 0.0))[1]
+            found[id(one.mixture)] = one.mixture, before + float(weight)
+        return list(found.values())
 
     @cached_property
     def adequate(self) -> float:
         """Probability that there is nothing beyond independent, normal scatter."""
-        found = [not one.candidates and one.noise.is_plain for one in self.hypotheses]
-        return float(self.weights[found].sum())
+        nothing = [(one, weight) for one, weight in zip(self.hypotheses, self.weights, strict=True) if not one.labels]
+        return float(sum(weight * one.mixture.share(lambda noise: noise.is_plain) for one, weight in nothing))
 
     def alternatives(self, least_odds: float) -> list[Alternative]:
         """Hypotheses with several terms in place of terms of the best, with odds of at least ``least_odds``.
 
         Each of these terms must be needed: if the hypothesis is as probable without one, that is the alternative.
         """
+        assert self.neighbourhood  # what is not computed yet is computed for it
         likeliest = self._likeliest
         mine = {term.candidate.label: term.candidate for term in self.best.terms}
         found = []
@@ -267,14 +257,3 @@ def _reaches(proposal: Proposal, own: Proposal) -> bool:
     candidate = proposal.candidate
     refined = isinstance(candidate, Law) and candidate.refine is not None
     return refined and proposal.gain > BETWEEN * own.gain
-
-
-def _has(noise: NoiseModel, has: str) -> bool:
-    return {
-        "growth": noise.growth is not None,
-        "burst": noise.burst is not None,
-        "correlation": noise.correlated,
-        "certificate": noise.certificate > 1.0,
-        "outlying": noise.tails == "outlying",
-        "heavy": noise.tails == "heavy",
-    }[has]

@@ -130,9 +130,11 @@ class MetricScreening:
             gain = beside.student(square) - price + weight[first] + weight[second] + alike
             best = np.argpartition(-gain, most)[:most] if len(gain) > most else range(len(gain))
             found += [(float(gain[i]), int(first[i]), int(second[i]), k) for i in best]
-        return [
-            (_alone(laws[i], k, gain), _alone(laws[j], k, gain)) for gain, i, j, k in sorted(found, reverse=True)[:most]
-        ]
+        best_size: dict[tuple[int, int], tuple[float, int]] = {}
+        for gain, i, j, k in sorted(found, reverse=True):
+            best_size.setdefault((i, j), (gain, k))
+        ranked = list(best_size.items())[:most]
+        return [(_alone(laws[i], k, gain), _alone(laws[j], k, gain)) for (i, j), (gain, k) in ranked]
 
     @cached_property
     def plain(self) -> tuple[list[Law], Array]:
@@ -207,7 +209,8 @@ class Screening:
         sigma_um = (
             hypothesis.sigma_um if hypothesis.noise.correlated else min(hypothesis.sigma_um, self.problem.within_um)
         )
-        key = (*hypothesis.noise.approximate_key, round(float(np.log(sigma_um)) / LIKE_SIGMA))
+        steps = round(float(np.log(sigma_um / self.problem.within_um)) / LIKE_SIGMA)
+        key = (*hypothesis.noise.approximate_key, steps)
         if key not in self._by_metric:
             metric = Metric(self.problem, hypothesis.noise, noise_models, sigma_um)
             self._by_metric[key] = MetricScreening(self.problem, metric, self.kernels)

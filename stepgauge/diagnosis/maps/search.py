@@ -99,7 +99,7 @@ class SizedSearch(Search):
                 if look.candidate.label == label:
                     seeded = self.added(seeded, _exact(look))
         seeded = self.polished(self.reshaped(seeded))
-        return best if seeded.log_posterior <= best.log_posterior else self._exchanged(self._better(best, seeded))
+        return best if seeded.log_posterior <= best.log_posterior else self.climbed(self._better(best, seeded))
 
     def _shaped(self, state: Hypothesis, look: Proposal) -> Hypothesis:
         """The hypothesis with one more term; intermediate sizes are not kept among the computed hypotheses."""

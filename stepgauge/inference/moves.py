@@ -1,0 +1,194 @@
+"""Changes of a hypothesis by one step: a term more, less, with another shape, in a part of the record; noise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.inference.evidence import Evidence
+from stepgauge.inference.hypothesis import Hypothesis, log_posterior
+from stepgauge.inference.noise_proposals import NoiseProposals
+from stepgauge.inference.priors import NoisePriors
+from stepgauge.inference.problem import Candidate, Law, Problem, Term
+from stepgauge.inference.proposal import Proposal, limit_per_kind
+from stepgauge.inference.screening import Screening
+
+Array = NDArray[np.float64]
+MOST_TERMS = 8
+PROPOSED, PROPOSED_FORMS, PROPOSED_PAIRS = 4, 2, 3
+"""Laws, random functions and pairs of laws of one shape and one amplitude that are tried for addition."""
+COARSE, PEAKS = 5.0, 4
+"""Gain of a fitted shape over that of the grid from which the grid is too coarse, nats; peaks that are tried then."""
+HOPELESS = -6.0
+"""Gain of a proposal below which a candidate is not tried, nats."""
+HALF = 0.5
+"""Share of the best gain from which others are tried: shapes fitted between those of the grid may gain much more."""
+ROUNDS = 4
+SETTLED = 0.5
+"""Gain of the log posterior from which a change is one, nats."""
+
+
+class Moves:
+    """All changes of hypotheses of one problem by one step; ``evidence`` holds every one that was computed."""
+
+    def __init__(self, problem: Problem, priors: NoisePriors) -> None:
+        self.problem, self.priors = problem, priors
+        self.evidence, self.screening = Evidence(problem, priors), Screening(problem)
+        self.noise_models = self.evidence.noise_models
+        self.noise_proposals = NoiseProposals(self.evidence, problem, priors)
+        self.start = self.evidence((), self.noise_models.plain())
+        self._added: dict[tuple[object, ...], Hypothesis] = {}
+        self._own: dict[str, Screening] = {}
+        self._parts: dict[str, Law] = {}
+
+    def screen(self, hypothesis: Hypothesis) -> list[Proposal]:
+        """All candidates that a hypothesis may have in addition, rated, the best first."""
+        kinds = {term.candidate.kind for term in hypothesis.terms}
+        every = self.screening(hypothesis, self.noise_models)
+        every = [one for one in every if one.candidate.label not in hypothesis.labels]
+        return [one for one in every if not (one.candidate.once and one.candidate.kind in kinds)]
+
+    def proposed(
+        self, hypothesis: Hypothesis, forbidden: frozenset[str] = frozenset(), share: float = HALF
+    ) -> Iterator[Proposal]:
+        """Those worth trying: the best laws, at most two of a kind, and the best random functions.
+
+        ``share``: of the best gain, that others must have.
+        """
+        every = [one for one in self.screen(hypothesis) if one.candidate.label not in forbidden]
+        least = max(HOPELESS, share * every[0].gain + HOPELESS) if every else 0.0
+        every = [one for one in every if one.gain > least]
+        yield from islice(limit_per_kind(one for one in every if one.candidate.named), PROPOSED)
+        yield from islice(limit_per_kind(one for one in every if not one.candidate.named), PROPOSED_FORMS)
+
+    def paired(
+        self, hypothesis: Hypothesis, forbidden: frozenset[str] = frozenset(), most: int = PROPOSED_PAIRS
+    ) -> Iterator[Hypothesis]:
+        """The hypothesis with two more laws that explain together what neither does alone."""
+        without = forbidden | hypothesis.labels
+        for one, other in self.screening.pairs(hypothesis, self.noise_models, most, without):
+            yield self._with(self._with(hypothesis, one.term()), other.term())
+
+    def added(self, hypothesis: Hypothesis, proposal: Proposal) -> Hypothesis:
+        """The hypothesis with one term more; with a shape on the grid or near it, whichever is more probable."""
+        key = (id(hypothesis), proposal.candidate.label, proposal.atom, proposal.sd)
+        if key not in self._added:
+            self._added[key] = self._shaped(hypothesis, proposal)
+        return self._added[key]
+
+    def without(self, hypothesis: Hypothesis, *places: int) -> Hypothesis:
+        """The hypothesis without some of its terms, by index."""
+        terms = tuple(term for i, term in enumerate(hypothesis.terms) if i not in places)
+        return self.evidence(terms, hypothesis.noise, hypothesis.sigma_um)
+
+    def reshaped(self, hypothesis: Hypothesis) -> Hypothesis:
+        """The most probable model of the noise for the same terms, changing one property after the other."""
+        for _ in range(ROUNDS):
+            best = self._current(max(self.noise_proposals(hypothesis), key=log_posterior, default=hypothesis))
+            if best.log_posterior <= hypothesis.log_posterior + SETTLED:
+                return hypothesis  # every further model needs all products of all signatures anew
+            hypothesis = best
+        return hypothesis
+
+    def polished(self, hypothesis: Hypothesis) -> Hypothesis:
+        """The shape of each term fitted again beside the others."""
+        for candidate in [term.candidate for term in hypothesis.terms if term.candidate.atoms > 1]:
+            hypothesis = max(hypothesis, self._anew(hypothesis, candidate), key=log_posterior)
+        return hypothesis
+
+    def with_parts(self, best: Hypothesis) -> Iterator[Hypothesis]:
+        """The hypothesis with a law in a part of the record in place of a term: the same law, or one of those near."""
+        for place, term in enumerate(best.terms):
+            base = self.without(best, place)
+            near = [(term.candidate, term.atom)]
+            near += [
+                (one.candidate, one.atom)
+                for one in self.proposed(base, share=0.0)
+                if one.candidate is not term.candidate
+            ]
+            asked = [law for one, atom in near if isinstance(one, Law) for law in self._asked(one, atom)]
+            if asked:
+                proposals = Screening(replace(self.problem, candidates=asked))(base, self.noise_models)
+                some = (one for one in proposals[:PROPOSED] if one.gain > HOPELESS)
+                yield from (self._with(base, proposal.term()) for proposal in some)
+
+    def admit(self, candidates: Iterable[Candidate]) -> None:
+        """Candidates that are not among those of the problem yet."""
+        known = {one.label for one in self.problem.candidates}
+        new = {one.label: one for one in candidates if one.label not in known}
+        self.problem = replace(self.problem, candidates=(*self.problem.candidates, *new.values()))
+        self.screening.admit([one for one in new.values() if isinstance(one, Law)])
+
+    def _asked(self, law: Law, atom: int) -> Sequence[Law]:
+        """The law in parts of the record, those apart that are candidates already."""
+        if self.problem.in_part is None or not law.named:
+            return ()
+        known = {one.label for one in self.problem.candidates}
+        asked = [one for one in self.problem.in_part(law, atom) if one.label not in known]
+        return [self._parts.setdefault(one.label, one) for one in asked]  # one law, from whichever place it is asked
+
+    def _with(self, hypothesis: Hypothesis, term: Term) -> Hypothesis:
+        term = replace(term, correlated=hypothesis.noise.correlated and term.candidate.atoms > 1)
+        return self.evidence((*hypothesis.terms, term), hypothesis.noise, hypothesis.sigma_um)
+
+    def _shaped(self, hypothesis: Hypothesis, proposal: Proposal) -> Hypothesis:
+        grid = self._with(hypothesis, proposal.term())
+        best = max(grid, self._between(hypothesis, proposal, proposal.atom, grid), key=log_posterior)
+        if best.log_posterior > grid.log_posterior + COARSE:
+            others = (self._between(hypothesis, proposal, atom, grid) for atom in proposal.peaks(PEAKS))
+            best = max((best, *others), key=log_posterior)
+        return best
+
+    def _between(self, hypothesis: Hypothesis, proposal: Proposal, atom: int, grid: Hypothesis) -> Hypothesis:
+        """The hypothesis with a shape fitted near a point of the grid; that of the grid if the fit fails."""
+        law = proposal.candidate
+        if not isinstance(law, Law) or law.refine is None:
+            return grid
+        refined = law.refine(atom, self._unexplained(hypothesis))
+        if refined is None:
+            return grid
+        log_prior = law.log_odds + proposal.volume_of(atom) + refined.gain
+        return self._narrowed(hypothesis, Term(law, atom, refined.columns, proposal.sd, log_prior, refined.shape), grid)
+
+    def _unexplained(self, hypothesis: Hypothesis) -> Array:
+        """Residuals without the terms of a hypothesis; what nuisance parameters took of them is left in."""
+        if not hypothesis.terms:
+            return self.problem.residual_um
+        columns = np.vstack([term.columns for term in hypothesis.terms])
+        return np.asarray(self.problem.residual_um - hypothesis.mean[hypothesis.count :] @ columns)
+
+    def _narrowed(self, hypothesis: Hypothesis, term: Term, grid: Hypothesis) -> Hypothesis:
+        """The hypothesis with a fitted shape, whose peak may be narrower than the step of the grid.
+
+        For a peak that is higher by d at a distance x from the nearest point, the standard deviation is x / sqrt(2 d);
+        on average x is a quarter of a step.
+        """
+        found = self._with(hypothesis, term)
+        higher = found.log_posterior - grid.log_posterior
+        narrow = 0.5 * float(np.log(2.0 * max(higher, 1e-9))) - float(np.log(0.25 * np.sqrt(2.0 * np.pi)))
+        return self.evidence.narrowed(found, term.candidate, narrow) if narrow > 0.0 else found
+
+    def _current(self, hypothesis: Hypothesis) -> Hypothesis:
+        """The hypothesis with volumes of shapes that hold for its noise."""
+        if hypothesis.current:
+            return hypothesis
+        for candidate in [term.candidate for term in hypothesis.terms if term.correlated]:
+            hypothesis = self._anew(hypothesis, candidate)
+        return hypothesis
+
+    def _anew(self, hypothesis: Hypothesis, candidate: Candidate) -> Hypothesis:
+        """The hypothesis with the shape and size of one term as they are found beside the others."""
+        place = hypothesis.index(candidate)
+        base = self.without(hypothesis, place)
+        return self.added(base, self.proposal_of(candidate, base))
+
+    def proposal_of(self, candidate: Candidate, base: Hypothesis) -> Proposal:
+        """One candidate rated for addition, which it may be or not."""
+        if candidate.label not in self._own:
+            self._own[candidate.label] = Screening(replace(self.problem, candidates=[candidate]))
+        (own,) = self._own[candidate.label](base, self.noise_models)
+        return own

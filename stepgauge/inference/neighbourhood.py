@@ -1,0 +1,262 @@
+"""The hypotheses that are averaged: the probable ones, and every one with a term more, less or other than these.
+
+Hypotheses differ by the labels of their terms and by the model of the noise; shapes and sizes are summed. The most
+probable ones that a search found are *expanded*, one after the other, until none with more than a small probability
+(:data:`EXPANDED`) is left: its neighbours are all hypotheses with one term more (any candidate), less, or other; of the
+best one also those with two other laws in place of two. Those that are probable are computed, all others count as they
+are rated (:mod:`screening`), on the scale of those that were computed. A neighbour has the mixture of noise models that
+was computed for its head. What a search happened to visit beyond that does not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations, product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from stepgauge.inference.hypothesis import Hypothesis, log_posterior
+from stepgauge.inference.moves import MOST_TERMS
+from stepgauge.inference.noise_models import NoiseModel
+from stepgauge.inference.problem import Candidate, Law, Term, renumbered
+from stepgauge.inference.proposal import Proposal
+from stepgauge.inference.search import Search
+
+Array = NDArray[np.float64]
+EXPANDED, MOST_EXPANDED = (0.002, 0.01), (300, 24)
+"""Probability from which a hypothesis is expanded, and how many are at most: of a small problem, and of a large one."""
+SMALL = 1e6
+"""Numbers in all signatures of a problem up to which it is small."""
+COMPUTED, NOT_FAR = 4.0, 8.0
+"""Neighbours that are rated less probable than the best hypothesis by more than the first are not computed, nats; and
+the second, up to which the noise of one with a term less is chosen anew."""
+MOST_PAIRS = 12
+"""Pairs of laws that are computed in place of two."""
+NEGLIGIBLE = 20.0
+"""Neighbours that are rated less probable than the best hypothesis by more than this do not count, nats."""
+PROBABLE_SHAPE, MOST_SHAPES = 7.0, 64
+"""Shapes on a grid that are less probable than the best one by more than this are not summed, nats; most sums of all
+terms' shapes together."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mixture:
+    """Models of the noise with their log posteriors over that of the one they are computed for."""
+
+    models: tuple[tuple[NoiseModel, float], ...]
+
+    @cached_property
+    def log_sum(self) -> float:
+        """Logarithm of the sum of all over the one."""
+        return float(special.logsumexp([log for _, log in self.models]))
+
+    def share(self, has: Callable[[NoiseModel], bool]) -> float:
+        """Probability of the models that have a property."""
+        return float(sum(np.exp(log - self.log_sum) for noise, log in self.models if has(noise)))
+
+
+@dataclass(frozen=True)
+class WeightedHypothesis:
+    """The candidates of a hypothesis, its models of the noise, and its log posterior over all of these."""
+
+    candidates: tuple[Candidate, ...]
+    mixture: Mixture
+    log_posterior: float
+
+    @cached_property
+    def labels(self) -> frozenset[str]:
+        """Labels of the candidates."""
+        return frozenset(one.label for one in self.candidates)
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """One set of terms: ``log_posterior`` with its most probable noise; ``hypothesis``: None where it is rated only."""
+
+    candidates: tuple[Candidate, ...]
+    log_posterior: float
+    mixture: Mixture
+    base: Hypothesis
+    proposal: Proposal | None = None
+    hypothesis: Hypothesis | None = None
+    expanded: bool = False
+    neighbour: bool = False
+
+    @property
+    def total(self) -> float:
+        """Log posterior, all models of the noise summed."""
+        return self.log_posterior + self.mixture.log_sum
+
+
+class Neighbourhood:
+    """The neighbourhood of what a search found."""
+
+    def __init__(self, search: Search, best: Hypothesis) -> None:
+        self.search, self.best = search, best
+        self.entries: dict[frozenset[str], _Entry] = {}
+        self.noises: dict[tuple[object, ...], NoiseModel] = {}
+        for found in search.evidence.best_by_labels.values():
+            self._enter(_computed(found))
+        self._enter(_computed(best))
+        for one in self._two_others():
+            self._enter(replace(_computed(one), neighbour=True))
+        numbers = len(search.problem) * sum(one.atoms for one in search.problem.candidates)
+        self.least, most = EXPANDED[numbers > SMALL], MOST_EXPANDED[numbers > SMALL]
+        for _ in range(most):
+            labels = self._next()
+            if labels is None:
+                break
+            self._expand(labels)
+        self.entries = {labels: one for labels, one in self.entries.items() if one.neighbour or one.expanded}
+
+    def weighted(self) -> list[WeightedHypothesis]:
+        """All of them, one for each set of terms."""
+        return [WeightedHypothesis(one.candidates, one.mixture, one.total) for one in self.entries.values()]
+
+    @property
+    def log_evidence(self) -> dict[frozenset[str], float]:
+        """Log posterior of each set of terms, all models of the noise summed."""
+        return {labels: one.total for labels, one in self.entries.items()}
+
+    def _enter(self, entry: _Entry) -> None:
+        """Take the better known of two of the same terms, or the more probable one."""
+        labels = frozenset(one.label for one in entry.candidates)
+        old = self.entries.get(labels)
+        neighbour = entry.neighbour or (old is not None and old.neighbour)
+        if old is not None and (old.expanded, old.hypothesis is not None, old.log_posterior) >= (
+            entry.expanded,
+            entry.hypothesis is not None,
+            entry.log_posterior,
+        ):
+            entry = old
+        self.entries[labels] = replace(entry, neighbour=neighbour)
+
+    def _next(self) -> frozenset[str] | None:
+        """The most probable set of terms that is not expanded yet, if it is probable."""
+        total = special.logsumexp([one.total for one in self.entries.values()])
+        waiting = [labels for labels, one in self.entries.items() if not one.expanded]
+        first = max(waiting, key=lambda labels: self.entries[labels].total, default=None)
+        least = total + float(np.log(self.least))
+        return None if first is None or self.entries[first].total < least else first
+
+    def _expand(self, labels: frozenset[str]) -> None:
+        entry = self.entries[labels]
+        found = entry.hypothesis
+        if found is None:
+            assert entry.proposal is not None
+            found = self.search.added(entry.base, entry.proposal)
+        found = self.search.reshaped(found)
+        mixture = self._mixture(found)
+        own = _Entry(entry.candidates, found.log_posterior + self._shapes_gain(found), mixture, found, None, found)
+        self.entries[labels] = replace(own, expanded=True, neighbour=True)
+        bases = [found, *(self._without(found, place) for place in range(len(found.terms)))]
+        self.noises[found.noise.model] = found.noise
+        for base in bases:
+            if base is not found:
+                self._enter(self._fewer(base, mixture))
+            if len(base.terms) < MOST_TERMS and (base is found or not self._is_more(labels)):
+                self._neighbours(base, mixture)
+
+    def _neighbours(self, base: Hypothesis, mixture: Mixture) -> None:
+        """All hypotheses with one term more than a base."""
+        near = max(one.log_posterior for one in self.entries.values()) - COMPUTED
+        lower: list[float] = []
+        own = tuple(term.candidate for term in base.terms)
+        rated: list[Proposal] = []
+        for one in self.search.screen(base):
+            if base.log_posterior + one.gain < near and lower:
+                rated.append(one)
+                continue
+            if base.log_posterior + one.gain < near - COMPUTED:
+                rated.append(one)
+                continue
+            found = self.search.added(base, one)
+            lower.append(found.log_posterior - base.log_posterior - one.gain)
+            self._enter(self._neighbour(found, mixture))
+        less = float(np.median(lower)) if lower else 0.0
+        least = near + COMPUTED - NEGLIGIBLE
+        for one in rated:
+            if base.log_posterior + one.gain + less < least:
+                continue
+            worth = base.log_posterior + one.gain + less
+            self._enter(_Entry((*own, one.candidate), worth, mixture, base, one, neighbour=True))
+
+    def _without(self, found: Hypothesis, place: int) -> Hypothesis:
+        """The hypothesis without a term; a second law of a kind is the first one without that."""
+        base = self.search.without(found, place)
+        return self.search.evidence(renumbered(base.terms), base.noise, base.sigma_um)
+
+    def _two_others(self) -> Iterator[Hypothesis]:
+        """The best hypothesis with two other laws in place of two: pairs may be the same where no single law is."""
+        for places in combinations(range(len(self.best.terms)), 2):
+            yield from self.search.paired(self.search.without(self.best, *places), self.best.labels, MOST_PAIRS)
+
+    def _is_more(self, labels: frozenset[str]) -> bool:
+        """Whether it is one that is expanded with something more: what is other than it is more than what is other."""
+        return any(own < labels for own, one in self.entries.items() if one.expanded)
+
+    def _fewer(self, base: Hypothesis, mixture: Mixture) -> _Entry:
+        """A neighbour with a term less: noise may stand for that, so that it has its own if it is not far."""
+        if base.log_posterior < max(one.log_posterior for one in self.entries.values()) - NOT_FAR:
+            return self._neighbour(base, mixture)
+        own = self.search.reshaped(base)
+        return replace(_computed(own), mixture=self._mixture(own), neighbour=True)
+
+    def _neighbour(self, found: Hypothesis, mixture: Mixture) -> _Entry:
+        """A computed neighbour with the mixture of its head, or with a noise of another head that suits it better."""
+        own = replace(_computed(found), mixture=mixture, neighbour=True)
+        others = (noise for key, noise in self.noises.items() if key != found.noise.model)
+        every = (self.search.evidence(found.terms, noise, found.sigma_um) for noise in others)
+        best = max((one for one in every if one.current), key=log_posterior, default=found)
+        if best.log_posterior <= own.log_posterior:
+            return own
+        both = ((best.noise, 0.0), (found.noise, found.log_posterior - best.log_posterior))
+        return replace(_computed(best), mixture=Mixture(both), neighbour=True)
+
+    def _mixture(self, head: Hypothesis) -> Mixture:
+        """The models of the noise with one property other than that of a hypothesis, each kind and value once."""
+        every = {head.noise.model: (head.noise, 0.0)}
+        for noise, worth in self.search.noise_proposals.rated(head):
+            log = worth - head.log_posterior
+            if noise.model not in every or every[noise.model][1] < log:
+                every[noise.model] = (noise, log)
+        return Mixture(tuple(every.values()))
+
+    def _shapes_gain(self, head: Hypothesis) -> float:
+        """What the log posterior rises by if all shapes on the grids of all terms are summed, by computing each."""
+        choices = [self._shapes(head, place) for place in range(len(head.terms))]
+        as_it_is = all(one == [term] for one, term in zip(choices, head.terms, strict=True))
+        if as_it_is or np.prod([len(one) for one in choices]) > MOST_SHAPES:
+            return 0.0
+        every = [
+            self.search.evidence.apart(terms, head.noise, head.sigma_um).log_posterior for terms in product(*choices)
+        ]
+        return float(special.logsumexp(every)) - head.log_posterior
+
+    def _shapes(self, head: Hypothesis, place: int) -> list[Term]:
+        """A term with each of its probable shapes; as it is where it has one, or is no point of the grid."""
+        term = head.terms[place]
+        law = term.candidate
+        if not isinstance(law, Law) or law.atoms == 1 or term.shape is not None:
+            return [term]
+        proposals = self.search.screen(self.search.without(head, place))
+        own = next((one for one in proposals if one.candidate is law), None)
+        if own is None or own.by_atom is None:
+            return [term]
+        near = np.flatnonzero(own.by_atom > own.by_atom.max() - PROBABLE_SHAPE)
+        if len(near) > MOST_SHAPES:
+            return [term]
+        odds = law.log_odds
+        return [
+            replace(term, atom=int(i), columns=law.columns(int(i)), log_prior=odds + float(law.log_weight[i]))
+            for i in near
+        ]
+
+
+def _computed(found: Hypothesis) -> _Entry:
+    candidates = tuple(term.candidate for term in found.terms)
+    return _Entry(candidates, found.log_posterior, Mixture(((found.noise, 0.0),)), found, None, found)

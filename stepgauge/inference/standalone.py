@@ -1,0 +1,132 @@
+"""Problems made of arrays alone, and their answers: how this package is used by itself (``docs/inference.md``)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from threadpoolctl import threadpool_limits
+
+from stepgauge.inference.posterior import Posterior
+from stepgauge.inference.priors import NoisePriors
+from stepgauge.inference.problem import AmplitudePrior, Candidate, GaussianProcess, Law, Problem
+from stepgauge.inference.search import Search
+
+Array = NDArray[np.float64]
+FEATURE = 1e-6
+"""Variance of a feature of a random function over that of the largest below which it is left out."""
+
+
+def amplitude_prior(smallest: float, largest: float, count: int = 5) -> AmplitudePrior:
+    """Normal amplitudes about zero whose standard deviation is unknown within a range.
+
+    Parameters
+    ----------
+    smallest, largest : of the standard deviation, in the unit of the residuals; every ratio is equally likely
+    count : number of standard deviations that are summed
+    """
+    return AmplitudePrior(np.geomspace(smallest, largest, count), np.full(count, -np.log(count)))
+
+
+def make_law(label: str, shapes: ArrayLike, prior: AmplitudePrior, odds: float = 0.1) -> Law:
+    """A candidate with a few amplitudes and a grid of shapes, all equally likely.
+
+    Parameters
+    ----------
+    label : its unique name
+    shapes : for each point of a grid (a period, a time of onset ..) the columns for a unit of each amplitude, ``(m, d,
+        n)``; ``(d, n)`` or ``(n,)`` for a single shape
+    prior : of the amplitudes
+    odds : prior odds that it is a cause
+
+    Raises
+    ------
+    ValueError
+        shapes of more than three dimensions
+    """
+    pattern = np.asarray(shapes, float)
+    if pattern.ndim > 3:
+        raise ValueError(f"shapes of {label} have {pattern.ndim} dimensions, expected at most 3")
+    pattern = pattern.reshape((1,) * (3 - pattern.ndim) + pattern.shape)
+    weight = np.full(len(pattern), -np.log(len(pattern)))
+    shares = np.ones((1, pattern.shape[2]))
+    return Law(label, label, True, float(np.log(odds)), prior, pattern=pattern, shares=shares, log_weight=weight)
+
+
+def make_gaussian_process(
+    label: str, covariate: ArrayLike, lengths: Sequence[float], prior: AmplitudePrior, odds: float = 0.1
+) -> GaussianProcess:
+    """A random function of a covariate ``(n,)`` with the squared exponential kernel (Rasmussen and Williams 2006, 4.2).
+
+    ``lengths``: its correlation lengths, all equally likely, in the unit of the covariate. ``prior``: of the standard
+    deviation of the function.
+    """
+    x = np.asarray(covariate, float)
+    features = []
+    for length in lengths:
+        value, vector = np.linalg.eigh(np.exp(-0.5 * (np.subtract.outer(x, x) / length) ** 2))
+        keep = value > FEATURE * value[-1]
+        features.append((vector[:, keep] * np.sqrt(value[keep])).T[::-1])
+    return GaussianProcess(label, label, False, float(np.log(odds)), prior, features=tuple(features))
+
+
+def make_problem(
+    residuals: ArrayLike,
+    sd: float,
+    candidates: Sequence[Candidate],
+    nuisance: ArrayLike | None = None,
+    time: ArrayLike | None = None,
+    growing: Mapping[str, Array] | None = None,
+) -> Problem:
+    """Residuals and all candidates for their causes.
+
+    Parameters
+    ----------
+    residuals : ``(n,)``, in any one unit, which is that of all amplitudes and standard deviations
+    sd : stated standard deviation of one reading; it may be off by a factor of three
+    candidates : what may be in the residuals
+    nuisance : columns ``(p, n)`` of which nothing is known and nothing is asked; one offset by default
+    time : of every row ``(n,)``, for noise that is correlated from one reading to the next; that of the rows by default
+    growing : covariates from 0 to 1 with which the noise may grow
+
+    Raises
+    ------
+    ValueError
+        candidates, nuisances or times of another number of rows, or two candidates of one label
+    """
+    values = np.asarray(residuals, float)
+    n = len(values)
+    free = np.ones((1, n)) if nuisance is None else np.atleast_2d(np.asarray(nuisance, float))
+    when = np.arange(float(n)) if time is None else np.asarray(time, float)
+    for what, rows in [("nuisance", free.shape[1]), ("time", len(when)), *((c.label, _rows(c)) for c in candidates)]:
+        if rows != n:
+            raise ValueError(f"{what} has {rows} rows, expected {n}")
+    if len({one.label for one in candidates}) < len(candidates):
+        raise ValueError("two candidates have the same label")
+    order = np.argsort(when, kind="stable")
+    gap = np.diff(when[order])
+    return Problem(
+        residual_um=values,
+        scale_um=sd,
+        certified=np.zeros((0, n)),
+        certified_u=np.zeros(0),
+        free=free,
+        order=order,
+        gap=np.maximum(gap / max(float(np.median(gap)), 1e-300), 1e-3),
+        growing=dict(growing or {}),
+        step_um=0.0,
+        group=np.arange(n),
+        candidates=tuple(candidates),
+    )
+
+
+@threadpool_limits.wrap(limits=1, user_api="blas")
+def infer(problem: Problem, priors: NoisePriors | None = None) -> Posterior:
+    """The posterior of a problem: :attr:`Posterior.best`, and probabilities over its neighbourhood."""
+    search = Search(problem, priors or NoisePriors())
+    return Posterior(search, search.run())
+
+
+def _rows(candidate: Candidate) -> int:
+    return int(candidate.columns(0).shape[1])

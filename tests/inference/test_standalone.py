@@ -1,0 +1,48 @@
+"""The inference by itself: the page's examples, and problems that cannot be."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+import stepgauge as sg
+from tests.conftest import ROOT
+
+PAGE = ROOT / "docs/inference.md"
+
+
+def test_the_examples_of_the_page_find_what_they_hide() -> None:
+    """docs/inference.md: a periodic error of 730 pixels with a trend; a step of phase on day 63 beside ageing."""
+    first, second = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)
+    names: dict[str, object] = {}
+    exec(compile(first, str(PAGE), "exec"), names)
+    posterior = names["posterior"]
+    assert isinstance(posterior, sg.inference.Posterior)
+    assert posterior.best.labels == {"periodic error", "trend"}
+    assert posterior.probability(["periodic error"]) > 0.99
+    periods = np.asarray(names["periods"])
+    (wave,) = (one for one in posterior.best.terms if one.candidate.label == "periodic error")
+    assert periods[wave.atom] == pytest.approx(730.0, rel=0.03)
+    exec(compile(second, str(PAGE), "exec"), names)
+    posterior = names["posterior"]
+    assert isinstance(posterior, sg.inference.Posterior)
+    assert posterior.best.labels == {"ageing", "step of phase"}
+    assert posterior.probability_of_scatter("correlation") > 0.9
+    (step,) = (i for i, one in enumerate(posterior.best.terms) if one.candidate.label == "step of phase")
+    mean, covariance = posterior.best.amplitudes(step)
+    assert abs(mean[0] - 12.0) < 4.0 * np.sqrt(covariance[0, 0])
+
+
+def test_a_problem_whose_rows_do_not_match_says_which() -> None:
+    prior = sg.inference.amplitude_prior(0.1, 1.0)
+    law = sg.inference.make_law("slope", np.arange(5.0), prior)
+    with pytest.raises(ValueError, match="slope has 5 rows, expected 6"):
+        sg.inference.make_problem(np.zeros(6), 1.0, [law])
+    with pytest.raises(ValueError, match="time has 4 rows, expected 5"):
+        sg.inference.make_problem(np.zeros(5), 1.0, [law], time=np.arange(4.0))
+    with pytest.raises(ValueError, match="same label"):
+        sg.inference.make_problem(np.zeros(5), 1.0, [law, law])
+    with pytest.raises(ValueError, match="4 dimensions"):
+        sg.inference.make_law("too deep", np.zeros((1, 1, 1, 5)), prior)
