@@ -2,8 +2,8 @@
 The worm of a telescope mount
 =============================
 
-A mount follows a star for five turns of its worm. The error repeats, but no single law has its shape: the diagnosis
-says what it is like, and names no cause.
+A mount follows a star for five turns of its worm. The period that is found is that of the worm; a second harmonic stays
+without a name.
 """
 
 import matplotlib.pyplot as plt
