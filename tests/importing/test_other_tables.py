@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from stepgauge.errors import InputError
+from stepgauge.files.tables import read_numbers
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.probes.directions_map import read_probe_map
 from stepgauge.probes.files import read_points
@@ -146,6 +147,13 @@ def test_a_recording_that_another_program_saved_is_evaluated(tmp_path: Path, nam
     own, saved = read_recording(tmp_path / "own.csv"), read_recording(tmp_path / "saved.csv")
     pd.testing.assert_frame_equal(own.frame, saved.frame[own.frame.columns], check_exact=False, atol=1e-9)
     assert saved.comments["operator"] == "Müller"
+
+
+def test_a_unit_that_a_name_does_not_have_is_refused(tmp_path: Path) -> None:
+    """The errors of a map are in the unit of its effect: a column in another one would be taken as that."""
+    (tmp_path / "map.csv").write_text("Coordinate [mm];Error [mm]\n0;0,001\n10;0,002\n")
+    with pytest.raises(InputError, match="not separated by commas"):
+        read_numbers(tmp_path / "map.csv", ("coordinate_mm", "error"))
 
 
 def test_a_damaged_file_of_ours_is_still_refused(tmp_path: Path) -> None:

@@ -76,7 +76,7 @@ def foreign_rows(path: str | Path, required: Sequence[str], plain: Mapping[str, 
 def _column(table: Table, columns: Sequence[Column], name: str) -> Column | None:
     """The column of a name: the same words, or a word that says the same; in a unit of the same quantity."""
     stem, unit = (name, None) if name in (*APPROACH, *NORMAL) else split_name(name)
-    fit = [one for one in columns if _quantity(one.unit) in (None, _quantity(unit)) or unit is None]
+    fit = [one for one in columns if _quantity(one.unit) in (None, _quantity(unit))]
     alike = [
         one for one in fit if words_of(one.name) == words_of(stem) or one.role == name or _is_of_certificate(one, name)
     ]
