@@ -140,6 +140,20 @@ class MapPriors(Table):
     laws: LawPriors
 
 
+class AxisKind(Table):
+    """What is usual of one kind of axis.
+
+    ``odds``: factors on the odds of effects; ``span`` (mm or deg), ``repeatability`` (um or arcsec), ``duration_s``: of
+    a usual axis of this kind and its recording, by which the sizes of the table count; without them those measured.
+    """
+
+    odds: dict[str, float] = Field(default_factory=dict)
+    span: float | None = Field(None, gt=0.0)
+    repeatability: float | None = Field(None, gt=0.0)
+    duration_s: float | None = Field(None, gt=0.0)
+    why: str = ""
+
+
 class Priors(Table):
     """All values that are set by hand, see ``priors.toml``."""
 
@@ -148,6 +162,7 @@ class Priors(Table):
     scatter: NoisePriors
     forms: FormPriors
     laws: LawPriors
+    axis_kinds: dict[str, AxisKind]
     maps: MapPriors
 
 

@@ -77,7 +77,7 @@ class DriveCycle(Effect):
     """
 
     kind: ClassVar[str] = "drive_cycle"
-    equation: ClassVar[str] = "d = amplitude_um sin(2 pi time_s / period_s + phase_deg)"
+    equation: ClassVar[str] = "d = amplitude_um sin(2 pi time_s / turn_s + phase_deg)"
     source: ClassVar[str] = "transmission error of gears and worms; periodic error of a telescope's mount: definition"
     covariates: ClassVar[tuple[str, ...]] = ("time",)
     recordings: ClassVar[tuple[str, ...]] = ("spot",)
@@ -85,14 +85,14 @@ class DriveCycle(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.5, "what follows or turns has a drive")
     words: ClassVar[Words | None] = Words(
         "drive cycle",
-        "The reading repeats every {period_s}, by up to {amplitude_um}, as the error of a worm, gear, screw or motor"
+        "The reading repeats every {turn_s}, by up to {amplitude_um}, as the error of a worm, gear, screw or motor"
         " that turns once in this time would make it.",
         "Compare the period with a turn of each part of the drive, and with half of it.",
         "Correct the periodic error of the drive, or have the part exchanged.",
     )
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
     amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e4, sensible=(0, 20))
-    period_s: float = parameter(
+    turn_s: float = parameter(
         unit="s",
         role="nonlinear",
         meaning="time of a turn",
@@ -108,7 +108,7 @@ class DriveCycle(Effect):
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """A sine of time."""
-        return along(self.direction, self.amplitude_um * sine(1.0 / self.period_s, probings.time_s, self.phase_deg))
+        return along(self.direction, self.amplitude_um * sine(1.0 / self.turn_s, probings.time_s, self.phase_deg))
 
 
 class ApproachMemory(Effect):

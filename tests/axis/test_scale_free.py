@@ -12,6 +12,7 @@ import pytest
 from stepgauge.axis.recording import AxisRecording
 from stepgauge.axis.units import AxisUnits
 from stepgauge.diagnosis.axis.diagnosis import diagnose_axis
+from stepgauge.errors import InputError
 from tests.axis.made import axis, spot
 
 
@@ -113,3 +114,11 @@ def test_a_recorded_temperature_is_a_cause_whatever_its_column_is_called() -> No
         assert found["verdict"] == "effects"
         (effect,) = (one for one in found["effects"] if one["kind"] == "thermal_shift")
         assert effect["parameters"]["um_per_K"]["value"] == pytest.approx(-35.0, rel=0.05)
+
+
+def test_a_stated_kind_of_axis_brings_its_odds_and_an_unknown_one_is_refused() -> None:
+    made = spot(lambda t: 0.008 * np.sin(2 * np.pi * t / 605.0), 5e-4, rows=200)
+    mount = diagnose_axis(replace(made, comments={"axis_kind": "telescope mount"})).said["effects"][0]
+    assert mount["kind"] == "drive_cycle"
+    with pytest.raises(InputError, match="axis_kind is no kind of axis; found telescop; expected cmm"):
+        diagnose_axis(replace(made, comments={"axis_kind": "telescop"}))

@@ -392,7 +392,7 @@ def finding(kind: str, **values: Any) -> Finding:
 
 EXAMPLES: list[tuple[str, dict[str, Any], list[str]]] = [
     ("reversal_slope", {"axis": "x", "um_per_m": 4.0}, ["reversal error of x grows", "4 um/m"]),
-    ("drive_cycle", {"direction": "x", "amplitude_um": 1.5, "period_s": 480.0}, ["worm", "480 s"]),
+    ("drive_cycle", {"direction": "x", "amplitude_um": 1.5, "turn_s": 480.0}, ["worm", "480 s"]),
     ("scale_error", {"axis": "x", "ppm": 10.0}, ["x scale", "too long", "10 um/m"]),
     ("scale_error", {"axis": "x", "ppm": -10.0}, ["too short"]),
     ("scale_curvature", {"axis": "x", "um_per_m2": 30.0}, ["parabola"]),
