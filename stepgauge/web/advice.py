@@ -52,9 +52,9 @@ def _filled(text: str, values: Mapping[str, str]) -> str:
 
 
 def summary(words: Words, said: Said) -> str:
-    """The verdict in a sentence with its findings, and the residuals before and after."""
+    """The findings below the verdict, and the residuals before and after."""
     names = [f"{words.effect(one['label'])} ({words.number(100 * one['probability'], 0)} %)" for one in said["effects"]]
-    text = words(f"verdict.{said['verdict']}") + (f": {', '.join(names)}" if names else "") + "."
+    text = f"{', '.join(names)}." if names else ""
     before, after = ((said["fit"].get(f"rms_{when}_um")) for when in ("before", "after"))
     if before is None or after is None:
         return text

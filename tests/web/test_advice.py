@@ -52,7 +52,7 @@ def said(verdict: str, **more: Any) -> dict[str, Any]:
 def test_a_verdict_and_what_to_do_first_in_german() -> None:
     words = Words("de")
     text = advice.summary(words, said("effects"))
-    assert text.startswith("Bekannte Ursachen erklären die Abweichung: Maßstabsfehler y (97 %).")
+    assert text.startswith("Maßstabsfehler y (97 %).")
     assert "3,40 µm, mit den Befunden 0,31 µm" in text
     check, repair = advice.steps(words, said("effects"))
     assert "lineare Korrektur von y" in check["items"][0]
