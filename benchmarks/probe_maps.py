@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from stepgauge.diagnosis.maps.candidates import Candidate, candidates_for
+from stepgauge.diagnosis.maps.candidates import ProbeChange, candidates_for
 from stepgauge.diagnosis.maps.data import MapData, Measured
 from stepgauge.diagnosis.maps.engine import diagnose_map
-from stepgauge.diagnosis.maps.model import MapModel, Term, predict
+from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel, predict
 from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis
 from stepgauge.probes import probe_from_table
 
@@ -77,11 +77,11 @@ def made(plan: Plan, rng: np.random.Generator, concealed: dict[str, Array] | Non
     return MapData("map", polar, azimuth, tuple(measured), 0)
 
 
-def diagnosed(plan: Plan, data: MapData, candidates: list[Candidate] | None = None) -> MapDiagnosis:
+def diagnosed(plan: Plan, data: MapData, candidates: list[ProbeChange] | None = None) -> MapDiagnosis:
     return diagnose_map(MapModel(plan.table, plan.name, data), candidates)
 
 
-def changes(plan: Plan, size: float) -> Iterator[tuple[Term, dict[str, Array]]]:
+def changes(plan: Plan, size: float) -> Iterator[tuple[ChangeTerm, dict[str, Array]]]:
     """Every change that the probe can have, so large that it has this size, with what it adds to each quantity.
 
     Wozniak's triangular law, which is no small change of anything, is tested elsewhere; other styli: :func:`exchanged`.
@@ -92,10 +92,10 @@ def changes(plan: Plan, size: float) -> Iterator[tuple[Term, dict[str, Array]]]:
     said = model.predict(())
     for candidate in candidates_for(plan.table, plan.quantities):
 
-        def term(share: float, candidate: Candidate = candidate) -> Term:
-            return Term(candidate, tuple(k.none + share * (k.high - k.none) for k in candidate.knobs))
+        def term(share: float, candidate: ProbeChange = candidate) -> ChangeTerm:
+            return ChangeTerm(candidate, tuple(k.none + share * (k.high - k.none) for k in candidate.knobs))
 
-        def added(term: Term) -> dict[str, Array]:
+        def added(term: ChangeTerm) -> dict[str, Array]:
             return {q: m - s for q, m, s in zip(plan.quantities, model.predict((term,)), said, strict=True)}
 
         def excess(share: float) -> float:
@@ -188,7 +188,7 @@ def exchanged(seeds: int, draw: int = 0) -> Iterator[tuple[float, str, str]]:
                 yield length, found.verdict, "" if right else ", ".join(_kinds(found))
 
 
-def _pulls(found: MapDiagnosis, truth: Term) -> list[float]:
+def _pulls(found: MapDiagnosis, truth: ChangeTerm) -> list[float]:
     """Of the values that are stated as such; components of a vector or of lobes are not."""
     stated = next((f.parameters for f in found.findings if f.label == truth.candidate.label), {})
     pairs = [(stated.get(k.name), v) for k, v in zip(truth.candidate.knobs, truth.values, strict=True)]

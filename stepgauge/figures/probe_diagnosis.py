@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.maps.candidates import EMPIRICAL
-from stepgauge.diagnosis.maps.model import Term, build_probe, changed_table, predict
+from stepgauge.diagnosis.maps.model import ChangeTerm, build_probe, changed_table, predict
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.result import rms
 from stepgauge.figures.style import COLORS, FORMATS, figure_style, new_figure, save_figure
@@ -51,7 +51,7 @@ class Panel:
     title: str
     fit: QuantityFit
     share: Array
-    term: Term
+    term: ChangeTerm
 
 
 def figure_names(found: MapDiagnosis, suffix: str = "png") -> list[str]:

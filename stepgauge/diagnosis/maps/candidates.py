@@ -19,7 +19,7 @@ SHORTEST_STEM_MM, LONGEST_STEM_MM = 2.0, 500.0
 
 
 @dataclass(frozen=True)
-class Knob:
+class ProbeParameter:
     """A parameter: name, unit, value without the change, bounds."""
 
     name: str
@@ -30,7 +30,7 @@ class Knob:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class ProbeChange:
     """A change of the construction, of the force gauge, or of the map only, with its parameters (knobs).
 
     ``shape``: dependence on the knobs: on one (``line``), on two as the components of a vector (``plane``), linear
@@ -39,7 +39,7 @@ class Candidate:
     """
 
     kind: str
-    knobs: tuple[Knob, ...]
+    knobs: tuple[ProbeParameter, ...]
     change: Change
     choice: str = ""
     shape: Shape = "line"
@@ -62,7 +62,7 @@ class Candidate:
         return changed
 
 
-def candidates_for(table: Table, quantities: Sequence[str]) -> list[Candidate]:
+def candidates_for(table: Table, quantities: Sequence[str]) -> list[ProbeChange]:
     """All changes that are possible for the model of a probe and for the measured quantities."""
     if table.get("model", "constant") in ("constant", "lobed"):
         return _of_laws(table)
@@ -72,7 +72,7 @@ def candidates_for(table: Table, quantities: Sequence[str]) -> list[Candidate]:
     return [*found, *_of_gauge()] if "trigger_force_N" in quantities else found
 
 
-def _of_seat(seat: Table) -> list[Candidate]:
+def _of_seat(seat: Table) -> list[ProbeChange]:
     radius, angle, preload = seat["contact_radius_mm"], seat["contact_angle_deg"], seat["preload_N"]
     return [
         _seat_key("lever_arm", "carrier_mm", "mm", seat, -45.0, 195.0),
@@ -85,26 +85,28 @@ def _of_seat(seat: Table) -> list[Candidate]:
     ]
 
 
-def _seat_key(kind: str, key: str, unit: str, seat: Table, low: float, high: float, nominal: float = 1.0) -> Candidate:
+def _seat_key(
+    kind: str, key: str, unit: str, seat: Table, low: float, high: float, nominal: float = 1.0
+) -> ProbeChange:
     """One number of the seat, changed by an amount."""
     before = float(seat.get(key, 0.0))
 
     def change(table: Table, values: Sequence[float]) -> None:
         table["seat"][key] = before + values[0]
 
-    return Candidate(kind, (Knob(unit, unit, 0.0, low - before, high - before),), change, nominal=nominal)
+    return ProbeChange(kind, (ProbeParameter(unit, unit, 0.0, low - before, high - before),), change, nominal=nominal)
 
 
-def _lobing_phase(before_deg: float) -> Candidate:
+def _lobing_phase(before_deg: float) -> ProbeChange:
     """Three arms repeat after 120 deg."""
 
     def change(table: Table, values: Sequence[float]) -> None:
         table["seat"]["arm_azimuth_deg"] = (before_deg + values[0] + 60.0) % 120.0 - 60.0
 
-    return Candidate("lobing_phase", (Knob("deg", "deg", 0.0, -90.0, 90.0),), change)
+    return ProbeChange("lobing_phase", (ProbeParameter("deg", "deg", 0.0, -90.0, 90.0),), change)
 
 
-def _eccentricity(seat: Table) -> Candidate:
+def _eccentricity(seat: Table) -> ProbeChange:
     """Of the spring's line of action, in the probe's x and y."""
     x, y = seat.get("preload_offset_mm", (0.0, 0.0))
     reach = 0.45 * float(seat["contact_radius_mm"])
@@ -112,24 +114,28 @@ def _eccentricity(seat: Table) -> Candidate:
     def change(table: Table, values: Sequence[float]) -> None:
         table["seat"]["preload_offset_mm"] = [x + values[0], y + values[1]]
 
-    knobs = tuple(Knob(name, "mm", 0.0, -reach, reach) for name in ("x_mm", "y_mm"))
-    return Candidate("eccentricity", knobs, change, shape="plane")
+    knobs = tuple(ProbeParameter(name, "mm", 0.0, -reach, reach) for name in ("x_mm", "y_mm"))
+    return ProbeChange("eccentricity", knobs, change, shape="plane")
 
 
-def _seat_friction(before: float) -> Candidate:
+def _seat_friction(before: float) -> ProbeChange:
     def change(table: Table, values: Sequence[float]) -> None:
         table["seat"]["friction"] = values[0]
 
-    return Candidate("friction", (Knob("seat", "1", before, 0.0, 0.45),), change, "of the seats", prior="seat_friction")
+    return ProbeChange(
+        "friction", (ProbeParameter("seat", "1", before, 0.0, 0.45),), change, "of the seats", prior="seat_friction"
+    )
 
 
-def _tip_friction(probe: Table) -> Candidate:
+def _tip_friction(probe: Table) -> ProbeChange:
     before = float((probe.get("surface") or {}).get("friction", 0.0))
 
     def change(table: Table, values: Sequence[float]) -> None:
         table["surface"] = {**_rigid_or(table.get("surface")), "friction": values[0]}
 
-    return Candidate("friction", (Knob("tip", "1", before, 0.0, 0.9),), change, "of the tip", prior="tip_friction")
+    return ProbeChange(
+        "friction", (ProbeParameter("tip", "1", before, 0.0, 0.9),), change, "of the tip", prior="tip_friction"
+    )
 
 
 def _rigid_or(surface: Table | None) -> Table:
@@ -137,7 +143,7 @@ def _rigid_or(surface: Table | None) -> Table:
     return dict(surface) if surface is not None else {**_STEEL, "indentation": "left out"}
 
 
-def _stylus_length(sections: Sequence[Table]) -> Candidate:
+def _stylus_length(sections: Sequence[Table]) -> ProbeChange:
     """Another stylus of the same kind than the file's: its stem, the longest section, is longer or shorter."""
     stem = max(range(len(sections)), key=lambda place: float(sections[place]["length_mm"]))
     before = float(sections[stem]["length_mm"])
@@ -146,35 +152,35 @@ def _stylus_length(sections: Sequence[Table]) -> Candidate:
         table["stylus"][stem]["length_mm"] = before + values[0]
         table.pop("stylus_length_mm", None)  # follows from the sections
 
-    return Candidate(
-        "stylus_length", (Knob("mm", "mm", 0.0, SHORTEST_STEM_MM - before, LONGEST_STEM_MM - before),), change
+    return ProbeChange(
+        "stylus_length", (ProbeParameter("mm", "mm", 0.0, SHORTEST_STEM_MM - before, LONGEST_STEM_MM - before),), change
     )
 
 
-def _compliance() -> Candidate:
+def _compliance() -> ProbeChange:
     """A factor on the compliance of the stylus, the same for all sections and both directions."""
 
     def change(table: Table, values: Sequence[float]) -> None:
         for section in table["stylus"]:
             section["modulus_GPa"] = section["modulus_GPa"] / values[0]
 
-    return Candidate("compliance", (Knob("factor", "1", 1.0, 0.25, 20.0),), change)
+    return ProbeChange("compliance", (ProbeParameter("factor", "1", 1.0, 0.25, 20.0),), change)
 
 
-def _of_gauge() -> list[Candidate]:
+def _of_gauge() -> list[ProbeChange]:
     """Errors of the force gauge; the probe itself is not changed."""
 
     def unchanged(table: Table, values: Sequence[float]) -> None:
         del table, values
 
-    scale, offset = Knob("factor", "1", 1.0, 0.1, 10.0), Knob("N", "N", 0.0, -10.0, 10.0)
+    scale, offset = ProbeParameter("factor", "1", 1.0, 0.1, 10.0), ProbeParameter("N", "N", 0.0, -10.0, 10.0)
     return [
-        Candidate("force_gauge_scale", (scale,), unchanged, shape="linear"),
-        Candidate("force_gauge_offset", (offset,), unchanged, shape="linear"),
+        ProbeChange("force_gauge_scale", (scale,), unchanged, shape="linear"),
+        ProbeChange("force_gauge_offset", (offset,), unchanged, shape="linear"),
     ]
 
 
-def _of_laws(table: Table) -> list[Candidate]:
+def _of_laws(table: Table) -> list[ProbeChange]:
     """Changes of a probe with a pre-travel function: another mean, and lobes of either shape."""
     nominal = float(table.get("pretravel_um", 0.0))
     lobes, phase_rad = float(table.get("amplitude_um", 0.0)), radians(3.0 * float(table.get("phase_deg", 0.0)))
@@ -190,20 +196,20 @@ def _of_laws(table: Table) -> list[Candidate]:
         table |= {"model": "triangular", "constant_um": values[0], "lobe_azimuth_deg": values[1], "more_um": values[2]}
 
     known = {"cos_um": lobes * cos(phase_rad), "sin_um": lobes * sin(phase_rad)}
-    amplitudes = tuple(Knob(name, "um", value, -500.0, 500.0) for name, value in known.items())
+    amplitudes = tuple(ProbeParameter(name, "um", value, -500.0, 500.0) for name, value in known.items())
     shape = (
-        Knob("constant_um", "um", 0.0, 0.0, 1000.0),
-        Knob("phase_deg", "deg", 0.0, -90.0, 90.0),
-        Knob("more_um", "um", 0.0, -1000.0, 1000.0),
+        ProbeParameter("constant_um", "um", 0.0, 0.0, 1000.0),
+        ProbeParameter("phase_deg", "deg", 0.0, -90.0, 90.0),
+        ProbeParameter("more_um", "um", 0.0, -1000.0, 1000.0),
     )
     return [
-        Candidate("effective_radius", (Knob("um", "um", 0.0, -nominal, 1000.0),), mean, shape="linear"),
-        Candidate("probe_lobing", amplitudes, cosine, "cosine", "linear"),
-        Candidate("probe_lobing", shape, triangle, "triangular", "lobes"),
+        ProbeChange("effective_radius", (ProbeParameter("um", "um", 0.0, -nominal, 1000.0),), mean, shape="linear"),
+        ProbeChange("probe_lobing", amplitudes, cosine, "cosine", "linear"),
+        ProbeChange("probe_lobing", shape, triangle, "triangular", "lobes"),
     ]
 
 
-def empirical(quantity: str, unit: str, terms: Sequence[str], form: str) -> Candidate:
+def empirical(quantity: str, unit: str, terms: Sequence[str], form: str) -> ProbeChange:
     """An empirical law of the probe file: a sum of terms of the direction, in the unit of the quantity."""
     names = [f"c{i}" for i in range(1, len(terms) + 1)]
     formula = " + ".join(name if term == "1" else f"{name} * {term}" for name, term in zip(names, terms, strict=True))
@@ -212,4 +218,4 @@ def empirical(quantity: str, unit: str, terms: Sequence[str], form: str) -> Cand
         law = {"quantity": quantity, "formula": formula, "coefficients": dict(zip(names, values, strict=True))}
         table["empirical"] = [*table.get("empirical", []), law]
 
-    return Candidate(EMPIRICAL, tuple(Knob(name, unit, 0.0, -1e6, 1e6) for name in names), change, form)
+    return ProbeChange(EMPIRICAL, tuple(ProbeParameter(name, unit, 0.0, -1e6, 1e6) for name in names), change, form)

@@ -22,16 +22,16 @@ from stepgauge.diagnosis.credible import (
 )
 from stepgauge.diagnosis.fits.solve import Estimate, widened
 from stepgauge.diagnosis.forms.words import UNDETERMINED
-from stepgauge.diagnosis.maps.candidates import EMPIRICAL, GAUGE_KINDS, Candidate, candidates_for, empirical
-from stepgauge.diagnosis.maps.fit import Fitted
-from stepgauge.diagnosis.maps.forms import DIRECTION, Form, quantity_words
+from stepgauge.diagnosis.maps.candidates import EMPIRICAL, GAUGE_KINDS, ProbeChange, candidates_for, empirical
+from stepgauge.diagnosis.maps.fit import FittedChanges
+from stepgauge.diagnosis.maps.forms import DIRECTION, DirectionForm, quantity_words
 from stepgauge.diagnosis.maps.holdout import Stage, fits_of
-from stepgauge.diagnosis.maps.model import MapModel, Term, Terms, changed_table, check_model
+from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel, Terms, changed_table, check_model
 from stepgauge.diagnosis.maps.parameters import estimates
 from stepgauge.diagnosis.maps.problem import MapRows, lacking
-from stepgauge.diagnosis.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding, MapRival
+from stepgauge.diagnosis.maps.result import OUTLIERS, EmpiricalMapLaw, MapDiagnosis, MapFinding, MapRival
 from stepgauge.diagnosis.maps.scatter import MapScatter, estimate_scatter
-from stepgauge.diagnosis.maps.search import Searched, form_of, searched
+from stepgauge.diagnosis.maps.search import SearchedMap, form_of, searched
 from stepgauge.diagnosis.maps.separate import reason, separate
 from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.result import Located, Verdict
@@ -47,7 +47,7 @@ SIX_DIGITS = 5.1e-6
 
 
 def diagnose_map(
-    model: MapModel, candidates: Sequence[Candidate] | None = None, priors: Priors | None = None
+    model: MapModel, candidates: Sequence[ProbeChange] | None = None, priors: Priors | None = None
 ) -> MapDiagnosis:
     """The diagnosis of a map; without ``candidates`` all possible changes of the model of the probe are tried.
 
@@ -82,7 +82,7 @@ def _as_it_is(verdict: Verdict, model: MapModel, scatter: MapScatter, missing: t
     return MapDiagnosis(verdict, fits, chi2, chi2, scatter, model.data, kept, model.table, model.table, lacking=missing)
 
 
-def _told(found: Searched, scatter: MapScatter) -> MapDiagnosis:
+def _told(found: SearchedMap, scatter: MapScatter) -> MapDiagnosis:
     model, kept, by_row = found.rows.model, _kept(found), _by_row(found, scatter)
     findings = [*_findings(found, by_row), *_outliers(found, kept)]
     laws, columns = _laws(found)
@@ -113,14 +113,14 @@ def _told(found: Searched, scatter: MapScatter) -> MapDiagnosis:
     )
 
 
-def _stages(found: Searched, terms: Terms, columns: Array) -> list[Stage]:
+def _stages(found: SearchedMap, terms: Terms, columns: Array) -> list[Stage]:
     """Residuals without changes, with the named changes, and with the forms ``columns (k, m)`` in addition."""
     rows, slopes = found.rows, found.fitted.slopes
     named = rows.um - rows.moved(found.fitted.terms)
     return [(rows.um, slopes[:0]), (named, slopes), (rows.um - rows.moved(terms), np.vstack([slopes, columns]))]
 
 
-def _chi2_dof(found: Searched, stage: Stage, kept: NDArray[np.bool_], by_row: Sequence[Array]) -> float:
+def _chi2_dof(found: SearchedMap, stage: Stage, kept: NDArray[np.bool_], by_row: Sequence[Array]) -> float:
     um, slopes = stage
     white = um * np.repeat(found.rows.sigma, len(kept)) / np.concatenate(by_row)
     used = np.tile(kept, len(found.rows.sigma))
@@ -130,7 +130,7 @@ def _chi2_dof(found: Searched, stage: Stage, kept: NDArray[np.bool_], by_row: Se
 # -- the scatter -------------------------------------------------------------------------------------------------------
 
 
-def _kept(found: Searched) -> NDArray[np.bool_]:
+def _kept(found: SearchedMap) -> NDArray[np.bool_]:
     """Rows ``(n,)`` that are not outliers."""
     outlying, stated = found.state.noise.outlying, found.priors.decision.stated
     if outlying is None or found.answer.probability_of_scatter(OUTLYING) < stated:
@@ -139,12 +139,12 @@ def _kept(found: Searched) -> NDArray[np.bool_]:
     return np.asarray(~off.any(axis=0))
 
 
-def _grown(found: Searched, scatter: MapScatter) -> MapScatter:
+def _grown(found: SearchedMap, scatter: MapScatter) -> MapScatter:
     grows = found.answer.probability_of_scatter("growth") >= found.priors.decision.stated
     return replace(scatter, grows=grows and found.state.noise.growth is not None)
 
 
-def _by_row(found: Searched, scatter: MapScatter) -> list[Array]:
+def _by_row(found: SearchedMap, scatter: MapScatter) -> list[Array]:
     """Standard deviation of every ordinary row of each quantity: the mean over repeats, else that of the model."""
     state = found.state
     relative = np.sqrt(found.search.noise_models.variance(state.noise) * state.noise.weight)
@@ -157,7 +157,7 @@ def _by_row(found: Searched, scatter: MapScatter) -> list[Array]:
 # -- what has a name ---------------------------------------------------------------------------------------------------
 
 
-def _findings(found: Searched, by_row: Sequence[Array]) -> Iterator[MapFinding]:
+def _findings(found: SearchedMap, by_row: Sequence[Array]) -> Iterator[MapFinding]:
     several = found.answer.alternatives(LEAST_ODDS)
     known = estimates(found.rows.model.table, found.fitted)
     for place, parameters in enumerate(known):
@@ -169,7 +169,7 @@ def _findings(found: Searched, by_row: Sequence[Array]) -> Iterator[MapFinding]:
 
 
 def _finding(
-    found: Searched,
+    found: SearchedMap,
     place: int,
     parameters: dict[str, Estimate],
     combined: Sequence[Alternative],
@@ -203,19 +203,19 @@ def _finding(
     )
 
 
-def _rival(found: Searched, share: float, fitted: Fitted, place: int) -> MapRival:
+def _rival(found: SearchedMap, share: float, fitted: FittedChanges, place: int) -> MapRival:
     changed, parameters = fitted.terms[place].candidate, estimates(found.rows.model.table, fitted)[place]
     return MapRival(changed.kind, changed.label, changed.choice, share, parameters)
 
 
-def _moved(found: Searched, term: Term) -> dict[str, Array]:
+def _moved(found: SearchedMap, term: ChangeTerm) -> dict[str, Array]:
     """Influence of a change on each quantity beside the other changes, (n,) by name."""
     rows, without = found.rows, tuple(one for one in found.fitted.terms if one is not term)
     share = rows.parts(rows.moved(found.fitted.terms) - rows.moved(without))
     return {m.name: each for m, each in zip(rows.data.measured, share, strict=True)}
 
 
-def _outliers(found: Searched, kept: NDArray[np.bool_]) -> Iterator[MapFinding]:
+def _outliers(found: SearchedMap, kept: NDArray[np.bool_]) -> Iterator[MapFinding]:
     rows = tuple(map(int, np.flatnonzero(~kept)))
     if rows:
         p = found.answer.probability_of_scatter(OUTLYING)
@@ -225,18 +225,18 @@ def _outliers(found: Searched, kept: NDArray[np.bool_]) -> Iterator[MapFinding]:
 # -- what has none -----------------------------------------------------------------------------------------------------
 
 
-def _located(form: Form, shape: int, found: Searched, probability: float, share: float = 1.0) -> Located:
+def _located(form: DirectionForm, shape: int, found: SearchedMap, probability: float, share: float = 1.0) -> Located:
     words = f"{quantity_words(found.rows.data.measured[form.quantity].name)}: {form.words[shape]}"
     return Located(form.covariate, "both", form.name, words, round(share, 4), probability)
 
 
-def _unexplained(found: Searched) -> Iterator[Located]:
+def _unexplained(found: SearchedMap) -> Iterator[Located]:
     for said in found.forms:
         same = [one.candidate.label for one in said.place.members if one.candidate.kind == said.lead.candidate.kind]
         yield _located(*form_of(said), found, found.answer.probability(same))
 
 
-def _vague(found: Searched) -> Iterator[Located]:
+def _vague(found: SearchedMap) -> Iterator[Located]:
     """Places in which a law fits with a size that is not determined."""
     for said in found.vague:
         label = said.lead.candidate.label
@@ -244,7 +244,7 @@ def _vague(found: Searched) -> Iterator[Located]:
         yield Located(DIRECTION, "both", UNDETERMINED, words, 1.0, found.answer.probability([label]))
 
 
-def _where(found: Searched, left: Sequence[Located]) -> Iterator[Located]:
+def _where(found: SearchedMap, left: Sequence[Located]) -> Iterator[Located]:
     """Forms of the systematic residuals: those that remain, and those before any law is named."""
     yield from left
     known = [said.lead.candidate.kind for said in found.forms]
@@ -253,7 +253,7 @@ def _where(found: Searched, left: Sequence[Located]) -> Iterator[Located]:
         yield _located(look.candidate.source, look.atom, found, probability, share)
 
 
-def _laws(found: Searched) -> tuple[list[tuple[Term, Law]], Array]:
+def _laws(found: SearchedMap) -> tuple[list[tuple[ChangeTerm, EmpiricalMapLaw]], Array]:
     """The forms as laws of the probe file, with the derivatives ``(k, m)`` by their coefficients."""
     forms = [said for said in found.forms if form_of(said)[0].terms[form_of(said)[1]]]
     if not forms:
@@ -272,12 +272,12 @@ def _laws(found: Searched) -> tuple[list[tuple[Term, Law]], Array]:
     return laws, columns
 
 
-def _law(found: Searched, said: StatedTerm, amplitudes: Array, u: Array) -> tuple[Term, Law]:
+def _law(found: SearchedMap, said: StatedTerm, amplitudes: Array, u: Array) -> tuple[ChangeTerm, EmpiricalMapLaw]:
     form, shape = form_of(said)
     measured, sigma = found.rows.data.measured[form.quantity], found.rows.sigma[form.quantity]
     weight = sigma * (np.array(form.weight) if form.weight else np.ones(len(amplitudes)))
     candidate = empirical(measured.name, measured.unit, form.terms[shape], form.name)
-    term = Term(candidate, tuple(map(float, amplitudes * weight)))
+    term = ChangeTerm(candidate, tuple(map(float, amplitudes * weight)))
     share = found.rows.parts(amplitudes @ said.term.columns)[form.quantity]
     table: dict[str, Any] = candidate.applied({}, term.values)[EMPIRICAL][-1]
     coefficients = {
@@ -285,10 +285,10 @@ def _law(found: Searched, said: StatedTerm, amplitudes: Array, u: Array) -> tupl
         for knob, value, s in zip(candidate.knobs, term.values, u * weight, strict=True)
     }
     located = _located(form, shape, found, said.lead.probability)
-    return term, Law(located, measured.name, measured.unit, table["formula"], coefficients, share)
+    return term, EmpiricalMapLaw(located, measured.name, measured.unit, table["formula"], coefficients, share)
 
 
-def _remarks(found: Searched) -> Iterator[str]:
+def _remarks(found: SearchedMap) -> Iterator[str]:
     gauge = [name_of(t.candidate.label) for t in found.fitted.terms if t.candidate.kind in GAUGE_KINDS]
     if gauge:
         yield f"An error of the force gauge ({', '.join(gauge)}) is no property of the probe and not in its file."

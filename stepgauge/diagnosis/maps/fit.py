@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from stepgauge.diagnosis.maps.model import Term, Terms
+from stepgauge.diagnosis.maps.model import ChangeTerm, Terms
 from stepgauge.diagnosis.maps.problem import MapRows, usual_of
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.inference.metric import Metric
@@ -24,7 +24,7 @@ MOST_STEPS = 30
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedChanges:
     """Terms with fitted values, their covariance ``(k, k)`` and the derivatives by each knob, ``(k, m)``."""
 
     terms: Terms
@@ -38,11 +38,11 @@ class Fitted:
         return self.covariance[own, own]
 
 
-def fit(terms: Sequence[Term], rows: MapRows, metric: Metric, priors: Priors) -> Fitted:
+def fit(terms: Sequence[ChangeTerm], rows: MapRows, metric: Metric, priors: Priors) -> FittedChanges:
     """Fit of all knobs of some terms together, from their values; ``metric``: of the scatter, beside forms."""
     knobs = [knob for term in terms for knob in term.candidate.knobs]
     if not knobs:
-        return Fitted((), np.zeros((0, 0)), np.zeros((0, len(rows.um))))
+        return FittedChanges((), np.zeros((0, 0)), np.zeros((0, len(rows.um))))
     scale = np.array([usual_of(term.candidate, priors)[1] for term in terms for _ in term.candidate.knobs])
     none, low, high = (np.array([getattr(k, name) for k in knobs]) / scale for name in ("none", "low", "high"))
     start = np.array([value for term in terms for value in term.values]) / scale
@@ -59,10 +59,10 @@ def fit(terms: Sequence[Term], rows: MapRows, metric: Metric, priors: Priors) ->
     found = least_squares(left, inside, slopes, bounds=(low, high), max_nfev=MOST_STEPS, ftol=1e-9, xtol=1e-9)
     inverse = np.linalg.pinv(found.jac.T @ found.jac) * np.outer(scale, scale)
     terms = _with(terms, found.x * scale)
-    return Fitted(terms, inverse, _slopes(terms, found.x, scale, high, rows) / scale[:, None])
+    return FittedChanges(terms, inverse, _slopes(terms, found.x, scale, high, rows) / scale[:, None])
 
 
-def _slopes(terms: Sequence[Term], x: Array, scale: Array, high: Array, rows: MapRows) -> Array:
+def _slopes(terms: Sequence[ChangeTerm], x: Array, scale: Array, high: Array, rows: MapRows) -> Array:
     """Derivatives ``(k, m)`` in units of the usual size, by one-sided differences away from the bound."""
     here, columns = rows.moved(_with(terms, x * scale)), []
     for place in range(len(x)):
@@ -73,7 +73,7 @@ def _slopes(terms: Sequence[Term], x: Array, scale: Array, high: Array, rows: Ma
     return np.nan_to_num(np.array(columns))
 
 
-def _with(terms: Sequence[Term], values: Array) -> Terms:
+def _with(terms: Sequence[ChangeTerm], values: Array) -> Terms:
     cuts = np.cumsum([len(term.values) for term in terms])[:-1]
     parts = np.split(np.asarray(values, float), cuts)
-    return tuple(Term(t.candidate, tuple(map(float, p))) for t, p in zip(terms, parts, strict=True))
+    return tuple(ChangeTerm(t.candidate, tuple(map(float, p))) for t, p in zip(terms, parts, strict=True))

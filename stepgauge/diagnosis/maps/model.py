@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS, Candidate, Table
+from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS, ProbeChange, Table
 from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.errors import InputError
 from stepgauge.physics.wozniak import LobeModel
@@ -35,17 +35,17 @@ class TriangularProbe(Probe):
 
 
 @dataclass(frozen=True)
-class Term:
+class ChangeTerm:
     """A candidate in the model, with the values of its knobs."""
 
-    candidate: Candidate
+    candidate: ProbeChange
     values: tuple[float, ...]
 
 
-Terms = tuple[Term, ...]
+Terms = tuple[ChangeTerm, ...]
 
 
-def changed_table(table: Mapping[str, Any], terms: Sequence[Term]) -> Table:
+def changed_table(table: Mapping[str, Any], terms: Sequence[ChangeTerm]) -> Table:
     """The ``[probe]`` table with all terms in it."""
     changed = dict(table)
     for term in terms:
@@ -75,7 +75,7 @@ def _triangular(table: Mapping[str, Any]) -> TriangularProbe:
     )
 
 
-def read_gauge(terms: Sequence[Term], force_N: Array) -> Array:
+def read_gauge(terms: Sequence[ChangeTerm], force_N: Array) -> Array:
     """Indication of the force gauge for forces."""
     for term in terms:
         if term.candidate.kind == GAUGE_KINDS[0]:
@@ -96,7 +96,7 @@ class MapModel:
         # sizes are tried anew when the others have changed
         self._lately = lru_cache(maxsize=512)(self._predict)
 
-    def predict(self, terms: Sequence[Term]) -> list[Array]:
+    def predict(self, terms: Sequence[ChangeTerm]) -> list[Array]:
         """Values (n,) of each quantity; :class:`InputError` for an impossible construction."""
         return self._lately(tuple(terms))
 
@@ -105,13 +105,13 @@ class MapModel:
         values = predict(probe, terms, self._normals, [m.name for m in self.data.measured])
         return [one[self._direction] for one in values]
 
-    def residuals(self, terms: Sequence[Term]) -> list[Array]:
+    def residuals(self, terms: Sequence[ChangeTerm]) -> list[Array]:
         """Recorded minus simulated, (n,) for each quantity, in its unit."""
         predicted = self.predict(terms)
         return [m.values - p for m, p in zip(self.data.measured, predicted, strict=True)]
 
 
-def predict(probe: Probe, terms: Sequence[Term], normals: Array, quantities: Sequence[str]) -> list[Array]:
+def predict(probe: Probe, terms: Sequence[ChangeTerm], normals: Array, quantities: Sequence[str]) -> list[Array]:
     """Values of quantities for contact normals (n, 3) in the probe's frame."""
     approach = probe.approaches(normals)
     asked = {

@@ -10,20 +10,20 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.candidates import Table
-from stepgauge.diagnosis.maps.fit import Fitted
-from stepgauge.diagnosis.maps.model import Term, changed_table
+from stepgauge.diagnosis.maps.fit import FittedChanges
+from stepgauge.diagnosis.maps.model import ChangeTerm, changed_table
 from stepgauge.physics import stylus
 from stepgauge.probes.schema import SectionTable
 
 Array = NDArray[np.float64]
 
 
-def estimates(table: Table, fitted: Fitted) -> list[dict[str, Estimate]]:
+def estimates(table: Table, fitted: FittedChanges) -> list[dict[str, Estimate]]:
     """One dictionary per term, with the standard uncertainties of the fit."""
     return [_of_term(table, term, fitted.covariance_of(place)) for place, term in enumerate(fitted.terms)]
 
 
-def _of_term(table: Table, term: Term, covariance: Array) -> dict[str, Estimate]:
+def _of_term(table: Table, term: ChangeTerm, covariance: Array) -> dict[str, Estimate]:
     names = [knob.name for knob in term.candidate.knobs]
     if names == ["x_mm", "y_mm"]:
         return _polar(term.values, covariance, "mm", "azimuth_deg", "mm", 1.0)
@@ -58,21 +58,21 @@ def _offset(table: Table, more: Estimate) -> Estimate:
     return Estimate(float(table.get("pretravel_um", 0.0)) + more.value, more.u, more.unit)
 
 
-def _compliance(table: Table, term: Term, u: float | None) -> dict[str, Estimate]:
+def _compliance(table: Table, term: ChangeTerm, u: float | None) -> dict[str, Estimate]:
     sections = [stylus.Section(**SectionTable.model_validate(each).model_dump()) for each in table["stylus"]]
     lateral = 1e3 * stylus.lateral_compliance_mm_per_N(sections)
     return {"lateral_um_per_N": Estimate(lateral * term.values[0], None if u is None else lateral * u, "um/N")}
 
 
-def _stylus_length(table: Table, term: Term, u: float | None) -> dict[str, Estimate]:
+def _stylus_length(table: Table, term: ChangeTerm, u: float | None) -> dict[str, Estimate]:
     sections = changed_table(table, [term])["stylus"]
     return {"stylus_length_mm": Estimate(sum(float(one["length_mm"]) for one in sections), u, "mm")}
 
 
-def _total(key: str, name: str, unit: str) -> Callable[[Table, Term, float | None], dict[str, Estimate]]:
+def _total(key: str, name: str, unit: str) -> Callable[[Table, ChangeTerm, float | None], dict[str, Estimate]]:
     """The value in the changed file."""
 
-    def derive(table: Table, term: Term, u: float | None) -> dict[str, Estimate]:
+    def derive(table: Table, term: ChangeTerm, u: float | None) -> dict[str, Estimate]:
         return {name: Estimate(float(changed_table(table, [term])["seat"][key]), u, unit)}
 
     return derive

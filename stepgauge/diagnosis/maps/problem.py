@@ -13,10 +13,10 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.maps.candidates import Candidate
+from stepgauge.diagnosis.maps.candidates import ProbeChange
 from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.diagnosis.maps.forms import form_candidates
-from stepgauge.diagnosis.maps.model import MapModel, Term
+from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel
 from stepgauge.diagnosis.maps.scatter import surface
 from stepgauge.diagnosis.priors import KindPrior, Priors
 from stepgauge.errors import InputError
@@ -45,7 +45,7 @@ class Point:
     ``size``: the amplitude that the signature was computed for.
     """
 
-    candidate: Candidate
+    candidate: ProbeChange
     base: tuple[float, ...]
     step: tuple[tuple[float, ...], ...]
     size: float = 1.0
@@ -80,7 +80,7 @@ class MapRows:
         """Prediction of the probe file."""
         return self.stacked(self.model.predict(()))
 
-    def moved(self, terms: Sequence[Term]) -> Array:
+    def moved(self, terms: Sequence[ChangeTerm]) -> Array:
         """Difference of the predictions with and without changes ``(m,)``; not finite if impossible."""
         try:
             return self.stacked(self.model.predict(terms)) - self.nothing
@@ -101,7 +101,7 @@ class MapRows:
         return {"value": np.concatenate(found)}
 
 
-def usual_of(candidate: Candidate, priors: Priors) -> tuple[KindPrior, float]:
+def usual_of(candidate: ProbeChange, priors: Priors) -> tuple[KindPrior, float]:
     """Prior of a change and its usual size in the unit of its knob."""
     prior = priors.maps.laws.of(candidate.prior or candidate.kind)
     return prior, prior.usual * candidate.nominal
@@ -109,7 +109,7 @@ def usual_of(candidate: Candidate, priors: Priors) -> tuple[KindPrior, float]:
 
 def make_problem(
     rows: MapRows,
-    candidates: Sequence[Candidate],
+    candidates: Sequence[ProbeChange],
     priors: Priors,
     remainder: Array,
     fitted: Mapping[str, Sequence[Point]],
@@ -146,13 +146,13 @@ def make_problem(
 
 def _laws(
     rows: MapRows,
-    candidates: Sequence[Candidate],
+    candidates: Sequence[ProbeChange],
     priors: Priors,
     fitted: Mapping[str, Sequence[Point]],
     ones: Array,
 ) -> Iterator[Law]:
     """One law for all changes of one prior and kind: laws that exclude each other are shapes of one law."""
-    by_name: dict[str, list[Candidate]] = {}
+    by_name: dict[str, list[ProbeChange]] = {}
     for one in candidates:
         by_name.setdefault(one.prior or one.kind, []).append(one)
     for name, group in by_name.items():
@@ -190,12 +190,12 @@ def _weights(points: Sequence[Point]) -> Array:
     return -np.log([labels.count(label) * len(set(labels)) for label in labels])
 
 
-def _grid(rows: MapRows, candidate: Candidate, usual: float) -> Iterator[Atom]:
+def _grid(rows: MapRows, candidate: ProbeChange, usual: float) -> Iterator[Atom]:
     for point in _points(candidate, usual):
         yield from signature(rows, point)
 
 
-def _points(candidate: Candidate, usual: float) -> Iterator[Point]:
+def _points(candidate: ProbeChange, usual: float) -> Iterator[Point]:
     """Sizes of a change that are tried."""
     none, count = candidate.none, len(candidate.knobs)
     each = tuple(tuple(float(i == j) for j in range(count)) for i in range(count))
@@ -211,7 +211,7 @@ def _points(candidate: Candidate, usual: float) -> Iterator[Point]:
         yield from (Point(candidate, none, each, sign * share * usual) for sign, share in _both_ways(candidate, usual))
 
 
-def _both_ways(candidate: Candidate, usual: float) -> list[tuple[float, float]]:
+def _both_ways(candidate: ProbeChange, usual: float) -> list[tuple[float, float]]:
     """Signed sizes over the usual one within the bounds of the single knob, in order."""
     knob = candidate.knobs[0]
     tried = [(-1.0, share) for share in reversed(SIZES)] + [(1.0, share) for share in SIZES]
@@ -221,7 +221,7 @@ def _both_ways(candidate: Candidate, usual: float) -> list[tuple[float, float]]:
 def signature(rows: MapRows, point: Point) -> Iterator[Atom]:
     """The signature of a point; none if the construction is impossible or has no influence."""
     unit = np.eye(len(point.step))
-    moved = [rows.moved((Term(point.candidate, point.values(one * point.size)),)) for one in unit]
+    moved = [rows.moved((ChangeTerm(point.candidate, point.values(one * point.size)),)) for one in unit]
     columns = np.array(moved) / point.size
     if np.isfinite(columns).all() and np.abs(columns).max() > 0.0:
         yield point, columns

@@ -52,7 +52,7 @@ class MapFinding(Finding):
 
 
 @dataclass(frozen=True)
-class Law:
+class EmpiricalMapLaw:
     """A form as an empirical law of the probe file; ``share (n,)`` in the unit of the quantity."""
 
     located: Located
@@ -111,7 +111,7 @@ class MapDiagnosis(Diagnosis):
     findings: tuple[MapFinding, ...] = ()
     located: tuple[Located, ...] = ()
     unexplained: tuple[Located, ...] = ()
-    laws: tuple[Law, ...] = ()
+    laws: tuple[EmpiricalMapLaw, ...] = ()
     trail: tuple[Step, ...] = ()
     remarks: tuple[str, ...] = ()
     refuted: tuple[str, ...] = ()

@@ -11,7 +11,7 @@ import numpy as np
 
 from stepgauge import __version__
 from stepgauge.diagnosis.maps.data import MapData
-from stepgauge.diagnosis.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding, MapRival, QuantityFit
+from stepgauge.diagnosis.maps.result import OUTLIERS, EmpiricalMapLaw, MapDiagnosis, MapFinding, MapRival, QuantityFit
 from stepgauge.diagnosis.output.files import FORMAT, estimate_json, evidence_json, without_nan
 from stepgauge.diagnosis.result import rms
 from stepgauge.diagnosis.wording.probe import probe_meaning
@@ -99,7 +99,7 @@ def _in_folder(command: str, folder: Path) -> str:
     return command.replace(" probe.diagnosed.toml", f" {(folder / 'probe.diagnosed.toml').as_posix()}")
 
 
-def _law(law: Law) -> dict[str, Any]:
+def _law(law: EmpiricalMapLaw) -> dict[str, Any]:
     return {
         "covariate": law.located.covariate,
         "side": law.located.side,
@@ -115,7 +115,7 @@ def _law(law: Law) -> dict[str, Any]:
     }
 
 
-def _lobes(law: Law) -> dict[str, Any]:
+def _lobes(law: EmpiricalMapLaw) -> dict[str, Any]:
     """Amplitude of a harmonic, and the azimuth of its first maximum."""
     if not law.located.form.startswith("harmonic"):
         return {}

@@ -16,10 +16,10 @@ from threadpoolctl import threadpool_limits
 
 from stepgauge.diagnosis.checks import predictive_checks, widening
 from stepgauge.diagnosis.credible import StatedTerm, answer_of, sign_is_sure, stated_terms
-from stepgauge.diagnosis.maps.candidates import Candidate
-from stepgauge.diagnosis.maps.fit import Fitted, fit
-from stepgauge.diagnosis.maps.forms import Form
-from stepgauge.diagnosis.maps.model import MapModel, Term
+from stepgauge.diagnosis.maps.candidates import ProbeChange
+from stepgauge.diagnosis.maps.fit import FittedChanges, fit
+from stepgauge.diagnosis.maps.forms import DirectionForm
+from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel
 from stepgauge.diagnosis.maps.problem import LOBES, MapRows, Point, make_problem, signature
 from stepgauge.diagnosis.maps.scatter import MapScatter
 from stepgauge.diagnosis.priors import Priors
@@ -45,7 +45,7 @@ ROUNDS, SAME_SIZE = 8, 0.01
 
 
 @dataclass(frozen=True)
-class Searched:
+class SearchedMap:
     """The hypothesis that is stated for a map.
 
     ``laws`` with the terms of ``fitted``; ``forms``; ``vague``: laws whose size is not determined; ``slight``: terms
@@ -62,7 +62,7 @@ class Searched:
     forms: tuple[StatedTerm, ...]
     vague: tuple[StatedTerm, ...]
     slight: tuple[StatedTerm, ...]
-    fitted: Fitted
+    fitted: FittedChanges
     moved_by_slight: Array
     metric: Metric
     beside: Metric
@@ -70,15 +70,15 @@ class Searched:
     checks: tuple[Check, ...]
     wider: float
 
-    def term_of(self, rival: Member) -> Term:
+    def term_of(self, rival: Member) -> ChangeTerm:
         """A rival of a law as a change, with its values from the search."""
         if rival.hypothesis is None:
             point = _point(rival.proposal.term())
-            return Term(point.candidate, point.values(np.full(len(point.step), point.size)))
+            return ChangeTerm(point.candidate, point.values(np.full(len(point.step), point.size)))
         place = rival.hypothesis.index(rival.candidate)
         return _term(rival.hypothesis, rival.hypothesis.terms[place])
 
-    def replacements(self, place: int, rival: Member) -> Fitted:
+    def replacements(self, place: int, rival: Member) -> FittedChanges:
         """All changes, fitted with a rival in the place of one."""
         terms = (*self.fitted.terms[:place], self.term_of(rival), *self.fitted.terms[place + 1 :])
         return fit(terms, self.rows, self.beside, self.priors)
@@ -153,7 +153,7 @@ def _exact(look: Proposal) -> Proposal:
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")
-def searched(model: MapModel, candidates: Sequence[Candidate], scatter: MapScatter, priors: Priors) -> Searched:
+def searched(model: MapModel, candidates: Sequence[ProbeChange], scatter: MapScatter, priors: Priors) -> SearchedMap:
     """The result of the search of a map, with signatures that agree with the statics of the probe."""
     rows = MapRows(model, scatter.sigma)
     remainder, before = np.zeros(len(rows.um)), np.full(len(rows.um), np.inf)
@@ -174,7 +174,7 @@ def searched(model: MapModel, candidates: Sequence[Candidate], scatter: MapScatt
     return found
 
 
-def _search(rows: MapRows, search: Search, priors: Priors) -> Searched:
+def _search(rows: MapRows, search: Search, priors: Priors) -> SearchedMap:
     answer = answer_of(search, priors.decision)
     state, said = stated_terms(search, answer, priors.decision.stated)
     forms, slight = [one for one in said if not one.named], list[StatedTerm]()
@@ -200,10 +200,10 @@ def _search(rows: MapRows, search: Search, priors: Priors) -> Searched:
     slight += [one for one in forms if _share_of(one, state, metric, rows) < priors.maps.slight]
     forms = [one for one in forms if one not in slight]
     told_of = (tuple(sure), tuple(forms), tuple(vague), tuple(slight))
-    return Searched(rows, search, answer, state, *told_of, fitted, moved, metric, beside, priors, checks, wider)
+    return SearchedMap(rows, search, answer, state, *told_of, fitted, moved, metric, beside, priors, checks, wider)
 
 
-def _least_determined(fitted: Fitted, least: float) -> int | None:
+def _least_determined(fitted: FittedChanges, least: float) -> int | None:
     """The change of the smallest size in standard uncertainties, if it is not determined beside the others."""
     sizes = []
     for place, term in enumerate(fitted.terms):
@@ -212,7 +212,7 @@ def _least_determined(fitted: Fitted, least: float) -> int | None:
     return int(np.argmin(sizes)) if sizes and min(sizes) < least**2 else None
 
 
-def _slightest(fitted: Fitted, rows: MapRows, metric: Metric, priors: Priors) -> int | None:
+def _slightest(fitted: FittedChanges, rows: MapRows, metric: Metric, priors: Priors) -> int | None:
     """The change that explains least of the residuals, if this is within the inexactness of the statics."""
     if len(fitted.terms) < 2:
         return None
@@ -224,7 +224,7 @@ def _slightest(fitted: Fitted, rows: MapRows, metric: Metric, priors: Priors) ->
     return int(np.argmin(shares)) if min(shares) < priors.maps.slight else None
 
 
-def _moved_by(fitted: Fitted, rows: MapRows, beside: Metric, priors: Priors) -> Array:
+def _moved_by(fitted: FittedChanges, rows: MapRows, beside: Metric, priors: Priors) -> Array:
     """Factors on uncertainties for the shift of the values if slight terms are included, one to a term."""
     other = fit(fitted.terms, rows, beside, priors)
     found = []
@@ -249,14 +249,14 @@ def _point(chosen: Chosen) -> Point:
     return point
 
 
-def _term(state: Hypothesis, chosen: Chosen) -> Term:
+def _term(state: Hypothesis, chosen: Chosen) -> ChangeTerm:
     """A law of a hypothesis as a change of the probe, with its amplitudes in the hypothesis."""
     point = _point(chosen)
     place = next(i for i, t in enumerate(state.terms) if t is chosen)
-    return Term(point.candidate, point.values(state.amplitudes(place)[0][: len(point.step)]))
+    return ChangeTerm(point.candidate, point.values(state.amplitudes(place)[0][: len(point.step)]))
 
 
-def _signatures(found: Searched) -> Array:
+def _signatures(found: SearchedMap) -> Array:
     """Sum of the signatures of the laws, ``(m,)``."""
     moved = np.zeros(len(found.rows.um))
     for said in found.laws:
@@ -265,7 +265,7 @@ def _signatures(found: Searched) -> Array:
     return moved
 
 
-def _exactly(found: Searched) -> dict[str, list[Point]]:
+def _exactly(found: SearchedMap) -> dict[str, list[Point]]:
     """The fitted sizes of the laws and of similar ones, to be tried exactly."""
     points: dict[str, list[Point]] = {}
     alike = [fitted.terms[place] for place in range(len(found.laws)) for fitted in _alike(found, place)]
@@ -290,7 +290,7 @@ def _of_one_size(one: Point, other: Point) -> bool:
     return abs(one.size / other.size - 1.0) < SAME_SIZE
 
 
-def _point_of(term: Term) -> Point:
+def _point_of(term: ChangeTerm) -> Point:
     candidate, moved = term.candidate, np.array(term.values) - np.array(term.candidate.none)
     if candidate.shape == "lobes":
         return Point(candidate, (0.0, term.values[1], 0.0), LOBES)
@@ -298,7 +298,7 @@ def _point_of(term: Term) -> Point:
     return Point(candidate, candidate.none, (tuple(map(float, moved / (size or 1.0))),), size)
 
 
-def _alike(found: Searched, place: int) -> Iterator[Fitted]:
+def _alike(found: SearchedMap, place: int) -> Iterator[FittedChanges]:
     """Fits with another change of one knob in the place of one, if their signatures are similar."""
     terms = found.fitted.terms
     moved = _unit(found.metric(found.rows.moved((terms[place],))))
@@ -309,7 +309,7 @@ def _alike(found: Searched, place: int) -> Iterator[Fitted]:
         near = [abs(float(_unit(found.metric(law.columns(i)[0])) @ moved)) for i in range(law.atoms)]
         point = law.source[int(np.argmax(near))]
         if max(near) > ALIKE and point.candidate.shape == "line":
-            other = Term(point.candidate, point.values(np.array([point.size])))
+            other = ChangeTerm(point.candidate, point.values(np.array([point.size])))
             yield fit((*terms[:place], other, *terms[place + 1 :]), found.rows, found.beside, found.priors)
 
 
@@ -317,7 +317,7 @@ def _unit(values: Array) -> Array:
     return values / max(float(np.linalg.norm(values)), 1e-300)
 
 
-def _sigma(rows: MapRows, found: Searched, scatter: MapScatter) -> tuple[float, ...]:
+def _sigma(rows: MapRows, found: SearchedMap, scatter: MapScatter) -> tuple[float, ...]:
     """Scatter of each quantity: that of its repeats, or that of the residuals of the hypothesis."""
     if scatter.repeats or len(rows.sigma) == 1:
         return rows.sigma
@@ -327,13 +327,13 @@ def _sigma(rows: MapRows, found: Searched, scatter: MapScatter) -> tuple[float, 
     return tuple(max(s * float(np.sqrt(one.mean())), m) for s, one, m in zip(rows.sigma, left, least, strict=True))
 
 
-def _same(rows: MapRows, found: Searched, scatter: MapScatter) -> bool:
+def _same(rows: MapRows, found: SearchedMap, scatter: MapScatter) -> bool:
     """Whether the ratio of the scatters of the quantities agrees with the one used."""
     change = np.array(_sigma(rows, found, scatter)) / np.array(rows.sigma)
     return float(change.max() / change.min()) < SAME_SCATTER
 
 
-def form_of(said: StatedTerm) -> tuple[Form, int]:
+def form_of(said: StatedTerm) -> tuple[DirectionForm, int]:
     """The form that is stated, and the index of its shape."""
-    form: Form = said.source
+    form: DirectionForm = said.source
     return form, said.term.atom

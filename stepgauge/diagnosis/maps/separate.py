@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.maps.candidates import Table
-from stepgauge.diagnosis.maps.fit import Fitted
-from stepgauge.diagnosis.maps.model import MapModel, Term, build_probe, changed_table, predict, read_gauge
+from stepgauge.diagnosis.maps.fit import FittedChanges
+from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel, build_probe, changed_table, predict, read_gauge
 from stepgauge.errors import InputError
 from stepgauge.probes import Probe
 from stepgauge.probes.directions_map import normals_of
@@ -51,7 +51,7 @@ class Measurement:
 
     words: str
     command: str
-    values: Callable[[Table, Sequence[Term]], Array]
+    values: Callable[[Table, Sequence[ChangeTerm]], Array]
 
 
 def reason(first: str, second: str) -> str:
@@ -60,7 +60,7 @@ def reason(first: str, second: str) -> str:
     return known or f"over the directions measured, {first} and {second} change the values in the same way"
 
 
-def separate(model: MapModel, sigma: Sequence[Array], rivals: Sequence[Fitted]) -> tuple[str, tuple[str, ...]]:
+def separate(model: MapModel, sigma: Sequence[Array], rivals: Sequence[FittedChanges]) -> tuple[str, tuple[str, ...]]:
     """The measurement that best separates the two most probable rivals, in words, and the command that predicts it.
 
     Both are empty for a single change.
@@ -75,7 +75,7 @@ def separate(model: MapModel, sigma: Sequence[Array], rivals: Sequence[Fitted]) 
     return words, (chosen.command,) if chosen.command else ()
 
 
-def _gap(measurement: Measurement, table: Table, first: Fitted, second: Fitted) -> tuple[float, float]:
+def _gap(measurement: Measurement, table: Table, first: FittedChanges, second: FittedChanges) -> tuple[float, float]:
     """Difference of the predictions of two models over the scatter, rms and total; 0 if one has no prediction."""
     try:
         one, two = (measurement.values(changed_table(table, f.terms), f.terms) for f in (first, second))
@@ -107,7 +107,7 @@ def _scatter(model: MapModel, sigma: Sequence[Array]) -> dict[str, float]:
     return found | {m.name: float(np.median(s)) for m, s in zip(model.data.measured, sigma, strict=True)}
 
 
-def _predicted(probe: Probe, terms: Sequence[Term], normals: Array, scatter: dict[str, float]) -> Array:
+def _predicted(probe: Probe, terms: Sequence[ChangeTerm], normals: Array, scatter: dict[str, float]) -> Array:
     parts = predict(probe, terms, normals, list(scatter))
     return np.concatenate([part.ravel() / s for part, s in zip(parts, scatter.values(), strict=True)])
 
@@ -124,7 +124,7 @@ def _on_grid(
     angles = f"--polar {','.join(f'{p:g}' for p in polar)} --azimuth {azimuth.start}:{azimuth[-1]}:{azimuth.step}"
     command = f"stepgauge probe map probe.diagnosed.toml {angles} -o planned-map.csv"
 
-    def values(table: Table, terms: Sequence[Term]) -> Array:
+    def values(table: Table, terms: Sequence[ChangeTerm]) -> Array:
         return _predicted(build_probe(table, model.where), terms, normals, scatter)
 
     return Measurement(words, command, values)
@@ -133,7 +133,7 @@ def _on_grid(
 def _longer(words: str, extra_mm: float, model: MapModel, sigma: Sequence[Array]) -> Measurement:
     scatter = _measured_only(model, sigma)
 
-    def values(table: Table, terms: Sequence[Term]) -> Array:
+    def values(table: Table, terms: Sequence[ChangeTerm]) -> Array:
         longer = deepcopy(table)
         longer["stylus"][-1]["length_mm"] += extra_mm
         longer.pop("stylus_length_mm", None)
@@ -142,19 +142,19 @@ def _longer(words: str, extra_mm: float, model: MapModel, sigma: Sequence[Array]
     return Measurement(words, "", values)
 
 
-def _spring(model: MapModel, sigma: Sequence[Array]) -> Callable[[Table, Sequence[Term]], Array]:
+def _spring(model: MapModel, sigma: Sequence[Array]) -> Callable[[Table, Sequence[ChangeTerm]], Array]:
     scatter = _scatter(model, sigma)["trigger_force_N"]
 
-    def values(table: Table, terms: Sequence[Term]) -> Array:
+    def values(table: Table, terms: Sequence[ChangeTerm]) -> Array:
         return read_gauge(terms, np.array([table["seat"]["preload_N"]])) / scatter
 
     return values
 
 
-def _dead_weight(model: MapModel, sigma: Sequence[Array]) -> Callable[[Table, Sequence[Term]], Array]:
+def _dead_weight(model: MapModel, sigma: Sequence[Array]) -> Callable[[Table, Sequence[ChangeTerm]], Array]:
     scatter = _scatter(model, sigma)["trigger_force_N"]
 
-    def values(table: Table, terms: Sequence[Term]) -> Array:
+    def values(table: Table, terms: Sequence[ChangeTerm]) -> Array:
         del table
         return read_gauge(terms, np.ones(1)) / scatter
 
@@ -164,7 +164,7 @@ def _dead_weight(model: MapModel, sigma: Sequence[Array]) -> Callable[[Table, Se
 def _also(name: str, words: str, model: MapModel) -> Measurement:
     scatter = {name: _COARSE[name.endswith("_um")]}
 
-    def values(table: Table, terms: Sequence[Term]) -> Array:
+    def values(table: Table, terms: Sequence[ChangeTerm]) -> Array:
         return _predicted(build_probe(table, model.where), terms, model.data.normals, scatter)
 
     return Measurement(words, "", values)
