@@ -77,8 +77,9 @@ def _click(one: Parameter, verb: Verb) -> click.Parameter:
         shown = f"{one.key.upper()}..." if many else one.key.upper()
         shown = shown if one.required else f"[{shown}]"
         nargs = -1 if many else 1
-        default = None if one.default is REQUIRED or many else one.default
-        settings: dict[str, Any] = {"nargs": nargs, "required": one.required, "metavar": shown, "default": default}
+        settings: dict[str, Any] = {"nargs": nargs, "required": one.required, "metavar": shown}
+        if one.default not in (REQUIRED, None) and not many:
+            settings["default"] = one.default
         return click.Argument([one.name], type=KindType(one), **settings)
     option = VerbOption([one.name, *_names(one)], **_settings(one), help=_help(one, verb), required=one.required)
     option.parameter = one

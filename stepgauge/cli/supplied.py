@@ -47,6 +47,7 @@ def _found_so_far() -> Iterator[Callable[[Sequence[str]], None]]:
             click.echo(f"\r\033[K{text[: shutil.get_terminal_size().columns - 1]}", nl=False, err=True)
 
     try:
+        show(())
         yield show
     finally:
         if shown:

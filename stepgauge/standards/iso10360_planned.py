@@ -33,12 +33,12 @@ class SevenPositions(Summarized):
         if not problems or allow_short:
             return
         numbers = ", ".join(str(one.orientation.number) for one in problems)
-        words = f"ISO 10360-2 asks for more than this gauge gives (positions {numbers}; {{}} writes the rest)"
+        words = f"ISO 10360-2 asks for longer lengths (positions {numbers}; {{}} writes the rest)"
         raise InputError(
             self.machine.path,
             naming("allow_short", words=words),
             found=f"position {problems[0].orientation.number}: {problems[0].problem}",
-            expected=f"lengths of {in_percent(LONGEST_SHARE)} of the travel along each line",
+            expected=f"{in_percent(LONGEST_SHARE)} of the travel",
         )
 
     def summary(self) -> str:
