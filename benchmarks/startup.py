@@ -1,7 +1,7 @@
 """What people wait for before anything happens: ``python benchmarks/startup.py``, as ratios within one run.
 
-``--help`` against ``import click``; ``evaluate``, ``locate``, ``plan`` and ``simulate`` of 210 points, each as a command of
-its own, against ``import numpy``. Best of three, all one after the other.
+Help against ``import click``; locate, plan and simulate of 210 points, and evaluate against ``import numpy``, each as a
+command of its own. Best of three, all one after the other.
 """
 
 from __future__ import annotations
