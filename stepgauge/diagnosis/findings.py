@@ -102,7 +102,7 @@ def _direction(effect: Effect, probings: Probings) -> Array | None:
     """All displacements of an effect as one vector of length 1; None where it moves nothing, or needs other columns."""
     try:
         moved = effect.displacement_um(probings)
-    except InputError:
+    except (InputError, ValueError):  # it needs columns or a course in time that made-up probings lack
         return None
     every = np.concatenate([np.broadcast_to(moved.get(axis, 0.0), len(probings)) for axis in "xyz"])
     size = float(np.linalg.norm(every))
