@@ -14,17 +14,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.alignment.blocks import Blocks, fit_up, solve_blocks
 from stepgauge.alignment.scatter import find_scatter
 from stepgauge.alignment.slips import check_points
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.tables import read_numbers
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import STANDING_COS, Placement, has_yaw, make_placement
 
-Array = NDArray[np.float64]
 POINT_COLUMNS = ("point", "x_mm", "y_mm", "z_mm")
 FARTHEST_MM = 1e5
 """No coordinate of a machine is farther from 0 than this."""

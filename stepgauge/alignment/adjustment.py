@@ -25,13 +25,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.alignment.blocks import first_axis, unit, usual_up
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import block_distance_mm, distance_tolerance_mm
 
-Array = NDArray[np.float64]
 ALONG = np.array([0, 0, 0, 1, 1, 2, 2, 0] * 2)
 """Direction (a, s, up) that each point measures."""
 OUTWARD = np.array([-1.0, -1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 1.0] * 2)

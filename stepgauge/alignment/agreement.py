@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.alignment.adjustment import BY_HAND_MM, LONGER, RADIUS, Adjustment, adjust, suspects
 from stepgauge.alignment.blocks import fit_up, rough_axis
 from stepgauge.alignment.checks import CONTRADICTION
 from stepgauge.alignment.slips import exchanged, swapped_points
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, block_distance_mm, make_placement
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

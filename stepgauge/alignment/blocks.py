@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import STANDING_COS
 
-Array = NDArray[np.float64]
 ROLL_STEPS = 720
 AXIS_ITERATIONS = 20
 AXIS_SETTLED = 1e-8

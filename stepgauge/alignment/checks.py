@@ -12,15 +12,14 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.alignment.adjustment import BY_HAND_MM, adjust
 from stepgauge.alignment.blocks import Blocks, solve_blocks
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import block_distance_mm, distance_tolerance_mm
 
-Array = NDArray[np.float64]
 SMALLEST_TRIANGLE_MM = 1.0
 """Least height of the triangle of the three front points."""
 SQUARE_DEG = 0.5

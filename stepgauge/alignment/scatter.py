@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.alignment.adjustment import ALONG, DETECTABLE, Adjustment, adjust
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 
-Array = NDArray[np.float64]
 GROUPS: Mapping[str, tuple[int, ...]] = {
     "long": (1, 2, 3, 8, 9, 10, 11, 16),
     "wide": (4, 5, 12, 13),

@@ -12,17 +12,16 @@ from itertools import combinations, islice
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.alignment.adjustment import Adjustment, expected_place, suspects
 from stepgauge.alignment.blocks import fit_up, rough_axis, solve_blocks
 from stepgauge.alignment.checks import check_tip, collinear, complaint, one_place, wrong_unit
 from stepgauge.errors import InputError, Naming, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.resources import folder
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import STANDING_COS, block_distance_mm, distance_tolerance_mm
 
-Array = NDArray[np.float64]
 Explains = Callable[..., bool]
 ALIKE = 4.0
 """Two points explain the contradiction equally well where their sums of squares differ by less than this."""

@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.axis.units import AxisUnits
 from stepgauge.errors import InputError, reader
-from stepgauge.files.shown import Shown, as_lines
+from stepgauge.files.arrays import Array
+from stepgauge.files.shown import Plotted, as_lines
 from stepgauge.files.text import read_text, write_text
 from stepgauge.recording import PROBINGS, comment_lines
 from stepgauge.recording.lines import is_beside, lines_beside, row_lines
 
-Array = NDArray[np.float64]
 FORMS = ("axis", "spot", "distances")
 FORM = "recording"
 """Comment that says which form a recording has; that of a gauge has none."""
@@ -46,7 +46,7 @@ DIGITS = 12
 
 
 @dataclass(frozen=True, repr=False)
-class AxisRecording(Shown):
+class AxisRecording(Plotted):
     """Readings of one axis, of one spot over time, or of distances between stations.
 
     ``frame``: ``placement`` (which setting up), ``cycle``, ``way`` (+1 or -1, the sense of travel), ``target`` (of an

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from stepgauge.conditions import require_statement, stored_conditions
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import in_percent
 from stepgauge.recording.conventions import CONVENTIONS, Convention, convention_of
 from stepgauge.recording.simulated import SIMULATED_WARNING, is_simulated
 
-Array = NDArray[np.float64]
 AXES = "xyz"
 TIP_FAR_OFF_MM = 0.1
 """A stated radius farther than this from that of the gauge's blocks belongs to another tip: a reversal is some um."""

@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.compensation.table import CompensationTable
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 
-Array = NDArray[np.float64]
 PULSE_UM = 1.0
 """Least input increment that the pulses of a pitch error table are counted in."""
 MOST_PULSES, MOST_MAGNIFICATION = 7, 100

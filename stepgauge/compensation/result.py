@@ -13,7 +13,7 @@ from stepgauge.compensation.table import CompensationTable
 from stepgauge.conditions import stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Shown, Summarized, as_lines, figures
+from stepgauge.files.shown import Plotted, Summarized, as_lines, figures
 from stepgauge.files.text import write_text
 from stepgauge.recording.simulated import is_simulated
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Compensation(Shown):
+class Compensation(Plotted):
     """The table of an axis, and its ``text`` in the format of a controller."""
 
     drawn_by: ClassVar[str] = "compensation.draw_table"

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from stepgauge.compensation.faces import AxisFaces
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 
-Array = NDArray[np.float64]
 Travel = Literal["both", "mean", "positive", "negative"]
 Extend = Literal["none", "hold", "linear"]
 LARGEST_TABLE = 5000

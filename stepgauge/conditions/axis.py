@@ -13,10 +13,10 @@ from stepgauge.conditions.drift import SURE, drift_rate
 from stepgauge.conditions.outliers import find_outliers
 from stepgauge.conditions.resolution import step_of
 from stepgauge.conditions.series import thermometer_conditions
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.recording.by_face import ByFace
 
-Array = NDArray[np.float64]
 Columns = dict[tuple[int, int], pd.Series]
 """Deviations of every run and way, by place."""
 SMALLEST, LARGE, LARGEST = 0.3e-6, 1e-3, 2e-2

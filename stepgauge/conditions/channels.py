@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.conditions.condition import Condition, Conditions
 from stepgauge.conditions.resolution import step_of
 from stepgauge.conditions.series import copied_block, named_rows, plateau, spikes, thermometer_conditions, twins
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 
-Array = NDArray[np.float64]
 SMALLEST_UM, LARGEST_UM = 0.1, 2000.0
 """Range of a displacement in a drift test: no machine is stiller in hours, and no such sensor reaches farther."""
 FINEST_UM, OF_FINEST_UM = 1e-3, 1.0

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.recording import Recording
 from stepgauge.recording.by_face import FaceStatistics
 
-Array = NDArray[np.float64]
 SURE = 5.0
 """A rate beyond so many of its standard uncertainties is no chance."""
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import plural
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 FEWEST = 8
 """Readings of a cycle from which it is no copy by chance, even on the steps of a display."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.conditions.certificate import certificate_conditions
 from stepgauge.conditions.condition import Condition, Conditions
@@ -21,7 +20,6 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.by_face import FaceStatistics
 
-Array = NDArray[np.float64]
 NOTABLE_UM = 0.1
 """Cosine error over the measured section, and drift within a cycle, from which they are remarked."""
 LEAST_U_UM = 0.5

@@ -14,11 +14,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.physics.robust import TO_SIGMA, mad_sigma
 from stepgauge.recording.by_face import ByFace
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 TIMES = 8.0
 """A reading is left out beyond so many standard deviations of one probing: by chance once in 1e15 readings."""
@@ -48,7 +48,7 @@ _OF_DIFFERENCE = TO_SIGMA / np.sqrt(2.0)
 
 
 @dataclass(frozen=True)
-class LeftOut:
+class ExcludedReading:
     """A reading that is not used: ``row`` in the placement, counted from 0; how far from its repeats, and the limit.
 
     A file of results does not hold the row; it is -1 where it was read from one.
@@ -77,7 +77,7 @@ class LeftOut:
 
 
 @dataclass(frozen=True)
-class Found:
+class OutlierSearch:
     """Rows that their repeats contradict, how far from them, and the limit, um, each ``(m,)``.
 
     ``unclear``: faces whose repeats contradict each other, and nothing tells which of them is right.
@@ -89,10 +89,10 @@ class Found:
     unclear: tuple[int, ...] = ()
 
 
-NONE_FOUND = Found(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
+NONE_FOUND = OutlierSearch(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
 
 
-def find_outliers(readings: ByFace, cycle: Rows, resolution_mm: float = 0.0) -> Found:
+def find_outliers(readings: ByFace, cycle: Rows, resolution_mm: float = 0.0) -> OutlierSearch:
     """Readings that their repeats contradict.
 
     Parameters
@@ -144,7 +144,7 @@ def _near_mm(from_middle: Array, face: Rows, one: int) -> float:
     return _CALM_TO_SIGMA * float(np.sqrt(total / freedom)) if freedom else 0.0
 
 
-def _named(from_middle: Array, readings: ByFace, limit_mm: dict[int, float]) -> Found:
+def _named(from_middle: Array, readings: ByFace, limit_mm: dict[int, float]) -> OutlierSearch:
     """The readings beyond the limit of their face, by rows that rise; faces where two or three contradict each other
     are unclear unless their neighbours tell."""
     rows, unclear, off, limit = list[int](), list[int](), list[float](), list[float]()
@@ -160,7 +160,7 @@ def _named(from_middle: Array, readings: ByFace, limit_mm: dict[int, float]) -> 
             unclear.append(one)
     order = np.argsort(rows, kind="stable")
     off_um, limit_um = (np.array(numbers, float)[order] * 1e3 for numbers in (off, limit))
-    return Found(np.array(rows, np.int64)[order], off_um, limit_um, tuple(unclear))
+    return OutlierSearch(np.array(rows, np.int64)[order], off_um, limit_um, tuple(unclear))
 
 
 def _farther_of_two(readings: ByFace, here: Rows, most_mm: float) -> NDArray[np.bool_]:
@@ -182,7 +182,7 @@ class Judged:
     """Readings to be left out; ``unclear``: faces whose repeats contradict each other; ``many``: in words, what was
     found where it is too much to be slips."""
 
-    left_out: tuple[LeftOut, ...] = ()
+    left_out: tuple[ExcludedReading, ...] = ()
     unclear: tuple[int, ...] = ()
     many: str = ""
 
@@ -203,13 +203,13 @@ def judge(readings: ByFace, cycle: Rows, placement: int, resolution_mm: float) -
         share = f"{many} of {len(readings.face)} readings"
         return Judged(many=f"{share} are far from their repeats: too many to be slips, so all are used")
     left_out = tuple(
-        LeftOut(placement, int(cycle[row]), int(readings.face[row]), int(row), float(off), float(limit))
+        ExcludedReading(placement, int(cycle[row]), int(readings.face[row]), int(row), float(off), float(limit))
         for row, off, limit in zip(found.rows, found.off_um, found.limit_um, strict=True)
     )
     return Judged(left_out, found.unclear)
 
 
-def left_out_words(left_out: tuple[LeftOut, ...]) -> str:
+def left_out_words(left_out: tuple[ExcludedReading, ...]) -> str:
     """What was left out, as a note; further ones than :data:`SHOWN` are counted."""
     shown = ", ".join(map(str, left_out[:SHOWN]))
     more = f" and {len(left_out) - SHOWN} more" if len(left_out) > SHOWN else ""

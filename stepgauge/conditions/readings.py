@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.conditions.drift import clock, drift_rate
-from stepgauge.conditions.outliers import NOTHING_JUDGED, Judged, LeftOut, judge
+from stepgauge.conditions.outliers import NOTHING_JUDGED, ExcludedReading, Judged, judge
 from stepgauge.conditions.resolution import resolution_um
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import APPROACH, POSITION, Recording
@@ -22,8 +23,6 @@ from stepgauge.recording.identity import (
     check_tip,
 )
 from stepgauge.recording.rows import check_beside, check_rows, dot, tilt_rad
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ class Readings:
     drift_u_mm: Array | None = None
 
     @property
-    def left_out(self) -> tuple[LeftOut, ...]:
+    def left_out(self) -> tuple[ExcludedReading, ...]:
         """Readings that their repeats contradict."""
         return self.judged.left_out
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.conditions.condition import Condition
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.recording import POSITION, Recording
 
-Array = NDArray[np.float64]
 NOTABLE_UM = 0.5
 """Steps from which it is remarked: half of one is the largest error of a reading."""
 STEPS_MM = tuple(sorted((m * 10.0**-n for n in range(7) for m in (1.0, 2.0, 5.0, 2.54, 1.27, 5.08)), reverse=True))

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from stepgauge.conditions.condition import Condition
 from stepgauge.conditions.resolution import step_of
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.physics.robust import mad_sigma
 from stepgauge.recording.temperatures import no_temperature
 
-Array = NDArray[np.float64]
 BY_CHANCE = 1e-6
 """Probability of a plateau or a copy by chance, from which it is one."""
 LEAST_COPIED = 8

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.conditions.condition import Condition, Conditions, State
 from stepgauge.conditions.resolution import step_of
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.physics.sphere import fit_sphere
 
-Array = NDArray[np.float64]
 EXACT_UM = 0.01
 """No probe reads a sphere so well: points nearer to one were computed."""
 TIMES, LEAST_UM = 6.0, 3.0

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.dcc.gauge_read import SUBTRACTIONS
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.units import find_unit
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Decisions
@@ -22,7 +22,6 @@ from stepgauge.importing.tables.read import TableLayout, read_file
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.importing.tables.vocabulary import signs_of, subtractions
 
-Array = NDArray[np.float64]
 Role = Literal["face", "nominal", "position", "deviation", "uncertainty", "unused"]
 ROLES: tuple[Role, ...] = get_args(Role)
 UNITS: Mapping[str, float] = {"mm": 1.0, "um": 1e-3, "m": 1e3, "inch": 25.4}

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.conditions import Conditions, require_statement
 from stepgauge.conditions.certificate import table_conditions
@@ -32,11 +31,11 @@ from stepgauge.dcc.gauge_write import (
 from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, NOMINAL, Document, Quantity, read_document
 from stepgauge.dcc.units import CELSIUS_ZERO_K, LENGTH, NUMBER, TEMPERATURE
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.text import one_set, write_sealed, write_text
 from stepgauge.gauge.certified import MAX_DEVIATION_MM, Gauge, read_gauge
 from stepgauge.importing.tables.vocabulary import signs_of
 
-Array = NDArray[np.float64]
 SUBTRACTIONS = {1: "measured-nominal", -1: "nominal-measured"}
 """How deviations are subtracted, by the sign with which they are added to nominal positions."""
 PER_TEMPERATURE = (0, -1, 0, 0)

@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.dcc.units import CELSIUS_ZERO_K, TEMPERATURE, Dimension, Unit, describe, parse_unit
 from stepgauge.dcc.xml import DCC, SI, Element, find, find_all, place, read_xml, short, text_of
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 
-Array = NDArray[np.float64]
 MEASURED, ERROR = "basic_measuredValue", "basic_measurementError"
 EXAMPLE = "stepgauge_example"
 """Kind of the statement that a certificate is invented for demonstration."""

@@ -11,8 +11,7 @@ from stepgauge.dcc.read import ERROR, Document, Quantity
 from stepgauge.dcc.units import LENGTH, NUMBER
 from stepgauge.dcc.write import ERRORS, FACE
 from stepgauge.errors import InputError
-
-Array = NDArray[np.float64]
+from stepgauge.files.arrays import Array
 
 
 @dataclass(frozen=True)

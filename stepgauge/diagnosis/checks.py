@@ -10,15 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
 from stepgauge.diagnosis.result import Check
+from stepgauge.files.arrays import Array
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.problem import Problem
 
-Array = NDArray[np.float64]
 ALLOWED = 4.0
 """Standard deviations up to which a part passes: four parts of a thousand recordings fail one by chance in four."""
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.laws.library import SEEN_SHARE, reached_axes
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects.grids import pauses_s
+from stepgauge.files.arrays import Array
 from stepgauge.recording import COUNTS, OPTIONAL, REQUIRED
 from stepgauge.recording.columns import STYLUS
 
-Array = NDArray[np.float64]
 ROUNDING = 1e-9
 SAME_PLACE = 1e-6
 """Share of the gauge's length below which two coordinates are the same."""

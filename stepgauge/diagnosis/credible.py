@@ -32,7 +32,7 @@ from scipy import special
 from stepgauge.diagnosis.priors import Decision
 from stepgauge.inference.hypothesis import Hypothesis, log_posterior
 from stepgauge.inference.moves import HOPELESS, MOST_TERMS
-from stepgauge.inference.posterior import Alternative, CredibleSet, Member, Posterior, credible_set
+from stepgauge.inference.posterior import AlternativeHypothesis, CredibleSet, Member, Posterior, credible_set
 from stepgauge.inference.problem import Term
 from stepgauge.inference.proposal import Proposal
 from stepgauge.inference.search import Search
@@ -211,7 +211,9 @@ def _fit(rival: Member) -> float:
     return -np.inf if rival.hypothesis is None else rival.hypothesis.log_fit
 
 
-def replacements(several: Sequence[Alternative], label: str, kind: str, decision: Decision) -> list[Alternative]:
+def replacements(
+    several: Sequence[AlternativeHypothesis], label: str, kind: str, decision: Decision
+) -> list[AlternativeHypothesis]:
     """Combinations of laws that may replace one law, with others or alone.
 
     More laws fit as well as fewer, so that readings do not exclude them: they must not be ``excluded`` times less
@@ -222,12 +224,12 @@ def replacements(several: Sequence[Alternative], label: str, kind: str, decision
     return [one for one in near if all(c.named and c.kind != kind for c in one.come)]
 
 
-def joined_kinds(several: Sequence[Alternative]) -> tuple[str, ...]:
+def joined_kinds(several: Sequence[AlternativeHypothesis]) -> tuple[str, ...]:
     """Combinations of laws as their kinds: ``scale_error + squareness``."""
     return tuple(dict.fromkeys(" + ".join(sorted(c.kind for c in one.come)) for one in several))
 
 
-def set_probability(answer: Posterior, rivals: Sequence[Member], several: Sequence[Alternative]) -> float:
+def set_probability(answer: Posterior, rivals: Sequence[Member], several: Sequence[AlternativeHypothesis]) -> float:
     """Probability that a law or another one of its set is a cause, averaged over all hypotheses.
 
     It is at most the share of the set in its place: where two laws may be replaced together, neither place shows it.
@@ -237,7 +239,9 @@ def set_probability(answer: Posterior, rivals: Sequence[Member], several: Sequen
     return min(sum(one.probability for one in rivals), answer.probability_of_any(every), 1.0)
 
 
-def law_probability(said: StatedTerm, answer: Posterior, several: Sequence[Alternative], decision: Decision) -> float:
+def law_probability(
+    said: StatedTerm, answer: Posterior, several: Sequence[AlternativeHypothesis], decision: Decision
+) -> float:
     """Probability that a stated law, or another one of its set, is a cause."""
     kind = said.lead.candidate.kind
     combined = replacements(several, said.lead.candidate.label, kind, decision)

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from shlex import quote
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Solved, orthonormal
 from stepgauge.diagnosis.further_runs import ExtendedRecording, FurtherRun, can_be_planned, extended, further_runs
@@ -29,7 +28,6 @@ from stepgauge.gauge.placement import format_placement
 from stepgauge.inference.design import expected_information_gain
 from stepgauge.inference.problem import Candidate
 
-Array = NDArray[np.float64]
 _AXIS = re.compile(r"_([xyz])\b")
 ALONG = "the gauge along machine "
 TELLING = 9.0

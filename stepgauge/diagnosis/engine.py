@@ -7,7 +7,6 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from stepgauge.axis.sensors import without_probe
@@ -40,6 +39,7 @@ from stepgauge.diagnosis.structure import inexact_laws, nearest_words, structure
 from stepgauge.diagnosis.wording.notation import misfit
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModels
@@ -48,7 +48,6 @@ from stepgauge.inference.search import Progress, Search
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
 
-Array = NDArray[np.float64]
 FEWEST_DOF = 8
 MOST_SEARCHED = 3000
 """Largest number of rows in the search; the laws found are fitted to all."""

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.credible import (
     LEAST_ODDS,
@@ -26,11 +25,11 @@ from stepgauge.diagnosis.stated_model import Model, law_of_expected_size, law_of
 from stepgauge.effects import Effect
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.posterior import Alternative, Member, Posterior
+from stepgauge.inference.posterior import AlternativeHypothesis, Member, Posterior
 from stepgauge.recording import APPROACH, POSITION
 
-Array = NDArray[np.float64]
 ANYWHERE, SAME = 60, 1.0 - 1e-9
 """Made-up probings, and the cosine between displacements at them from which two laws are one."""
 
@@ -120,7 +119,7 @@ def _scattered(data: Residuals) -> Probings:
     return Probings(pd.DataFrame(columns), data.probings.setting)
 
 
-def _replacements(several: list[Alternative], label: str) -> tuple[Replacement, ...]:
+def _replacements(several: list[AlternativeHypothesis], label: str) -> tuple[Replacement, ...]:
     """Combinations of laws in place of one and perhaps of others, the most probable first."""
     found: dict[tuple[tuple[str, ...], tuple[str, ...]], float] = {}
     for one in several:
@@ -134,7 +133,7 @@ def _replacements(several: list[Alternative], label: str) -> tuple[Replacement, 
 
 def _of_geometry(
     said: StatedTerm,
-    several: list[Alternative],
+    several: list[AlternativeHypothesis],
     model: Model,
     answer: Posterior,
     data: Residuals,

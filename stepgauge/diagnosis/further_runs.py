@@ -17,6 +17,7 @@ from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals, unchecked_residuals
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
 from stepgauge.inference.metric import Metric
@@ -29,7 +30,6 @@ from stepgauge.planning.program import ProbingChoice, checked_program, make_sett
 from stepgauge.recording import APPROACH, POSITION, Recording
 from stepgauge.recording.columns import STYLUS
 
-Array = NDArray[np.float64]
 CYCLES = 2
 MARGIN_MM = np.array([40.0, 40.0, 60.0])
 """Distance to the travel limits for stand-off, clearance and lift, on x, y and z."""

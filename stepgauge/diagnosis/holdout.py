@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.files.arrays import Array
 
-Array = NDArray[np.float64]
 WEAK = 1e-2
 """Prior weight of a coefficient, a standard deviation of ten times the one that all rows give: where the remaining rows
 do not determine it, it is predicted as zero, and not as anything."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
 from stepgauge.diagnosis.checks import noiseless
@@ -17,12 +16,12 @@ from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Located, Noise
 from stepgauge.diagnosis.stated_model import Model
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.inference.noise_models import OUTLYING, NoiseModel
 from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.problem import Problem
 
-Array = NDArray[np.float64]
 AT_LEAST = 1.05
 """Ratio to the least scatter that readings may have up to which none was measured."""
 REPEATABILITY = "repeatability"

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from stepgauge.effects import effect_kinds
@@ -22,7 +21,6 @@ from stepgauge.files.config import Table, check_table, read_toml
 from stepgauge.inference.priors import NoisePriors
 from stepgauge.inference.problem import AmplitudePrior
 
-Array = NDArray[np.float64]
 FILE = "priors.toml"
 
 

@@ -6,7 +6,6 @@ from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import everywhere
 from stepgauge.diagnosis.forms.candidates import form_candidates
@@ -15,12 +14,12 @@ from stepgauge.diagnosis.laws.geometry import KIND, geometry_of
 from stepgauge.diagnosis.laws.parts import laws_in_parts
 from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.files.arrays import Array
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.inference.problem import Problem
 from stepgauge.recording import POSITION
 
-Array = NDArray[np.float64]
 LEAST_GAP = 0.2
 """Least time between neighbours over the typical one: readings with equal times are not one reading."""
 LEFT = np.geomspace(0.03, 1.0, 36)

@@ -13,6 +13,7 @@ from stepgauge.conditions.duplicates import copied_cycles
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.totals import latched_um, scatter_um
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import machine_effects
@@ -20,7 +21,6 @@ from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.columns import STYLUS
 from stepgauge.recording.identity import axis_from_approaches, certified_mm, check_recording
 
-Array = NDArray[np.float64]
 FEWEST_ROWS = 12
 MOST_ALONE = 0.2
 """Share of probings without a repeat at the same speed above which repeats at other speeds also count."""

@@ -16,9 +16,10 @@ from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Shown, as_lines
+from stepgauge.files.shown import Plotted, as_lines
 from stepgauge.files.text import in_folder, read_result, result_text, write_text
 from stepgauge.inference.search import Step
 from stepgauge.recording import Recording
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
     from stepgauge.diagnosis.forms.formula import UnknownLaw
 
-Array = NDArray[np.float64]
 FILE = "diagnosis.json"
 NEEDED = ("verdict", "effects", "unexplained", "fit", "inputs")
 """Keys that every diagnosis has."""
@@ -148,7 +148,7 @@ class Check:
     words: str
 
 
-class Diagnosis(Shown):
+class Diagnosis(Plotted):
     """What is stated of a recording, of an axis, or of the map of a probe.
 
     ``said``: all of it in JSON types, as ``diagnosis.json`` has it; ``path``: the file that it was read from. One that

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.credible import (
     LEAST_ODDS,
@@ -27,12 +26,12 @@ from stepgauge.diagnosis.laws.usual import size_of_shape
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import rms
+from stepgauge.files.arrays import Array
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.search import Search
 
-Array = NDArray[np.float64]
 SPANNED = 0.05
 """Share of a law's signature, left by a form, below which the form may contain the law."""
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import covariates, mask
 from stepgauge.diagnosis.credible import (
@@ -27,10 +26,9 @@ from stepgauge.diagnosis.result import Located, Replacement, rms
 from stepgauge.diagnosis.stated_model import Model, law_covariates, term_rms_um
 from stepgauge.diagnosis.wording.notation import listed, name_of
 from stepgauge.files.notation import rounded
-from stepgauge.inference.posterior import Alternative, Member, Posterior
+from stepgauge.inference.posterior import AlternativeHypothesis, Member, Posterior
 from stepgauge.inference.problem import Candidate
 
-Array = NDArray[np.float64]
 FAINT = 0.3
 """Share of the largest weight below which a reading has too little information on a form."""
 TOLD_BESIDE = 0.3
@@ -154,7 +152,7 @@ def _regime(said: StatedTerm, model: Model, data: Residuals) -> str:
     return regime(x[seen], columns, mean, covariance, f" {unit}".rstrip())
 
 
-def _nearest(said: StatedTerm, several: Sequence[Alternative]) -> tuple[Replacement, ...]:
+def _nearest(said: StatedTerm, several: Sequence[AlternativeHypothesis]) -> tuple[Replacement, ...]:
     """Laws, one or several together, that may be in the place of a form, the most probable first."""
     own, lead = said.lead.candidate.label, said.lead.probability
     laws: list[tuple[tuple[Candidate, ...], float]] = []

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.result import rms
 from stepgauge.effects.order import followed
+from stepgauge.files.arrays import Array
 
-Array = NDArray[np.float64]
 MOST_PAUSES = 20
 """The longest pauses; in shorter ones a curve and its chord differ with the square of the time."""
 MOST_AMPLITUDES, NEGLIGIBLE = 4, 1e-4

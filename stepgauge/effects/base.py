@@ -16,7 +16,8 @@ from pydantic import Field, PlainValidator, field_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from stepgauge.effects.probings import Array, Probings
+from stepgauge.effects.probings import Probings
+from stepgauge.files.arrays import Array
 from stepgauge.files.config import Table
 from stepgauge.files.formula import parse_formula
 

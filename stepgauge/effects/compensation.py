@@ -8,9 +8,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from stepgauge.effects.base import GAUGE, Array, Axis, Displacement, Effect, parameter
+from stepgauge.effects.base import GAUGE, Axis, Displacement, Effect, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.reversal import STANDSTILL
+from stepgauge.files.arrays import Array
 from stepgauge.files.config import file_beside
 from stepgauge.files.tables import read_numbers
 

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from stepgauge.effects.base import GAUGE, AnyDirection, Array, Displacement, Effect, along, parameter
+from stepgauge.effects.base import GAUGE, AnyDirection, Displacement, Effect, along, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.formula import Formula, parse_formula
 from stepgauge.recording import POSITION
 

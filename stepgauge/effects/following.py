@@ -8,22 +8,12 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import (
-    AXES,
-    GAUGE,
-    Array,
-    Axis,
-    Direction,
-    Displacement,
-    Effect,
-    EffectPrior,
-    along,
-    parameter,
-)
+from stepgauge.effects.base import AXES, GAUGE, Axis, Direction, Displacement, Effect, EffectPrior, along, parameter
 from stepgauge.effects.geometry import PowerOfCoordinate
 from stepgauge.effects.motion import moved
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.thermal import REFERENCE_C, begins_s, hours_since
+from stepgauge.files.arrays import Array
 
 LEAST_VARIED = 0.1
 """Share of a temperature above that at which an effect is zero that must be variation, both root mean square."""

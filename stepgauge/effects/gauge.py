@@ -8,9 +8,10 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import GAUGE, Array, Displacement, Effect, EffectPrior, parameter
+from stepgauge.effects.base import GAUGE, Displacement, Effect, EffectPrior, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 
 MOST_REVERSED_MM = 1.0
 """Largest difference of a face to its mirror image at which a probe that searches still finds it."""

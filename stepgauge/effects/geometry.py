@@ -12,9 +12,10 @@ from typing import Any, ClassVar, Literal
 from pydantic import model_validator
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import GAUGE, Array, Axis, Displacement, Effect, EffectPrior, parameter
+from stepgauge.effects.base import GAUGE, Axis, Displacement, Effect, EffectPrior, parameter
 from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
+from stepgauge.files.arrays import Array
 from stepgauge.files.config import Vector3
 
 _SQUARE = {"xy": ("x", "y"), "xz": ("x", "z"), "yz": ("y", "z")}

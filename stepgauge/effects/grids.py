@@ -11,12 +11,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.effects.base import Grid
 from stepgauge.effects.probings import Probings
+from stepgauge.files.arrays import Array
 
-Array = NDArray[np.float64]
 Choices = Mapping[str, Any]
 FEWEST_PERIODS = 2.0
 """Least number of periods within the duration of the measurement: less of one is a curvature."""

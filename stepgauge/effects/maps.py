@@ -8,9 +8,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from stepgauge.effects.base import GAUGE, Array, Axis, Displacement, Effect, parameter
+from stepgauge.effects.base import GAUGE, Axis, Displacement, Effect, parameter
 from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
+from stepgauge.files.arrays import Array
 from stepgauge.files.config import Vector3, file_beside
 from stepgauge.files.tables import read_numbers
 

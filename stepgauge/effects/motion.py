@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from stepgauge.effects.base import Array, Displacement, parameter
+from stepgauge.effects.base import Displacement, parameter
 from stepgauge.effects.probings import Probings
+from stepgauge.files.arrays import Array
 from stepgauge.files.config import Vector3
 
 NEXT = {"x": "y", "y": "z", "z": "x"}

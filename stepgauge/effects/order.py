@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
+
 if TYPE_CHECKING:
     from stepgauge.effects.probings import Probings
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 Order = Rows | slice
 """Rows in an order: all of them where they are in it already."""

@@ -9,8 +9,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import GAUGE, UNDETERMINED, Array, Displacement, Effect, EffectPrior, parameter
+from stepgauge.effects.base import GAUGE, UNDETERMINED, Displacement, Effect, EffectPrior, parameter
 from stepgauge.effects.probings import Probings
+from stepgauge.files.arrays import Array
 from stepgauge.probes import EmpiricalProbe, MechanicalProbe, Probe
 
 TOLD_APART, LIKE_DIRECTIONS = 0.3, 0.1

@@ -13,12 +13,12 @@ from stepgauge.effects import order
 from stepgauge.effects.order import followed as followed
 from stepgauge.effects.setting import Setting as Setting
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 
 if TYPE_CHECKING:
     from stepgauge.gauge.certified import Gauge
     from stepgauge.probes.schema import ProbeTable
 
-Array = NDArray[np.float64]
 FACE_COS = 0.5
 """Cosine of approach and gauge axis, at least, where a face is probed."""
 Rows = NDArray[np.int64]

@@ -7,9 +7,10 @@ from typing import ClassVar
 import numpy as np
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import AXES, UNDETERMINED, Array, Axis, Displacement, Effect, EffectPrior, Words, parameter
+from stepgauge.effects.base import AXES, UNDETERMINED, Axis, Displacement, Effect, EffectPrior, Words, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.scales import bump
+from stepgauge.files.arrays import Array
 
 FEWEST_BACK = 0.2
 """Share of the touches each way from which a difference between the ways can be told from single touches."""

@@ -7,9 +7,10 @@ from typing import ClassVar
 import numpy as np
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import AXES, Array, Axis, Displacement, Effect, EffectPrior, parameter
+from stepgauge.effects.base import AXES, Axis, Displacement, Effect, EffectPrior, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.waves import sine
+from stepgauge.files.arrays import Array
 
 
 class ScaleError(Effect):

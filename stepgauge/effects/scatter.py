@@ -7,8 +7,9 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from stepgauge.effects.base import Array, Displacement, Effect, parameter, whole_numbers
+from stepgauge.effects.base import Displacement, Effect, parameter, whole_numbers
 from stepgauge.effects.probings import Probings
+from stepgauge.files.arrays import Array
 
 Covariate = Literal["x", "y", "z", "position", "speed", "time"]
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stepgauge.files.arrays import Array
 
 if TYPE_CHECKING:
     from stepgauge.gauge.certified import Gauge
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from stepgauge.probes import Probe
     from stepgauge.probes.schema import ProbeTable
 
-Array = NDArray[np.float64]
 CARRIER_MM = 14.5
 """From the root of a stylus to the contacts of its probe (Rodrigues 2021, OMP40-2)."""
 

@@ -14,20 +14,10 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import (
-    GAUGE,
-    Array,
-    Axis,
-    Direction,
-    Displacement,
-    Effect,
-    EffectPrior,
-    Grid,
-    along,
-    parameter,
-)
+from stepgauge.effects.base import GAUGE, Axis, Direction, Displacement, Effect, EffectPrior, Grid, along, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.waves import sine
+from stepgauge.files.arrays import Array
 
 LIKE_DIRECTIONS = 0.1
 """Cosine to an axis below which a gauge hardly lies along it."""

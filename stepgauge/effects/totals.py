@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stepgauge.effects.base import Array, Displacement, Effect
+from stepgauge.effects.base import Displacement, Effect
 from stepgauge.effects.empirical import holds
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 
 BLOCK_ROWS = 16384
 """Rows worked on at a time: a dozen columns of them stay in a processor's cache."""

@@ -10,9 +10,10 @@ import numpy as np
 from pydantic import model_validator
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import GAUGE, UNDETERMINED, Array, Displacement, Effect, EffectPrior, UsualShape, parameter
+from stepgauge.effects.base import GAUGE, UNDETERMINED, Displacement, Effect, EffectPrior, UsualShape, parameter
 from stepgauge.effects.probings import Probings, Setting
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.physics import friction, trigger
 from stepgauge.physics.directions import iso_10360_5_points
 from stepgauge.probes import MechanicalProbe

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.effects.probings import Array
+from stepgauge.files.arrays import Array
 
 FEWEST = 32
 """Rates from which the theorem pays."""

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-from numpy.typing import NDArray
-
 from stepgauge.conditions import Condition
 from stepgauge.evaluation.face_errors import REffOrigin, radius_blocks, reference_face, reversal_of_scale_um
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.recording.by_face import FaceStatistics
 
-Array = NDArray[np.float64]
 NOTABLE_UM = 0.1
 """Reversal that a scale error shows from which it is remarked."""
 

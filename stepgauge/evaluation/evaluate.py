@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 
 from stepgauge.conditions import Conditions
 from stepgauge.conditions.gauge import gauge_conditions
-from stepgauge.conditions.outliers import LeftOut
+from stepgauge.conditions.outliers import ExcludedReading
 from stepgauge.conditions.readings import project_readings
 from stepgauge.errors import InputError
 from stepgauge.evaluation.definitions import definitions
 from stepgauge.evaluation.face_errors import REffOrigin, band_um, face_errors, radius_blocks, reference_face
+from stepgauge.files.arrays import Array
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Shown, as_lines, figures
+from stepgauge.files.shown import Plotted, as_lines, figures
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.recording import POSITION, Recording
@@ -38,8 +39,6 @@ if TYPE_CHECKING:
 
     from stepgauge.machine.file import Machine
     from stepgauge.standards.mpe import Mpe
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,7 @@ class PlacementResult:
     origin_mm: Array
     gauge_temperature_C: float | None
     conditions: Conditions
-    left_out: tuple[LeftOut, ...] = ()
+    left_out: tuple[ExcludedReading, ...] = ()
     scale_temperature_C: float | None = None
 
     @property
@@ -125,7 +124,7 @@ def _um(value: float) -> str:
 
 
 @dataclass(frozen=True, repr=False)
-class Evaluation(Shown):
+class Evaluation(Plotted):
     """Results of all placements of a recording.
 
     ``limit``: maximum permissible error that they are compared with; ``judged``: what that comparison gives.

@@ -12,9 +12,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.recording.by_face import FaceStatistics
 
-Array = NDArray[np.float64]
 REffOrigin = Literal["first", "all"]
 
 

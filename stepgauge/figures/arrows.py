@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.evaluate import PlacementResult
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.files.arrays import Array
 
-Array = NDArray[np.float64]
 WIDTH_MM, HEIGHT_MM = 140.0, 130.0
 LONG, SHORT, GREY = CYCLE[0], CYCLE[1], COLORS["grey"]
 LARGEST_SHARE = 0.16

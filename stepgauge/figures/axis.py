@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.axis.residuals import AxisData
 from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.files.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from stepgauge.axis.recording import AxisRecording
     from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis
 
-Array = NDArray[np.float64]
 MOST_PANELS = 3
 MOST_POINTS = 4000
 """Points drawn of each kind; more would hide each other."""

@@ -30,13 +30,13 @@ from stepgauge.figures.effect_panels import (
     sides,
 )
 from stepgauge.figures.style import COLORS, FORMATS, figure_style, new_figure, save_figure
+from stepgauge.files.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
-Array = NDArray[np.float64]
 OVERVIEW, RESIDUALS, EFFECTS = "overview", "residuals", "effects"
 MOST_COLUMNS = 3
 MOST_POINTS = 4000

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.files.arrays import Array
 from stepgauge.standards.drift import FIRST_S, DriftTest
 
-Array = NDArray[np.float64]
 WIDTH_MM, PANEL_MM = 170.0, 62.0
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 MOST_MARKS = 40

@@ -42,9 +42,9 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
 from stepgauge.effects import Effect
 from stepgauge.figures.style import CYCLE
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 
-Array = NDArray[np.float64]
 Drawn = Literal["line", "stairs", "marks"]
 MOST_PANELS = 6
 MOST_MEANS = 24

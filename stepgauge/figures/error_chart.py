@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.figures.faces import NAMES, POSITION_LABEL, column, deviation_um
+from stepgauge.files.arrays import Array
 from stepgauge.standards.difference import Difference
 
-Array = NDArray[np.float64]
 LINES = ("--line-1", "--line-2", "--line-3", "--line-4")
 SYMBOLS = ("circle", "square", "triangle-up", "diamond", "x")
 

@@ -17,17 +17,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict, face_rows
 from stepgauge.figures.faces import POSITION_LABEL, column
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import counted
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.mpe import Mpe
 
-Array = NDArray[np.float64]
 WIDTH_MM, HEIGHT_MM = 170.0, 106.0
 LARGEST_MARKER_PT, SMALLEST_MARKER_PT = 4.6, 2.2
 

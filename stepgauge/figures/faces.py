@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from stepgauge.files.arrays import Array
+
 POSITION_LABEL = "nominal position along the gauge, from face 1 (mm)"
 NAMES = {"xf": "forward XF", "xb": "backward XB", "xm": "mean XM", "xr": "reversal XR"}
 

@@ -14,14 +14,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
-from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.files.arrays import Array
 from stepgauge.standards.iso10360 import KINDS, LengthTest
 from stepgauge.standards.iso10360_positions import TestLength
 from stepgauge.standards.lengths import Kind
 
-Array = NDArray[np.float64]
 WIDTH_MM, HEIGHT_MM = 170.0, 90.0
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 DODGE_PT = 1.6

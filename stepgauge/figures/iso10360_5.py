@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import angles_rad, probe_frame
 from stepgauge.standards.iso10360_5 import ProbingTest, StylusPoints
 
-Array = NDArray[np.float64]
 WIDTH_MM, HEIGHT_MM = 170.0, 85.0
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 

@@ -5,20 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.figures.faces import NAMES, POSITION_LABEL, column, deviation_um
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.files.arrays import Array
 from stepgauge.standards.difference import ERRORS, Difference, differences
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 LOOKS = (COLORS["before"], COLORS["after"], *CYCLE[2:])
 """The first evaluation, the second, and further ones."""
 MARKERS = "os^Dv"

@@ -26,12 +26,12 @@ from stepgauge.figures.style import (
     new_figure,
     save_figure,
 )
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.motion.collision import Obstacles, make_obstacles
 from stepgauge.motion.moves import Path
 
-Array = NDArray[np.float64]
 WIDTH_MM = 180.0
 MARGIN_MM = 45.0
 """Margin of the figure around the gauge; a home position farther away is outside."""

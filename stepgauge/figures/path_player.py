@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from stepgauge.figures.path_scene import DECIMALS, path_scene
 from stepgauge.figures.style import COLORS, STOP_COLOR
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.motion.collision import Tool, ToolPart
 from stepgauge.motion.moves import Path, Program, trace
 
-Array = NDArray[np.float64]
 CORNERS = 16
 """Of the circles that the tool is made of."""
 BODY_SHOWN_MM = 60.0

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError
 from stepgauge.figures.plotly_library import embedded_json, packed_library
 from stepgauge.figures.style import BLOCK_COLOR, COLORS, MEASURE_COLOR, RAIL_COLOR, STOP_COLOR, TRAVEL_COLOR
+from stepgauge.files.arrays import Array
 from stepgauge.files.text import write_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.motion.collision import Obstacles, make_obstacles
 from stepgauge.motion.moves import Path
 
-Array = NDArray[np.float64]
 DECIMALS = 4
 """Decimals of coordinates in mm: more are not visible."""
 EYE = {"x": 0.75, "y": 0.75, "z": 0.6}

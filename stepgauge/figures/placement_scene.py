@@ -6,15 +6,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.figures.path_scene import DECIMALS, boxes, scene_of, travel_volume
 from stepgauge.figures.style import BLOCK_COLOR, MEASURE_COLOR, RAIL_COLOR, STOP_COLOR
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.motion.collision import make_obstacles
 
-Array = NDArray[np.float64]
 EYE = {"x": 1.15, "y": 1.15, "z": 0.95}
 """Far enough to have the whole machine in view."""
 

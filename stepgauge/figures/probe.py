@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, figure_style, new_figure, save_figure
+from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes.base import Probe
 from stepgauge.probes.directions_map import DirectionMap, map_directions
@@ -16,7 +16,6 @@ from stepgauge.probes.directions_map import DirectionMap, map_directions
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 QUANTITIES = (
     ("trigger_force_N", "trigger force (N)"),

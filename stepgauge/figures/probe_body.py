@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from stepgauge.figures.error_chart import LINES, numbers
 from stepgauge.figures.probe import QUANTITIES
+from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes.directions_map import DirectionMap
 
-Array = NDArray[np.float64]
 TITLES = dict(QUANTITIES)
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash")
 MOST_CURVES = 5

@@ -15,13 +15,13 @@ from stepgauge.diagnosis.maps.model import ChangeTerm, build_probe, changed_tabl
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.result import rms
 from stepgauge.figures.style import COLORS, FORMATS, figure_style, new_figure, save_figure
+from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import unit_vectors
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.bool_]
 RESIDUALS, DIRECTIONS, EFFECTS = "residuals", "directions", "effects"
 MOST_PANELS = 6

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, figure_style, new_figure, save_figure
+from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import angles_rad, probe_frame
 
 if TYPE_CHECKING:
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from stepgauge.physics.sphere import SphereFit
     from stepgauge.probes.qualification import Qualification
 
-Array = NDArray[np.float64]
 
 # Points this near a section are drawn in it: less than half of the 9 deg between the points of a dense pattern.
 _SECTION_RAD = np.radians(4.0)

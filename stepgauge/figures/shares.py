@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.files.arrays import Array
 from stepgauge.machine.readout import TOTAL_SHARE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 MOST = 6
 """Effects with a colour of their own; the smaller ones are added up as "others"."""
 

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.files.arrays import Array
 from stepgauge.montecarlo.model import Model, Part
 from stepgauge.montecarlo.summary import Summary
 from stepgauge.recording.simulated import is_simulated
@@ -17,7 +17,6 @@ from stepgauge.standards.budget_sources import LABELS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 MOST = 6
 """Inputs with a colour of their own; the smaller ones are added up in quadrature as "others"."""
 

@@ -11,11 +11,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import counted
 
-Array = NDArray[np.float64]
 Values = Mapping[str, Array]
 Node = Callable[[Values], Array]
 MAX_LENGTH = 1000

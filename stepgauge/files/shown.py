@@ -46,7 +46,7 @@ class Summarized:
         return lines + str(table)
 
 
-class Shown(Summarized):
+class Plotted(Summarized):
     """What can also be drawn.
 
     ``drawn_by`` names the function of :mod:`stepgauge.figures` that draws the result on given axes: figures stand above

@@ -16,13 +16,12 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, reading
+from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
 from stepgauge.files.text import read_text, write_text
 
-Array = NDArray[np.float64]
 LOOKED_AT = 65_536
 """Bytes by which a table is known to be one of ours."""
 

@@ -16,7 +16,7 @@ from stepgauge.errors import InputError, naming, reader
 from stepgauge.files.config import Table, check_table, file_beside, read_toml
 from stepgauge.files.dates import check_past
 from stepgauge.files.resources import find_data
-from stepgauge.files.shown import Shown, as_lines
+from stepgauge.files.shown import Plotted, as_lines
 from stepgauge.files.tables import CsvTable, read_numbers
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ LEAST_UNCERTAINTY_UM = 0.01
 
 
 @dataclass(frozen=True, repr=False)
-class Gauge(Shown):
+class Gauge(Plotted):
     """A step gauge as certified.
 
     ``nominal_mm``, ``position_mm`` and ``u_um`` (standard uncertainty) have one entry per face; face ``k`` is entry

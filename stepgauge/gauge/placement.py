@@ -10,19 +10,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import Field
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.config import Table, Vector3, check_table, parse_toml
-from stepgauge.files.shown import Shown, as_lines
+from stepgauge.files.shown import Plotted, as_lines
 from stepgauge.files.text import read_text, write_sealed
 from stepgauge.gauge.certified import Gauge
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
 STANDING_COS = 0.999
 """|a.z| above which machine +z gives no usable up direction (within 2.6 deg of vertical)."""
 UPRIGHT_SIN = 1e-3
@@ -46,7 +46,7 @@ class PlacementTable(Table):
 
 
 @dataclass(frozen=True, repr=False)
-class Placement(Shown):
+class Placement(Plotted):
     """A placement of the gauge.
 
     ``axis`` (a), ``up`` and ``side`` (s = a x up) are unit vectors, ``c1_mm`` the centre of block ``first_block``.

@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from stepgauge.files.arrays import Array
+
 FEWEST_FOR_CONTROL = 5
 LEAST = 1e-12
 

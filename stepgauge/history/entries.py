@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from stepgauge.conditions import require_statement, stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.files import read_evaluation, stored_reversal_of_scale_um
+from stepgauge.files.arrays import Array
 from stepgauge.files.dates import moment_in_path, parse_moment
 from stepgauge.recording.simulated import is_simulated
 
-Array = NDArray[np.float64]
 DateFrom = Literal["record", "file"]
 ALONG_DEG = 10.0
 """A gauge closer than this to a machine axis measures that axis."""

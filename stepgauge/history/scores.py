@@ -11,11 +11,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.history.entries import HistoryEntry
 
-Array = NDArray[np.float64]
 FARTHEST = 8.0
 """Normal scores are cut here: beyond it the distribution functions are 0 or 1."""
 

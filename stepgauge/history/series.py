@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.files.notation import rounded
 from stepgauge.history.chart import FEWEST_FOR_CONTROL, control_limits
@@ -20,7 +21,6 @@ from stepgauge.history.entries import QUANTITIES, HistoryEntry
 from stepgauge.history.scores import Scores, scores
 from stepgauge.history.trend import Trend, findings, fit_trend
 
-Array = NDArray[np.float64]
 OTHER_TIP_UM = 50.0
 FALSE_WARNINGS = 0.05
 """Probability that a report of pure noise has any warning."""

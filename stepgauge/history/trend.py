@@ -12,11 +12,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.files.dates import YEAR_DAYS
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

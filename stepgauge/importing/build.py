@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
 from stepgauge.files.units import find_unit, unit_hint
 from stepgauge.gauge.certified import Gauge
@@ -28,7 +29,6 @@ from stepgauge.recording.columns import near_miss
 from stepgauge.recording.identity import LARGEST_RADIUS_MM, axis_from_approaches, stated_serials
 from stepgauge.recording.temperatures import no_temperature
 
-Array = NDArray[np.float64]
 _OURS = ("import", "points", "probings", "log", "tip_radius_mm")
 """Comments that an exported recording carries and that are made anew."""
 CLEAR = 0.25

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.units import LENGTH_MM
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -25,7 +26,6 @@ from stepgauge.importing.faces import AT_FACE_MM, beside_blocks, nearest_faces
 from stepgauge.importing.log import ProbeLog
 from stepgauge.motion.moves import Program
 
-Array = NDArray[np.float64]
 Settled = tuple[ProbeLog, Placement, Program | None, tuple[str, ...]]
 ALARM, SHIFT, REPEATS = "alarm", "shift", "repeats"
 UNITS = ("inch", "m", "um")

@@ -16,7 +16,6 @@ from stepgauge.importing.expected import Expected, coordinates
 from stepgauge.importing.log import ProbeLog
 from stepgauge.importing.search_line import from_target
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 FOREIGN = -1
 ACCEPTABLE = ("missing", "doubled", "order", "foreign")

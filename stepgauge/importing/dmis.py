@@ -13,15 +13,14 @@ from collections import Counter
 from urllib.parse import unquote
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.files.units import LENGTH_MM
 from stepgauge.importing.log import ProbeLog, counted, unit_vectors
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.programs.dmis import ENCODED, statements
 from stepgauge.programs.reading import Reader
 
-Array = NDArray[np.float64]
 _STATEMENT = re.compile(r"(?:([A-Z]+)\(([^()]*)\)\s*=\s*)?([A-Z]+)(?:\s*[/=]\s*(.*))?", re.IGNORECASE | re.DOTALL)
 _MM = {"MM": 1.0, "CM": 10.0, "M": 1000.0, "INCH": LENGTH_MM["inch"]}
 _POINT = re.compile(r"C(\d{1,9})F(\d{1,9})|P(\d{1,9})C(\d{1,9})F(\d{1,9})", re.IGNORECASE | re.ASCII)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.importing.alignment import align
@@ -24,7 +25,6 @@ from stepgauge.importing.log import ProbeLog
 from stepgauge.motion.moves import Program
 from stepgauge.planning.plan import ORDERS, PlanOptions, faces_in_order
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 LATERAL_MM = 0.1
 """A machine that searches along a straight line stays this close to it."""

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.units import unit_hint
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.motion.moves import Program
 
-Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
 MIN_COSINE = 0.98
 """Smallest cosine between an approach and the gauge axis: 11 deg, beyond what any locating gets wrong."""

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
 from stepgauge.importing.log import ProbeLog, check_other_axes, counted, numbered, unit_vectors
 from stepgauge.importing.tables.clock import read_clock, stamp_in
@@ -27,7 +27,6 @@ from stepgauge.ippdme.values import once
 from stepgauge.recording import comment_lines
 from stepgauge.recording.simulated import SIMULATED_COMMENT
 
-Array = NDArray[np.float64]
 _LINE = re.compile(r"(?P<before>.*?)(?<![\d.:])(?P<tag>\d{5}|E\d{4})\s+(?P<rest>[A-Za-z&%#!].*)", re.ASCII)
 _COMMAND = re.compile(r"(\w+)\((.*)\)")
 _FIELD = re.compile(r"([A-Za-z][\w.]{0,99})\(([^()]*)\)")

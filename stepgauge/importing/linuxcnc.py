@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
 from stepgauge.files.units import LENGTH_MM
 from stepgauge.importing.log import ProbeLog, check_other_axes, numbered
 from stepgauge.recording import comment_lines
 
-Array = NDArray[np.float64]
 _COLUMNS = {5: "n x y z success", 6: "n x y z success seconds", 9: "x y z a b c u v w"}
 _NUMBER = re.compile(r"[-+]?\d+(\.\d*)?", re.ASCII)
 _UNIT = re.compile(r"(?m)^\s*#.*\b(G20|G21)\b")

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.units import LENGTH_MM
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

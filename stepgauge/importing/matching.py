@@ -23,7 +23,6 @@ from stepgauge.importing.expected import Expected
 from stepgauge.importing.log import ProbeLog
 from stepgauge.importing.search_line import SEARCH_END_MM, from_target, off_search_line
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 KINDS = ("missing", "doubled", "order", "foreign", "runs", "alarm", "shift", "repeats", "placements")
 """Ways in which a log may depart from its program and still be wanted: see :func:`match`."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.log import ProbeLog, unit_vectors
 from stepgauge.importing.tables.clock import is_date
@@ -43,7 +44,6 @@ from stepgauge.importing.tables.values import beside, clock_of, finite, scaled
 from stepgauge.importing.thermal import read_convention, said_lines
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, comment_lines
 
-Array = NDArray[np.float64]
 _UNIT_LENGTH = 0.01
 _SURFACE = {"surface": True, "tip centres": False}
 

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.importing.expected import Expected, coordinates
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 SEARCH_END_MM = 1e-5
 """A search that ends this close to its programmed end has met nothing; the logs print 1e-6 mm or finer."""

@@ -68,7 +68,7 @@ class CredibleSet:
 
 
 @dataclass(frozen=True)
-class Alternative:
+class AlternativeHypothesis:
     """A hypothesis with other terms than the best: terms that go, terms that come, and its odds against the best."""
 
     gone: tuple[str, ...]
@@ -137,7 +137,7 @@ class Posterior:
         nothing = [(one, weight) for one, weight in zip(self.hypotheses, self.weights, strict=True) if not one.labels]
         return float(sum(weight * one.mixture.share(lambda noise: noise.is_plain) for one, weight in nothing))
 
-    def alternatives(self, least_odds: float) -> list[Alternative]:
+    def alternatives(self, least_odds: float) -> list[AlternativeHypothesis]:
         """Hypotheses with several terms in place of terms of the best, with odds of at least ``least_odds``.
 
         Each of these terms must be needed: if the hypothesis is as probable without one, that is the alternative.
@@ -155,7 +155,7 @@ class Posterior:
                 continue
             fewer = [likeliest[labels - {one.label}] for one in come if labels - {one.label} in likeliest]
             if all(one.log_posterior < hypothesis.log_posterior for one in fewer):
-                found.append(Alternative(gone, come, odds, hypothesis))
+                found.append(AlternativeHypothesis(gone, come, odds, hypothesis))
         return sorted(found, key=lambda one: -one.odds)
 
     def _shown(self, term: Term) -> float:

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import diagnose_with_search
 from stepgauge.diagnosis.further_runs import FurtherRun, extended
@@ -29,7 +28,6 @@ from stepgauge.investigation.undetected import Unseen, unseen
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
 
-Array = NDArray[np.float64]
 LEAST_NATS = 0.03
 """A run that is expected to tell less is not worth a person's way to the machine, nats."""
 TOLD_APART = 9.0

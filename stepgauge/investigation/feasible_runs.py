@@ -7,18 +7,17 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.further_runs import SPEED_FACTOR, FurtherRun, laid_elsewhere, program_of
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, make_placement
 from stepgauge.machine.file import Machine
 from stepgauge.machine.styli import stylus_words
 from stepgauge.planning.program import duration_s, fastest_mm_s
 
-Array = NDArray[np.float64]
 LOCATING_MINUTES = 3.0
 """Seven probings from outside, with the long ways between them."""
 WAIT_S = 1200.0

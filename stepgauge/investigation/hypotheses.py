@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 from scipy.linalg import cho_factor, cho_solve
 
@@ -21,11 +20,11 @@ from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um
+from stepgauge.files.arrays import Array
 from stepgauge.inference.design import Prediction
 from stepgauge.inference.metric import Metric, nuisances
 from stepgauge.inference.problem import Candidate, Law
 
-Array = NDArray[np.float64]
 LEAST = 3e-3
 """Hypotheses that are less probable than this are not looked at."""
 MOST = 16

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, make_placement
 from stepgauge.ippdme.codes import DmeError
@@ -26,7 +27,6 @@ from stepgauge.live.safe_path import SafePaths
 from stepgauge.machine.file import Machine
 from stepgauge.motion.moves import ProbingSettings
 
-Array = NDArray[np.float64]
 LAID_MM = 3.0
 """How near to the asked place the person has to lay each end of the gauge, mm."""
 AGREE_MM = 0.1

@@ -17,10 +17,10 @@ from stepgauge.diagnosis.engine import Searched
 from stepgauge.diagnosis.further_runs import ExtendedRecording
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.inference.design import Prediction, distances
 from stepgauge.investigation.hypotheses import Hypothesis, Predicting
 
-Array = NDArray[np.float64]
 Answer = tuple[frozenset[str], bool]
 """The laws that are there, and whether there is something else."""
 SHARE = 1.0 / 3.0

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
@@ -27,7 +26,6 @@ from stepgauge.live.in_process import InProcess
 from stepgauge.machine.file import Machine
 from stepgauge.motion.moves import ProbingSettings
 
-Array = NDArray[np.float64]
 Stop = Callable[[], bool]
 
 

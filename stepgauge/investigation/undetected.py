@@ -21,10 +21,10 @@ from scipy import special
 from stepgauge.diagnosis.further_runs import ExtendedRecording, plain_metric
 from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.priors import Priors
+from stepgauge.files.arrays import Array
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.problem import Law
 
-Array = NDArray[np.float64]
 TINY = 1e-300
 SHAPES = 12
 """Shapes of a law that are looked at, spread over all: a mean over them is asked for, no more."""

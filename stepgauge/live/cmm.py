@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from stepgauge.effects import Effect, Probings, Setting, total_displacement_um
 from stepgauge.effects.totals import scatter_um
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.ippdme.codes import DmeError
@@ -28,7 +28,6 @@ from stepgauge.machine.readout import machine_effects
 from stepgauge.motion.collision import make_obstacles, make_tool
 from stepgauge.recording import APPROACH, POSITION
 
-Array = NDArray[np.float64]
 MEMORY = 4096
 """Probings that effects with a memory look back on."""
 LEAST_MM = 1e-12

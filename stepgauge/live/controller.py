@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.ippdme.commands import OWN_SIMULATED, OWN_TIME
 from stepgauge.ippdme.values import Call, fixed, named
@@ -20,7 +20,6 @@ from stepgauge.live.connection import Connection, FalseAnswerError
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.programs import DIALECTS
 
-Array = NDArray[np.float64]
 REPORTS = (("X", "Y", "Z", "ER", OWN_TIME), ("X", "Y", "Z", "ER"), ("X", "Y", "Z"))
 """What is asked of a measurement: with the server's own time, which only stepgauge's has; without; the least."""
 TEMPERATURES = {

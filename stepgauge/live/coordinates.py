@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.ippdme.codes import DmeError
 
-Array = NDArray[np.float64]
 LARGEST_MM = 1e6
 
 

@@ -6,11 +6,10 @@ import time
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.live.machine_state import MachineState
 
-Array = NDArray[np.float64]
 SHORTEST_S = 0.1
 """At most ten reports a second."""
 

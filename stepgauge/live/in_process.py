@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.cmm import LiveCmm, TimedMove
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
 from stepgauge.live.controller import ControllerOptions, Measured
 from stepgauge.motion.moves import ProbingSettings
-
-Array = NDArray[np.float64]
 
 
 class InProcess:

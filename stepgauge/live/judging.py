@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.files.units import likely_unit
 from stepgauge.importing.expected import LATERAL_MM, coordinates
 from stepgauge.importing.search_line import from_line, off_search_line
@@ -26,7 +26,6 @@ from stepgauge.recording import POSITION
 from stepgauge.recording.identity import RADIUS_MM, RADIUS_SHARE, WRONG_GAUGE_MM
 from stepgauge.recording.temperatures import no_temperature
 
-Array = NDArray[np.float64]
 SOONEST = 0.5
 """Share of the time of a search at the commanded speed, which was read back, that it takes at least."""
 STOPS_MM = 0.5

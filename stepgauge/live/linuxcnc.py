@@ -14,15 +14,14 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
 from stepgauge.live.controller import SLOWER, ControllerOptions, Measured, refused
 from stepgauge.motion.moves import ProbingSettings
 
-Array = NDArray[np.float64]
 PLACES = ("/usr/lib/python3/dist-packages",)
 """Where distributions keep LinuxCNC's module, which is none of the Python that stepgauge was installed in."""
 STATES = "G21 G90 G94 G17 G40 G49 G54 G61 G80"

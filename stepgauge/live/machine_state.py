@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
+from stepgauge.files.arrays import Array
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.ippdme.commands import OWN_TIME, TEMPERATURES
 from stepgauge.ippdme.values import fixed
@@ -15,7 +13,6 @@ from stepgauge.live.coordinates import Coordinates
 from stepgauge.live.parameters import ToolParameters, tool_parameters
 from stepgauge.programs import DIALECTS
 
-Array = NDArray[np.float64]
 NO_TOOL, UNDEFINED = "NoTool", "UnDefTool"
 REPORTED = ("X", "Y", "Z")
 POSITIONS = {"X": 0, "Y": 1, "Z": 2}

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, PartlyDoneError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.importing.expected import LATERAL_MM
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.connection import (
@@ -32,7 +32,6 @@ from stepgauge.live.safe_path import HAND_MM, SafePaths
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.simulated import SIMULATED
 
-Array = NDArray[np.float64]
 Progress = Callable[[int, int, float], None]
 """Called with points done, points of the program, and the time left at full speed, s."""
 MEANING = {

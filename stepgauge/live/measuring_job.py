@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.importing.expected import Expected, expected_by_program
@@ -25,8 +25,6 @@ from stepgauge.recording import APPROACH, POSITION, Recording
 from stepgauge.recording.conventions import KEY as CONVENTION
 from stepgauge.recording.conventions import with_convention
 from stepgauge.recording.simulated import SIMULATED, SIMULATED_COMMENT
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

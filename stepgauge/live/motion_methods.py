@@ -7,15 +7,13 @@ from collections.abc import Awaitable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.ippdme.commands import OWN_TIME
 from stepgauge.ippdme.values import Call, fixed
 from stepgauge.live.machine_state import NO_TOOL, POSITIONS
 from stepgauge.live.session import Data, Handler, Session
-
-Array = NDArray[np.float64]
 
 
 def _home(session: Session, call: Call) -> Awaitable[Data]:

@@ -10,13 +10,12 @@ from bisect import bisect_left, bisect_right
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.machine.stops import TOUCH_MM
 from stepgauge.motion.collision import Obstacles, Tool, ToolPart, ball_contacts, clearance_mm
 from stepgauge.motion.moves import Path
 
-Array = NDArray[np.float64]
 Point = tuple[float, float, float]
 STEEP = 0.2
 """Rise of the stylus along the gauge's up direction from which on only the part at the height of a box is looked at."""

@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
@@ -20,7 +20,6 @@ from stepgauge.machine.stops import TOUCH_MM
 from stepgauge.motion.collision import clearance_mm, make_obstacles, make_tool
 from stepgauge.motion.moves import Path
 
-Array = NDArray[np.float64]
 READING_MM = 0.05
 """How far an indicated position may be off the true one, and how deep a ball at a face may seem to be in it."""
 INSIDE_MM = 1.0

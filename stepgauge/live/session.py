@@ -14,8 +14,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.ippdme.commands import COMMANDS, check_command
 from stepgauge.ippdme.lines import NO_TAG, Command, parse_command
@@ -25,7 +25,6 @@ from stepgauge.live.daemons import Daemon
 from stepgauge.live.faults import NUMBERS, EventTable
 from stepgauge.live.machine_state import MachineState
 
-Array = NDArray[np.float64]
 Data = Sequence[str] | None
 Handler = Callable[["Session", Call], Data | Awaitable[Data]]
 IN_ERROR = ("ClearAllErrors", "GetErrStatusE", "GetXtdErrStatus", "EndSession")

@@ -7,16 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from stepgauge.effects import Effect, Probings, along_approach_um, make_effects, total_displacement_um
 from stepgauge.effects.scatter import Outliers
 from stepgauge.effects.thermal import UncompensatedScales
 from stepgauge.effects.totals import scatter_um
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.machine.file import Machine
 
-Array = NDArray[np.float64]
 SHARE = "share_{}_um"
 TOTAL_SHARE = SHARE.format("total")
 

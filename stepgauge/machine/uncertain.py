@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from stepgauge.files.arrays import Array
 from stepgauge.files.config import Table, check_table
 
-Array = NDArray[np.float64]
 Distribution = Literal["normal", "uniform", "triangular", "arcsine", "student"]
 REACH = {"normal": 5.0, "uniform": 3.0**0.5, "triangular": 6.0**0.5, "arcsine": 2.0**0.5, "student": 20.0}
 """Farthest draw from the value, in standard uncertainties; the unbounded distributions are cut there."""

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import ProgramStoppedError
-from stepgauge.files.shown import Shown, as_lines
+from stepgauge.files.arrays import Array
+from stepgauge.files.shown import Plotted, as_lines
 from stepgauge.files.text import write_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -30,8 +31,6 @@ from stepgauge.motion.moves import Path, ProbingSettings, Program, trace
 from stepgauge.recording import APPROACH, POSITION, Recording, write_recording
 from stepgauge.recording.conventions import KEY as CONVENTION
 from stepgauge.recording.simulated import SIMULATED_COMMENT
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,7 @@ class Conditions:
 
 
 @dataclass(frozen=True, repr=False)
-class Run(Shown):
+class Run(Plotted):
     """Result of a program: the recording, the path, its duration, and the stop (None if it ran through).
 
     ``stop_piece`` is the index of the piece of the path on which it stopped. ``shares``, on request: one column per

@@ -7,17 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import PlacementResult
+from stepgauge.files.arrays import Array
 from stepgauge.files.config import Table, check_table
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.machine.uncertain import Uncertain, replaced
 
-Array = NDArray[np.float64]
 EXPANSION = "gauge.expansion_per_K"
 GAUGE_TEMPERATURE = "gauge temperature"
 CERTIFICATE = "certificate"

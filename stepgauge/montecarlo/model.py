@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.conditions import Conditions
 from stepgauge.conditions.readings import Readings, project_readings
@@ -27,6 +26,7 @@ from stepgauge.effects.thermal import REFERENCE_C, ScaleTemperature, Uncompensat
 from stepgauge.effects.totals import added_up, scatter_um
 from stepgauge.evaluation.evaluate import Evaluation, PlacementResult, evaluate
 from stepgauge.evaluation.face_errors import FaceErrors, REffOrigin, band_um, face_errors, worst_two_sigma_um
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine import virtual
@@ -50,7 +50,6 @@ from stepgauge.recording import Recording
 from stepgauge.recording.by_face import ByFace, FaceStatistics, face_statistics
 from stepgauge.recording.conventions import convention_of, warmer_K
 
-Array = NDArray[np.float64]
 BY_FACE = ("xf_um", "sf_um", "xb_um", "sb_um", "xm_um", "xr_um")
 SCALE_KEYS = {"machine.temperature_C", "machine.scale_expansion_per_K"}
 SCALARS = ("r_eff_mm", "u_r_eff_mm", "span_mm", "band_um", "worst_two_sigma_um")

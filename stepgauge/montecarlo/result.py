@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Shown, as_lines, figures
+from stepgauge.files.shown import Plotted, as_lines, figures
 from stepgauge.montecarlo.files import summary_to_dict, write_summary
 from stepgauge.montecarlo.model import Model
 from stepgauge.montecarlo.run import Progress, run_monte_carlo
@@ -27,7 +27,7 @@ LEAST_RUNS = 40
 
 
 @dataclass(frozen=True, repr=False)
-class MonteCarloBudget(Shown):
+class MonteCarloBudget(Plotted):
     """Distributions of the numbers of an evaluation (JCGM 101), and the model that they are of."""
 
     drawn_by: ClassVar[str] = "uncertainty.draw_distribution"

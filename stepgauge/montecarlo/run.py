@@ -9,17 +9,16 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge import __version__
 from stepgauge.errors import InputError, naming
 from stepgauge.executors.processes import Processes
 from stepgauge.executors.run import run
+from stepgauge.files.arrays import Array
 from stepgauge.montecarlo.model import Model
 from stepgauge.montecarlo.store import open_store
 from stepgauge.montecarlo.summary import Summary, summarise
 
-Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 BLOCK_PROBINGS = 65_536
 """Probings computed at a time: enough to hide Python's cost, few enough for a processor's cache."""

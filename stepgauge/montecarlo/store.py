@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.text import write_text
 
-Array = NDArray[np.float64]
 _VALUES, _SUMS, _STATE = "values.f64", "blocks.sha256", "state.json"
 _SIZE = hashlib.sha256().digest_size
 

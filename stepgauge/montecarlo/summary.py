@@ -6,11 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.montecarlo.model import Model, Quantity
 
-Array = NDArray[np.float64]
 COVERAGE = 0.95
 COLUMNS_AT_A_TIME = 32
 """Quantities sorted at a time, so that memory does not grow with their number."""

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.motion.moves import Path
 from stepgauge.motion.sweep import first_contact, segment_distance, shank_distance
 from stepgauge.probes.schema import ProbeTable
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 RAIL_OVERHANG_MM = 15.0
 """Length of the rail beyond the first and the last face."""

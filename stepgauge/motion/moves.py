@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-
+from stepgauge.files.arrays import Array
 
 NO_WAY_MM = 0.01
 """A move shorter than this goes nowhere: no register could tell whether the probe ended it."""

@@ -8,9 +8,9 @@ crossing are therefore found between two knots in closed form. All arrays have o
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from stepgauge.files.arrays import Array
+
 GOLDEN_STEPS = 40
 """Golden-section steps over the move for a shank: 0.618^40 of its length, below a nanometre for any machine."""
 

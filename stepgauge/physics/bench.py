@@ -14,7 +14,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from stepgauge.files.arrays import Array
+
 ContactFrom = Literal["signal", "tip"]
 
 # Without a contact signal the meeting point is where the line of the moving tip leaves zero. The first tenth of the

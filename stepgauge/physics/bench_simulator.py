@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.physics.bench import BenchStroke
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ same law with rounded constants in Eqs 6 and 11.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from stepgauge.files.arrays import Array
 
 N_PER_MM2_IN_GPA = 1e3
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from stepgauge.files.arrays import Array
 
 
 def probe_frame(stylus_axis: Sequence[float] = (0.0, 0.0, 1.0)) -> Array:

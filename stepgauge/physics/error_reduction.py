@@ -10,13 +10,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.physics import wozniak
 from stepgauge.physics.sphere import effective_radius
 from stepgauge.physics.wozniak import LobeModel
 
-Array = NDArray[np.float64]
 Pretravel = Callable[[Array], Array]
 
 # The radii do not matter, pre-travels being a ten-thousandth of them; these are common ones.

@@ -12,8 +12,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stepgauge.files.arrays import Array
 from stepgauge.physics.trigger import (
     DOWN,
     Tripod,
@@ -25,8 +26,6 @@ from stepgauge.physics.trigger import (
     unloaded,
     wrench,
 )
-
-Array = NDArray[np.float64]
 
 # The cone of friction is replaced by a pyramid of this many edges with the same area of cross-section.
 _RING = 12

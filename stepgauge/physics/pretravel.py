@@ -21,12 +21,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stepgauge.files.arrays import Array
 from stepgauge.physics.contact import N_PER_MM2_IN_GPA, approach_mm
 from stepgauge.physics.trigger import DOWN, Tripod, opening_contact, reaction_slopes, rest_reactions_N
 
-Array = NDArray[np.float64]
 Indentation = Literal["added", "subtracted", "left out"]
 
 _SIGN = {"added": 1.0, "subtracted": -1.0, "left out": 0.0}

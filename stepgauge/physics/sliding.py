@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.physics.surfaces import Surface, fundamental_forms, unit_normal
 
-Array = NDArray[np.float64]
 SensingDistance = Callable[[Array], Array]
 
 _NEWTON_STEPS = 25

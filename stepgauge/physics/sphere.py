@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from stepgauge.files.arrays import Array
 
 _MAX_STEPS = 50
 _TOLERANCE = 1e-12

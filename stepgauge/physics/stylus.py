@@ -12,11 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stepgauge.files.arrays import Array
 from stepgauge.physics.contact import N_PER_MM2_IN_GPA
-
-Array = NDArray[np.float64]
 
 GRAVITY_M_S2 = 9.80665
 _KG_PER_MM3 = 1e-9

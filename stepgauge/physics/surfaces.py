@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from stepgauge.files.arrays import Array
+
 PointFunction = Callable[[Array, Array], ArrayLike]
 
 # A normal this short against the product of its two tangents has no usable direction (pole of a sphere).

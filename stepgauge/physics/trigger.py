@@ -23,7 +23,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from stepgauge.files.arrays import Array
 
 ARMS = 3
 CONTACTS = 6

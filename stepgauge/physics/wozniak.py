@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import angles_rad
 from stepgauge.physics.sphere import fit_sphere
 
-Array = NDArray[np.float64]
 Transducer = Literal["kinematic", "piezo"]
 Slip = Literal["full", "mayer"]
 

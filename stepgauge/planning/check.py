@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, Naming, Place, naming
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.motion.collision import Obstacles, Tool, ToolPart, ball_contacts, clearance_mm, make_obstacles
 from stepgauge.motion.moves import Path, Program, trace
 
-Array = NDArray[np.float64]
 PROBED_BLOCK_MARGIN_MM = 0.1
 """Least gap of shank and body to the block that is probed; elsewhere the full margin applies."""
 FACE_TOLERANCE_MM = 1e-6

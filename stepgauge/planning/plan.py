@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.motion.moves import ProbingSettings, Program, ProgramBuilder
 
-Array = NDArray[np.float64]
 ROUTES = ("side", "over")
 ORDERS = ("blocks", "fronts-backs", "up-down")
 LIFT_MM = 20.0

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from stepgauge.errors import InputError
-from stepgauge.files.shown import Shown, as_lines
+from stepgauge.files.shown import Plotted, as_lines
 from stepgauge.motion.moves import Program
 from stepgauge.planning.program import ProgramText, check_tool, duration_s, duration_words, program_text
 from stepgauge.programs import DIALECTS
@@ -20,7 +20,7 @@ APPROACH = ("approach_i", "approach_j", "approach_k")
 
 
 @dataclass(frozen=True, repr=False)
-class Plan(Shown):
+class Plan(Plotted):
     """Moves that were checked against gauge and rail, and against the machine's travel where ``travel_checked``."""
 
     drawn_by: ClassVar[str] = "run.draw_plan"

@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.alignment.blocks import fit_up, rough_axis, unit, usual_up
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, distance_tolerance_mm
 from stepgauge.machine.file import Machine
@@ -23,7 +23,6 @@ from stepgauge.planning.check import check_path, check_travel
 from stepgauge.planning.plan import LIFT_MM
 from stepgauge.probes.schema import ConstantTable
 
-Array = NDArray[np.float64]
 LYING_COS = 0.9
 """Machine +z is up for a gauge whose own up direction is within 25 deg of it; for another the points say it."""
 RAIL_GAP_MM = 3.0

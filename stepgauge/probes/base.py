@@ -20,11 +20,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import probe_frame
-
-Array = NDArray[np.float64]
 
 HANGING = (0.0, 0.0, -1.0)
 

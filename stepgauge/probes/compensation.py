@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.tables import write_table
 from stepgauge.physics.sphere import SphereFit, fit_sphere
 from stepgauge.probes.files import ProbedPoints
 from stepgauge.probes.qualification import Method, Qualification, compensated_centres_mm, tip_radius_mm
 
-Array = NDArray[np.float64]
 NEW_COLUMNS = (
     "pretravel_um",
     "centre_x_mm",

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.files.shown import Shown
+from stepgauge.files.arrays import Array
+from stepgauge.files.shown import Plotted
 from stepgauge.files.tables import Rows, csv_text, read_rows
 from stepgauge.files.text import write_text
 from stepgauge.physics.directions import unit_vectors
@@ -21,12 +21,11 @@ from stepgauge.recording.simulated import SIMULATED_LINE, table_is_simulated
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
 COLUMNS = ("polar_deg", "azimuth_deg", "trigger_force_N", "deflection_um", "pretravel_um")
 
 
 @dataclass(frozen=True, repr=False)
-class DirectionMap(Shown):
+class DirectionMap(Plotted):
     """Values over polar angle and azimuth of the contact normal in the probe's frame; arrays (polars, azimuths).
 
     ``simulated``: computed from a model, no probe was measured.

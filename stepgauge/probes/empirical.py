@@ -7,14 +7,14 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
+from stepgauge.files.arrays import Array
 from stepgauge.files.config import Table
 from stepgauge.files.formula import parse_formula
 from stepgauge.probes.base import Probe
 
-Array = NDArray[np.float64]
 Quantity = Literal["trigger_force_N", "deflection_um", "pretravel_um"]
 DIRECTION = ("polar_deg", "azimuth_deg", "polar_rad", "azimuth_rad")
 """Names in a formula: polar angle and azimuth (0 to 360 deg) of the contact normal in the probe's frame."""

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.tables import Rows, read_rows
 from stepgauge.recording.simulated import table_is_simulated
-
-Array = NDArray[np.float64]
 
 POSITION = ("x_mm", "y_mm", "z_mm")
 APPROACH = ("approach_i", "approach_j", "approach_k")

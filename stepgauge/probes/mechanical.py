@@ -6,12 +6,11 @@ from abc import abstractmethod
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stepgauge.files.arrays import Array
 from stepgauge.physics import friction, pretravel, trigger
 from stepgauge.probes.base import Probe
-
-Array = NDArray[np.float64]
 
 UM_PER_MM = 1e3
 

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from stepgauge import __version__
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.config import Table, Vector3, check_table
 from stepgauge.files.text import read_result, write_json
 from stepgauge.physics import wozniak
@@ -20,7 +20,6 @@ from stepgauge.physics.sphere import EffectiveRadius, effective_radius
 from stepgauge.physics.wozniak import LobeModel, Slip, Transducer
 from stepgauge.probes.files import ProbedPoints
 
-Array = NDArray[np.float64]
 WITH_TIP = naming("tip_diameter_mm", words="a qualification made with {}")
 LARGEST_PRETRAVEL_SHARE = 0.1
 """Pre-travel over tip radius above which a stated diameter must be wrong."""

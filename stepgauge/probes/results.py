@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.dates import moment_now
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Summarized, figures
@@ -33,8 +33,6 @@ from stepgauge.recording.simulated import SIMULATED_COMMENT
 
 if TYPE_CHECKING:
     import pandas as pd
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.tables import Rows, read_rows
 from stepgauge.probes.base import Probe
 
-Array = NDArray[np.float64]
 Symmetry = Literal["none", "three-fold", "mirrored"]
 
 ANGLES = ("polar_deg", "azimuth_deg")

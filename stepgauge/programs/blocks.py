@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import NoReturn
 
 from stepgauge.programs.reading import Reader, check_lines
-from stepgauge.programs.table import NOMINAL, QUIET, Code, Form, Table
+from stepgauge.programs.table import NOMINAL, QUIET, Code, Statement, Table
 
-WORDS = Form("words", "", "a block of words", "")
-LABEL = Form("nothing", "", "a label", "", QUIET)
+WORDS = Statement("words", "", "a block of words", "")
+LABEL = Statement("nothing", "", "a label", "", QUIET)
 MOST_NAMED = 8
 """Alternatives that a message names; where there are more it names the verb that prints the table."""
 
@@ -22,7 +22,7 @@ class Block:
 
     line: int
     text: str
-    form: Form
+    form: Statement
     fields: tuple[str, ...] = ()
     codes: tuple[Code, ...] = ()
     words: Mapping[str, float] = field(default_factory=dict)

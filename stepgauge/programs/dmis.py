@@ -17,7 +17,7 @@ from stepgauge.programs.execution import Control
 from stepgauge.programs.gcode import end_of_line
 from stepgauge.programs.options import Name, Number, Option
 from stepgauge.programs.reading import Reader
-from stepgauge.programs.table import END, ENDS, FIRST, LAST, NOT_CONFIRMED, QUIET, START, Form, Slot, Table
+from stepgauge.programs.table import END, ENDS, FIRST, LAST, NOT_CONFIRMED, QUIET, START, Slot, Statement, Table
 
 ENCODED = "*"
 """Behind the key of a text ``key: value``: both are percent-encoded, for DMIS holds ASCII only."""
@@ -31,39 +31,43 @@ _XYZ, _IJK = "{number},{number},{number}", "{number},{number},{number}"
 TABLE = Table(
     "dmis",
     forms=(
-        Form("header", "DMISMN/'{text}',{version}", "begin of the program", NIST, when=FIRST),
-        Form("nothing", "FILNAM/'{text}',{version}", "name of the output", NIST, when=START),
-        Form("nothing", "TEXT/OPER,'{text}'", "message to the operator", "PTC's help on operator instructions", QUIET),
-        Form("nothing", "TEXT/OUTFIL,'{text}'", "text into the output", NIST, QUIET),
-        Form("units", "UNITS/MM,ANGDEC", "mm and degrees", NIST, when=START),
-        Form("device", "DID({device})=DEVICE/STOR,'{file}'", "file of the results", NIST, when=START),
-        Form("open", "OPEN/DID({device}),FDATA,DMIS,OUTPUT", "opens it", NIST, when=START),
-        Form("close", "CLOSE/DID({device})", "closes it", NIST, when=END),
-        Form("machine", "D({name})=DATSET/MCS", "coordinates of the machine", NIST, when=START),
-        Form(
+        Statement("header", "DMISMN/'{text}',{version}", "begin of the program", NIST, when=FIRST),
+        Statement("nothing", "FILNAM/'{text}',{version}", "name of the output", NIST, when=START),
+        Statement(
+            "nothing", "TEXT/OPER,'{text}'", "message to the operator", "PTC's help on operator instructions", QUIET
+        ),
+        Statement("nothing", "TEXT/OUTFIL,'{text}'", "text into the output", NIST, QUIET),
+        Statement("units", "UNITS/MM,ANGDEC", "mm and degrees", NIST, when=START),
+        Statement("device", "DID({device})=DEVICE/STOR,'{file}'", "file of the results", NIST, when=START),
+        Statement("open", "OPEN/DID({device}),FDATA,DMIS,OUTPUT", "opens it", NIST, when=START),
+        Statement("close", "CLOSE/DID({device})", "closes it", NIST, when=END),
+        Statement("machine", "D({name})=DATSET/MCS", "coordinates of the machine", NIST, when=START),
+        Statement(
             "sensor",
             f"S({{name}})=SNSDEF/PROBE,FIXED,CART,{_XYZ},{_IJK},{{positive}}",
             "offset, stylus, tip",
             NIST,
             when=START,
         ),
-        Form("select", "SNSLCT/S({name})", "selects a sensor", NIST, when=START),
-        Form("select_calibrated", "SNSLCT/SA({name})", "selects it as calibrated", NOT_CONFIRMED, when=START),
-        Form("distance", "SNSET/{distance},{positive}", "stand-off, search, retract, mm", NIST),
-        Form("speed", "FEDRAT/{speed},{unit},{positive}", "speed between points, of the search", NIST),
-        Form("uncompensated", "PRCOMP/OFF", "no compensation of the tip", NIST, when=START),
-        Form("mode", "MODE/{mode}", "who moves the machine", NIST, when=START),
-        Form("feature", f"F({{name}})=FEAT/POINT,CART,{_XYZ},{_IJK}", "nominal point and normal", NIST, QUIET),
-        Form("sphere", f"F({{name}})=FEAT/SPHERE,OUTER,CART,{_XYZ},{{positive}}", "sphere", NOT_CONFIRMED, QUIET),
-        Form("calibrate", "CALIB/SENS,S({name}),F({name}),{count}", "by hand, to ENDMES", NOT_CONFIRMED, when=START),
-        Form("meas", "MEAS/POINT,F({name}),1", "measurement of a point, to ENDMES", NIST),
-        Form("go", f"GOTO/{_XYZ}", "move", NIST),
-        Form("go", f"GOTO/CART,{_XYZ}", "move", NIST),
-        Form("probe", f"PTMEAS/CART,{_XYZ},{_IJK}", "measures a point", NIST),
-        Form("probe", f"PTMEAS/{_XYZ},{_IJK}", "measures a point", NIST),
-        Form("end_measurement", "ENDMES", "end of MEAS or CALIB", NIST),
-        Form("output", "OUTPUT/FA({name})", "writes what was measured", NIST),
-        Form("end_file", "ENDFIL", "end of the program", NIST, ENDS, LAST),
+        Statement("select", "SNSLCT/S({name})", "selects a sensor", NIST, when=START),
+        Statement("select_calibrated", "SNSLCT/SA({name})", "selects it as calibrated", NOT_CONFIRMED, when=START),
+        Statement("distance", "SNSET/{distance},{positive}", "stand-off, search, retract, mm", NIST),
+        Statement("speed", "FEDRAT/{speed},{unit},{positive}", "speed between points, of the search", NIST),
+        Statement("uncompensated", "PRCOMP/OFF", "no compensation of the tip", NIST, when=START),
+        Statement("mode", "MODE/{mode}", "who moves the machine", NIST, when=START),
+        Statement("feature", f"F({{name}})=FEAT/POINT,CART,{_XYZ},{_IJK}", "nominal point and normal", NIST, QUIET),
+        Statement("sphere", f"F({{name}})=FEAT/SPHERE,OUTER,CART,{_XYZ},{{positive}}", "sphere", NOT_CONFIRMED, QUIET),
+        Statement(
+            "calibrate", "CALIB/SENS,S({name}),F({name}),{count}", "by hand, to ENDMES", NOT_CONFIRMED, when=START
+        ),
+        Statement("meas", "MEAS/POINT,F({name}),1", "measurement of a point, to ENDMES", NIST),
+        Statement("go", f"GOTO/{_XYZ}", "move", NIST),
+        Statement("go", f"GOTO/CART,{_XYZ}", "move", NIST),
+        Statement("probe", f"PTMEAS/CART,{_XYZ},{_IJK}", "measures a point", NIST),
+        Statement("probe", f"PTMEAS/{_XYZ},{_IJK}", "measures a point", NIST),
+        Statement("end_measurement", "ENDMES", "end of MEAS or CALIB", NIST),
+        Statement("output", "OUTPUT/FA({name})", "writes what was measured", NIST),
+        Statement("end_file", "ENDFIL", "end of the program", NIST, ENDS, LAST),
     ),
     comments=(end_of_line("$$", NIST, "()?!<>"),),
     slots={

@@ -14,7 +14,7 @@ from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import AUTOMATIC, Dialect
 from stepgauge.programs.execution import Control
 from stepgauge.programs.reading import Reader
-from stepgauge.programs.table import ENDS, FIRST, LAST, QUIET, SLOTS, START, Form, Slot, Table
+from stepgauge.programs.table import ENDS, FIRST, LAST, QUIET, SLOTS, START, Slot, Statement, Table
 
 SPEC = "I++ DME 1.4.3"
 FILES = "NIST's test suite of I++ DME"
@@ -32,20 +32,20 @@ _NAMED = re.compile(r"([A-Z]+)\(([^()]*)\)", re.ASCII)
 TABLE = Table(
     "ippdme",
     forms=(
-        Form("command", "{tag} StartSession()", "begin", SPEC, when=FIRST),
-        Form("command", "{tag} ClearAllErrors()", "clears errors", SPEC, when=START),
-        Form("command", "{tag} Home()", "goes to the reference points", SPEC, when=START),
-        Form("command", "{tag} IsHomed()", "asks for it", SPEC, QUIET),
-        Form("coordinates", "{tag} SetCoordSystem(MachineCsy)", "coordinates of the machine", SPEC, when=START),
-        Form("tool", '{tag} SetTool("{tool}")', "names the tool", SPEC, when=START),
-        Form("set_property", "{tag} SetProp(Tool.{property}({positive}))", "distances, mm; speeds, mm/s", SPEC),
-        Form("command", "{tag} GetProp(Tool.{property}())", "asks for one", SPEC, QUIET),
-        Form("report", "{tag} OnPtMeasReport({report})", "what a measurement answers", SPEC, when=START),
-        Form("go_to", "{tag} GoTo({fields})", "move", SPEC),
-        Form("measure", "{tag} PtMeas({fields})", "measures a point", f"{SPEC}, 6.3.2.13"),
-        Form("end_session", "{tag} EndSession()", "end", SPEC, ENDS),
-        Form("nothing", "{between}", "between two commands", FILES, QUIET),
-        Form("end_file", ":", "end of the file", FILES, QUIET, LAST),
+        Statement("command", "{tag} StartSession()", "begin", SPEC, when=FIRST),
+        Statement("command", "{tag} ClearAllErrors()", "clears errors", SPEC, when=START),
+        Statement("command", "{tag} Home()", "goes to the reference points", SPEC, when=START),
+        Statement("command", "{tag} IsHomed()", "asks for it", SPEC, QUIET),
+        Statement("coordinates", "{tag} SetCoordSystem(MachineCsy)", "coordinates of the machine", SPEC, when=START),
+        Statement("tool", '{tag} SetTool("{tool}")', "names the tool", SPEC, when=START),
+        Statement("set_property", "{tag} SetProp(Tool.{property}({positive}))", "distances, mm; speeds, mm/s", SPEC),
+        Statement("command", "{tag} GetProp(Tool.{property}())", "asks for one", SPEC, QUIET),
+        Statement("report", "{tag} OnPtMeasReport({report})", "what a measurement answers", SPEC, when=START),
+        Statement("go_to", "{tag} GoTo({fields})", "move", SPEC),
+        Statement("measure", "{tag} PtMeas({fields})", "measures a point", f"{SPEC}, 6.3.2.13"),
+        Statement("end_session", "{tag} EndSession()", "end", SPEC, ENDS),
+        Statement("nothing", "{between}", "between two commands", FILES, QUIET),
+        Statement("end_file", ":", "end of the file", FILES, QUIET, LAST),
     ),
     slots={
         "tag": Slot(r"(?!00000)\d{5}", "00001 to 99999"),

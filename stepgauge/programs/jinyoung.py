@@ -12,16 +12,16 @@ from typing import ClassVar
 from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import Dialect
 from stepgauge.programs.execution import Control
-from stepgauge.programs.table import ENDS, LAST, QUIET, Form, Table
+from stepgauge.programs.table import ENDS, LAST, QUIET, Statement, Table
 
 SOURCE = "Pahk and Kim, Fig 4"
 TABLE = Table(
     "jinyoung",
     forms=(
-        Form("go", "MV {number} {number} {number} ;", "move", SOURCE),
-        Form("measure", "MS {number} {number} {number} ;", "measures: the tip centre at nominal contact", SOURCE),
-        Form("nothing", "PO 1 ;", "opens a point", SOURCE, QUIET),
-        Form("end", "END ;", "end of the program", SOURCE, ENDS, LAST),
+        Statement("go", "MV {number} {number} {number} ;", "move", SOURCE),
+        Statement("measure", "MS {number} {number} {number} ;", "measures: the tip centre at nominal contact", SOURCE),
+        Statement("nothing", "PO 1 ;", "opens a point", SOURCE, QUIET),
+        Statement("end", "END ;", "end of the program", SOURCE, ENDS, LAST),
     ),
     any_case=False,
     last="end",

@@ -24,8 +24,8 @@ from stepgauge.programs.table import (
     START,
     Code,
     Comment,
-    Form,
     Slot,
+    Statement,
     Table,
     Variable,
 )
@@ -41,18 +41,20 @@ _NO_LABEL = r"(?!\s*(?i:printing|stop|mesh|process|layer|begin|height|remaining|
 TABLE = Table(
     "rrf",
     forms=(
-        Form("branch", "if {{condition}}", "the lines below, further in, if it holds", META, IF),
-        Form("abort", 'abort "{text}"', "ends the program with a text", META, ENDS),
-        Form("created", 'echo >"{file}" {expression}', "first line of the log", META, when=START),
-        Form("written", 'echo >>"{file}" {expression}', "a line of the log", META),
-        Form("say_search", "var search = {positive}", "way of a search beyond the nominal contact, mm", "stepgauge"),
-        Form("assign", "var {local} = {expression}", "own variable", META, QUIET),
-        Form("speed", "M558 K{count} F{positive}", "speed of searches with a probe, mm/min", SOURCE, CLOSING),
-        Form("nothing", 'M291 R"{text}" P"{text}" S{wait}', "message, and waits", DOCS, QUIET),
-        Form("nothing", 'M291 P"{text}" S{wait}', "message, and waits", DOCS, QUIET),
-        Form("nothing", "M400", "waits for the move", DOCS, QUIET),
-        Form("nothing", "M120", "keeps the state", NOT_CONFIRMED, when=START),
-        Form("nothing", "M121", "gives the state back: the end of the program", NOT_CONFIRMED, ENDS),
+        Statement("branch", "if {{condition}}", "the lines below, further in, if it holds", META, IF),
+        Statement("abort", 'abort "{text}"', "ends the program with a text", META, ENDS),
+        Statement("created", 'echo >"{file}" {expression}', "first line of the log", META, when=START),
+        Statement("written", 'echo >>"{file}" {expression}', "a line of the log", META),
+        Statement(
+            "say_search", "var search = {positive}", "way of a search beyond the nominal contact, mm", "stepgauge"
+        ),
+        Statement("assign", "var {local} = {expression}", "own variable", META, QUIET),
+        Statement("speed", "M558 K{count} F{positive}", "speed of searches with a probe, mm/min", SOURCE, CLOSING),
+        Statement("nothing", 'M291 R"{text}" P"{text}" S{wait}', "message, and waits", DOCS, QUIET),
+        Statement("nothing", 'M291 P"{text}" S{wait}', "message, and waits", DOCS, QUIET),
+        Statement("nothing", "M400", "waits for the move", DOCS, QUIET),
+        Statement("nothing", "M120", "keeps the state", NOT_CONFIRMED, when=START),
+        Statement("nothing", "M121", "gives the state back: the end of the program", NOT_CONFIRMED, ENDS),
     ),
     comments=(
         Comment(

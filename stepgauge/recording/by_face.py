@@ -12,7 +12,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from stepgauge.files.arrays import Array
+
 Counts = NDArray[np.int64]
 PIECE = 65_536
 """Readings that are worked on at a time."""

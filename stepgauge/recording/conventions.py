@@ -11,15 +11,14 @@ from collections.abc import Mapping
 from typing import Literal, Protocol, cast, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording.columns import APPROACH
 from stepgauge.recording.table import Recording
 
-Array = NDArray[np.float64]
 Convention = Literal["as_read", "corrected_to_20", "nominal_expansion"]
 CONVENTIONS: Mapping[Convention, str] = {
     "as_read": "certified positions are brought to the recorded gauge temperature; readings are not corrected",

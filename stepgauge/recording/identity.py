@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
 from stepgauge.files.units import unit_hint
 from stepgauge.gauge.certified import Gauge
@@ -22,7 +23,6 @@ from stepgauge.recording.conventions import scales_longer, warmer_K
 from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot
 from stepgauge.recording.table import Recording
 
-Array = NDArray[np.float64]
 WRONG_GAUGE_MM = 0.5
 """A face farther than this (plus 0.1 % of its distance) from its certified place is not that face."""
 RADIUS_MM, RADIUS_SHARE = 0.1, 0.3

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording.by_face import PIECE
 from stepgauge.recording.columns import OPTIONAL
 from stepgauge.recording.table import Recording
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 JUMP_K = 1.0
 """A gauge or a scale does not change by this from one probing to the next and back again."""

@@ -17,16 +17,16 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, reader
+from stepgauge.files.arrays import Array
 from stepgauge.files.outputs import was_read
 from stepgauge.files.parquet import is_parquet, read_parquet, write_parquet
-from stepgauge.files.shown import Shown, as_lines
+from stepgauge.files.shown import Plotted, as_lines
 from stepgauge.files.tables import is_foreign
 from stepgauge.files.text import replacing
 from stepgauge.recording.columns import APPROACH, COUNTS, KNOWN, OPTIONAL, POSITION, REQUIRED, near_miss
 from stepgauge.recording.lines import LONGEST_HEADER, lines_beside, read_comments, row_lines
 from stepgauge.recording.temperatures import no_temperature
 
-Array = NDArray[np.float64]
 _DECIMALS = {**dict.fromkeys(POSITION, 7), **dict.fromkeys(APPROACH, 10), "time_s": 4}
 PIECE_ROWS = 100_000
 """Rows written at a time."""
@@ -39,7 +39,7 @@ LARGEST_MM = 100_000.0
 
 
 @dataclass(frozen=True, repr=False)
-class Recording(Shown):
+class Recording(Plotted):
     """Indicated tip centres at the trigger.
 
     ``frame`` has the columns of ``REQUIRED`` plus ``placement`` (1 where the file has none), any of ``OPTIONAL``, and

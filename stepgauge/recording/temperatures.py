@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.files.units import temperature_hint
 
-Array = NDArray[np.float64]
 TEMPERATURE_C = (-10.0, 60.0)
 """Temperatures of gauge and scales that may be, deg C."""
 ROOM_C = (5.0, 45.0)

@@ -15,18 +15,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.face_errors import face_errors
+from stepgauge.files.arrays import Array
 from stepgauge.montecarlo.model import Model, Part, Quantity
 from stepgauge.montecarlo.summary import Summary
 from stepgauge.recording.by_face import FaceStatistics
-from stepgauge.standards.budget_sources import Asked, assumptions, missing, terms
+from stepgauge.standards.budget_sources import BudgetOptions, assumptions, missing, terms
 from stepgauge.standards.budget_terms import Source, Term
 from stepgauge.standards.coverage import Expanded, expand
 
-Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 RADIUS_SHARE = {"xf_um": 0.0, "xb_um": -2.0, "xm_um": -1.0, "xr_um": -2.0}
 """How each error changes with the effective radius, by definition."""
@@ -79,7 +78,10 @@ class Budget:
 
 
 def make_budget(
-    model: Model, asked: Asked | None = None, monte_carlo: Summary | None = None, progress: Progress | None = None
+    model: Model,
+    asked: BudgetOptions | None = None,
+    monte_carlo: Summary | None = None,
+    progress: Progress | None = None,
 ) -> Budget:
     """The budget of R_eff and of XF, XB, XM and XR at every face of every placement.
 
@@ -95,7 +97,7 @@ def make_budget(
     InputError
         another number of placements than the model has, a model without any uncertainty
     """
-    asked = asked or Asked()
+    asked = asked or BudgetOptions()
     if asked.placements and len(asked.placements) != len(model.parts):
         expected = f"{len(model.parts)} or none"
         raise InputError(
@@ -199,7 +201,7 @@ def _lines(
     model: Model,
     part: Part,
     terms: Sequence[Term],
-    asked: Asked,
+    asked: BudgetOptions,
     monte_carlo: Summary | None,
     progress: Callable[[], None],
 ) -> list[Line]:

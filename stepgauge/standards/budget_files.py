@@ -14,7 +14,7 @@ from stepgauge.conditions import Conditions
 from stepgauge.errors import InputError
 from stepgauge.files.config import Table, check_table
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Shown, as_lines, figures
+from stepgauge.files.shown import Plotted, as_lines, figures
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import in_folder, read_result, write_json, write_text
 from stepgauge.montecarlo.model import Model
@@ -197,7 +197,7 @@ class StoredGap(_Stored):
     state_by: str
 
 
-class StoredBudget(_Stored, Shown):
+class StoredBudget(_Stored, Plotted):
     """The whole ``budget.json``."""
 
     drawn_by: ClassVar[str] = "budget.draw_along"
@@ -222,7 +222,7 @@ class StoredBudget(_Stored, Shown):
     bands: list[StoredBand] = Field(default_factory=list)
     quantities: list[StoredLine] = Field(min_length=1)
 
-    __repr__ = Shown.__repr__
+    __repr__ = Plotted.__repr__
 
     def summary(self) -> str:
         """Notes on the readings, what was not evaluated, and by placement R_eff and XM at the farthest face."""

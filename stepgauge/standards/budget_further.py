@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.files.dates import YEAR_DAYS, moments, parse_moment
 from stepgauge.gauge.certified import Gauge
@@ -17,7 +16,6 @@ from stepgauge.montecarlo.model import Model, Part
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.budget_terms import Source, Term, independent
 
-Array = NDArray[np.float64]
 GAUGE_DRIFT, DRIFT_CORRECTION = "drift of the gauge", "correction of the drift"
 SHOWN = {"drift": "drift of the readings", "temperature convention": "temperature convention of the readings"}
 """Conditions of readings that grow along the gauge, and the sources that they are while they are not corrected."""

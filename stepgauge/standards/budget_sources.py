@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.contribution import Contribution
 from stepgauge.machine.file import StandardUncertainty
@@ -37,7 +38,6 @@ from stepgauge.standards.budget_further import (
 from stepgauge.standards.budget_terms import Source, Term, independent
 from stepgauge.standards.coverage import APPROXIMATELY_95
 
-Array = NDArray[np.float64]
 Repeats = Literal["pooled", "face"]
 LABELS = {
     CERTIFICATE: "gauge certificate",
@@ -51,7 +51,7 @@ PROBING, RESOLUTION, ALIGNMENT = "probing", "resolution", "alignment"
 
 
 @dataclass(frozen=True)
-class Asked:
+class BudgetOptions:
     """Statements of the user for a budget beside the files.
 
     ``placements``: in the order of the recording, or none; ``repeats``: one standard deviation for all faces
@@ -66,7 +66,7 @@ class Asked:
     measured_at: str | None = None
 
 
-def terms(model: Model, part: Part, asked: Asked, placement: Placement | None) -> list[Term]:
+def terms(model: Model, part: Part, asked: BudgetOptions, placement: Placement | None) -> list[Term]:
     """All sources that are stated, as GTC numbers that are independent from source to source."""
     found = [_certificate(model, part), _repeatability(model, part, asked.repeats)]
     found += [_scalar(model, part, index) for index in range(len(model.inputs.scalars))]
@@ -250,7 +250,7 @@ def cosine_rms(u1_rad: float, u2_rad: float) -> float:
     return math.sqrt(3.0 * u1_rad**4 + 3.0 * u2_rad**4 + 2.0 * (u1_rad * u2_rad) ** 2) / 2.0
 
 
-def assumptions(model: Model, asked: Asked) -> list[str]:
+def assumptions(model: Model, asked: BudgetOptions) -> list[str]:
     """Assumptions where no file makes a statement, in sentences for the report."""
     certificate = model.gauge.certificate
     said = []
@@ -281,7 +281,7 @@ def assumptions(model: Model, asked: Asked) -> list[str]:
     return said
 
 
-def missing(model: Model, asked: Asked) -> list[tuple[str, str]]:
+def missing(model: Model, asked: BudgetOptions) -> list[tuple[str, str]]:
     """Contributions to the budget of this measurement that were not stated; no value is assumed for them."""
     machine, gauge, keys = model.machine, model.gauge, model.inputs.names
     recorded = model.nominal.results[0].gauge_temperature_C is not None
@@ -344,7 +344,7 @@ def _scales(model: Model) -> list[Check]:
     ]
 
 
-def _age(model: Model, asked: Asked) -> list[Check]:
+def _age(model: Model, asked: BudgetOptions) -> list[Check]:
     """What is asked of the time since the gauge was calibrated."""
     if not gauge_ages(model):
         return []

@@ -18,7 +18,7 @@ from stepgauge.montecarlo.inputs import GAUGE_TEMPERATURE
 from stepgauge.recording import Recording
 from stepgauge.standards.budget import make_budget
 from stepgauge.standards.budget_files import StoredBudget, StoredGap, StoredLine, stored_budget
-from stepgauge.standards.budget_sources import PROBING, RESOLUTION, Asked, missing
+from stepgauge.standards.budget_sources import PROBING, RESOLUTION, BudgetOptions, missing
 from stepgauge.standards.coverage import coverage_factor
 
 
@@ -133,7 +133,7 @@ def _through_r_eff(line: StoredLine, before: StoredBudget, lines: Sequence[Store
 
 
 def budget_trial(
-    recordings: Sequence[Recording], machine: Machine, gauge: Gauge, asked: Asked, options: ModelOptions
+    recordings: Sequence[Recording], machine: Machine, gauge: Gauge, asked: BudgetOptions, options: ModelOptions
 ) -> BudgetTrial:
     """The budget of recordings, without a Monte Carlo, ready to be tried with values that no file states.
 

@@ -13,7 +13,7 @@ from stepgauge.machine.contribution import Contribution
 from stepgauge.machine.file import Machine
 from stepgauge.montecarlo import Model, ModelOptions, Summary, read_model, run_monte_carlo
 from stepgauge.recording import Recording
-from stepgauge.standards.budget import Asked, Progress, make_budget
+from stepgauge.standards.budget import BudgetOptions, Progress, make_budget
 from stepgauge.standards.budget_files import StoredBudget, stored_budget
 from stepgauge.standards.budget_given import stated_with
 from stepgauge.standards.budget_sources import Repeats
@@ -63,7 +63,7 @@ def whole_budget(
     choice, shown = choice or Choice(), shown or _silent
     model = read_model(sources, machine, _correlated(gauge, choice.correlation), placements, choice.model)
     simulated = _simulated(model, choice, shown) if choice.runs else None
-    asked = Asked(placements, choice.repeats, choice.percent, choice.contributions, choice.measured_at)
+    asked = BudgetOptions(placements, choice.repeats, choice.percent, choice.contributions, choice.measured_at)
     made = stored_budget(model, make_budget(model, asked, simulated, shown("budget")), choice.runs)
     return made.model_copy(update={"given": stated_with(gauge, machine, placements)})
 

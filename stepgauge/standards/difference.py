@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.evaluation.face_errors import face_errors
+from stepgauge.files.arrays import Array
 from stepgauge.recording.by_face import FaceStatistics
 from stepgauge.standards.coverage import APPROXIMATELY_95, coverage_factor
 
-Array = NDArray[np.float64]
 ERRORS = ("xf", "xb", "xm", "xr")
 SAME_AXIS_RAD = 0.01
 """Axes of the gauge farther apart than this are two axes of the machine."""

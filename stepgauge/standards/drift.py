@@ -15,11 +15,11 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.conditions import NOTHING, Conditions
 from stepgauge.conditions.channels import channel_conditions
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.tables import Rows, read_rows
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import Recording
@@ -27,7 +27,6 @@ from stepgauge.recording.identity import check_recording
 from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
 from stepgauge.standards.lengths import face_table, nearest_axis
 
-Array = NDArray[np.float64]
 Kind = Literal["etve", "axis"]
 STANDARD = "ISO 230-3:2020"
 FIRST_S = 3600.0

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.conditions import Conditions, gate
 from stepgauge.errors import InputError
@@ -46,7 +45,6 @@ from stepgauge.standards.mpe import Mpe
 from stepgauge.standards.rules import Excluded, Rule
 from stepgauge.standards.tip import TipDiameter, tip_diameter
 
-Array = NDArray[np.float64]
 KINDS: tuple[Kind, Kind] = ("bidirectional", "unidirectional")
 MOST_REMEASURED = 5
 REMEASURE_SOURCE = (

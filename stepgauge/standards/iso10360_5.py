@@ -15,17 +15,17 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stepgauge.conditions import NOTHING, Conditions, gate
 from stepgauge.conditions.sphere import sphere_conditions
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.text import any_text, read_bytes
 from stepgauge.physics.sphere import SphereFit, fit_sphere
 from stepgauge.probes.files import ProbedPoints
 from stepgauge.standards.decision import Outcome, decide, together
 
-Array = NDArray[np.float64]
 STANDARD = "ISO 10360-5:2020"
 POINTS, STYLI = 25, 5
 NAMES = ("P_Form", "P_Size", "L_Dia")

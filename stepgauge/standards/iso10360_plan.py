@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import in_percent
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
@@ -25,7 +25,6 @@ from stepgauge.probes.schema import ProbeTable
 from stepgauge.standards.lengths import LENGTHS, choose
 from stepgauge.standards.measuring_line import LONGEST_SHARE, ORIENTATIONS, Orientation
 
-Array = NDArray[np.float64]
 Stylus = Literal["auto", "machine", "square"]
 STANDING_UP = (0.0, -1.0, 0.0)
 """Where the blocks of a gauge that stands on end face: the front of a bridge CMM."""

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.conditions import NOTHING, Conditions, gate
+from stepgauge.files.arrays import Array
 from stepgauge.standards.decision import Outcome, conformity_probability, decide
 from stepgauge.standards.length_uncertainty import TestUncertainty
 from stepgauge.standards.lengths import Faces, FaceTable, Kind
 from stepgauge.standards.measuring_line import DIAGONALS, SAME_DIRECTION_DEG
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.recording.conventions import CONVENTIONS, REFERENCE_C, Convention
 from stepgauge.standards.rules import Rule
 from stepgauge.standards.tip import TipDiameter
 
-Array = NDArray[np.float64]
 RUNS = 5
 LEAST_TARGETS = 5
 TARGETS_PER_M = 5.0

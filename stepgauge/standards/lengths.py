@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 
 from stepgauge.conditions import NOTHING, Conditions
 from stepgauge.conditions.gauge import gauge_conditions
-from stepgauge.conditions.outliers import LeftOut
+from stepgauge.conditions.outliers import ExcludedReading
 from stepgauge.conditions.readings import Readings, project_readings
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.conventions import recorded_scales_C
 from stepgauge.standards.rules import Rule
 
-Array = NDArray[np.float64]
 Kind = Literal["bidirectional", "unidirectional"]
 Faces = tuple[int, int]
 LENGTHS = 5
@@ -51,7 +51,7 @@ class FaceTable:
     cycles: NDArray[np.int64]
     faces: NDArray[np.int64]
     off_mm: Array
-    doubtful: tuple[LeftOut, ...] = ()
+    doubtful: tuple[ExcludedReading, ...] = ()
     conditions: Conditions = NOTHING
     scales_C: float | None = None
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from stepgauge.files.arrays import Array
+
 POSITIONS_SOURCE = "ISO 10360-2:2009, clause 6 (measuring positions)"
 LONGEST_SHARE = 0.66
 """The longest test length of a position, as a share of the travel along that line (ISO 10360-2:2009, clause 6)."""

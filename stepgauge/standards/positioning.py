@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from stepgauge.conditions import NOTHING, Conditions
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
@@ -34,7 +35,6 @@ from stepgauge.standards.lengths import FaceTable, doubtful_rule, face_table, ne
 from stepgauge.standards.rules import Excluded, Rule
 from stepgauge.standards.tip import TipDiameter, tip_diameter
 
-Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 Pairing = Literal["middle", "faces"]
 ALONG_AXIS_DEG = 1.0

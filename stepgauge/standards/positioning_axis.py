@@ -14,7 +14,6 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from stepgauge.axis.recording import AxisRecording, places_of, ways_doubt
 from stepgauge.axis.sensors import SENSORS
@@ -22,13 +21,13 @@ from stepgauge.axis.units import BASE
 from stepgauge.conditions import Conditions
 from stepgauge.conditions.axis import axis_conditions
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.standards.iso230 import AxisParameters, Direction, OneWay
 from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement, parameters_um
 from stepgauge.standards.iso230_rules import axis_rules
 from stepgauge.standards.positioning import LINEAR, ROTARY, AxisTest, PositioningTest, Targets
 from stepgauge.standards.rules import Excluded
 
-Array = NDArray[np.float64]
 Actual = Literal["reading", "target"]
 ACTUAL: tuple[Actual, ...] = ("reading", "target")
 TEMPERATURE = re.compile(r"temp|°C|_C$", re.IGNORECASE)

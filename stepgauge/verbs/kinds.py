@@ -181,7 +181,7 @@ class Moment(Kind):
 
 
 @dataclass(eq=False)
-class Day(Kind):
+class IsoDate(Kind):
     """A date without a time that is not to come."""
 
     metavar: str = field(default="YYYY-MM-DD", kw_only=True)

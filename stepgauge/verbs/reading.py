@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.conditions import Conditions
-from stepgauge.conditions.outliers import LeftOut
+from stepgauge.conditions.outliers import ExcludedReading
 from stepgauge.evaluation.evaluate import EffectiveRadius, Evaluation, PlacementResult
 from stepgauge.evaluation.files import UM
 from stepgauge.figures.faces import column
@@ -63,6 +63,6 @@ def _result(stored: dict[str, Any]) -> PlacementResult:
         gauge_temperature_C=stored["gauge_temperature_C"],
         scale_temperature_C=stored.get("scale_temperature_C"),
         conditions=Conditions.from_dicts(stored.get("conditions", ())),
-        left_out=tuple(LeftOut(row=-1, **one) for one in stored.get("left_out", ())),
+        left_out=tuple(ExcludedReading(row=-1, **one) for one in stored.get("left_out", ())),
         **columns,
     )

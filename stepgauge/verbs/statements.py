@@ -4,7 +4,7 @@ import datetime
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import Of, Written
-from stepgauge.verbs.kinds import Day, Reads, Text
+from stepgauge.verbs.kinds import IsoDate, Reads, Text
 from stepgauge.verbs.shared import Figure, File, OutputFolder
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ def stated(
     operator: Words = None,
     customer: Words = None,
     location: Words = None,
-    date: Annotated[datetime.date | None, Day()] = None,
+    date: Annotated[datetime.date | None, IsoDate()] = None,
     remarks: Words = None,
     template: Annotated[File | None, Reads("FILE")] = None,
 ) -> "Stated":

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from stepgauge.project.file import Verbs
 from stepgauge.project.find import NAME
 from stepgauge.web.measuring import Runs
-from stepgauge.web.work import Works
+from stepgauge.web.work import WorkList
 
 if TYPE_CHECKING:
     from stepgauge.project.file import Project
@@ -36,13 +36,13 @@ class Site:
     token: str
     on_loopback: bool = True
     is_ending: bool = False
-    works: Works = field(init=False)
+    works: WorkList = field(init=False)
     runs: Runs = field(init=False)
     _writer: threading.Lock = field(default_factory=threading.Lock)
 
     def __post_init__(self) -> None:
         self.folder = self.folder.resolve()
-        self.works, self.runs = Works(self.folder), Runs(self.folder)
+        self.works, self.runs = WorkList(self.folder), Runs(self.folder)
 
     def close(self) -> None:
         """The server ends: machines that measure for it stop; other work goes on, and writes its files."""

@@ -67,7 +67,7 @@ class Work:
             self.process.terminate()
 
 
-class Works:
+class WorkList:
     """The works of this server."""
 
     def __init__(self, folder: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 from stepgauge.axis.sensors import SENSORS, kinds_of, not_candidates
 from stepgauge.axis.units import AxisUnits
 from stepgauge.diagnosis.axis.residuals import Scaling
-from stepgauge.diagnosis.axis.told import Teller
+from stepgauge.diagnosis.axis.told import AxisWording
 from stepgauge.diagnosis.covariates import REST, TOUCHES, TURNING, WAY
 from stepgauge.diagnosis.forms import form as forms
 from stepgauge.diagnosis.forms import words
@@ -29,8 +29,8 @@ COVARIATES = ("position", "machine x", "face", "order", REST, f"{TOUCHES} of 60 
 NOT_SAID = ("gauge", "face", "touch", "probing", "machine", "front", "approach", " mm", " um")
 
 
-def teller(position: str = "deg", deviation: str | None = None, both: bool = True, form: str = "axis") -> Teller:
-    return Teller(AxisUnits.of(position, deviation), Scaling(1.0, 0.1), both, form)
+def teller(position: str = "deg", deviation: str | None = None, both: bool = True, form: str = "axis") -> AxisWording:
+    return AxisWording(AxisUnits.of(position, deviation), Scaling(1.0, 0.1), both, form)
 
 
 @pytest.mark.parametrize("side", ["gauge", "approach"])

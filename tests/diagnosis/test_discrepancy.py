@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.laws.beside import MOST_AMPLITUDES, Courses
+from stepgauge.diagnosis.laws.beside import MOST_AMPLITUDES, UnobservedCourses
 from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals
@@ -44,11 +44,11 @@ def square_wave(t: Array) -> Array:
 @given(atom=st.integers(0, len(CONSTANTS) - 1), scale=st.floats(1e-3, 1e3))
 @settings(max_examples=20, deadline=None)
 def test_what_a_shape_becomes_by_others_is_none_of_itself_and_as_large_as_it(atom: int, scale: float) -> None:
-    beside = Courses(scale * WARMING).beside(atom)
+    beside = UnobservedCourses(scale * WARMING).beside(atom)
     own = scale * WARMING[atom, 0]
     assert 0 < len(beside) <= MOST_AMPLITUDES
     assert_allclose(beside @ own, 0.0, atol=2e-3 * (own @ own))  # but for what the courses leave out
-    unit = Courses(WARMING).beside(atom)
+    unit = UnobservedCourses(WARMING).beside(atom)
     assert_allclose(beside.T @ beside, scale**2 * unit.T @ unit, atol=1e-9 * np.abs(own).max() ** 2)
     assert np.linalg.norm(beside) < np.linalg.norm(own)
 
@@ -58,7 +58,7 @@ def test_a_second_time_constant_is_in_the_span(share: float) -> None:
     """The exact solution of two bodies in series, less its best single exponential, is nearly a sum of the courses."""
     truth = two_bodies(TIME, share)
     atom = int(np.argmin(np.abs(CONSTANTS - 0.6)))
-    span = np.vstack([WARMING[atom], Courses(WARMING).beside(atom)])
+    span = np.vstack([WARMING[atom], UnobservedCourses(WARMING).beside(atom)])
 
     def left(columns: Array) -> float:
         return float(np.linalg.norm(truth - np.linalg.lstsq(columns.T, truth, rcond=None)[0] @ columns))

@@ -23,7 +23,7 @@ from stepgauge.diagnosis.credible import (
 )
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.inference.hypothesis import Hypothesis
-from stepgauge.inference.posterior import Alternative, CredibleSet, Member, Posterior, credible_set
+from stepgauge.inference.posterior import AlternativeHypothesis, CredibleSet, Member, Posterior, credible_set
 from stepgauge.inference.priors import NoisePriors
 from stepgauge.inference.problem import AmplitudePrior, Candidate, Law, Refined, Term
 from stepgauge.inference.proposal import Proposal
@@ -267,7 +267,7 @@ def test_several_laws_for_one_are_told_from_a_twentieth_of_its_probability_on() 
     """More laws always fit as well: what speaks against them is their prior odds, which count here."""
     come = (law("slope", SLOPE[None, None]), law("wave", WAVE[None, None]))
     start = Search(problem(noise()), NoisePriors()).start
-    near, far = (Alternative(("sum",), come, odds, start) for odds in (0.06, 0.04))
+    near, far = (AlternativeHypothesis(("sum",), come, odds, start) for odds in (0.06, 0.04))
     decision = shipped_priors().decision
     assert joined_kinds(replacements([near, far], "sum", "sum", decision)) == ("slope + wave",)
     assert replacements([far], "sum", "sum", decision) == []

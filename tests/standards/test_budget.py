@@ -38,7 +38,7 @@ from stepgauge.standards.budget_files import (
     stored_budget,
     write_budget,
 )
-from stepgauge.standards.budget_sources import Asked, cosine_rms
+from stepgauge.standards.budget_sources import BudgetOptions, cosine_rms
 from stepgauge.standards.coverage import coverage_factor, expand
 from tests.dcc.made import laboratory
 from tests.measured import ALONG_X, lay, named, run, shipped, with_gaps
@@ -155,7 +155,7 @@ def test_repeatability_is_pooled_with_the_degrees_of_freedom_of_all_faces() -> N
     """GUM 4.2.4 and H.1: u = s_p / sqrt(n); 12 faces of 4 cycles have 36 degrees of freedom."""
     recording = measured(cycles=4)
     gauge = replace(quiet_gauge(), u_um=np.zeros(quiet_gauge().n_faces))
-    budget = make_budget(modelled(gauge, recording=recording), Asked(percent=95.0))
+    budget = make_budget(modelled(gauge, recording=recording), BudgetOptions(percent=95.0))
     result = evaluate(recording, gauge).results[0]
     s = np.sqrt(np.mean(np.where(result.face % 2 == 1, result.sf_um, result.sb_um) ** 2))
     xf = line(budget, "xf_um", 9)
@@ -167,7 +167,7 @@ def test_repeatability_is_pooled_with_the_degrees_of_freedom_of_all_faces() -> N
 def test_repeatability_by_face_has_n_minus_1() -> None:
     recording = measured(cycles=4)
     gauge = replace(quiet_gauge(), u_um=np.zeros(quiet_gauge().n_faces))
-    budget = make_budget(modelled(gauge, recording=recording), Asked(repeats="face"))
+    budget = make_budget(modelled(gauge, recording=recording), BudgetOptions(repeats="face"))
     result = evaluate(recording, gauge).results[0]
     s1, s9 = result.sf_um[0], result.sf_um[8]
     xf = line(budget, "xf_um", 9)
@@ -185,7 +185,7 @@ def test_one_probing_of_a_face_has_no_deviation_of_its_own() -> None:
     kept = ~((frame["face"] == 5) & (frame["cycle"] > 1))
     once = modelled(quiet_gauge(), recording=Recording(frame[kept].reset_index(drop=True), {}, "once.csv"))
     with pytest.raises(InputError, match="face 5 was probed once"):
-        make_budget(once, Asked(repeats="face"))
+        make_budget(once, BudgetOptions(repeats="face"))
 
 
 def test_temperature_and_expansion_of_the_gauge_by_hand() -> None:
@@ -273,7 +273,7 @@ def test_alignment_is_the_cosine_error_of_the_axis_uncertainty() -> None:
     cosine = (angles**2).sum(axis=0) / 2.0
     assert cosine_rms(u1, u2) == pytest.approx(math.sqrt((cosine**2).mean()), rel=0.01)
     placement = replace(lay(shipped()[0]), details={"uncertainty": {"yaw_urad": 800.0, "pitch_urad": 500.0}})
-    budget = make_budget(modelled(quiet_gauge()), Asked([placement]))
+    budget = make_budget(modelled(quiet_gauge()), BudgetOptions([placement]))
     xf = line(budget, "xf_um", 11)
     assert xf.contribution["alignment"] == pytest.approx(100e3 * cosine_rms(u1, u2), rel=1e-4)
     assert line(budget, "r_eff_mm").contribution["alignment"] == pytest.approx(
@@ -418,7 +418,7 @@ def test_files_are_read_back_and_belong_to_one_evaluation(tmp_path: Path) -> Non
 def test_a_small_coverage_has_a_factor_below_one(tmp_path: Path, percent: float) -> None:
     """Closed form: 0.674 standard deviations hold half of a normal distribution. A DCC has no k < 1."""
     model = modelled(quiet_gauge(), recording=RECORDING)
-    stored = stored_budget(model, make_budget(model, Asked(percent=percent)), 0)
+    stored = stored_budget(model, make_budget(model, BudgetOptions(percent=percent)), 0)
     write_budget(tmp_path, stored)
     least = min(line.k for line in read_budget(tmp_path).quantities)
     assert least == pytest.approx(NormalDist().inv_cdf(0.5 + percent / 200.0), abs=1e-3)
@@ -515,4 +515,4 @@ def test_command_line(tmp_path: Path) -> None:
 def test_placements_must_match(gauge: Gauge) -> None:
     a = make_placement([0, 0, 0], [0, 400, 0], 1, gauge.n_blocks)
     with pytest.raises(InputError, match="one placement file per placement; found 2; expected 1 or none"):
-        make_budget(modelled(quiet_gauge(), recording=RECORDING), Asked([a, a]))
+        make_budget(modelled(quiet_gauge(), recording=RECORDING), BudgetOptions([a, a]))

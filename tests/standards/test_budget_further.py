@@ -22,7 +22,7 @@ from stepgauge.montecarlo import recording_model
 from stepgauge.montecarlo.model import Model
 from stepgauge.standards.budget import make_budget
 from stepgauge.standards.budget_files import stored_budget
-from stepgauge.standards.budget_sources import Asked
+from stepgauge.standards.budget_sources import BudgetOptions
 from tests.measured import named, run, shipped
 
 RECORDING = named(run(3).recording)
@@ -38,7 +38,7 @@ def model(recording: sg.Recording = REAL, own: Gauge | None = None) -> Model:
     return recording_model(recording, shipped()[1], own or gauge(), 0.1).as_it_is()
 
 
-def u_of(name: str, of: Model, asked: Asked | None = None) -> dict[int, float]:
+def u_of(name: str, of: Model, asked: BudgetOptions | None = None) -> dict[int, float]:
     """What a source adds to XF by face, um."""
     budget = make_budget(of, asked)
     return {one.face: one.contribution.get(name, 0.0) for one in budget.lines if one.name == "xf_um" and one.face}
@@ -48,7 +48,7 @@ def from_first_m(own: Gauge, face: int) -> float:
     return float(own.position_mm[face - 1] - own.position_mm[0]) * 1e-3
 
 
-def missing(of: Model, asked: Asked | None = None) -> str:
+def missing(of: Model, asked: BudgetOptions | None = None) -> str:
     return " ".join(what for what, _ in make_budget(of, asked).not_included)
 
 
@@ -79,7 +79,7 @@ def test_a_drift_or_a_date_that_nobody_states_is_missing_and_a_virtual_gauge_has
     assert "drift of the gauge since its calibration" in missing(model(own=silent))
     undated = replace(REAL, comments={"machine": "Bridge CMM"})
     assert "nobody says when it was measured" in missing(model(undated))
-    assert "nobody says" not in missing(model(undated), Asked(measured_at="2026-09-01"))
+    assert "nobody says" not in missing(model(undated), BudgetOptions(measured_at="2026-09-01"))
     simulated = make_budget(model(RECORDING, silent))
     assert "drift" not in " ".join(what for what, _ in simulated.not_included)
     assert any("certified length" in text for text in simulated.assumptions)
@@ -100,7 +100,7 @@ def test_what_the_readings_show_of_alignment_resolution_and_drift_counts() -> No
     )
     span_um = float(np.ptp(of.gauge.position_mm[of.parts[0].readings.faces - 1])) * 1e3
     tilted = with_condition(of, Condition("alignment", "contribution", "tilted", size_um=2.0))
-    at = [u_of("alignment", one, Asked([placement])) for one in (of, tilted)]
+    at = [u_of("alignment", one, BudgetOptions([placement])) for one in (of, tilted)]
     last = max(at[0])
     assert at[0][last] < 0.001
     assert at[1][last] == pytest.approx(2.0 * of.gauge.position_mm[last - 1] * 1e3 / span_um, rel=1e-3)
@@ -126,7 +126,7 @@ def test_contributions_of_ones_own_by_hand() -> None:
     warm = parse_contribution("warm hand=0.4, unit=K, sensitivity_per_m=11.5")
     assert (faces.u, warm.u_um_per_m, warm.u_face_um) == (0.3 / math.sqrt(3.0), pytest.approx(4.6), 0.0)
     of = model()
-    asked = Asked(contributions=(faces, warm))
+    asked = BudgetOptions(contributions=(faces, warm))
     form, hand = u_of("own: form of the faces", of, asked), u_of("own: warm hand", of, asked)
     last = max(face for face in form if face % 2)
     assert form[last] == pytest.approx(math.sqrt(2.0) * 0.3 / math.sqrt(3.0))
@@ -215,7 +215,7 @@ def test_the_scales_count_as_they_are_corrected_for_nominal_expansion() -> None:
     for compensated in (False, True):
         scaled = replace(machine, table=table.model_copy(update={"scales_compensated": compensated}))
         made = recording_model(read, replace(scaled, uncertain=uncertain), gauge(), 0.1).as_it_is()
-        budget = make_budget(made, Asked())
+        budget = make_budget(made, BudgetOptions())
         far = next(one for one in budget.lines if one.name == "xf_um" and one.face == 11)
         length_m = from_first_m(gauge(), 11)
         assert far.contribution["machine.scale_expansion_per_K"] == pytest.approx(5.0 * 0.6 * length_m, rel=2e-3)
@@ -239,7 +239,7 @@ def test_a_corrected_drift_counts_with_the_uncertainty_of_its_rate() -> None:
     result = sg.evaluate(read, gauge(), correct_drift=True).results[0]
     far = len(result.xf_um) - 2
     for of, name, expected_um in ((plain, "drift of the readings", None), (corrected, "correction of the drift", 0.2)):
-        budget = make_budget(of.as_it_is(), Asked())
+        budget = make_budget(of.as_it_is(), BudgetOptions())
         line = next(one for one in budget.lines if one.name == "xf_um" and one.face == 11)
         others = {"drift of the readings", "correction of the drift"} - {name}
         assert line.contribution[name] > 0.0

@@ -9,7 +9,7 @@ import pytest
 import stepgauge as sg
 from stepgauge.montecarlo import ModelOptions
 from stepgauge.recording import Recording
-from stepgauge.standards.budget_sources import Asked
+from stepgauge.standards.budget_sources import BudgetOptions
 from stepgauge.standards.budget_trial import OPEN_SOURCES, budget_trial, machine_statement
 from tests.conftest import ROOT
 from tests.measured import run
@@ -27,7 +27,7 @@ def test_a_temperature_that_was_not_recorded_is_not_tried_as_if_a_thermometer_ha
     gauge, machine = sg.read_gauge("step-gauge-420"), sg.read_machine("bridge-cmm")
     recording = run(2).recording
     silent = Recording(recording.frame.drop(columns="gauge_temperature_C"), {}, "cold.csv")
-    names = budget_trial([silent], machine, gauge, Asked(), ModelOptions(at_reference=True)).names
+    names = budget_trial([silent], machine, gauge, BudgetOptions(), ModelOptions(at_reference=True)).names
     assert set(OPEN_SOURCES) - set(names) == {"gauge_temperature"}
 
 
@@ -40,7 +40,7 @@ def test_what_is_tried_is_what_it_would_be_if_it_were_stated(tmp_path: Path) -> 
     program = tmp_path / "gauge.dmi"
     sg.plan(placement, gauge, machine, cycles=2, blocks="1:4").write(program)
     recording = sg.simulate(program, machine, gauge, placement, seed=1, gauge_temperature_C=20.4).recording
-    trial = budget_trial([recording], machine, gauge, Asked((placement,)), ModelOptions(at_reference=True))
+    trial = budget_trial([recording], machine, gauge, BudgetOptions((placement,)), ModelOptions(at_reference=True))
     assert set(trial.names) == set(OPEN_SOURCES)
 
     text = Path(machine.path).read_text()

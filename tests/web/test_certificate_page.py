@@ -15,7 +15,7 @@ from stepgauge.web import concealed
 from stepgauge.web.forms import Form
 from stepgauge.web.pages import certificate, result, run
 from stepgauge.web.texts import LANGUAGES, Words
-from stepgauge.web.work import Works
+from stepgauge.web.work import WorkList
 from tests.web.conftest import Asked, make_project
 
 FILLED = {
@@ -47,11 +47,11 @@ def begun(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     """What would be run, in place of running it."""
     found: list[list[str]] = []
 
-    def start(_: Works, arguments: list[str], then: str) -> SimpleNamespace:
+    def start(_: WorkList, arguments: list[str], then: str) -> SimpleNamespace:
         found.append(list(arguments))
         return SimpleNamespace(number=1, is_running=True, has_failed=False, seconds=0.0, then=then, words=list)
 
-    monkeypatch.setattr(Works, "start", start)
+    monkeypatch.setattr(WorkList, "start", start)
     return found
 
 

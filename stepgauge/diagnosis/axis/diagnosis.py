@@ -15,7 +15,7 @@ from stepgauge.axis.recording import AxisRecording, join_axis_recordings, places
 from stepgauge.axis.sensors import SENSORS, not_candidates
 from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
 from stepgauge.diagnosis.axis.reversal import is_reversal, words_of_reversal
-from stepgauge.diagnosis.axis.told import OPPOSITE, Teller
+from stepgauge.diagnosis.axis.told import OPPOSITE, AxisWording
 from stepgauge.diagnosis.engine import diagnose_residuals
 from stepgauge.diagnosis.output.files import diagnosis_to_dict, without_nan
 from stepgauge.diagnosis.output.inputs import Inputs
@@ -119,7 +119,7 @@ def _said(found: GaugeDiagnosis, data: AxisData) -> dict[str, Any]:
     recording = data.recording
     units, form = recording.units, recording.form
     raw = diagnosis_to_dict(found, Inputs((_Rows(recording),)))  # type: ignore[arg-type]
-    teller = Teller(units, data.scaling, recording.both_ways, form)
+    teller = AxisWording(units, data.scaling, recording.both_ways, form)
     said = teller.told({key: value for key, value in raw.items() if key not in UNUSED})
     about = _about(recording)
     for effect in said["effects"]:

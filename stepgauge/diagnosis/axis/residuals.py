@@ -25,6 +25,7 @@ from stepgauge.diagnosis.residuals import FEWEST_ROWS, Residuals
 from stepgauge.diagnosis.wording.aliases import even
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import CertificateTable, Gauge, GaugeTable
 from stepgauge.machine.file import Machine, MachineTable, Travel
 from stepgauge.physics.robust import mad_sigma
@@ -32,7 +33,6 @@ from stepgauge.probes.schema import ConstantTable
 from stepgauge.recording import APPROACH, POSITION
 from stepgauge.recording.columns import OPTIONAL
 
-Array = NDArray[np.float64]
 KIND = "axis_kind"
 """Comment of a recording that states what kind of axis it is of."""
 TYPICAL_MM, TYPICAL_S = 300.0, 3600.0

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.axis.recording import AxisRecording, places_of
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 
-Array = NDArray[np.float64]
 OF_PLACES = ("position", "machine x", "face", "target")
 """Covariates of forms that are told as a reversal error where they have opposite signs in the two directions."""
 DIGITS = 3

@@ -6,11 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from stepgauge.axis.recording import STATIONS, AxisRecording
+from stepgauge.files.arrays import Array
 
-Array = NDArray[np.float64]
 IN_LINE = 1e-2
 """Share of a distance by which the stations of a line may contradict one another: slopes and offsets, no corners."""
 

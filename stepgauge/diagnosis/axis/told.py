@@ -41,7 +41,7 @@ _WORDS = (
 
 
 @dataclass(frozen=True)
-class Teller:
+class AxisWording:
     """From what was computed to what is told; ``scaling``: of the axis; ``both_ways``: of its travel; ``form``."""
 
     units: AxisUnits

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Fitted, orthonormal
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.files.arrays import Array
 from stepgauge.inference.metric import Metric
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.laws.library import Family, fixed_values, stated
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import along_approach_um
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 
-Array = NDArray[np.float64]
 UNBOUNDED = 1e300
 BEYOND = 0.02
 """Standard deviation by which a non-linear parameter may lie outside its grid, as a share of the grid."""

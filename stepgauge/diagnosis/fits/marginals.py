@@ -13,17 +13,16 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
 from stepgauge.diagnosis.fits.beside import Beside, beside
 from stepgauge.diagnosis.fits.solve import Estimate, Fitted, Solved
 from stepgauge.diagnosis.laws.library import Family, family_signatures
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.files.arrays import Array
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.problem import AmplitudePrior
 
-Array = NDArray[np.float64]
 LAG, AZIMUTH = "lag_s", "arm_azimuth_deg"
 LAGS, SHORTEST, FAR = 25, 0.125, 5.0
 """How many lags are integrated over, evenly by their logarithm; the shortest of them over that of the grid: frequent

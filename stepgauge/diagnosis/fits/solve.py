@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 from scipy.linalg import block_diag
 from scipy.optimize import least_squares
@@ -17,9 +16,9 @@ from stepgauge.diagnosis.laws.library import Family
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.inference.metric import Metric
 
-Array = NDArray[np.float64]
 SAME_COST = 1e-6
 """Least relative decrease of the sum of squares by a step: with a thousand rows a thousandth in chi-square."""
 UNTOLD = 1e-10

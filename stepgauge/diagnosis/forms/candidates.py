@@ -43,9 +43,9 @@ from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects.grids import TEMPERATURES
 from stepgauge.effects.probe import LIKE_DIRECTIONS, share_beside
+from stepgauge.files.arrays import Array
 from stepgauge.inference.problem import AmplitudePrior, Candidate, GaussianProcess, Law
 
-Array = NDArray[np.float64]
 FEWEST_DIRECTIONS = 8
 FEWEST_OF_A_LEVEL = 3
 """Readings of a face, on average: of two, as many unknowns would be fitted as readings are left to tell of them."""

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.inference.problem import Refined
 
-Array = NDArray[np.float64]
 Features = Sequence[Array] | Array | NDArray[np.float32]
 """Features of each kernel, ``(m, n)`` each, or signatures of each shape, ``(atoms, d, n)``."""
 TREND, SMOOTH, ROUGH, LAGGED, WAVE = "trend", "smooth", "rough", "lagged", "wave"

@@ -48,11 +48,11 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import GaugeDiagnosis, Located
 from stepgauge.effects import along_approach_um
 from stepgauge.effects.empirical import RESTED, Empirical, formula_name
+from stepgauge.files.arrays import Array
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.recording import APPROACH
 
-Array = NDArray[np.float64]
 MASK = {"approach": "", "gauge": "side * "}
 MASK |= {axis: f"{column} * " for axis, column in zip(AXES, APPROACH, strict=True)}
 TERMS_PER_FORMULA = 6

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import NAMES, REST, WAY, Covariate, axes_shown, standard
 from stepgauge.diagnosis.forms.form import HYSTERESIS, LAGGED, LENGTH, LOOP, RESTS, SMOOTH, TREND, OnSides
@@ -16,9 +15,9 @@ from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.unread import principal, shifts
 from stepgauge.effects.probings import followed
+from stepgauge.files.arrays import Array
 from stepgauge.inference.problem import Refined
 
-Array = NDArray[np.float64]
 HELD = np.geomspace(0.03, 0.6, 7)
 """Ways on which friction holds back what moves, over the span of the travel."""
 PLACES, FEWER = (0.15, 0.5), 2

@@ -12,15 +12,14 @@ from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import REST, TOUCHES, Covariate, axes_shown, lives_on, standard
 from stepgauge.diagnosis.forms.form import LENGTH, ROUGH, SMOOTH, TREND, WANDERING, OnSides
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.files.arrays import Array
 from stepgauge.recording import OPTIONAL
 
-Array = NDArray[np.float64]
 ROUGH_LENGTHS = (0.015, 0.1)
 VOLUME_LENGTHS = (0.25, 0.6)
 """Correlation lengths of what changes with two coordinates, over the span of each."""

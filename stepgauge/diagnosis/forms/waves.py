@@ -16,10 +16,10 @@ from stepgauge.diagnosis.covariates import Covariate, axes_shown
 from stepgauge.diagnosis.forms.form import BEAT, SAWTOOTH, WAVE, OnSides
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.files.arrays import Array
 from stepgauge.inference.parallel import chunks
 from stepgauge.inference.problem import Refined
 
-Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 OVERTONES = 5
 """Of a wave that is no sine; the k-th has the k-th part of the first's standard deviation."""

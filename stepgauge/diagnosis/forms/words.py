@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import AXES
 from stepgauge.diagnosis.forms.form import (
@@ -23,10 +22,10 @@ from stepgauge.diagnosis.forms.form import (
     Form,
 )
 from stepgauge.diagnosis.result import Located
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.inference.problem import Candidate
 
-Array = NDArray[np.float64]
 CORRELATED, GROWING, DISTURBED = "correlated scatter", "growing scatter", "disturbed scatter"
 UNDETERMINED = "undetermined"
 SCATTER = (CORRELATED, GROWING, DISTURBED)

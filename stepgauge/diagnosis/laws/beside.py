@@ -17,7 +17,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import svd
 
 from stepgauge.diagnosis.laws.library import Family, family_signatures
@@ -27,9 +26,9 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.unread import principal, shifts
 from stepgauge.effects.following import Following
 from stepgauge.effects.probings import Probings
+from stepgauge.files.arrays import Array
 from stepgauge.inference.problem import residual_columns
 
-Array = NDArray[np.float64]
 MOST_AMPLITUDES = 12
 NEGLIGIBLE = 1e-6
 """Most courses that are told apart, and the share of the law's own variance below which another does not matter."""
@@ -40,14 +39,14 @@ LAG, UNREAD = "lag_s", "unread"
 
 
 @dataclass(frozen=True)
-class Untold:
+class Discrepancy:
     """What a law moves beside its signature, for each of its shapes.
 
     ``share``: what it has in other shapes, over its size (``discrepancy`` in the priors); 0 for a law that is exact.
     """
 
     family: Family
-    courses: Courses
+    courses: UnobservedCourses
     data: Residuals
     share: float
 
@@ -69,13 +68,13 @@ class Untold:
         return np.concatenate(parts)
 
 
-def untold(family: Family, courses: Courses, data: Residuals, priors: Priors) -> Untold:
+def untold(family: Family, courses: UnobservedCourses, data: Residuals, priors: Priors) -> Discrepancy:
     """What a law moves beside its signature by these priors."""
     process = is_process(family)
-    return Untold(family, courses, data, priors.laws.discrepancy if process else 0.0)
+    return Discrepancy(family, courses, data, priors.laws.discrepancy if process else 0.0)
 
 
-class Courses:
+class UnobservedCourses:
     """All shapes of a law of one amplitude as mixtures of orthogonal courses; ``pattern (atoms, 1, n)``."""
 
     def __init__(self, pattern: Array) -> None:
@@ -110,7 +109,7 @@ def is_process(family: Family) -> bool:
     return 1 < len(family.atoms) <= MOST_SHAPES and family.pattern.shape[1] == 1
 
 
-def discrepancy(family: Family, courses: Courses, atom: int, shape: dict[str, Any], data: Residuals) -> Array:
+def discrepancy(family: Family, courses: UnobservedCourses, atom: int, shape: dict[str, Any], data: Residuals) -> Array:
     """Displacements along the approach ``(p, n)`` that a law has beside its own, um for a unit of its amplitude.
 
     The law has a ``shape`` near that of an ``atom``; what would be the law itself again is taken out.

@@ -9,20 +9,19 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import solve
-from stepgauge.diagnosis.laws.beside import Courses, Untold, untold
+from stepgauge.diagnosis.laws.beside import Discrepancy, UnobservedCourses, untold
 from stepgauge.diagnosis.laws.choices import ALL, is_common
 from stepgauge.diagnosis.laws.grids import usual_shape
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
 from stepgauge.diagnosis.laws.usual import odds_of, size_of_shape, usual_size
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.files.arrays import Array
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.problem import AmplitudePrior, Law, Refined
 
-Array = NDArray[np.float64]
 OF_THE_PROBE = ("kinematic_pretravel", "seat_defect")
 """Laws of which a recording has one, since it was made with one probe."""
 BESIDE_FIRST, ALONE = 1e-9, 30.0
@@ -35,7 +34,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
     """Candidates for all laws with a signature here; ``metric``: for the fit of shapes between points of the grid."""
     families = list(effect_families(data, priors, without))
     share, labels, patterns = _shares(families, priors, data), Counter[str](), dict[int, Array]()
-    courses = dict[int, Courses]()
+    courses = dict[int, UnobservedCourses]()
     found = []
     for family, own in zip(families, share, strict=True):
         labels[family.label] += 1
@@ -48,7 +47,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
         again = None if is_common(family.kind, family.choices) else priors.laws.of(family.kind).again
         if id(family.pattern) not in patterns:
             patterns[id(family.pattern)] = _usual_pattern(family)
-            courses[id(family.pattern)] = Courses(family.pattern)
+            courses[id(family.pattern)] = UnobservedCourses(family.pattern)
         beside = untold(family, courses[id(family.pattern)], data, priors)
         found.append(
             Law(
@@ -152,7 +151,9 @@ def _has_shape(family: Family) -> bool:
     return len(family.atoms) > 1 and any(isinstance(v, float | tuple) for v in family.atoms[-1].values())
 
 
-def _refined(family: Family, data: Residuals, metric: Metric, beside: Untold, atom: int, um: Array) -> Refined | None:
+def _refined(
+    family: Family, data: Residuals, metric: Metric, beside: Discrepancy, atom: int, um: Array
+) -> Refined | None:
     """The law with its shape fitted, starting from a shape of the grid; None if it leaves the range of the grid."""
     if not any(isinstance(v, float | tuple) for v in family.atoms[atom].values()):
         return None

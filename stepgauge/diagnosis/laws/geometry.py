@@ -22,10 +22,10 @@ from stepgauge.diagnosis.laws.usual import odds_of, usual_size
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um
+from stepgauge.files.arrays import Array
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.problem import Law
 
-Array = NDArray[np.float64]
 KIND = "geometric_errors"
 PARTS = {"angular_error", "error_motion", "roll", "scale_curvature", "scale_error", "squareness", "straightness"}
 """Kinds of laws that are errors of the machine's geometry, smooth over its travel."""

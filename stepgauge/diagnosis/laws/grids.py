@@ -11,14 +11,13 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, Parameter
 from stepgauge.effects.grids import coordinate_mm, lie_level, most_periods
+from stepgauge.files.arrays import Array
 from stepgauge.machine.file import Machine
 
-Array = NDArray[np.float64]
 Signatures = Callable[[Sequence[dict[str, Any]]], Array]
 """From shapes to their signatures ``(atoms, d, n)``."""
 SPREAD, COARSE_SPREAD = np.linspace(-2.0, 2.0, 5), np.linspace(-1.5, 1.5, 3)

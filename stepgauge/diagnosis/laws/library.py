@@ -12,7 +12,6 @@ from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.laws.choices import choices_of
 from stepgauge.diagnosis.laws.grids import shapes_of
@@ -20,11 +19,11 @@ from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um, effect_kinds
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.inference.parallel import chunks
 from stepgauge.inference.problem import AmplitudePrior
 from stepgauge.recording import APPROACH
 
-Array = NDArray[np.float64]
 NOT_LAWS = {"axis_compensation", "empirical", "error_map", "outliers", "noise_growth"}
 """Kinds that are not laws of the mean with own parameters: fitted elsewhere or not at all."""
 SEEN_SHARE = 0.1

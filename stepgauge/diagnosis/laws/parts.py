@@ -18,11 +18,11 @@ from stepgauge.diagnosis.laws.library import SEEN_SHARE, Family, family_signatur
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects.empirical import holds
+from stepgauge.files.arrays import Array
 from stepgauge.inference.problem import Law
 from stepgauge.recording import POSITION
 from stepgauge.recording.columns import STYLUS
 
-Array = NDArray[np.float64]
 EDGES = 60
 """Most edges that are tried over a covariate."""
 SMALLEST = 1.0 / 16.0

@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.tables import Rows, read_rows
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes.directions_map import COLUMNS, DirectionMap, map_rows
 from stepgauge.recording.simulated import table_is_simulated
-
-Array = NDArray[np.float64]
 
 QUANTITIES = {"trigger_force_N": "N", "deflection_um": "um", "pretravel_um": "um"}
 ANGLES = ("polar_deg", "azimuth_deg")

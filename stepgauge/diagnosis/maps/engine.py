@@ -37,10 +37,10 @@ from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.result import Located, Verdict
 from stepgauge.diagnosis.statements import conclude
 from stepgauge.diagnosis.wording.notation import name_of
+from stepgauge.files.arrays import Array
 from stepgauge.inference.noise_models import OUTLYING
-from stepgauge.inference.posterior import Alternative
+from stepgauge.inference.posterior import AlternativeHypothesis
 
-Array = NDArray[np.float64]
 HALF_A_DIGIT = 0.5 + 1e-6
 SIX_DIGITS = 5.1e-6
 """Relative resolution of six printed digits."""
@@ -172,7 +172,7 @@ def _finding(
     found: SearchedMap,
     place: int,
     parameters: dict[str, Estimate],
-    combined: Sequence[Alternative],
+    combined: Sequence[AlternativeHypothesis],
     by_row: Sequence[Array],
 ) -> MapFinding:
     said, term = found.laws[place], found.fitted.terms[place]

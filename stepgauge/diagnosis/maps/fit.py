@@ -6,15 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from stepgauge.diagnosis.maps.model import ChangeTerm, Terms
 from stepgauge.diagnosis.maps.problem import MapRows, usual_of
 from stepgauge.diagnosis.priors import Priors
+from stepgauge.files.arrays import Array
 from stepgauge.inference.metric import Metric
 
-Array = NDArray[np.float64]
 STEP = 1e-3
 """Step of a knob for its derivative, as a share of the usual size."""
 WIDEST = 100.0

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.maps.data import QUANTITIES, MapData
 from stepgauge.diagnosis.priors import Priors
+from stepgauge.files.arrays import Array
 from stepgauge.inference.problem import Candidate, GaussianProcess, Law
 from stepgauge.probes.empirical import directions, parse
 
-Array = NDArray[np.float64]
 ALL, POLAR, AZIMUTH, DIRECTION = "all directions", "polar_deg", "azimuth_deg", "direction"
 SMOOTH, IRREGULAR = "free shape", "irregular"
 MOST_LOBES = 8

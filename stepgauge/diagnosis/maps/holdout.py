@@ -11,8 +11,8 @@ from stepgauge.diagnosis.maps.data import MapData, Measured
 from stepgauge.diagnosis.maps.problem import MapRows
 from stepgauge.diagnosis.maps.result import QuantityFit
 from stepgauge.diagnosis.result import rms
+from stepgauge.files.arrays import Array
 
-Array = NDArray[np.float64]
 Stage = tuple[Array, Array]
 """Residuals ``(m,)`` of a model and the derivatives ``(k, m)`` by its fitted parameters."""
 FEWEST_GROUPS = 3

@@ -8,17 +8,16 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS, ProbeChange, Table
 from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.physics.wozniak import LobeModel
 from stepgauge.probes import Probe, probe_from_table
 from stepgauge.probes.base import head_frame
 from stepgauge.probes.empirical import EmpiricalTable, with_laws
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,16 +6,14 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.candidates import Table
 from stepgauge.diagnosis.maps.fit import FittedChanges
 from stepgauge.diagnosis.maps.model import ChangeTerm, changed_table
+from stepgauge.files.arrays import Array
 from stepgauge.physics import stylus
 from stepgauge.probes.schema import SectionTable
-
-Array = NDArray[np.float64]
 
 
 def estimates(table: Table, fitted: FittedChanges) -> list[dict[str, Estimate]]:

@@ -20,9 +20,9 @@ from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel
 from stepgauge.diagnosis.maps.scatter import surface
 from stepgauge.diagnosis.priors import KindPrior, Priors
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.inference.problem import Law, Problem, Refined
 
-Array = NDArray[np.float64]
 SIZES = (0.2, 1.0, 4.0)
 """Sizes of a change that are tried, over the usual size."""
 TURNS = 12

@@ -15,13 +15,13 @@ from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.diagnosis.maps.model import Terms
 from stepgauge.diagnosis.maps.scatter import MapScatter
 from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Verdict
+from stepgauge.files.arrays import Array
 from stepgauge.files.outputs import open_set
 from stepgauge.inference.search import Step
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 OUTLIERS = "outliers"
 
 

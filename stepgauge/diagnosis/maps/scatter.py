@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.maps.data import MapData
+from stepgauge.files.arrays import Array
 from stepgauge.physics.robust import TO_SIGMA, mad_sigma
 
-Array = NDArray[np.float64]
 FEWEST_DOF = 6
 """Least degrees of freedom at which the scatter between repeats is used."""
 FAR = 6.0

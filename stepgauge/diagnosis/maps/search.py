@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from stepgauge.diagnosis.checks import predictive_checks, widening
@@ -24,6 +23,7 @@ from stepgauge.diagnosis.maps.problem import LOBES, MapRows, Point, make_problem
 from stepgauge.diagnosis.maps.scatter import MapScatter
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.result import Check, rms
+from stepgauge.files.arrays import Array
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.posterior import Member, Posterior
@@ -33,7 +33,6 @@ from stepgauge.inference.problem import Term as Chosen
 from stepgauge.inference.proposal import Proposal
 from stepgauge.inference.search import Search
 
-Array = NDArray[np.float64]
 PASSES = 4
 SETTLED = 0.1
 """Rms difference of signatures and statics, over the scatter of a reading, below which they count as equal."""

@@ -7,16 +7,15 @@ from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.maps.candidates import Table
 from stepgauge.diagnosis.maps.fit import FittedChanges
 from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel, build_probe, changed_table, predict, read_gauge
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.probes import Probe
 from stepgauge.probes.directions_map import normals_of
 
-Array = NDArray[np.float64]
 CLEAR = 5.0
 """A measurement separates rivals if their predictions differ by this many times the scatter, all rows together."""
 _COARSE = (0.02, 0.2)

@@ -10,14 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.forms.formula import UnknownLaw, rest_um
 from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.text import read_text
 
-Array = NDArray[np.float64]
 ROWS_FILE = "residuals.csv"
 FINDING, FORM = "finding", "form"
 

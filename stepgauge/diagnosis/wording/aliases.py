@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stepgauge.diagnosis.wording.notation import listed, significant
 from stepgauge.effects.grids import FEWEST_ALONG
+from stepgauge.files.arrays import Array
 
-Array = NDArray[np.float64]
 LEADS_MM = (1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 32.0, 40.0)
 """Nominal leads of ball screws, ISO 3408-2."""
 FINEST = 10
@@ -34,7 +34,7 @@ GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
 @dataclass(frozen=True)
-class Even:
+class EvenSpacing:
     """Places in whole steps; in one unit of length or angle.
 
     ``spacing``: of neighbours; ``off``: rms departure of the places from it; ``places (n,)``: from low to high.
@@ -104,7 +104,7 @@ def leads_into_mm(step_mm: float) -> list[float]:
     return [lead for lead in LEADS_MM if step_mm > lead / 2 and abs(step_mm / lead - round(step_mm / lead)) < ALIKE]
 
 
-def even(readings_at: ArrayLike) -> Even | None:
+def even(readings_at: ArrayLike) -> EvenSpacing | None:
     """The common step of the places of readings, or None where they have none."""
     values = np.sort(np.asarray(readings_at, float))
     if len(values) < FEWEST_PLACES:
@@ -118,11 +118,11 @@ def even(readings_at: ArrayLike) -> Even | None:
     return next((found for n in range(1, FINEST + 1) if (found := _in_steps(places, gap / n)) is not None), None)
 
 
-def _in_steps(places: Array, step: float) -> Even | None:
+def _in_steps(places: Array, step: float) -> EvenSpacing | None:
     """Places as whole steps of about a size, fitted; None where they are not."""
     whole = np.zeros(len(places))
     for i in range(1, len(places)):  # from place to place, for an error of the step adds up
         whole[i] = whole[i - 1] + np.rint((places[i] - places[i - 1]) / step)
     fitted, first = np.polyfit(whole, places, 1)
     off = float(np.sqrt(((places - first - fitted * whole) ** 2).mean()))
-    return Even(float(fitted), off, places) if 2.0 * np.pi * off < ALIKE * fitted else None
+    return EvenSpacing(float(fitted), off, places) if 2.0 * np.pi * off < ALIKE * fitted else None

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stepgauge.axis.sensors import SENSORS
-from stepgauge.diagnosis.wording.aliases import Even, in_words
+from stepgauge.diagnosis.wording.aliases import EvenSpacing, in_words
 from stepgauge.diagnosis.wording.notation import name_of, significant
 from stepgauge.effects import Effect, effect_kinds
 
@@ -25,7 +25,7 @@ class About:
     deviation: str
     sensor: str
     form: str
-    even: Even | None = None
+    even: EvenSpacing | None = None
     unit_mm: float | None = None
 
     @property
@@ -126,7 +126,7 @@ def axis_aliases(p: Parameters, a: About) -> dict[str, Any]:
     return a.even.told(float(period["value"]), float(period.get("u") or 0.0), a.position, a.unit_mm)
 
 
-def uneven_targets(even: Even, unit: str) -> str:
+def uneven_targets(even: EvenSpacing, unit: str) -> str:
     """The measurement that tells the aliases of a period apart."""
     places = ", ".join(f"{one:.12g}" for one in even.uneven())
     return (
@@ -302,7 +302,7 @@ _SENTENCES: dict[str, Sentence] = {
 }
 
 
-def _evenly(even: Even, about: About) -> str:
+def _evenly(even: EvenSpacing, about: About) -> str:
     step = f"{significant(even.spacing, 4)} {about.position}"
     return (
         f"The targets lie in even steps of {step}: an error whose period is {step} or a whole fraction of it is the"

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge import __version__
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import counted, rounded
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Summarized, as_lines
@@ -27,7 +27,6 @@ from stepgauge.fleet.hierarchical.visits import Crossing, Visit
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
 FORMAT = "stepgauge fleet inference 1"
 DAY_0 = datetime.date(1970, 1, 1)
 COUNTERPART = {"machine": "gauge", "gauge": "machine", "type": "gauge", "hall": "gauge", "probe": "machine"}

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg, sparse
 
-Array = NDArray[np.float64]
+from stepgauge.files.arrays import Array
+
 LEAST = 1e-4
 """Least standard deviation of an estimated term, in the unit of the observations."""
 ROUNDS = 4

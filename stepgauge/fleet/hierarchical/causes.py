@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from stepgauge.files.arrays import Array
 from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.fleet.hierarchical.background import Background
 from stepgauge.fleet.hierarchical.priors import FleetPriors
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

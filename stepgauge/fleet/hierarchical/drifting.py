@@ -10,12 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import norm
 
+from stepgauge.files.arrays import Array
 from stepgauge.files.dates import YEAR_DAYS
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.fleet.hierarchical import numbers
 from stepgauge.fleet.hierarchical.answer import FleetInference, Number
 from stepgauge.fleet.hierarchical.background import Background
@@ -20,7 +20,6 @@ from stepgauge.fleet.hierarchical.single_effects import SingleEffect, find_effec
 from stepgauge.fleet.hierarchical.visits import Crossing, GaugeVisits, Visit, by_ladder, make_crossing
 from stepgauge.gauge.certified import Gauge
 
-Array = NDArray[np.float64]
 ROUNDS = 2
 """Iterations of the variances between rounds of the search; each goes on from the last."""
 EXPANSIONS, PROFILES = 3, 3

@@ -16,13 +16,13 @@ from stepgauge.effects import Effect, along_approach_um
 from stepgauge.effects.geometry import Squareness
 from stepgauge.effects.reversal import ReversalError
 from stepgauge.effects.scales import ScaleError
+from stepgauge.files.arrays import Array
 from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.fleet.hierarchical.background import Background, Term
 from stepgauge.fleet.hierarchical.causes import Cause, Columns, VisitCandidates, courses, growth, of_owner
 from stepgauge.fleet.hierarchical.priors import FleetPriors
 from stepgauge.fleet.hierarchical.visits import Crossing, GaugeVisits
 
-Array = NDArray[np.float64]
 SLOPE, SIZE = 1, 2
 SEEN_SHARE = 0.03
 """Least share of an error that a visit must see: a gauge that is not quite level tells nothing of z."""

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from stepgauge.files.arrays import Array
 from stepgauge.fleet.hierarchical.causes import Cause
 from stepgauge.fleet.hierarchical.priors import FleetPriors
 from stepgauge.fleet.hierarchical.visits import Crossing, GaugeVisits, by_ladder
 
-Array = NDArray[np.float64]
 SHORTEST_MM, LONGEST_MM = 4.0, 200.0
 """Periods: from fine screws to a third of a gauge, below which a period is no straight line."""
 MAIN_SHARE = 0.7

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 
 from stepgauge.effects.scales import bump
+from stepgauge.files.arrays import Array
 from stepgauge.fleet.hierarchical.causes import Cause, courses, growth, owners_of
 from stepgauge.fleet.hierarchical.priors import FleetPriors
 from stepgauge.fleet.hierarchical.visits import Crossing, GaugeVisits
 
-Array = NDArray[np.float64]
 WIDTHS_MM = (12.5, 25.0, 50.0, 100.0)
 """Full widths at half height of places of a scale; they are tried every half width."""
 SEEN_SHARE = 0.2

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.fleet.hierarchical.causes import Cause
 from stepgauge.fleet.hierarchical.priors import FleetPriors
 from stepgauge.fleet.hierarchical.single_effects import SingleEffect
 from stepgauge.fleet.hierarchical.visits import Crossing
 
-Array = NDArray[np.float64]
 MOST_RIVALS = 3
 """What more owners share is not stated as a set: it only makes the cause less probable."""
 

@@ -14,7 +14,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from stepgauge.files.arrays import Array
+
 KEPT = 1e-6
 """Candidates with less of an effect's probability are left out of it."""
 ROUNDS, AT_ONCE = 60, 5

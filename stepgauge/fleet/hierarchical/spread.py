@@ -12,13 +12,12 @@ from copy import copy
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from stepgauge.files.arrays import Array
 from stepgauge.fleet.hierarchical.background import Background, Term
 from stepgauge.fleet.hierarchical.priors import fleet_priors
 
-Array = NDArray[np.float64]
 STEPS, LARGEST = 60, 3.0
 """Spreads that are tried, evenly by their logarithm; the largest of them over the usual size of a cause."""
 ROUNDS = 4

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.residuals import Residuals, unchecked_residuals
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import MAX_DEVIATION_MM, Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.physics.robust import mad_sigma
 from stepgauge.recording import Recording
 from stepgauge.recording.identity import check_gauge
 
-Array = NDArray[np.float64]
 FREEDOMS = 4.0
 """Degrees of freedom of Student's distribution of the readings: heavier tails than normal, with a variance."""
 SWEEPS = 6

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.effects import Probings, Setting
+from stepgauge.files.arrays import Array
 from stepgauge.fleet.hierarchical.statistics import PlacementStatistics
 from stepgauge.gauge.certified import Gauge
 
-Array = NDArray[np.float64]
 OWNERS = ("machine", "type", "hall", "gauge", "probe")
 """Whom a cause may belong to. A type is a model line."""
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.stats import norm
 
+from stepgauge.files.arrays import Array
 from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.fleet.hierarchical.answer import FleetInference, Number
 from stepgauge.fleet.hierarchical.drifting import DriftPrior, DriftState, beyond, due_day, follow
@@ -25,7 +26,6 @@ from stepgauge.history.trend import findings
 from stepgauge.physics.robust import mad_sigma
 from stepgauge.standards.decision import Outcome, decide
 
-Array = NDArray[np.float64]
 WALKS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0)
 """Walks in the root of a year that are tried, over the level's standard deviation; the fleet says which."""
 RATE, JUMP = 1.0, 5.0

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from stepgauge.axis.recording import OWN, STATIONS, AxisRecording, places_of
 from stepgauge.axis.units import AxisUnits, base_of, plain_name
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.units import ANGLE_DEG, LENGTH_MM, Unit, find_unit, unit_hint
 from stepgauge.importing.axis.long import Long
 from stepgauge.importing.axis.targets import Targets
@@ -25,7 +26,6 @@ from stepgauge.importing.tables.columns import CORRECTION, DEVIATION, DEVIATIONS
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Choice, Decisions
 
-Array = NDArray[np.float64]
 Known = TypeVar("Known")
 POSSIBLE = (1e-8, 2e-2)
 """Deviations over the travel: from 10 nm of 1 m to 2 mm of 100 mm. What is beyond has another unit than it says."""

@@ -12,18 +12,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.axis.recording import STATIONS, AxisRecording
 from stepgauge.axis.units import base_of, plain_name
 from stepgauge.errors import InputError, naming, reader
+from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import Numerals
 from stepgauge.importing.tables.cells import read_text_cells
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.source import read_source
 from stepgauge.importing.tables.vocabulary import split_name
 
-Array = NDArray[np.float64]
 ABOVE = (
     re.compile(r"height.*instrument|instrument.*height|^(hi|ih)\b|ger[aä]teh[oö]he|instrumentenh[oö]he", re.IGNORECASE),
     re.compile(r"height.*(target|prism|reflector)|(target|prism|reflector).*height|zielh[oö]he", re.IGNORECASE),

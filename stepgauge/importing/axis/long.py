@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stepgauge.axis.recording import places_of
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.units import Unit
 from stepgauge.importing.axis.travel import cycles_of_repeats
 from stepgauge.importing.tables.cells import is_empty
@@ -37,7 +38,6 @@ from stepgauge.importing.tables.labels import LABEL, Label, parse_label, way_of
 from stepgauge.importing.tables.questions import Choice, Decisions
 from stepgauge.importing.tables.values import beside, check_finite, clock_of, finite
 
-Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
 

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import Numerals, number, tidy
 from stepgauge.gauge.certified import Gauge
 from stepgauge.importing.tables.cells import read_text_cells
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.source import read_source
 
-Array = NDArray[np.float64]
 MOST_TARGETS = 100_000
 
 

@@ -13,8 +13,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 
-Array = NDArray[np.float64]
 _NUMBERED = ("%Y-%m-%d", "%Y/%m/%d", "%Y.%m.%d", "%d.%m.%Y", "%d.%m.%y", "%d/%m/%Y", "%m/%d/%Y", "%d-%m-%Y", "%Y%m%d")
 _NAMED = ("%d-%b-%Y", "%d %b %Y", "%b %d %Y", "%d-%b-%y", "%Y-%b-%d")
 _DAYS = (*_NUMBERED, *_NAMED, "%y:%m:%d", "%Y:%m:%d")

@@ -10,15 +10,14 @@ from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.importing.tables.columns import CORRECTION, DEVIATION, READING, TARGET, VALUES, WAY, Column
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.labels import LABEL
 from stepgauge.importing.tables.questions import Choice, Decisions
 from stepgauge.importing.tables.vocabulary import split_name
 
-Array = NDArray[np.float64]
 Chosen = Mapping[str, str]
 AGREES = 0.02
 """Of the span of the deviations, beside their last digits: what is told twice may differ by as much."""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import Numerals, looks_numeric
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.tables.cells import Cell, Cells, is_empty, is_units, mark_of, value_of
@@ -31,7 +32,6 @@ from stepgauge.importing.tables.header import (
 )
 from stepgauge.importing.tables.questions import Decisions
 
-Array = NDArray[np.float64]
 FEW_SLIPS = 0.02
 """Share of the cells of a column of numbers that may be text by mistake, one in fifty; one cell always may.
 

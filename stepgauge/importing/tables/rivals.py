@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import looks_numeric
 from stepgauge.importing.tables.cells import Cell
 from stepgauge.importing.tables.clock import is_moment
@@ -38,7 +38,6 @@ from stepgauge.importing.tables.questions import Choice, Decisions
 from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.vocabulary import WORDS, says, split_name, words_of
 
-Array = NDArray[np.float64]
 _COORDINATES = ("x", "y", "z", "height")
 MOST_OF_SPOT = 1.0
 """Span, in the unit of a table, of the readings of one spot where other coordinates stand beside them."""

@@ -6,9 +6,9 @@ from collections.abc import Collection, Sequence
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.tables.clock import Clock, counted_clock, is_date, joined, read_clock
 from stepgauge.importing.tables.columns import IGNORE, Column
@@ -16,7 +16,6 @@ from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Choice, Decisions
 from stepgauge.importing.tables.vocabulary import split_name
 
-Array = NDArray[np.float64]
 _PARTS = {
     3600.0: "hour hours hr hrs stunde stunden heure heures h",
     60.0: "minute minutes minuten min mins",

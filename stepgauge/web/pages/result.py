@@ -314,13 +314,13 @@ def _trial(
 ) -> BudgetTrial:
     import stepgauge as sg
     from stepgauge.montecarlo import ModelOptions
-    from stepgauge.standards.budget_sources import Asked
+    from stepgauge.standards.budget_sources import BudgetOptions
     from stepgauge.standards.budget_trial import budget_trial
 
     steps = sg.read_gauge(gauge)
     lies = (sg.read_placement(placement, steps),) if placement else ()
     options = ModelOptions(blocks=choice[0], origin="all" if choice[1] == "all" else "first")
-    return budget_trial([_joined(recordings)], sg.read_machine(machine), steps, Asked(lies), options)
+    return budget_trial([_joined(recordings)], sg.read_machine(machine), steps, BudgetOptions(lies), options)
 
 
 def _trial_of(site: Site, shown: Shown) -> BudgetTrial:
