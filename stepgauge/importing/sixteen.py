@@ -14,6 +14,7 @@ from stepgauge.importing import TABLES, read_log, recognise_log
 from stepgauge.recording.lines import is_beside
 
 NUMBERS = np.arange(1, 17)
+WANTED = "a table with the columns point, x_mm, y_mm, z_mm, or the log of the program of stepgauge plan --teach"
 
 
 def read_sixteen(path: str | Path) -> NDArray[np.float64]:
@@ -28,7 +29,10 @@ def read_sixteen(path: str | Path) -> NDArray[np.float64]:
         source = TABLES[0]  # the reader of points says what is wrong with it
     if source == TABLES[0] and not _is_foreign(path):
         return read_points(path)
-    log = read_log(path, source)
+    try:
+        log = read_log(path, source)
+    except InputError as error:  # what it advises are options of import
+        raise InputError(path, error.what, found=error.found, expected=WANTED) from None
     columns = [log.number, *log.columns.values()]
     counts = [one for one in columns if one is not None and np.array_equal(np.sort(one), NUMBERS)]
     wrong = log.surface is True or len(log) != 16 or (log.success is not None and not log.success.all())

@@ -40,11 +40,16 @@ class Kind:
         """What limits a value, in words; empty where nothing does."""
         return ""
 
+    def written(self, value: Any) -> Any:
+        """A value as a person would write it; what is none stays as it is."""
+        return value
+
     def check(self, parameter: str, value: Any) -> None:
         """:class:`InputError` that names the parameter, for what is no value of this kind."""
         wrong = self.fault(value)
         if wrong is not None:
-            found = repr(value) if isinstance(value, str) else value
+            written = self.written(value)
+            found = repr(written) if isinstance(written, str) else written
             raise InputError(naming(parameter), wrong[0], found=found, expected=wrong[1])
 
     def read(self, parameter: str, given: Any) -> Any:
@@ -221,6 +226,10 @@ class Vector(Kind):
         except ValueError:
             raise ValueError from None
 
+    def written(self, value: Any) -> Any:
+        numbers = isinstance(value, list | tuple) and all(isinstance(one, int | float) for one in value)
+        return ",".join(f"{one:g}" for one in value) if numbers else value
+
     def fault(self, value: Any) -> tuple[str, str] | None:
         try:
             numbers = [float(one) for one in value]
@@ -259,6 +268,10 @@ class Pair(Kind):
             return name, float(value)
         except ValueError:
             raise ValueError(self.bounds()) from None
+
+    def written(self, value: Any) -> Any:
+        name, number = value
+        return f"{name}={number:g}" if isinstance(number, int | float) else f"{name}={number}"
 
     def fault(self, value: Any) -> tuple[str, str] | None:
         if not self.names:

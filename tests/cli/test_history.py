@@ -35,9 +35,9 @@ def test_table_trend_warnings_and_files(run: Run, tmp_path: Path, archive: Path)
     assert result.code == 0, result.err
     assert all(date in result.out for date in DATES)
     assert "drift" in result.out
-    assert "2025-04-01, along x: scale_ppm drifts by +" in result.err
-    assert "2025-01-01, along x: scale_ppm 8" in result.err or "2025-01-01, along x: scale_ppm 7" in result.err
-    assert "beyond the limit 7 um/m" in result.err
+    assert "2025-04-01, along x: scale_ppm drifts by +" in result.out
+    assert "2025-01-01, along x: scale_ppm 8" in result.out or "2025-01-01, along x: scale_ppm 7" in result.out
+    assert "beyond the limit 7 um/m" in result.out
     data = json.loads((tmp_path / "h" / "history.json").read_text())
     scale = next(one for one in data["series"] if one["quantity"] == "scale_ppm")
     assert scale["trend"]["per_year"] == pytest.approx(8.0, abs=0.5)

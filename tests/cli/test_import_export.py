@@ -104,7 +104,10 @@ def test_export_and_import_on_the_command_line(run: Run, files: Path) -> None:
             "program.dmi: this is a measuring program, not what a machine",
         ),
         (["import", "program.dmi", "--format", "dmis", "--sheet", "A", "-o", "x.csv"], "can be said of tables only"),
-        (["import", "recording.csv", "--tip-radius", "nan", "-o", "x.csv"], "--tip-radius: out of range; found nan"),
+        (
+            ["import", "recording.csv", "--tip-radius", "nan", "-o", "x.csv"],
+            "--tip-radius: not a finite number; found nan",
+        ),
         (
             ["export", "recording.csv", "--to", "csv", "--delimiter", "comma", "--decimal", "comma", "-o", "x.csv"],
             "the decimal mark",

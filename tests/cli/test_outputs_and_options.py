@@ -118,13 +118,13 @@ def test_options_that_are_not_used_are_refused(
     test = ("test", "iso10360", recording, "-g", GAUGE, "--mpe", "1.8 + L/350", "-o", tmp_path / "t")
     cases: tuple[tuple[str, tuple[object, ...]], ...] = (
         ("belongs to a program", (*budget, "--gauge-temperature", 25)),
-        ("are no lengths", (*test, "--lengths", "nan,30,50")),
-        ("are no lengths", (*test, "--lengths", "30,-50")),
-        ("a csv table has neither", (*table, "--to", "csv", "--file-type", 1)),
+        ("not a list of numbers; found 'nan,30,50'", (*test, "--lengths", "nan,30,50")),
+        ("expected MM,...: numbers above 0 mm", (*test, "--lengths", "30,-50")),
+        ("are for linuxcnc and siemens; found csv", (*table, "--to", "csv", "--file-type", 1)),
         ("of another tip: the difference", (*table, "--to", "csv", "--tip-radius", 3)),
         ("of another tip (a diameter?)", (*table, "--to", "linuxcnc", "--tip-radius", 3.994)),
         ("are of a CSV table", ("export", recording, "--to", "dmis", "--decimal", "comma", "-o", out)),
-        ("--log-form is of LinuxCNC", ("export", recording, "--to", "csv", "--log-form", "probeopen", "-o", out)),
+        ("--log-form: is of LinuxCNC", ("export", recording, "--to", "csv", "--log-form", "probeopen", "-o", out)),
         ("expected NAME.xlsx", ("export", recording, "--to", "xlsx", "-o", out)),
         ("another suffix than .xlsx", ("export", recording, "--to", "csv", "-o", tmp_path / "out.xlsx")),
         ("--sheet is of a", ("import", recording, "--sheet", "1", "-g", GAUGE, "-o", out)),
