@@ -52,7 +52,7 @@ def told_by_clock(finding: Finding, start_s: float) -> Finding:
         return replace(finding, choices=choices)
     times = [p.name for p in effect.parameters() if p.clock]
     for name in times:
-        if isinstance(since := getattr(effect, name), float) and name not in finding.parameters and name in choices:
+        if isinstance(since := getattr(effect, name), float) and name not in finding.parameters:
             choices[name] = since + start_s
     moved: dict[str, Any] = {name: getattr(effect, name) + start_s for name in times}
     if effect.when is not None and effect.when.startswith("time_s "):

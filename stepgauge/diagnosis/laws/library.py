@@ -115,11 +115,11 @@ class Family:
 def effect_families(data: Residuals, priors: Priors, without: Collection[str] = ()) -> Iterator[Family]:
     """Families of all named effects whose signature can be computed from this recording and is not zero.
 
-    Kinds in ``without`` are no candidates.
+    Kinds in ``without`` are no candidates, nor are those that are not of such recordings.
     """
-    directions = _shown(data)
+    directions, of = _shown(data), data.probings.setting.recording
     for kind, law in sorted(effect_kinds().items()):
-        if kind in NOT_LAWS or kind in without:
+        if kind in NOT_LAWS or kind in without or of not in law.recordings:
             continue
         for choices in choices_of(law, data):
             try:
