@@ -96,18 +96,30 @@ class Search(Moves):
             fewer = self.without(hypothesis, place)
             yield self.polished(fewer) if fewer.log_posterior > hypothesis.log_posterior - NEAR else fewer
 
-    def _kick(self, best: Hypothesis, place: int) -> Iterator[Hypothesis]:
+    def _kick(self, best: Hypothesis, place: int, never: frozenset[str] = frozenset()) -> Iterator[Hypothesis]:
         """What grows without a term that others may stand for, and what grows from there with it.
 
         Once without the term alone, and once without all that stand for it alone, so that several together may.
+        ``never``: labels that are not allowed again.
         """
-        base, own = self.without(best, place), best.terms[place].candidate.label
-        for forbidden in dict.fromkeys((frozenset({own}), self._rivals(best, base) | {own})):
-            if (best.labels, forbidden) not in self._kicked:
-                self._kicked.add((best.labels, forbidden))
-                alone = self.grow(base, forbidden, with_noise=False)
+        base, own = self.without(best, place), best.terms[place].candidate
+        for forbidden in dict.fromkeys((frozenset({own.label}), self._rivals(best, base) | {own.label})):
+            if (best.labels, forbidden | never) not in self._kicked:
+                self._kicked.add((best.labels, forbidden | never))
+                alone = self.grow(base, forbidden | never, with_noise=False)
                 if alone.log_posterior > best.log_posterior - RIVALLED:
-                    yield self.grow(alone)
+                    if own.combined:
+                        alone = self._climbed_apart(alone, forbidden)
+                    yield self.grow(alone, never)
+
+    def _climbed_apart(self, alone: Hypothesis, never: frozenset[str]) -> Hypothesis:
+        """The best that kicks lead to without a law that is many at once: of these several, none is found at once."""
+        while True:
+            kicks = (self._kick(alone, place, never) for place in range(len(alone.terms)))
+            found = next((one for some in kicks for one in some if _is_better(one, alone)), None)
+            if found is None:
+                return alone
+            alone = found
 
     def _rivals(self, best: Hypothesis, base: Hypothesis) -> frozenset[str]:
         """Labels of all that are nearly as probable as a term in its place."""
