@@ -63,10 +63,14 @@ def test_a_look_knows_what_is_there_of_its_kind() -> None:
     assert first.gain == pytest.approx(without.gain + 2.0)
 
 
-def test_play_on_two_axes_is_told_as_that() -> None:
-    """Gauges along the axes: each placement is off by an amount of its own, which is one form and two laws."""
+def test_play_on_two_axes_is_told_as_that_or_as_the_tripod_that_cannot_be_told_from_it() -> None:
+    """From four directions, two opposite to two, three lobes of any size and phase are what two reversals are."""
     play = tuple({"kind": "reversal_error", "axis": axis, "um": um} for axis, um in (("x", 2.4), ("y", 1.2)))
-    assert named(play, (ALONG_X, ALONG_Y)) == {"reversal_error_x", "reversal_error_y"}
+    found = diagnose(record(machine(play), (ALONG_X, ALONG_Y), seed=3), gauge(), machine())
+    assert found.verdict == "effects"
+    several = {replaced.laws for one in found.findings for replaced in one.several}
+    stated = tuple(one.label for one in found.findings)
+    assert {("reversal_error_x", "reversal_error_y")} & {stated, *several}
 
 
 def test_two_scales_and_a_squareness_are_not_all_errors_of_the_geometry() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -22,12 +22,13 @@ from stepgauge.diagnosis.statements import OPEN, conclude
 from stepgauge.diagnosis.structure import _by_harmonics, _without_index
 from stepgauge.diagnosis.wording.headline import headline, summary_line
 from stepgauge.effects import make_effects
-from stepgauge.inference.noise_models import OUTLYING
+from stepgauge.inference.neighbourhood import Mixture
+from stepgauge.inference.noise_models import OUTLYING, NoiseModel
 from tests.diagnosis.made import ALONG_X, ALONG_Y, gauge, machine, made, record
 
 Array = NDArray[np.float64]
 DECISION = shipped_priors().decision
-PLAIN = SimpleNamespace(growth=None, burst=None, correlated=False, tails="normal", certificate=1.0)
+PLAIN = SimpleNamespace(is_plain=True, tails="normal", certificate=1.0)
 
 
 def candidate(label: str, named: bool = True) -> Any:
@@ -37,7 +38,12 @@ def candidate(label: str, named: bool = True) -> Any:
 def posterior(*parts: tuple[float, tuple[Any, ...], Any]) -> Any:
     """Probabilities over hypotheses: weight, candidates, noise."""
     every = [
-        SimpleNamespace(candidates=c, labels=frozenset(one.label for one in c), noise=noise) for _, c, noise in parts
+        SimpleNamespace(
+            candidates=c,
+            labels=frozenset(one.label for one in c),
+            mixture=Mixture(((cast(NoiseModel, noise), 0.0),)),
+        )
+        for _, c, noise in parts
     ]
     weights = np.array([weight for weight, _, _ in parts])
     return SimpleNamespace(hypotheses=every, weights=weights, probability_of_scatter=lambda _name: 0.0)
@@ -85,7 +91,8 @@ def test_structure_of_which_no_single_one_is_likely_is_told_with_what_it_may_dep
 
 
 def test_outliers_are_no_nothing_heavy_tails_are() -> None:
-    heavy, outlying = (SimpleNamespace(**{**vars(PLAIN), "tails": name}) for name in ("heavy", OUTLYING))
+    heavy = SimpleNamespace(is_plain=True, tails="heavy", certificate=1.0)
+    outlying = SimpleNamespace(is_plain=False, tails=OUTLYING, certificate=1.0)
     assert conclude(posterior((0.6, (), heavy), (0.4, (), outlying)), [], [], DECISION).verdict == "adequate"
     assert conclude(posterior((0.4, (), heavy), (0.6, (), outlying)), [], [], DECISION).verdict == "insufficient"
 
