@@ -188,7 +188,7 @@ def test_a_verb_that_reads_a_foreign_file_has_a_budget(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], verb: str
 ) -> None:
     monkeypatch.setattr("stepgauge.files.budget.FILE_SECONDS", -1.0)
-    monkeypatch.setattr("stepgauge.importing.recorded.import_recording", lambda *_: run_on({}))
+    monkeypatch.setattr("stepgauge.importing.recorded.import_recording", lambda *_, **__: run_on({}))
     monkeypatch.setattr("stepgauge.alignment.locate", lambda *_, **__: run_on({}))
     (tmp_path / "log.csv").write_text("a,b\n1,2\n")
     monkeypatch.setattr("sys.argv", ["stepgauge", verb, str(tmp_path / "log.csv"), "-g", "step-gauge-420", "-o", "x"])

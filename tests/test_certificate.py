@@ -505,7 +505,7 @@ def test_command_line_refuses_what_does_not_belong_together(
 ) -> None:
     report = ["report", results / "result", "-o", tmp_path / "c.pdf"]
     for more, message in (
-        (["-c", SAID, "--number", "7"], "--certificate states number"),
+        (["-c", SAID, "--number", "7"], "states number, date, customer"),
         (["-c", tmp_path / "none.toml"], "no such file"),
         (["--budget", results / "result" / "evaluation.json"], "not a budget"),
     ):

@@ -108,7 +108,7 @@ def draw(table: Array, folder: Path) -> None:
     handles = [fig.axes[0].lines[i] for i in (0, 1, 6, 7)]
     labels = ["tripod and stepped stylus", "FEA, printed", "tripod and uniform beam", "existing method, printed"]
     fig.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
-    save_figure(fig, folder / "directions.svg")
+    save_figure(fig, folder / "directions.svg", simulated=False)
 
 
 def main(folder: Path) -> None:

@@ -75,8 +75,9 @@ def stated_scatter(
         estimate = {"rows": Estimate(float(len(rows)), None, "count")}
         named.append(Finding("outliers", "outliers", None, {"rows": rows}, estimate, p, np.zeros(len(data)), own=p))
     p = answer.probability_of_scatter("growth")
-    if p >= stated and scatter.growth is not None:
-        named.append(_growing(scatter, noise.sigma_um, p, data))
+    grown = scatter if scatter.growth is not None else answer.likeliest_scatter("growth")
+    if p >= stated and grown is not None:
+        named.append(_growing(grown, noise.sigma_um, p, data))
     p = answer.probability_of_scatter("correlation")
     if p >= stated and scatter.correlated:
         how = f"correlated, with {scatter.correlation:g} between consecutive probings"

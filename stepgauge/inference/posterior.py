@@ -122,6 +122,16 @@ class Posterior:
         """Of a property of the scatter: ``growth``, ``correlation``, ``certificate``, ``outlying`` or ``heavy``."""
         return sum(weight * mixture.share(HAS[has]) for mixture, weight in self._mixtures)
 
+    def likeliest_scatter(self, has: str) -> NoiseModel | None:
+        """The most probable model of the noise with a property, whatever the terms; None where none has it."""
+        every = (
+            (weight * float(np.exp(log - mixture.log_sum)), noise)
+            for mixture, weight in self._mixtures
+            for noise, log in mixture.models
+            if HAS[has](noise)
+        )
+        return max(every, key=lambda one: one[0], default=(0.0, None))[1]
+
     @cached_property
     def _mixtures(self) -> list[tuple[Mixture, float]]:
         """Every mixture of models of the noise, and the probability of all hypotheses that have it."""

@@ -198,7 +198,6 @@ def test_a_diagnosis_of_the_fleet_is_that_of_the_recording_alone(logs: Path, tmp
         (["add", "FLEET", "LOGS/0.csv", "-g", GAUGE, "--machine-id", "M9"], "another machine; found M9; expected M0"),
         (["add", "FLEET", "LOGS/0.csv", "-g", GAUGE, "--roster", "LOGS/0.csv"], "column 'placement' is not known"),
         (["query", "FLEET", "SELECT 1"], "there is no fleet here"),
-        (["evaluate", "LOGS", "--scheduler", "tcp://127.0.0.1:9", "--jobs", "2"], "jobs and memory_MB are of"),
     ],
 )  # fmt: skip
 def test_mistakes_are_told_in_a_line(logs: Path, tmp_path: Path, words: list[str], message: str) -> None:
@@ -216,11 +215,17 @@ def test_a_question_neither_changes_nor_reads_anything_else(logs: Path, tmp_path
         verb("fleet", "query", tmp_path / "fleet", sql.format(logs / "1.csv"))
 
 
+def test_processes_of_this_computer_are_not_asked_of_a_cluster(logs: Path, tmp_path: Path) -> None:
+    verb("fleet", "add", tmp_path / "fleet", logs / "0.csv", "-g", GAUGE)
+    with pytest.raises(InputError, match="jobs and memory_MB are of"):
+        verb("fleet", "evaluate", tmp_path / "fleet", "--scheduler", "tcp://127.0.0.1:9", "--jobs", "2")
+
+
 def test_what_cannot_be_diagnosed_is_told_and_kept(
     logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     verb("fleet", "add", tmp_path / "fleet", logs / "0.csv", "-g", GAUGE)
-    with pytest.raises(PartlyDoneError, match="1 recordings could not be diagnosed"):
+    with pytest.raises(PartlyDoneError, match="1 recordings could not be used"):
         verb("fleet", "diagnose", tmp_path / "fleet", "--jobs", 1)
     capsys.readouterr()
     verb("fleet", "query", tmp_path / "fleet", "SELECT error FROM diagnoses", "--to", "json")

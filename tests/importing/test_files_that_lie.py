@@ -141,7 +141,8 @@ def test_the_truth_passes(tmp_path: Path) -> None:
     write_recording(path, stated(CASE, **comments))
     recording = read_recording(path)
     assert evaluate(recording, CASE.gauge).results[0].left_out == ()
-    assert diagnose(recording, CASE.gauge, make_machine(tip_radius_mm=1.5)).verdict == "adequate"
+    found = diagnose(recording, CASE.gauge, make_machine(tip_radius_mm=1.5))
+    assert (found.findings, found.unexplained) == ((), ())
     assert len(import_log(path, "csv", CASE.gauge).recording) == len(recording)
 
 

@@ -113,7 +113,7 @@ def test_missing_edges_are_named(channel, value, message):
 
 def test_a_recording_cut_before_the_return_is_named():
     recording = push(Probe(3.0))
-    cut = bench.Push(*(part[: len(part) // 2] for part in recording))
+    cut = bench.BenchStroke(*(part[: len(part) // 2] for part in recording))
     with pytest.raises(ValueError, match="does not rise after"):
         bench.find_events(cut)
 

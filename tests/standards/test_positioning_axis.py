@@ -177,7 +177,7 @@ def test_the_verb_reads_an_axis_without_a_gauge(tmp_path: Path, run: Run) -> Non
     assert (out / "iso230.pdf").stat().st_size > 10_000
     for more, words in (
         (["--tip-diameter", 4], "has no tip"),
-        (["-g", "step-gauge-420"], "--gauge is for recordings of a step gauge"),
+        (["-g", "step-gauge-420"], "--gauge: is for recordings of a step gauge"),
         (["--tolerance", "A=3", "--tolerance", "A=12"], "a parameter has two tolerances; found A=3 and A=12"),
         (["--expanded-uncertainty", 0], "0 is not in the range"),
         (["--date", "2999-01-01"], "2999-01-01 lies in the future"),
