@@ -27,7 +27,7 @@ def some_shares(effects: int) -> tuple[pd.DataFrame, np.ndarray]:
 @pytest.mark.parametrize("effects", [1, 9])
 def test_the_stacks_end_in_the_total(gauge: Gauge, tmp_path: Path, effects: int, monkeypatch) -> None:
     drawn: list[Figure] = []
-    monkeypatch.setattr(module, "save_figure", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr(module, "save_figure", lambda figure, path, **_: drawn.append(figure))
     shares, face = some_shares(effects)
     draw_shares(tmp_path / "shares.png", shares, face, gauge.position_mm)
     total = shares["share_total_um"].groupby(face).mean()

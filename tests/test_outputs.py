@@ -188,7 +188,8 @@ def test_what_is_said_of_files_is_said_when_they_are_in_place(tmp_path: Path, mo
 
 
 @pytest.mark.parametrize(
-    "verb", [["effects"], ["probe", "map", "omp40-2-50mm", "--polar", "90", "--azimuth", "0:360:90", "-o", "map.csv"]]
+    "verb",
+    [["list", "effects"], ["probe", "map", "omp40-2-50mm", "--polar", "90", "--azimuth", "0:360:90", "-o", "map.csv"]],
 )
 def test_a_reader_that_leaves_ends_no_verb_before_its_files(tmp_path: Path, verb: list[str]) -> None:
     """As ``| head -0``: the pipe is closed before anything is written to it."""

@@ -45,7 +45,16 @@ def main(folder: Path) -> None:
     sensors(folder / "sensors.csv")
     sure = ("--expanded-uncertainty", 0.3)
     show_and_run(
-        "iso230-3", folder / "sensors.csv", "--test", "etve", "--tolerance", "z=10", *sure, "-o", folder / "etve"
+        "test",
+        "iso230-3",
+        folder / "sensors.csv",
+        "--test",
+        "etve",
+        "--tolerance",
+        "z=10",
+        *sure,
+        "-o",
+        folder / "etve",
     )
     use = ("-g", "step-gauge-600", "-m", HERE / "machine.toml")
     program, recording = folder / "program.ngc", folder / "warm-up.csv"

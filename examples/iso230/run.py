@@ -17,7 +17,7 @@ STEPS = (
     "plan {here}/placement.toml -g step-gauge-600 -m {here}/machine.toml -d linuxcnc --cycles 5 -o {out}/program.ngc",
     "simulate {out}/program.ngc -g step-gauge-600 -m {here}/machine.toml -p {here}/placement.toml --seed 230"
     " --gauge-temperature 20.6 -o {out}/recording.csv",
-    "iso230 {out}/recording.csv -g step-gauge-600 -m {here}/machine.toml --tip-diameter 5.982 -o {out}",
+    "test iso230 {out}/recording.csv -g step-gauge-600 -m {here}/machine.toml --tip-diameter 5.982 -o {out}",
 )
 
 

@@ -179,11 +179,11 @@ def test_the_verb_reads_an_axis_without_a_gauge(tmp_path: Path, run: Run) -> Non
         (["--tip-diameter", 4], "has no tip"),
         (["-g", "step-gauge-420"], "--gauge: is for recordings of a step gauge"),
         (["--tolerance", "A=3", "--tolerance", "A=12"], "a parameter has two tolerances; found A=3 and A=12"),
-        (["--expanded-uncertainty", 0], "0 is not in the range"),
-        (["--date", "2999-01-01"], "2999-01-01 lies in the future"),
+        (["--expanded-uncertainty", 0], "out of range; found 0.0; expected more than 0 um"),
+        (["--date", "2999-01-01"], "lies in the future; found 2999-01-01"),
         ([tmp_path / "axis.csv"], "setting up 2 repeats the readings of setting up 1"),
     ):
         done = run("test", "iso230", tmp_path / "axis.csv", *more, "-o", out)
         assert done.code == 2
         assert words in done.err
-    assert "needs --gauge" in run("test", "iso230", tmp_path / "axis.toml", "-o", out).err
+    assert "--gauge: a recording of a step gauge needs it" in run("test", "iso230", tmp_path / "axis.toml", "-o", out).err
