@@ -15,6 +15,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.budget import Budget, within, work_within
 from stepgauge.fleet.query import query
 from stepgauge.reports.render import render_html, render_pdf
+from tests.conftest import ROOT
 from tests.fleet.made import make_fleet
 
 CONTENT = {"title": "Report", "layout": "report"}
@@ -190,7 +191,8 @@ def test_a_verb_that_reads_a_foreign_file_has_a_budget(
     monkeypatch.setattr("stepgauge.files.budget.FILE_SECONDS", -1.0)
     monkeypatch.setattr("stepgauge.importing.recorded.import_recording", lambda *_, **__: run_on({}))
     monkeypatch.setattr("stepgauge.alignment.locate", lambda *_, **__: run_on({}))
-    (tmp_path / "log.csv").write_text("a,b\n1,2\n")
+    points = (ROOT / "examples/demo/points.csv").read_text()
+    (tmp_path / "log.csv").write_text("a,b\n1,2\n" if verb == "import" else points)
     monkeypatch.setattr("sys.argv", ["stepgauge", verb, str(tmp_path / "log.csv"), "-g", "step-gauge-420", "-o", "x"])
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit) as ended:

@@ -49,7 +49,7 @@ def test_the_demo_runs_from_the_wheel(installed: Path, tmp_path: Path) -> None:
 
 
 def test_the_wheel_ships_what_a_user_may_copy(installed: Path, tmp_path: Path) -> None:
-    listed = outside(installed, tmp_path, "shipped").stdout
+    listed = outside(installed, tmp_path, "list", "files").stdout
     for folder in ("calibration_data", "calibration_data/machines", "templates/programs", "templates/reports"):
         for path in (ROOT / folder).iterdir():
             if path.suffix in (".toml", ".j2", ".typ"):

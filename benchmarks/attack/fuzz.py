@@ -34,7 +34,7 @@ import click
 from benchmarks.attack.mutate import wild
 from benchmarks.attack.nonsense import Nonsense
 from benchmarks.attack.targets import Target, make_measurement, readers, verbs
-from stepgauge.errors import LONGEST, InputError
+from stepgauge.errors import InputError
 
 HANG_S = 5.0
 VERB_SHARE, SLIP_SHARE = 0.01, 0.25
@@ -86,7 +86,7 @@ def judge(error: BaseException | None) -> tuple[str, str]:
         return "hang", f"over {HANG_S:g} s"
     if isinstance(error, InputError):
         text = str(error)
-        odd = len(text) > LONGEST or not text.isprintable()
+        odd = len(text) > error.longest or not text.isprintable()
         return ("refused, message odd", text[:80]) if odd else ("refused", "")
     if isinstance(error, click.ClickException | click.exceptions.Exit):
         return "refused", ""

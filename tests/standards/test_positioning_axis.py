@@ -186,4 +186,6 @@ def test_the_verb_reads_an_axis_without_a_gauge(tmp_path: Path, run: Run) -> Non
         done = run("test", "iso230", tmp_path / "axis.csv", *more, "-o", out)
         assert done.code == 2
         assert words in done.err
-    assert "--gauge: a recording of a step gauge needs it" in run("test", "iso230", tmp_path / "axis.toml", "-o", out).err
+    assert (
+        "--gauge: a recording of a step gauge needs it" in run("test", "iso230", tmp_path / "axis.toml", "-o", out).err
+    )
