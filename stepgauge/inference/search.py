@@ -18,6 +18,8 @@ from stepgauge.inference.problem import Problem
 
 NEAR = 8.0
 """Loss of the log posterior up to which the noise of a hypothesis with other terms is chosen anew, nats."""
+POLISHED = 3
+"""Neighbours whose shapes are fitted anew before none of them counts as better."""
 RIVALLED = 25.0
 """Loss from which what stands for a term is not gone on with, nats."""
 
@@ -75,13 +77,19 @@ class Search(Moves):
     ) -> Hypothesis:
         """The most probable neighbour, and so on; without terms that are forbidden."""
         while True:
-            best = max(self._neighbours(hypothesis, forbidden), key=log_posterior, default=hypothesis)
-            if with_noise and best.log_posterior > hypothesis.log_posterior - NEAR:
-                best = self.reshaped(best)
-            best = self.polished(best) if _is_better(best, hypothesis) else best
-            if not _is_better(best, hypothesis):
+            every = sorted(self._neighbours(hypothesis, forbidden), key=log_posterior, reverse=True)
+            best = next(
+                filter(lambda one: _is_better(one, hypothesis), self._settled(hypothesis, every, with_noise)), None
+            )
+            if best is None:
                 return hypothesis
             hypothesis = best
+
+    def _settled(self, hypothesis: Hypothesis, every: Sequence[Hypothesis], with_noise: bool) -> Iterator[Hypothesis]:
+        """The most probable neighbours with shapes and noise that suit them: with the old ones none may be better."""
+        for one in every[:POLISHED]:
+            if one.log_posterior > hypothesis.log_posterior - NEAR:
+                yield self.polished(self.reshaped(one) if with_noise else one)
 
     def _neighbours(self, hypothesis: Hypothesis, forbidden: frozenset[str]) -> Iterator[Hypothesis]:
         yield from self._dropped(hypothesis)

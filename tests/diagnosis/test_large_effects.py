@@ -111,7 +111,7 @@ def test_a_lag_of_which_no_law_is_known_is_found_between_those_of_the_grid(um: f
     assert not found.findings
     (one,) = found.unexplained
     assert (one.covariate, one.form) == ("humidity_pct", "lagged")
-    assert one.numbers == pytest.approx(lag_s, rel=0.03)
+    assert one.numbers == pytest.approx(lag_s, rel=0.06)
 
 
 @pytest.mark.parametrize("um", [3.0, 25.0])
