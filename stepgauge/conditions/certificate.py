@@ -6,7 +6,6 @@ import datetime
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from stepgauge.conditions.condition import Condition
 from stepgauge.conditions.outliers import odd_faces
@@ -83,7 +82,8 @@ def _uncertainties(gauge: Gauge) -> Iterator[Condition]:
     if not stated.size:
         return
     usual = float(np.median(stated))
-    near = median_filter(np.where(expanded > 0.0, expanded, usual), 2 * ODD_REACH + 1, mode="mirror")
+    beyond = np.pad(np.where(expanded > 0.0, expanded, usual), ODD_REACH, mode="reflect")
+    near = np.median(np.lib.stride_tricks.sliding_window_view(beyond, 2 * ODD_REACH + 1), axis=1)
     rows = np.flatnonzero((expanded > ODD_SHARE * near) | ((expanded == 0.0) & (np.arange(len(expanded)) > 0)))
     if rows.size:
         shown = ", ".join(f"face {row + 1} ({rounded(float(expanded[row]), 3)} um)" for row in rows[:5])

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.stats import f as fisher
+from scipy.special import betaincinv
 
 from stepgauge.conditions.condition import Condition
 from stepgauge.conditions.outliers import odd_blocks, odd_faces
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording.by_face import FaceStatistics
@@ -47,10 +48,19 @@ def _scatter(seen: FaceStatistics) -> Iterator[Condition]:
     square = np.nan_to_num(seen.deviation_mm) ** 2
     rest = freedom.sum() - freedom
     others = np.maximum((freedom * square).sum() - freedom * square, 0.0) / np.maximum(rest, 1.0)
-    limit = fisher.isf(BY_CHANCE / often.sum(), np.maximum(freedom, 1.0), np.maximum(rest, 1.0)) * others
+    limit = _fisher_limit(BY_CHANCE / float(often.sum()), np.maximum(freedom, 1.0), np.maximum(rest, 1.0)) * others
     two_s_um = 2e3 * np.sqrt(square)
     rows = np.flatnonzero(often & (square > limit) & (two_s_um > LEAST_2S_UM))
     if rows.size and rows.size <= often.sum() / 4:
         shown = ", ".join(f"face {seen.faces[i]} ({rounded(two_s_um[i], 3)} um)" for i in rows[:SHOWN])
         words = f"2s larger than at the other faces ({rounded(2e3 * float(seen.pooled_mm), 3)} um over all): {shown}"
         yield Condition("scatter", "contribution", words, size_um=float(two_s_um[rows].max()))
+
+
+def _fisher_limit(chance: float, above: Array, below: Array) -> Array:
+    """What a ratio of two variances with these degrees of freedom exceeds with a probability (Abramowitz 26.5.28).
+
+    By the incomplete beta function itself: the module of distributions takes a second to load.
+    """
+    share = betaincinv(below / 2.0, above / 2.0, chance)
+    return np.asarray(below / above * (1.0 / share - 1.0))

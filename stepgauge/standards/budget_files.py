@@ -17,12 +17,13 @@ from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Plotted, as_lines, figures
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import in_folder, read_result, write_json, write_text
-from stepgauge.montecarlo.model import Model
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.budget import Budget, Line, Source
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from stepgauge.montecarlo.model import Model
 
 FORMAT = "stepgauge budget 1"
 COLUMNS = ("quantity", "placement", "face", "position_mm", "value_um", "u_um", "dof", "k", "expanded_um")

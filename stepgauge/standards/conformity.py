@@ -8,14 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stepgauge.conditions import Conditions, gate, stored_conditions
 from stepgauge.files.notation import quantity
 from stepgauge.machine.file import Machine, check_recorded
-from stepgauge.standards.budget_files import StoredBudget
 from stepgauge.standards.decision import DECISION_SOURCE, Outcome, conformity_probability, decide, together
 from stepgauge.standards.mpe import Mpe
+
+if TYPE_CHECKING:
+    from stepgauge.standards.budget_files import StoredBudget
 
 SHORT: Mapping[Outcome, str] = {
     "conforms": "pass",

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from stepgauge.files.arrays import Array
 from stepgauge.files.dates import YEAR_DAYS
@@ -99,7 +99,7 @@ def _seen(mean: Array, cov: Array, value: float, variance: float, share: Array) 
 
 def beyond(mean: Array, sd: Array, limit: float) -> Array:
     """Probability that a normal quantity lies outside plus and minus a limit."""
-    return np.asarray(norm.sf((limit - mean) / sd) + norm.cdf((-limit - mean) / sd))
+    return np.asarray(ndtr((mean - limit) / sd) + ndtr((-limit - mean) / sd))
 
 
 def due_day(

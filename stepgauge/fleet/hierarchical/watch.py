@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from stepgauge.files.arrays import Array
 from stepgauge.files.dates import YEAR_DAYS
@@ -263,7 +263,7 @@ def _beside_peers(one: Watched, group: Sequence[Watched]) -> Watched:
     robust = mad_sigma(level - middle)
     spread = float(np.hypot(robust, np.median(u) if robust == 0.0 else 0.0))
     z = abs(one.level[-1] - middle) / float(np.hypot(spread, one.u[-1]))
-    return replace(one, peers=(middle, spread), by_chance=float(2.0 * norm.sf(z)))
+    return replace(one, peers=(middle, spread), by_chance=float(2.0 * ndtr(-z)))
 
 
 def _against_chance(series: list[Watched]) -> list[Watched]:
@@ -278,4 +278,4 @@ def _against_chance(series: list[Watched]) -> list[Watched]:
 
 def _rate_by_chance(one: Watched) -> float:
     """Probability of so large a rate where there is none."""
-    return float(2.0 * norm.sf(abs(one.rate) / one.u_rate)) if one.u_rate > 0.0 else float(one.rate == 0.0)
+    return float(2.0 * ndtr(-abs(one.rate) / one.u_rate)) if one.u_rate > 0.0 else float(one.rate == 0.0)
