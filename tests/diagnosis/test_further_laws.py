@@ -141,7 +141,8 @@ def test_a_worn_seat_is_named_beside_the_tripod_from_many_directions() -> None:
     truth = TRIPOD | {"um_per_N": 6.0, "arm_azimuth_deg": 20.0}
     worn = truth | {"kind": "seat_defect", "share": 0.2}
     found = told(bent(measured(NINE, 6, cycles=3), truth, worn))
-    assert {one.kind for one in found.findings} == {"kinematic_pretravel", "seat_defect"}
+    kinds = {one.kind for one in found.findings} - {"effective_radius"}  # what a tripod's pre-travel is on average
+    assert kinds == {"kinematic_pretravel", "seat_defect"}
     one = named(found, "seat_defect")
     assert off(one, "arm_azimuth_deg", 20.0, 180.0) < 3.0
     assert off(one, "um_per_N", 6.0) < 3.0
