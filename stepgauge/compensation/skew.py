@@ -22,7 +22,6 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.resources import folder
 from stepgauge.files.templating import check_printable, fill_template
 
-PLANES = ("xy", "xz", "yz")
 OUT_OF_PLANE_DEG, UNLIKE_DEG = 2.0, 2.0
 SIDE_MM = 100.0
 """Side of the square that lengths are stated for."""

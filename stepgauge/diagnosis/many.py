@@ -79,27 +79,6 @@ class Separately:
         return Outcome(folder.name, found.summary(), tuple(files))
 
 
-def diagnose_together(
-    paths: Sequence[str],
-    gauge: str,
-    machine: str,
-    folder: str | Path,
-    suffix: str = "png",
-    without: Collection[str] = (),
-    priors: Priors | None = None,
-    styli: Sequence[str] = (),
-    progress: Progress | None = None,
-) -> Outcome:
-    """Diagnose several recordings as placements of one machine; parameters as :func:`diagnose_each`.
-
-    ``progress``: as of :func:`stepgauge.diagnosis.engine.diagnose`.
-    """
-    refuse_own(Path(folder) / FILE)
-    steps, cmm = read_gauge(gauge), with_styli(read_machine(machine), map(read_machine, styli))
-    recordings = [read_recording(path) for path in paths]
-    return _diagnose(recordings, steps, cmm, Path(folder), suffix, without, priors, progress)
-
-
 def diagnose_each(
     paths: Sequence[str],
     gauge: str,

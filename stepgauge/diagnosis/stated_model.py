@@ -78,6 +78,7 @@ def make_model(search: Search, answer: Posterior, data: Residuals, priors: Prior
 def fit_laws(
     search: Search, state: Hypothesis, every: list[StatedTerm], forms: list[StatedTerm], data: Residuals
 ) -> Model:
+    """All stated laws fitted together, beside the ``forms`` and what is combined, which are nuisances of that fit."""
     geometry = [one for one in every if one.lead.candidate.combined]
     laws = [one for one in every if one not in geometry]
     beside = [one.term.nuisance for one in (*forms, *geometry)]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -145,11 +144,6 @@ def has_yaw(axis: ArrayLike) -> bool:
 def read_placement(path: str | Path, gauge: Gauge) -> Placement:
     """Read a placement file and check it against the gauge (:class:`InputError` names the key)."""
     return parse_placement(read_text(path), path, gauge)
-
-
-def read_placements(paths: Sequence[str | Path], gauge: Gauge) -> list[Placement]:
-    """Several placement files, in order."""
-    return [read_placement(path, gauge) for path in paths]
 
 
 def is_placement_file(path: str | Path) -> bool:

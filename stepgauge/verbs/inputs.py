@@ -191,20 +191,3 @@ def one_of(name: str, given: str, choices: Iterable[str]) -> str:
     if given not in choices:
         raise InputError(naming(name), "not a choice", found=repr(given), expected=", ".join(choices))
     return given
-
-
-def a_temperature(name: str, given: float | None) -> None:
-    """:class:`InputError` where a temperature is stated that no gauge has, deg C; also for NaN."""
-    from stepgauge.recording.temperatures import TEMPERATURE_C
-
-    low, high = TEMPERATURE_C
-    if given is not None and not low <= given <= high:
-        raise InputError(naming(name), "no temperature of a gauge", found=given, expected=f"{low:g} to {high:g} deg C")
-
-
-def at_least(name: str, given: float | None, least: float, unit: str = "", *, beyond: bool = False) -> None:
-    """:class:`InputError` where a number is stated that is smaller, or, with ``beyond``, not larger; also for NaN."""
-    good = given is None or (least < given < float("inf") if beyond else least <= given < float("inf"))
-    if not good:
-        expected = f"{'more than' if beyond else 'at least'} {least:g} {unit}".strip()
-        raise InputError(naming(name), "out of range", found=given, expected=expected)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -63,10 +64,14 @@ class Site:
         return read_project(self.folder / NAME, self.verbs)
 
     def stated(self, key: str) -> str:
-        """Gauge or machine as the project file states it (:class:`InputError` where it does not)."""
+        """Gauge or machine as the project file states it, from wherever the page was begun.
+
+        :class:`InputError` where it does not.
+        """
         from stepgauge.project.file import stated_file
 
-        return stated_file(self.project(), key)
+        stated = stated_file(self.project(), key)
+        return os.path.abspath(stated) if os.path.exists(stated) else stated  # else: the name of a shipped one
 
     @property
     def placement(self) -> str:

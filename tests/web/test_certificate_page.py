@@ -102,6 +102,15 @@ def test_a_fault_is_shown_with_its_fields_and_one_that_is_none_is_refused(folder
         assert "not a choice" in Asked(folder).post(lambda _, form: concealed.table(form), wrong)
 
 
+def test_files_of_a_project_are_found_from_a_folder_beside_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    beside = folder.parent / "beside"
+    beside.mkdir()
+    monkeypatch.chdir(beside)
+    stated = Asked(folder).request("/").app.state.site.stated("machine")
+    assert Path(stated).is_absolute()
+    assert Path(stated).samefile(folder / "machine/bridge-cmm.toml")
+
+
 def test_values_that_were_tried_are_written_into_the_machine_file(
     folder: Path, begun: list[list[str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:

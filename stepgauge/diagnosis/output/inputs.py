@@ -31,6 +31,7 @@ class Inputs:
 
 
 def measured_json(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
+    """What was measured, in JSON types: counts of probings and faces, the length in mm, and each placement."""
     data = diagnosis.data
     frame = data.frame
     placements = [frame[data.placement == i] for i in range(int(data.placement.max()) + 1)]
@@ -59,6 +60,7 @@ def measured_json(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
 
 
 def inputs_json(diagnosis: GaugeDiagnosis, inputs: Inputs) -> dict[str, Any]:
+    """The files that a diagnosis was made from with their SHA-256, in JSON types."""
     gauge, machine = diagnosis.data.gauge, diagnosis.data.machine
     faces = Path(gauge.path).parent / gauge.table.faces
     return {

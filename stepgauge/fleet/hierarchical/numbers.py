@@ -28,7 +28,6 @@ SEEN_SHARE = 0.03
 """Least share of an error that a visit must see: a gauge that is not quite level tells nothing of z."""
 PHASES = 6
 """Phases of a season that are tried, over half a year: its size has a sign."""
-HALL_DATES = 12
 
 
 def machine_slopes() -> dict[tuple[str, str], Effect]:

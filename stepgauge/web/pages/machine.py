@@ -72,7 +72,6 @@ OF_MACHINE = ("name", "serial", "repeatability_um", "measuring_speed_mm_s", "tra
 THERMAL = ("temperature_C", "scale_expansion_per_K", "temperature_convention")
 OF_PROBE = ("tip_radius_mm", "pretravel_um", "stylus_length_mm", "stylus_diameter_mm")
 OF_LIMIT = (Field("mpe_constant", "number", "µm", 0.0, 1e4), Field("mpe_divisor", "number", "", 1e-3, 1e9))
-U_KEYS = ("gauge_temperature_K", "probing_um", "resolution_um")
 OF_UNCERTAINTY = (
     Field("u_gauge_temperature_K", "number", "K", 0.0, 5.0),
     Field("u_scale_temperature_K", "number", "K", 0.0, 5.0),

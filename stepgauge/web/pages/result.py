@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -399,7 +398,7 @@ def state(request: Request, form: Form) -> Response:
 
     site = site_of(request)
     name = relative(site.folder, form.text("evaluation"))
-    place = existing(site.folder, os.path.abspath(site.stated("machine")))  # it is stated from where the page was begun
+    place = existing(site.folder, site.stated("machine"))
     recordings = [relative(site.folder, str(one)) for one in _inputs(site, name)[0]]
     values = {key: form.number(key, 0.0, one.most, 0.0) or 0.0 for key, one in OPEN_SOURCES.items()}
     tables = tomllib.loads(machine_statement(read_machine(place), values))
