@@ -290,7 +290,9 @@ def test_an_unknown_name_is_an_error_and_all_names_are_listed() -> None:
     assert set(dir(sg)) == set(sg.__all__)
 
 
-def test_what_the_command_line_writes(tmp_path: Path, run: Command) -> None:  # noqa: F811
+def test_what_the_command_line_writes(tmp_path: Path, run: Command, monkeypatch: pytest.MonkeyPatch) -> None:  # noqa: F811
+    monkeypatch.setattr("stepgauge.files.dates.moment_now", lambda: "2026-05-06T07:08:09+00:00")
+
     def cli(*words: object) -> None:
         done = run(*words)
         assert done.code == 0, done.err

@@ -23,7 +23,7 @@ from stepgauge.recording import comment_lines
 
 _COLUMNS = {5: "n x y z success", 6: "n x y z success seconds", 9: "x y z a b c u v w"}
 _NUMBER = re.compile(r"[-+]?\d+(\.\d*)?", re.ASCII)
-_UNIT = re.compile(r"(?m)^\s*#.*\b(G20|G21)\b")
+_UNIT = re.compile(r"(?m)^[ \t]*#.*\b(G20|G21)\b")
 MOST_POINTS = 1e9
 
 

@@ -20,10 +20,10 @@ from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.source import Source
 
-_BEGINS = re.compile(r"^\s*Run Target Data\s*:", re.MULTILINE | re.IGNORECASE)
-_TARGETS = re.compile(r"^\s*Targets\s*:+", re.MULTILINE | re.IGNORECASE)
-_TYPE = re.compile(r"^\s*File\s*Type\s*:\s*(\w+)", re.MULTILINE | re.IGNORECASE)
-_FLAGS = re.compile(r"^\s*Flags\s*:\s*\d+\s+(\d+)", re.MULTILINE | re.IGNORECASE)
+_BEGINS = re.compile(r"^[ \t]*Run Target Data\s*:", re.MULTILINE | re.IGNORECASE)
+_TARGETS = re.compile(r"^[ \t]*Targets\s*:+", re.MULTILINE | re.IGNORECASE)
+_TYPE = re.compile(r"^[ \t]*File\s*Type\s*:\s*(\w+)", re.MULTILINE | re.IGNORECASE)
+_FLAGS = re.compile(r"^[ \t]*Flags\s*:\s*\d+\s+(\d+)", re.MULTILINE | re.IGNORECASE)
 _UNITS = {"linear": ("mm", "um"), "rotary": ("deg", "arcsec")}
 """Of targets and deviations, by the type of the file; that of another one is asked for."""
 LONGEST_HEAD = 200_000
