@@ -16,7 +16,6 @@ from stepgauge.diagnosis.credible import answer_of, structure_alone
 from stepgauge.diagnosis.design import with_placements_for, with_separations
 from stepgauge.diagnosis.findings import findings
 from stepgauge.diagnosis.fits.solve import Solved, solve
-from stepgauge.diagnosis.forms.words import SCATTER, located
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.laws import geometry
 from stepgauge.diagnosis.laws.library import carried
@@ -37,6 +36,7 @@ from stepgauge.diagnosis.stated_model import Model, drop_doubtful, make_model
 from stepgauge.diagnosis.statements import conclude
 from stepgauge.diagnosis.structure import inexact_laws, nearest_words, structure
 from stepgauge.diagnosis.wording.notation import misfit
+from stepgauge.diagnosis.wording.structure import SCATTER, located
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array

@@ -10,12 +10,12 @@ from scipy import special
 from stepgauge.diagnosis.checks import noiseless
 from stepgauge.diagnosis.credible import SURE_OUTLIER
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.forms.words import CORRELATED, DISTURBED, GROWING
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Located, Noise
 from stepgauge.diagnosis.stated_model import Model
+from stepgauge.diagnosis.wording.structure import CORRELATED, DISTURBED, GROWING
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.inference.noise_models import OUTLYING, NoiseModel

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from stepgauge.diagnosis.covariates import everywhere
-from stepgauge.diagnosis.forms.candidates import form_candidates
+from stepgauge.diagnosis.gaussian_processes.candidates import form_candidates
 from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.laws.geometry import KIND, geometry_of
 from stepgauge.diagnosis.laws.parts import laws_in_parts

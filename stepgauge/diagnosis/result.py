@@ -27,7 +27,7 @@ from stepgauge.recording import Recording
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stepgauge.diagnosis.forms.formula import UnknownLaw
+    from stepgauge.diagnosis.gaussian_processes.formula import EmpiricalLaw
 
 FILE = "diagnosis.json"
 NEEDED = ("verdict", "effects", "unexplained", "fit", "inputs")
@@ -258,9 +258,9 @@ class GaugeDiagnosis(Diagnosis):
     path: str = ""
 
     @cached_property
-    def laws(self) -> list[UnknownLaw]:
+    def laws(self) -> list[EmpiricalLaw]:
         """The empirical laws of the forms that no known effect explains."""
-        from stepgauge.diagnosis.forms.formula import model_unknown
+        from stepgauge.diagnosis.gaussian_processes.formula import model_unknown
 
         return model_unknown(self)
 

@@ -15,8 +15,7 @@ from stepgauge.diagnosis.credible import (
     place_probability,
     sign_is_sure,
 )
-from stepgauge.diagnosis.forms.form import BEAT, PERIODIC, SMOOTH, WAVE, Form
-from stepgauge.diagnosis.forms.words import UNDETERMINED, located, regime
+from stepgauge.diagnosis.gaussian_processes.random_function import BEAT, PERIODIC, SMOOTH, WAVE, RandomFunction
 from stepgauge.diagnosis.laws.beside import follows_with_lag
 from stepgauge.diagnosis.laws.geometry import Geometry
 from stepgauge.diagnosis.laws.library import Family
@@ -25,6 +24,7 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Located, Replacement, rms
 from stepgauge.diagnosis.stated_model import Model, law_covariates, term_rms_um
 from stepgauge.diagnosis.wording.notation import listed, name_of
+from stepgauge.diagnosis.wording.structure import UNDETERMINED, located, regime
 from stepgauge.files.notation import rounded
 from stepgauge.inference.posterior import AlternativeHypothesis, Member, Posterior
 from stepgauge.inference.problem import Candidate
@@ -139,7 +139,7 @@ def _fitted_shape(rival: Member) -> Any:
 
 def _regime(said: StatedTerm, model: Model, data: Residuals) -> str:
     """The part of the record in which a smooth form differs from the rest, in words; empty for all of it."""
-    form: Form = said.lead.candidate.source
+    form: RandomFunction = said.lead.candidate.source
     place = model.state.index_of(said.term)
     covariate = next((one for one in covariates(data) if one.name == form.covariate), None)
     if form.shape != SMOOTH or form.beside or place is None or covariate is None:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import WAY
-from stepgauge.diagnosis.forms.formula import UnknownLaw, rest_um
+from stepgauge.diagnosis.gaussian_processes.formula import EmpiricalLaw, rest_um
 from stepgauge.diagnosis.result import Diagnosis, GaugeDiagnosis
 from stepgauge.figures.effect_panels import (
     COUNTED,
@@ -50,7 +50,7 @@ GRAIN = 1e-3
 """Share of the axis within which positions count as the same."""
 
 
-def figure_names(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw], suffix: str = "png") -> list[str]:
+def figure_names(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw], suffix: str = "png") -> list[str]:
     """Names of the figures of a diagnosis; the last exists only if there is an effect or a form."""
     names = [OVERVIEW, RESIDUALS, *([EFFECTS] if panels(diagnosis, laws) else [])]
     return [f"{name}.{suffix}" for name in names]
@@ -59,7 +59,7 @@ def figure_names(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw], suffix: 
 def draw_diagnosis(
     folder: str | Path,
     diagnosis: GaugeDiagnosis,
-    laws: Sequence[UnknownLaw],
+    laws: Sequence[EmpiricalLaw],
     suffix: str = "png",
     simulated: bool = False,
 ) -> list[Path]:
@@ -76,13 +76,13 @@ def draw_diagnosis(
     return paths
 
 
-def figures_of(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Figure]:
+def figures_of(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> dict[str, Figure]:
     """All figures of a diagnosis by name: the overview, the residuals and, where there are any, the effects."""
     found = {OVERVIEW: overview_figure(diagnosis, laws), RESIDUALS: residual_figure(diagnosis, laws)}
     return found | ({EFFECTS: effect_figure(diagnosis, laws)} if panels(diagnosis, laws) else {})
 
 
-def overview_figure(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:
+def overview_figure(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw] = ()) -> Figure:
     """Residuals before and after in one row of panels, low enough for a first page beside its words."""
     drawn = _covariates_that_matter(diagnosis)
     limit = _limit(diagnosis)
@@ -103,7 +103,7 @@ def overview_figure(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw] = ()) 
     return figure
 
 
-def residual_figure(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:
+def residual_figure(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw] = ()) -> Figure:
     """Residuals before and after against up to three covariates, and their distribution."""
     data = diagnosis.data
     drawn = _covariates_that_matter(diagnosis)
@@ -150,7 +150,7 @@ def draw_probabilities(axes: Axes, stored: Diagnosis) -> None:
     axes.set_title(f"verdict: {stored.verdict}", loc="left")
 
 
-def effect_figure(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:
+def effect_figure(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw] = ()) -> Figure:
     """Every effect with its law through the residuals of the other effects."""
     found = panels(diagnosis, laws)
     rest = rest_um(diagnosis, laws)

@@ -22,7 +22,8 @@ from stepgauge.diagnosis.covariates import (
     pause_of,
     runs_of,
 )
-from stepgauge.diagnosis.forms.form import (
+from stepgauge.diagnosis.gaussian_processes.formula import EmpiricalLaw
+from stepgauge.diagnosis.gaussian_processes.random_function import (
     BEAT,
     HARMONICS,
     HYSTERESIS,
@@ -37,7 +38,6 @@ from stepgauge.diagnosis.forms.form import (
     WANDERING,
     WAVE,
 )
-from stepgauge.diagnosis.forms.formula import UnknownLaw
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
 from stepgauge.effects import Effect
@@ -143,7 +143,7 @@ class Panel:
         return np.isin(data.placement, data.placement[shows]) if shows.any() else np.ones(len(data), bool)
 
 
-def panels(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]) -> list[Panel]:
+def panels(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> list[Panel]:
     """Panels of the effects found that displace readings; effects on the scatter have none."""
     data = diagnosis.data
     named = [_panel_of(finding, data) for finding in diagnosis.findings if finding.share_um.any()]
@@ -246,7 +246,7 @@ def _covariate_of(effect: Effect, values: dict[str, object]) -> str:
     return OF_COVARIATE.get(first, "position")
 
 
-def _panel_of_law(law: UnknownLaw, data: Residuals) -> Panel:
+def _panel_of_law(law: EmpiricalLaw, data: Residuals) -> Panel:
     form = law.located.form
     label, x = _law_against(law, data)
     weight = mask(data, law.side if law.side in ("gauge", *AXES) else "approach")
@@ -260,12 +260,12 @@ def _panel_of_law(law: UnknownLaw, data: Residuals) -> Panel:
     return panel if law.side not in ("gauge", *AXES) or form == LENGTH else _centred(panel, law, data)
 
 
-def _apart(law: UnknownLaw) -> bool:
+def _apart(law: EmpiricalLaw) -> bool:
     """Whether placements are beside one another on the axis instead of overlapping."""
     return law.located.form == LEVELS or (law.located.covariate in WANDERING and law.period is None)
 
 
-def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
+def _law_against(law: EmpiricalLaw, data: Residuals) -> tuple[str, Array]:
     """The covariate of the panel of a form."""
     form, name = law.located.form, law.located.covariate
     if form == LEVELS and name == "cycle" and len(np.unique(data.placement)) > 1:
@@ -287,7 +287,7 @@ def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
     return label, np.asarray(x % law.period, float)
 
 
-def _law_groups(law: UnknownLaw, data: Residuals) -> tuple[tuple[Group, ...], bool]:
+def _law_groups(law: EmpiricalLaw, data: Residuals) -> tuple[tuple[Group, ...], bool]:
     """The groups of a form, and whether its law differs between them."""
     fronts, backs = sides(data)
     if law.located.covariate == WAY or law.located.form == HYSTERESIS:
@@ -299,7 +299,7 @@ def _law_groups(law: UnknownLaw, data: Residuals) -> tuple[tuple[Group, ...], bo
     return (fronts, backs), False
 
 
-def _centred(panel: Panel, law: UnknownLaw, data: Residuals) -> Panel:
+def _centred(panel: Panel, law: EmpiricalLaw, data: Residuals) -> Panel:
     """Without the constant that only shifts origins: one for all, or one for each separate placement."""
     group = data.placement if _apart(law) else np.zeros(len(data), int)
     value = panel.of(panel.share_um)
@@ -309,7 +309,7 @@ def _centred(panel: Panel, law: UnknownLaw, data: Residuals) -> Panel:
     return replace(panel, share_um=panel.share_um - middle[group] * panel.weight)
 
 
-def _title(law: UnknownLaw) -> str:
+def _title(law: EmpiricalLaw) -> str:
     covariate = in_words(law.located.covariate)
     if law.located.beside and law.located.form == SMOOTH:
         covariate += f" and {in_words(law.located.beside)}"

@@ -42,7 +42,7 @@ def diagnose_fleet(
 def diagnose_batch(given: Batch | StoredBatch, without: tuple[str, ...], priors: Any) -> dict[str, Any]:
     """The diagnosis of a batch of one recording: the summary, and ``diagnosis.json`` but for the names of files."""
     from stepgauge.diagnosis.engine import diagnose
-    from stepgauge.diagnosis.forms.formula import model_unknown
+    from stepgauge.diagnosis.gaussian_processes.formula import model_unknown
     from stepgauge.diagnosis.output.files import told_to_dict
     from stepgauge.diagnosis.output.inputs import Inputs
 

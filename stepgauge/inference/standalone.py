@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
+from stepgauge.inference.kernels import matern
 from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.priors import NoisePriors
 from stepgauge.inference.problem import AmplitudePrior, Candidate, GaussianProcess, Law, Problem
 from stepgauge.inference.search import Search
 
 Array = NDArray[np.float64]
-FEATURE = 1e-6
-"""Variance of a feature of a random function over that of the largest below which it is left out."""
 
 
 def amplitude_prior(smallest: float, largest: float, count: int = 5) -> AmplitudePrior:
@@ -57,17 +56,13 @@ def make_law(label: str, shapes: ArrayLike, prior: AmplitudePrior, odds: float =
 def make_gaussian_process(
     label: str, covariate: ArrayLike, lengths: Sequence[float], prior: AmplitudePrior, odds: float = 0.1
 ) -> GaussianProcess:
-    """A random function of a covariate ``(n,)`` with the squared exponential kernel (Rasmussen and Williams 2006, 4.2).
+    """A random function of a covariate ``(n,)`` that is twice differentiable (Matern 5/2, :mod:`kernels`).
 
     ``lengths``: its correlation lengths, all equally likely, in the unit of the covariate. ``prior``: of the standard
     deviation of the function.
     """
     x = np.asarray(covariate, float)
-    features = []
-    for length in lengths:
-        value, vector = np.linalg.eigh(np.exp(-0.5 * (np.subtract.outer(x, x) / length) ** 2))
-        keep = value > FEATURE * value[-1]
-        features.append((vector[:, keep] * np.sqrt(value[keep])).T[::-1])
+    features = [matern(x, length / float(np.ptp(x))) for length in lengths]
     return GaussianProcess(label, label, False, float(np.log(odds)), prior, features=tuple(features))
 
 

@@ -13,8 +13,8 @@ from scipy.linalg import cho_factor, cho_solve
 
 from stepgauge.diagnosis.engine import Searched
 from stepgauge.diagnosis.fits.solve import solve
-from stepgauge.diagnosis.forms.candidates import form_candidates
 from stepgauge.diagnosis.further_runs import ExtendedRecording, plain_metric
+from stepgauge.diagnosis.gaussian_processes.candidates import form_candidates
 from stepgauge.diagnosis.laws.candidates import usual_signature
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.problem import bare_problem

@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stepgauge.diagnosis.forms.words import SCATTER
 from stepgauge.diagnosis.wording.headline import headline
 from stepgauge.diagnosis.wording.limits import SCATTER_WORDS, lacking, limits, without_scatter
 from stepgauge.diagnosis.wording.notation import (
@@ -23,6 +22,7 @@ from stepgauge.diagnosis.wording.notation import (
     um,
     wrapped_sum,
 )
+from stepgauge.diagnosis.wording.structure import SCATTER
 from stepgauge.files.text import in_folder, read_result
 from stepgauge.recording.simulated import SIMULATED_WARNING
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from stepgauge.diagnosis.forms.words import SCATTER
 from stepgauge.diagnosis.wording.headline import chosen, in_place_of
 from stepgauge.diagnosis.wording.limits import remaining
 from stepgauge.diagnosis.wording.notation import (
@@ -25,6 +24,7 @@ from stepgauge.diagnosis.wording.notation import (
     without,
 )
 from stepgauge.diagnosis.wording.remedies import Remedy, remedy, remedy_of_form
+from stepgauge.diagnosis.wording.structure import SCATTER
 from stepgauge.effects import effect_kinds
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 

@@ -9,9 +9,9 @@ from stepgauge.axis.units import AxisUnits
 from stepgauge.diagnosis.axis.residuals import Scaling
 from stepgauge.diagnosis.axis.told import AxisWording
 from stepgauge.diagnosis.covariates import REST, TOUCHES, TURNING, WAY
-from stepgauge.diagnosis.forms import form as forms
-from stepgauge.diagnosis.forms import words
-from stepgauge.diagnosis.forms.form import Form
+from stepgauge.diagnosis.gaussian_processes import random_function as forms
+from stepgauge.diagnosis.gaussian_processes.random_function import RandomFunction
+from stepgauge.diagnosis.wording import structure as words
 from stepgauge.diagnosis.wording.axis import About, kind_name, meaning
 from stepgauge.effects import effect_kinds
 from stepgauge.figures.effect_panels import TITLES
@@ -41,7 +41,7 @@ def test_every_form_is_told_in_the_words_of_an_axis(form: str, shape: str, numbe
     if shape == "harmonics":
         return  # one line has no directions about a stylus
     for covariate in COVARIATES:
-        told = words._words(Form(covariate, "mm", shape, side, (number,)), shape, number) + words._moved(side)
+        told = words._words(RandomFunction(covariate, "mm", shape, side, (number,)), shape, number) + words._moved(side)
         said = teller(form=form).text(f"{told}, only above 12.5 mm")
         assert not [word for word in NOT_SAID if word in said], said
         assert "12.5 deg" in said

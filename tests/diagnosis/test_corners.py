@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.forms.formula import model_unknown
+from stepgauge.diagnosis.gaussian_processes.formula import model_unknown
 from stepgauge.recording import Recording
 from tests.diagnosis.made import ALONG_X
 from tests.diagnosis.test_selection import along, bent, names, told

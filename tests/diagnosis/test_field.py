@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.credible import answer_of
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.forms.smooth import matern
 from stepgauge.diagnosis.priors import shipped_priors
+from stepgauge.inference.kernels import matern
 from stepgauge.inference.problem import Candidate, GaussianProcess, Law, Problem
 from stepgauge.inference.search import Search
 from tests.build import make_gauge

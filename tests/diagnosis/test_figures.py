@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.forms.formula import model_unknown, rest_rms_um
+from stepgauge.diagnosis.gaussian_processes.formula import model_unknown, rest_rms_um
 from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals

@@ -15,7 +15,7 @@ import pytest
 
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.forms.formula import model_unknown, rest_um
+from stepgauge.diagnosis.gaussian_processes.formula import model_unknown, rest_um
 from stepgauge.diagnosis.output.files import diagnosis_to_dict, write_diagnosis
 from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.output.machine_text import machine_text

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.forms.formula import model_unknown, rest_rms_um
+from stepgauge.diagnosis.gaussian_processes.formula import model_unknown, rest_rms_um
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.empirical import Empirical
 from stepgauge.errors import InputError

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.forms.formula import model_unknown
+from stepgauge.diagnosis.gaussian_processes.formula import model_unknown
 from stepgauge.diagnosis.output.files import diagnosis_to_dict
 from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.residuals import make_residuals

@@ -7,8 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepgauge.diagnosis.forms.candidates import form_candidates
-from stepgauge.diagnosis.forms.form import BEAT, HYSTERESIS, LAGGED, RESTS, SAWTOOTH, TREND, WAVE
+from stepgauge.diagnosis.gaussian_processes.candidates import form_candidates
+from stepgauge.diagnosis.gaussian_processes.random_function import (
+    BEAT,
+    HYSTERESIS,
+    LAGGED,
+    RESTS,
+    SAWTOOTH,
+    TREND,
+    WAVE,
+)
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.inference.problem import Candidate, Law

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.fits.solve import solve
-from stepgauge.diagnosis.forms.formula import model_unknown
+from stepgauge.diagnosis.gaussian_processes.formula import model_unknown
 from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem

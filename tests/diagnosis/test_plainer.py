@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import covariates
-from stepgauge.diagnosis.forms.formula import model_unknown, rest_rms_um
+from stepgauge.diagnosis.gaussian_processes.formula import model_unknown, rest_rms_um
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.recording import APPROACH, Recording
 from tests.diagnosis.made import ALONG_X, gauge, machine

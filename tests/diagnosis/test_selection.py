@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis import engine
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.forms.formula import model_unknown, rest_rms_um
+from stepgauge.diagnosis.gaussian_processes.formula import model_unknown, rest_rms_um
 from stepgauge.diagnosis.laws.library import visible_directions
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import GaugeDiagnosis

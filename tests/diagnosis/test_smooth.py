@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.forms.candidates import form_candidates
-from stepgauge.diagnosis.forms.form import SMOOTH, TREND
-from stepgauge.diagnosis.forms.formula import model_unknown, rest_rms_um
+from stepgauge.diagnosis.gaussian_processes.candidates import form_candidates
+from stepgauge.diagnosis.gaussian_processes.formula import model_unknown, rest_rms_um
+from stepgauge.diagnosis.gaussian_processes.random_function import SMOOTH, TREND
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.effects import Probings, Setting

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.credible import StatedTerm
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.findings import _different
-from stepgauge.diagnosis.forms.form import SMOOTH, WAVE, Form
+from stepgauge.diagnosis.gaussian_processes.random_function import SMOOTH, WAVE, RandomFunction
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis, Located
@@ -119,7 +119,7 @@ def test_the_headline_says_what_the_probabilities_support() -> None:
 
 def wave(far: dict[int, float]) -> tuple[StatedTerm, Any]:
     """A wave of period 4 mm with some harmonics, in standard deviations."""
-    form = Form("position", "mm", WAVE, "gauge", (4.0,))
+    form = RandomFunction("position", "mm", WAVE, "gauge", (4.0,))
     term = SimpleNamespace(candidate=SimpleNamespace(source=form))
     mean = np.array([far.get(k % 5 + 1, 0.0) * (k < 5) for k in range(10)])
     state = SimpleNamespace(index_of=lambda _term: 0, amplitudes=lambda _place: (mean, np.eye(10)))

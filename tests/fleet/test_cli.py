@@ -14,7 +14,7 @@ import pytest
 
 from stepgauge.cli import cli
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.forms.formula import model_unknown
+from stepgauge.diagnosis.gaussian_processes.formula import model_unknown
 from stepgauge.diagnosis.output.files import told_to_dict
 from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.errors import InputError, PartlyDoneError

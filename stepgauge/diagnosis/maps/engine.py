@@ -21,7 +21,6 @@ from stepgauge.diagnosis.credible import (
     structure_alone,
 )
 from stepgauge.diagnosis.fits.solve import Estimate, widened
-from stepgauge.diagnosis.forms.words import UNDETERMINED
 from stepgauge.diagnosis.maps.candidates import EMPIRICAL, GAUGE_KINDS, ProbeChange, candidates_for, empirical
 from stepgauge.diagnosis.maps.fit import FittedChanges
 from stepgauge.diagnosis.maps.forms import DIRECTION, DirectionForm, quantity_words
@@ -37,6 +36,7 @@ from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.result import Located, Verdict
 from stepgauge.diagnosis.statements import conclude
 from stepgauge.diagnosis.wording.notation import name_of
+from stepgauge.diagnosis.wording.structure import UNDETERMINED
 from stepgauge.files.arrays import Array
 from stepgauge.inference.noise_models import OUTLYING
 from stepgauge.inference.posterior import AlternativeHypothesis

@@ -16,7 +16,7 @@ import numpy as np
 
 from stepgauge import __version__
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.forms.formula import UnknownLaw, model_unknown, rest_rms_um
+from stepgauge.diagnosis.gaussian_processes.formula import EmpiricalLaw, model_unknown, rest_rms_um
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.output.inputs import Inputs, inputs_json, measured_json
 from stepgauge.diagnosis.output.machine_text import effect_table, machine_text
@@ -58,7 +58,7 @@ def write_diagnosis(
     diagnosis: GaugeDiagnosis,
     recordings: Sequence[Recording],
     suffix: str = "png",
-    laws: Sequence[UnknownLaw] | None = None,
+    laws: Sequence[EmpiricalLaw] | None = None,
 ) -> list[Path]:
     """Write a diagnosis into a folder (made if missing); returns the paths written, the JSON first.
 
@@ -72,7 +72,7 @@ def write_diagnosis(
     diagnosis : result of :func:`stepgauge.diagnosis.engine.diagnose`
     recordings : as they were read, in the order in which they were joined
     suffix : format of the figures: png, svg or pdf
-    laws : result of :func:`stepgauge.diagnosis.forms.formula.model_unknown`, if already computed
+    laws : result of :func:`stepgauge.diagnosis.gaussian_processes.formula.model_unknown`, if already computed
     """
     from stepgauge.figures.diagnosis import draw_diagnosis, figure_names
     from stepgauge.reports.diagnosis import diagnosis_story
@@ -101,7 +101,7 @@ def write_diagnosis(
 
 
 def diagnosis_to_dict(
-    diagnosis: GaugeDiagnosis, inputs: Inputs, laws: Sequence[UnknownLaw] = (), folder: str | Path = "."
+    diagnosis: GaugeDiagnosis, inputs: Inputs, laws: Sequence[EmpiricalLaw] = (), folder: str | Path = "."
 ) -> dict[str, Any]:
     """A diagnosis as JSON types; undefined numbers are None.
 
@@ -112,7 +112,7 @@ def diagnosis_to_dict(
 
 
 def told_to_dict(
-    diagnosis: GaugeDiagnosis, inputs: Inputs, laws: Sequence[UnknownLaw] = (), folder: str | Path = "."
+    diagnosis: GaugeDiagnosis, inputs: Inputs, laws: Sequence[EmpiricalLaw] = (), folder: str | Path = "."
 ) -> dict[str, Any]:
     """The same without the files that it was made from; parameters as :func:`diagnosis_to_dict`."""
     said = {
@@ -263,7 +263,7 @@ def _located(one: Located, left: bool, renamed: Callable[[str], str]) -> dict[st
     }
 
 
-def _law(law: UnknownLaw, diagnosis: GaugeDiagnosis) -> dict[str, Any]:
+def _law(law: EmpiricalLaw, diagnosis: GaugeDiagnosis) -> dict[str, Any]:
     share_um = diagnosis.data.without_origins(law.share_um)
     return {
         "covariate": law.located.covariate,
@@ -282,7 +282,7 @@ def estimate_json(estimate: Estimate) -> dict[str, Any]:
     return {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
 
 
-def _fit(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Any]:
+def _fit(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> dict[str, Any]:
     fit = diagnosis.fit
     before, after = _headline(fit.holdout)
     said: dict[str, Any] = {
@@ -307,7 +307,7 @@ def _headline(holdout: Mapping[str, tuple[float, float]]) -> tuple[float, float]
     return holdout[names[0]] if names else (math.nan, math.nan)
 
 
-def _with_empirical(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Any]:
+def _with_empirical(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> dict[str, Any]:
     """The fit with the approximated forms: over all rows with weight, and for rows held out."""
     data, sigma = diagnosis.data, diagnosis.noise.by_row_um
     shares = [f.share_um for f in diagnosis.findings if f.share_um.any()] + [law.share_um for law in laws]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.forms.formula import UnknownLaw
+from stepgauge.diagnosis.gaussian_processes.formula import EmpiricalLaw
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
 from stepgauge.effects import Effect, make_effects
 from stepgauge.effects.scatter import NoiseGrowth
@@ -23,7 +23,7 @@ DIGITS = 9
 """Significant digits of a parameter: a frequency times an hour of seconds must still be a phase."""
 
 
-def machine_text(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw], folder: str | Path) -> tuple[str, list[str]]:
+def machine_text(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw], folder: str | Path) -> tuple[str, list[str]]:
     """Text of the machine file with the effects added, and those that could not be added.
 
     Parameters
@@ -67,7 +67,7 @@ def scatter_effect(finding: Finding) -> NoiseGrowth | None:
 
 
 def _additions(
-    diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]
+    diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]
 ) -> Iterable[tuple[str, Effect, Mapping[str, Estimate]]]:
     for finding in diagnosis.findings:
         for part in finding.effects:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from stepgauge.diagnosis.forms.formula import UnknownLaw, rest_um
+from stepgauge.diagnosis.gaussian_processes.formula import EmpiricalLaw, rest_um
 from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
@@ -23,7 +23,7 @@ FINDING, FORM = "finding", "form"
 
 def row_table(
     diagnosis: GaugeDiagnosis,
-    laws: Sequence[UnknownLaw],
+    laws: Sequence[EmpiricalLaw],
     names: Sequence[tuple[str, int]],
     position: tuple[str, Array] | None = None,
     deviation: tuple[str, Array | float] = ("um", 1.0),

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stepgauge.conditions.duplicates import copies_words
-from stepgauge.diagnosis.forms.form import SMOOTH
+from stepgauge.diagnosis.gaussian_processes.random_function import SMOOTH
 from stepgauge.diagnosis.wording.aliases import leads_into_mm
 from stepgauge.diagnosis.wording.notation import listed, significant
 

@@ -10,8 +10,8 @@ import string
 from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
-from stepgauge.diagnosis.forms.form import HYSTERESIS, LOOP, RESTS, SAWTOOTH, WAVE
-from stepgauge.diagnosis.forms.words import DISTURBED
+from stepgauge.diagnosis.gaussian_processes.random_function import HYSTERESIS, LOOP, RESTS, SAWTOOTH, WAVE
+from stepgauge.diagnosis.wording.structure import DISTURBED
 from stepgauge.effects import effect_kinds
 from stepgauge.files.notation import rounded
 

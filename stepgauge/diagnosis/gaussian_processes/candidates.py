@@ -24,7 +24,9 @@ from stepgauge.diagnosis.covariates import (
     runs_of,
     standard,
 )
-from stepgauge.diagnosis.forms.form import (
+from stepgauge.diagnosis.gaussian_processes.memory import hysteresis, lagged, of_ways, rests
+from stepgauge.diagnosis.gaussian_processes.periodic import beats, sawteeth, waves
+from stepgauge.diagnosis.gaussian_processes.random_function import (
     DRIFTING,
     HARMONICS,
     LAGGED,
@@ -32,12 +34,10 @@ from stepgauge.diagnosis.forms.form import (
     LEVELS,
     TREND,
     WANDERING,
-    Form,
-    OnSides,
+    RandomFunction,
+    RandomFunctionFeatures,
 )
-from stepgauge.diagnosis.forms.memories import hysteresis, lagged, of_ways, rests
-from stepgauge.diagnosis.forms.smooth import changing, functions, volumes
-from stepgauge.diagnosis.forms.waves import beats, sawteeth, waves
+from stepgauge.diagnosis.gaussian_processes.smooth_functions import changing, functions, volumes
 from stepgauge.diagnosis.laws.choices import goes_both_ways
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
@@ -82,9 +82,11 @@ def _apart(names: Sequence[str], sides: Mapping[str, Array]) -> list[str]:
     return [a for i, a in enumerate(names) if not any(np.array_equal(sides[a], sides[b]) for b in names[i + 1 :])]
 
 
-def _candidate(one: OnSides, side: str, share: Array, odds: float, sizes: AmplitudePrior) -> Iterator[Candidate]:
+def _candidate(
+    one: RandomFunctionFeatures, side: str, share: Array, odds: float, sizes: AmplitudePrior
+) -> Iterator[Candidate]:
     """A form on one side; none where nothing of it is seen."""
-    form = Form(one.covariate, one.unit, one.shape, side, one.kernels, one.beside, one.of)
+    form = RandomFunction(one.covariate, one.unit, one.shape, side, one.kernels, one.beside, one.of)
     label = f"{one.shape} {one.covariate} {one.beside} {side}"
     if isinstance(one.features, np.ndarray):
         flat = np.full(len(one.features), -np.log(len(one.features)))
@@ -107,13 +109,13 @@ def _candidate(one: OnSides, side: str, share: Array, odds: float, sizes: Amplit
         yield GaussianProcess(one.covariate, label, False, odds, sizes, form, features=features)
 
 
-def _beside(one: OnSides, share: Array, atom: int) -> Array:
+def _beside(one: RandomFunctionFeatures, share: Array, atom: int) -> Array:
     """What a shape of a form may do beside its signature, ``(p, n)``."""
     assert one.unread is not None
     return one.unread(one.kernels[atom]) * share
 
 
-def _own(one: OnSides, side: str, laws: Collection[str], one_way: bool) -> OnSides:
+def _own(one: RandomFunctionFeatures, side: str, laws: Collection[str], one_way: bool) -> RandomFunctionFeatures:
     """A form without what a law says as well: that the origin follows a temperature, or drifts.
 
     An origin moves along a direction of the machine; ``one_way``: one moves all gauges alike.
@@ -140,7 +142,7 @@ def _shown(columns: Array) -> Array:
     return columns[np.abs(columns).max(axis=1) > 1e-9]
 
 
-def _every(data: Residuals, priors: Priors, known: int | None) -> Iterator[OnSides]:
+def _every(data: Residuals, priors: Priors, known: int | None) -> Iterator[RandomFunctionFeatures]:
     measured = (replace(one, known=known) for one in covariates(data))
     told = _different([one for one in measured if is_usable(one)])
     slow = next((one for one in told if one.name in WANDERING), None)
@@ -175,24 +177,26 @@ def _different(found: Sequence[Covariate]) -> list[Covariate]:
     return [one for one, _ in kept]
 
 
-def _levels(data: Residuals, priors: Priors) -> Iterator[OnSides]:
+def _levels(data: Residuals, priors: Priors) -> Iterator[RandomFunctionFeatures]:
     """Separate levels of cycles, faces, placements; harmonics of the azimuth of the approach about the stylus."""
     both = ("approach", "gauge")
     run = runs_of(data)[1]
     if 1 < run.max() < len(data) / FEWEST_IN_CYCLE:
-        yield OnSides("cycle", "", LEVELS, [_indicators(run)], (LEVELS,), both)
+        yield RandomFunctionFeatures("cycle", "", LEVELS, [_indicators(run)], (LEVELS,), both)
         if (position := data.probings.certified_mm()).std() > 0.0:
             lengths = [_indicators(run) * standard(position)]
-            yield OnSides("cycle", "", LENGTH, lengths, (LEVELS,), ("gauge",), priors.forms.product, "position")
+            yield RandomFunctionFeatures(
+                "cycle", "", LENGTH, lengths, (LEVELS,), ("gauge",), priors.forms.product, "position"
+            )
     if (data.group.max() + 1) * FEWEST_OF_A_LEVEL <= len(data):
-        yield OnSides("face", "", LEVELS, [_indicators(data.group)], (LEVELS,), both)
+        yield RandomFunctionFeatures("face", "", LEVELS, [_indicators(data.group)], (LEVELS,), both)
     if data.placement.max() > 0:
-        yield OnSides("placement", "", LEVELS, [_indicators(data.placement)], (LEVELS,), ("approach",))
+        yield RandomFunctionFeatures("placement", "", LEVELS, [_indicators(data.placement)], (LEVELS,), ("approach",))
     c, s = data.probings.lateral_share()
     azimuth = np.arctan2(s, c)
     if len(np.unique(azimuth.round(3))) >= FEWEST_DIRECTIONS:
         orders = [np.array([np.cos(k * azimuth), np.sin(k * azimuth)]) for k in range(2, 7)]
-        yield OnSides(
+        yield RandomFunctionFeatures(
             "azimuth", "rad", HARMONICS, [*orders, np.vstack(orders) / 2.0], tuple(range(2, 8)), ("approach",)
         )
 

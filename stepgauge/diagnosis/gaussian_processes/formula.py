@@ -27,7 +27,8 @@ from stepgauge.diagnosis.covariates import (
     runs_of,
 )
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.forms.form import (
+from stepgauge.diagnosis.gaussian_processes.periodic import FINER, OVERTONES, PERIODS_PER_SPAN, PHASES, TEETH_PER_SPAN
+from stepgauge.diagnosis.gaussian_processes.random_function import (
     BEAT,
     HARMONICS,
     LAGGED,
@@ -40,12 +41,11 @@ from stepgauge.diagnosis.forms.form import (
     TREND,
     WAVE,
 )
-from stepgauge.diagnosis.forms.waves import FINER, OVERTONES, PERIODS_PER_SPAN, PHASES, TEETH_PER_SPAN
-from stepgauge.diagnosis.forms.words import SCATTER, UNDETERMINED
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import GaugeDiagnosis, Located
+from stepgauge.diagnosis.wording.structure import SCATTER, UNDETERMINED
 from stepgauge.effects import along_approach_um
 from stepgauge.effects.empirical import RESTED, Empirical, formula_name
 from stepgauge.files.arrays import Array
@@ -69,7 +69,7 @@ UNSEEN = 1e-6
 
 
 @dataclass(frozen=True)
-class UnknownLaw:
+class EmpiricalLaw:
     """A described form and the effects that approximate it.
 
     ``estimates``: coefficients by name with their standard uncertainties, um or um per unit of their
@@ -84,7 +84,7 @@ class UnknownLaw:
     period: float | None = None
 
 
-def model_unknown(diagnosis: GaugeDiagnosis) -> list[UnknownLaw]:
+def model_unknown(diagnosis: GaugeDiagnosis) -> list[EmpiricalLaw]:
     """Empirical laws of the forms of a diagnosis, the clearest form first, further ones if they improve the fit.
 
     They are fitted to the residuals of the named laws. Empty if there is no form, or if its covariate has no name in a
@@ -106,7 +106,7 @@ def model_unknown(diagnosis: GaugeDiagnosis) -> list[UnknownLaw]:
     return laws
 
 
-def rest_um(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]) -> Array:
+def rest_um(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> Array:
     """Residuals minus all modelled effects and the mean origin of every placement, um."""
     data = diagnosis.data
     if not laws:
@@ -114,7 +114,7 @@ def rest_um(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]) -> Array:
     return data.without_origins(diagnosis.after_um - np.sum([law.share_um for law in laws], axis=0))
 
 
-def rest_rms_um(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]) -> float:
+def rest_rms_um(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> float:
     """Rms of these over all rows with weight, um."""
     rest = rest_um(diagnosis, laws)[np.isfinite(diagnosis.noise.by_row_um)]
     return float(np.sqrt((rest**2).mean()))
@@ -122,7 +122,7 @@ def rest_rms_um(diagnosis: GaugeDiagnosis, laws: Sequence[UnknownLaw]) -> float:
 
 def _best_law(
     located: Located, data: Residuals, metric: Metric, left_um: Array, used: NDArray[np.bool_]
-) -> UnknownLaw | None:
+) -> EmpiricalLaw | None:
     """The best law by Schwarz' criterion; None if none is better than no law."""
     best, worth = None, 0.0
     price = float(np.log(max(int(used.sum()), 2)))
@@ -180,7 +180,7 @@ def _column(term: str, data: Residuals) -> Array:
     return np.broadcast_to(um, (len(data),)).astype(float)
 
 
-def _law(located: Located, side: str, fitted: _Fitted) -> UnknownLaw:
+def _law(located: Located, side: str, fitted: _Fitted) -> EmpiricalLaw:
     named = [
         (f"c{i}", term, float(c)) for i, (term, c) in enumerate(zip(fitted.terms, fitted.coefficients, strict=True), 1)
     ]
@@ -191,7 +191,7 @@ def _law(located: Located, side: str, fitted: _Fitted) -> UnknownLaw:
         effects.append(Empirical(formula=formula, coefficients={name: float(f"{c:.12g}") for name, _, c in part}))
     estimates = {name: Estimate(c, float(u), "um") for (name, _, c), u in zip(named, fitted.u, strict=True)}
     period = float(np.atleast_1d(located.numbers)[0]) if located.form in PERIODIC else None
-    return UnknownLaw(located, side, tuple(effects), estimates, fitted.share_um, period)
+    return EmpiricalLaw(located, side, tuple(effects), estimates, fitted.share_um, period)
 
 
 def _terms(located: Located, side: str, data: Residuals) -> Iterator[list[str]]:

@@ -8,14 +8,24 @@ from dataclasses import replace
 import numpy as np
 
 from stepgauge.diagnosis.covariates import NAMES, REST, WAY, Covariate, axes_shown, standard
-from stepgauge.diagnosis.forms.form import HYSTERESIS, LAGGED, LENGTH, LOOP, RESTS, SMOOTH, TREND, OnSides
-from stepgauge.diagnosis.forms.smooth import matern, sides_of
-from stepgauge.diagnosis.forms.waves import FINER, nearest, wave_sides
+from stepgauge.diagnosis.gaussian_processes.periodic import FINER, nearest, wave_sides
+from stepgauge.diagnosis.gaussian_processes.random_function import (
+    HYSTERESIS,
+    LAGGED,
+    LENGTH,
+    LOOP,
+    RESTS,
+    SMOOTH,
+    TREND,
+    RandomFunctionFeatures,
+)
+from stepgauge.diagnosis.gaussian_processes.smooth_functions import sides_of
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.unread import principal, shifts
 from stepgauge.effects.probings import followed
 from stepgauge.files.arrays import Array
+from stepgauge.inference.kernels import matern
 from stepgauge.inference.problem import Refined
 
 HELD = np.geomspace(0.03, 0.6, 7)
@@ -26,13 +36,17 @@ KEPT = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0)
 """Touches over which a rest is forgotten."""
 
 
-def lagged(told: Sequence[Covariate], position: Covariate | None, data: Residuals, priors: Priors) -> Iterator[OnSides]:
+def lagged(
+    told: Sequence[Covariate], position: Covariate | None, data: Residuals, priors: Priors
+) -> Iterator[RandomFunctionFeatures]:
     """Recorded columns that act through a lag, and length errors proportional to them."""
     length = None if position is None else position.standard
     for one in told:
         if one.name == "speed" and length is not None:
             grown = [(length * one.standard)[None]]
-            yield OnSides(one.name, one.unit, LENGTH, grown, (0.0,), ("gauge",), priors.forms.product, "position")
+            yield RandomFunctionFeatures(
+                one.name, one.unit, LENGTH, grown, (0.0,), ("gauge",), priors.forms.product, "position"
+            )
         if not one.further:
             continue
         lags = tuple(float(lag * _duration_s(data, one.known)) for lag in priors.forms.lags) if data.has_time else ()
@@ -49,7 +63,7 @@ def _following(
     data: Residuals,
     priors: Priors,
     length: Array | None = None,
-) -> OnSides:
+) -> RandomFunctionFeatures:
     """What follows a column after one of some lags, or one between them; a length error where ``length`` is given."""
     times = np.ones(len(data)) if length is None else length
 
@@ -70,7 +84,7 @@ def _following(
     if length is not None:
         shape, odds, beside = LENGTH, priors.forms.product, "position"
     features = np.array([of(lag_s) for lag_s in lags])
-    return OnSides(one.name, one.unit, shape, features, lags, sides, odds, beside, refine, of, unread)
+    return RandomFunctionFeatures(one.name, one.unit, shape, features, lags, sides, odds, beside, refine, of, unread)
 
 
 def _late(one: Covariate, lag_s: float, data: Residuals) -> Array:
@@ -92,17 +106,17 @@ def _duration_s(data: Residuals, known: int | None) -> float:
     return float(np.ptp(data.frame["time_s"].to_numpy(float)[:known]))
 
 
-def rests(data: Residuals, known: int | None) -> OnSides:
+def rests(data: Residuals, known: int | None) -> RandomFunctionFeatures:
     """What friction or a seat keeps of the rests before the last touches, as roots of their times.
 
     Contacts at rest strengthen with time, but less than in proportion (Rabinowicz, Proc. Phys. Soc. 71, 1958: 668;
     Dieterich, Pure Appl. Geophys. 116, 1978: 790), and a touch wipes out part of that. The root stands for such laws.
     """
     kept = standard(np.array([data.probings.rested(touches)[None] for touches in KEPT]), known)
-    return OnSides(REST, "s", RESTS, kept, KEPT, ("approach", "gauge"))
+    return RandomFunctionFeatures(REST, "s", RESTS, kept, KEPT, ("approach", "gauge"))
 
 
-def hysteresis(one: Covariate, data: Residuals, priors: Priors) -> Iterator[OnSides]:
+def hysteresis(one: Covariate, data: Residuals, priors: Priors) -> Iterator[RandomFunctionFeatures]:
     """Loops with inner loops: what friction holds back follows once it has been drawn far enough.
 
     A spring with a slider holds by the way since the last turn, at most by its own way (stop operator); with several
@@ -113,17 +127,17 @@ def hysteresis(one: Covariate, data: Residuals, priors: Priors) -> Iterator[OnSi
     held_um = tuple(max(round(1e3 * way * one.span), 1) for way in HELD.tolist())
     loops = np.array([data.probings.held_mm(NAMES[one.name], um * 1e-3) / (um * 1e-3) for um in held_um])
     sides, alike = wave_sides(one, data), [loops / np.sqrt(len(loops)), *(loop[None] for loop in loops)]
-    yield OnSides(one.name, one.unit, HYSTERESIS, alike, (held_um, *((um,) for um in held_um)), sides)
+    yield RandomFunctionFeatures(one.name, one.unit, HYSTERESIS, alike, (held_um, *((um,) for um in held_um)), sides)
     places = [matern(one.values, length) for length in PLACES]
     some, few = loops[::FEWER] / np.sqrt(len(loops[::FEWER])), held_um[::FEWER]
     differing = [(some[:, None] * place).reshape(-1, len(one.values)) for place in places]
     kernels, share = (few,) * len(places), priors.forms.product
-    yield OnSides(one.name, one.unit, HYSTERESIS, differing, kernels, sides, share, one.name)
+    yield RandomFunctionFeatures(one.name, one.unit, HYSTERESIS, differing, kernels, sides, share, one.name)
 
 
-def of_ways(position: Covariate, data: Residuals, priors: Priors) -> OnSides:
+def of_ways(position: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeatures:
     """Differences between the directions of travel: a constant, or a separate function along the gauge for each."""
     way = data.probings.way()
     loops = [way[None], *(way * matern(position.values, length) for length in priors.forms.lengths)]
     kernels = (TREND, *[SMOOTH] * len(priors.forms.lengths))
-    return OnSides(WAY, "", LOOP, loops, kernels, ("approach", "gauge", *axes_shown(data)))
+    return RandomFunctionFeatures(WAY, "", LOOP, loops, kernels, ("approach", "gauge", *axes_shown(data)))

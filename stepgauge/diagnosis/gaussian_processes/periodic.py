@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import Covariate, axes_shown
-from stepgauge.diagnosis.forms.form import BEAT, SAWTOOTH, WAVE, OnSides
+from stepgauge.diagnosis.gaussian_processes.random_function import BEAT, SAWTOOTH, WAVE, RandomFunctionFeatures
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.files.arrays import Array
@@ -32,7 +32,7 @@ FINER = 17
 """Number of periods, and of phases, that are tried about those of the grid."""
 
 
-def waves(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
+def waves(one: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeatures:
     """Periodic functions of any shape: a fundamental and its harmonics."""
     span, turns, passed = one.span, _turns(one, MOST_PERIODS, PERIODS_PER_SPAN), _passed(one)
 
@@ -45,7 +45,9 @@ def waves(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
 
     features = _grid(lambda some: _harmonics(passed, some), turns, (2 * OVERTONES, len(passed)))
     periods, share = tuple((span / turns).tolist()), priors.forms.wave
-    return OnSides(one.name, one.unit, WAVE, features, periods, wave_sides(one, data), share, refine=refine, of=of)
+    return RandomFunctionFeatures(
+        one.name, one.unit, WAVE, features, periods, wave_sides(one, data), share, refine=refine, of=of
+    )
 
 
 def _grid(signatures: Callable[[Any], Array], shapes: Sequence[Any] | Array, of_one: tuple[int, int]) -> Single:
@@ -66,7 +68,7 @@ def _harmonics(passed: Array, turns: Array) -> Array:
     return np.concatenate([shrunk.imag, shrunk.real], axis=1)
 
 
-def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
+def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeatures:
     """What creeps and is thrown back, over and over: a control with hysteresis, a table that is applied in steps."""
     span, turns, passed = one.span, _turns(one, MOST_TEETH, TEETH_PER_SPAN), _passed(one)
     grid = [(f, phase) for f in turns.tolist() for phase in (np.arange(PHASES) / PHASES).tolist()]
@@ -84,7 +86,7 @@ def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
     sides = tuple(side for side in wave_sides(one, data) if side != "approach")  # no probe does that
     features = _grid(lambda some: _teeth(passed, some, THROWN_BACK), grid, (1, len(passed)))
     share = priors.forms.wave
-    return OnSides(one.name, one.unit, SAWTOOTH, features, shapes, sides, share, refine=refine, of=of)
+    return RandomFunctionFeatures(one.name, one.unit, SAWTOOTH, features, shapes, sides, share, refine=refine, of=of)
 
 
 def _teeth(passed: Array, shapes: Sequence[tuple[float, float]], fall: float = 0.0) -> Array:
@@ -128,14 +130,14 @@ def nearest(signatures: Array, shapes: Sequence[object], data: Residuals, share:
     return Refined(columns[best], shapes[best])
 
 
-def beats(position: Covariate, slow: Covariate, priors: Priors) -> OnSides:
+def beats(position: Covariate, slow: Covariate, priors: Priors) -> RandomFunctionFeatures:
     """Periodic errors along the gauge whose size and place change periodically with time or order."""
     of_x, of_y = np.arange(1.0, 6.1, 0.5), np.arange(1.0, 8.1, 0.5)
     first, second = _oscillations(position, of_x), _oscillations(slow, of_y)
     products = (first[:, None, :, None] * second[None, :, None]).reshape(-1, 4, len(position.values))
     periods = tuple((position.span / f, slow.span / g) for f in of_x.tolist() for g in of_y.tolist())
     both, share = ("approach", "gauge"), priors.forms.product
-    return OnSides(slow.name, slow.unit, BEAT, products, periods, both, share, "position")
+    return RandomFunctionFeatures(slow.name, slow.unit, BEAT, products, periods, both, share, "position")
 
 
 def _oscillations(one: Covariate, turns: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Forms without a law, in words."""
+"""Structure without a law in words: what it depends on, and how."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.diagnosis.covariates import AXES
-from stepgauge.diagnosis.forms.form import (
+from stepgauge.diagnosis.gaussian_processes.random_function import (
     BEAT,
     HARMONICS,
     HYSTERESIS,
@@ -19,7 +19,7 @@ from stepgauge.diagnosis.forms.form import (
     SAWTOOTH,
     TREND,
     WAVE,
-    Form,
+    RandomFunction,
 )
 from stepgauge.diagnosis.result import Located
 from stepgauge.files.arrays import Array
@@ -46,7 +46,7 @@ WORDS = {
 
 def located(candidate: Candidate, atom: int, probability: float, share: float = 1.0, fitted: Any = None) -> Located:
     """A form with one of its shapes, or with numbers that were ``fitted``, in words for a technician."""
-    form: Form = candidate.source
+    form: RandomFunction = candidate.source
     number = form.kernels[atom] if fitted is None else fitted
     shape = TREND if number == TREND and form.shape != LOOP else form.shape
     words = _words(form, shape, number) + _moved(form.side)
@@ -61,7 +61,7 @@ def _moved(side: str) -> str:
     return f", along machine {side}" if side in AXES else ", along the approach"
 
 
-def _words(form: Form, shape: str, number: Any) -> str:
+def _words(form: RandomFunction, shape: str, number: Any) -> str:
     name, unit = form.covariate, f" {form.unit}".rstrip()
     if shape in WORDS:
         return WORDS[shape].format(name=name)

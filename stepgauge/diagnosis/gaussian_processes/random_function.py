@@ -1,4 +1,4 @@
-"""Names of the shapes of forms, and a form before and after the choice of the side on which it acts."""
+"""Random functions of a covariate: names of their shapes, before and after the choice of the side on which they act."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ DRIFTING = (*WANDERING, "cycle")
 
 
 @dataclass(frozen=True)
-class Form:
-    """Description of a form: ``shape``, its side, its covariate and kernels.
+class RandomFunction:
+    """A random function of a covariate, as it is stated: ``shape``, side and kernels.
 
     ``kernels``: for each of its shapes ``trend``, ``smooth`` or ``rough``, or its numbers: a lag in s, a period;
     ``of``: from such numbers, of the grid or not, to the signature ``(d, n)``, before the share of each row.
@@ -41,12 +41,12 @@ class Form:
 
 
 @dataclass(frozen=True)
-class OnSides:
-    """A form on all the sides on which it may act.
+class RandomFunctionFeatures:
+    """The features of a random function on all the sides on which it may act.
 
-    ``share``: its prior odds over those of an ordinary form; ``refine``: the fit of its shape between those of the
-    grid, as of a law, from its share in every row ``(n,)`` on; ``of``: as of the form; ``unread``: from the numbers of
-    a shape to what it may do beside its signature, ``(p, n)`` before the share of each row.
+    ``share``: its prior odds over those of an ordinary one; ``refine``: the fit of its shape between those of the
+    grid, as of a law, from its share in every row ``(n,)`` on; ``of``: as of :class:`RandomFunction`; ``unread``: from
+    the numbers of a shape to what it may do beside its signature, ``(p, n)`` before the share of each row.
     """
 
     covariate: str

@@ -1,32 +1,36 @@
 """Smooth and rough functions of one covariate or of two.
 
-A random function is a Gaussian process; its features are columns whose sum with independent amplitudes of one standard
-deviation has the covariance of the process (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, sec.
-4.2).
+Their features are those of :mod:`stepgauge.inference.kernels`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
 
 from stepgauge.diagnosis.covariates import REST, TOUCHES, Covariate, axes_shown, lives_on, standard
-from stepgauge.diagnosis.forms.form import LENGTH, ROUGH, SMOOTH, TREND, WANDERING, OnSides
+from stepgauge.diagnosis.gaussian_processes.random_function import (
+    LENGTH,
+    ROUGH,
+    SMOOTH,
+    TREND,
+    WANDERING,
+    RandomFunctionFeatures,
+)
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.files.arrays import Array
+from stepgauge.inference.kernels import matern
 from stepgauge.recording import OPTIONAL
 
 ROUGH_LENGTHS = (0.015, 0.1)
 VOLUME_LENGTHS = (0.25, 0.6)
 """Correlation lengths of what changes with two coordinates, over the span of each."""
-KNOTS, ROUGH_KNOTS = 40, 120
 
 
-def functions(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
+def functions(one: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeatures:
     """Smooth functions of several lengths, rough ones of covariates such as time, and a trend.
 
     The trend is the last one: where it is a law's, the numbers of the others stay. A relaxation after a pause
@@ -38,7 +42,7 @@ def functions(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
     kernels = (*[SMOOTH] * len(smooth), *[ROUGH] * len(rough), TREND)
     features = [*smooth, *rough, standard(values, one.known)[None]]
     share = priors.forms.own_column if one.further and one.name not in OPTIONAL else 1.0
-    return OnSides(one.name, one.unit, SMOOTH, features, kernels, sides_of(one, data), share)
+    return RandomFunctionFeatures(one.name, one.unit, SMOOTH, features, kernels, sides_of(one, data), share)
 
 
 def sides_of(one: Covariate, data: Residuals) -> tuple[str, ...]:
@@ -47,58 +51,25 @@ def sides_of(one: Covariate, data: Residuals) -> tuple[str, ...]:
     return ("approach", "gauge", *axes)
 
 
-def matern(x: Array, length: float, rough: bool = False) -> Array:
-    """Features ``(m, n)`` of a random function of ``x (n,)`` with a correlation length over the span of ``x``.
-
-    Twice differentiable (Matern 5/2), or rough as the path of a random walk (Ornstein and Uhlenbeck).
-    """
-    u = (x - x.min()) / np.ptp(x)
-    levels, most = np.unique(u), ROUGH_KNOTS if rough else KNOTS
-    knots = levels if len(levels) <= most else np.linspace(0.0, 1.0, most)
-    return np.asarray((_between(u, knots) @ _root(knots.tobytes(), length, rough)).T[::-1])
-
-
-@lru_cache(maxsize=64)
-def _root(knots: bytes, length: float, rough: bool) -> Array:
-    """Root of the covariance at knots, which recur from covariate to covariate; do not write to the array."""
-    at = np.frombuffer(knots)
-    r = np.abs(at[:, None] - at) / length
-    root5 = np.sqrt(5.0)
-    covariance = np.exp(-r) if rough else (1.0 + root5 * r + 5.0 * r**2 / 3.0) * np.exp(-root5 * r)
-    value, vector = np.linalg.eigh(covariance)
-    seen = value > 1e-9 * value[-1]
-    found = vector[:, seen] * np.sqrt(value[seen])
-    found.flags.writeable = False
-    return found
-
-
-def _between(u: Array, knots: Array) -> Array:
-    """Matrix ``(n, m)`` that interpolates values at knots."""
-    i = np.clip(np.searchsorted(knots, u, side="right") - 1, 0, len(knots) - 2)
-    share = (u - knots[i]) / (knots[i + 1] - knots[i])
-    weight = np.zeros((len(u), len(knots)))
-    weight[np.arange(len(u)), i] = 1.0 - share
-    weight[np.arange(len(u)), i + 1] += share
-    return weight
-
-
-def changing(position: Covariate, slow: Covariate, priors: Priors) -> Iterator[OnSides]:
+def changing(position: Covariate, slow: Covariate, priors: Priors) -> Iterator[RandomFunctionFeatures]:
     """Length errors, and errors along the gauge, that change smoothly with time or order."""
     both, share = ("approach", "gauge"), priors.forms.product
     length = position.standard
     grown = [matern(slow.values, at) * (length - zero) for at in priors.forms.lengths[1:3] for zero in
              (0.0, length.min(), length.max())]  # fmt: skip
-    yield OnSides(slow.name, slow.unit, LENGTH, grown, (SMOOTH,) * len(grown), both, share, "position")
+    yield RandomFunctionFeatures(slow.name, slow.unit, LENGTH, grown, (SMOOTH,) * len(grown), both, share, "position")
     surface = [_product(matern(position.values, a), matern(slow.values, b)) for a, b in ((0.15, 0.08), (0.3, 0.25))]
-    yield OnSides(slow.name, slow.unit, SMOOTH, surface, (SMOOTH, SMOOTH), both, share, "position")
+    yield RandomFunctionFeatures(slow.name, slow.unit, SMOOTH, surface, (SMOOTH, SMOOTH), both, share, "position")
 
 
-def volumes(places: Sequence[Covariate], data: Residuals, priors: Priors) -> Iterator[OnSides]:
+def volumes(places: Sequence[Covariate], data: Residuals, priors: Priors) -> Iterator[RandomFunctionFeatures]:
     """Errors of the volume: smooth functions of two coordinates together, as of a spoilt corner."""
     sides, share = ("gauge", *axes_shown(data)), priors.forms.product
     for one, other in combinations(places, 2):
         surface = [_product(matern(one.values, length), matern(other.values, length)) for length in VOLUME_LENGTHS]
-        yield OnSides(one.name, one.unit, SMOOTH, surface, (SMOOTH,) * len(surface), sides, share, other.name)
+        yield RandomFunctionFeatures(
+            one.name, one.unit, SMOOTH, surface, (SMOOTH,) * len(surface), sides, share, other.name
+        )
 
 
 def _product(one: Array, other: Array, most: int = 200) -> Array:
