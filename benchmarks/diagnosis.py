@@ -26,7 +26,7 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import make_placement
 from stepgauge.machine.file import read_machine
-from stepgauge.machine.virtual import Conditions, run_program
+from stepgauge.machine.virtual import RunConditions, run_program
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.planning.plan import PlanOptions, make_program, middle_standoff_mm
 from stepgauge.recording import APPROACH, POSITION, Recording, join_recordings, write_recording
@@ -52,7 +52,7 @@ def recorded(effects: tuple[dict[str, Any], ...] = (), placements: int = 4, cycl
         c1 = np.array([350.0, 600.0, 250.0]) - a * length / 2.0
         placement = make_placement(c1, c1 + a * length, 1, GAUGE.n_blocks)
         program = make_program(placement, GAUGE, PlanOptions(1, GAUGE.n_blocks, cycles=cycles), settings)
-        run = run_program(program, machine, GAUGE, placement, number, Conditions(20.0, number, start_s))
+        run = run_program(program, machine, GAUGE, placement, number, RunConditions(20.0, number, start_s))
         runs.append(run.recording)
         start_s += run.duration_s + PAUSE_S
     return join_recordings(runs)

@@ -34,7 +34,7 @@ from stepgauge.planning.program import ProbingChoice, checked_program, make_sett
 from stepgauge.programs import DIALECTS, Dialect
 from stepgauge.programs.compare import difference, read_again
 from stepgauge.programs.controller import controller_log
-from stepgauge.programs.options import Choice, Name, Option
+from stepgauge.programs.options import ChoiceOption, Name, Option
 from stepgauge.programs.render import render
 
 BLOCKS, CYCLES = 5, 2
@@ -127,7 +127,7 @@ NAMES = {
 def random_value(dialect: str, name: str, option: Option, random: np.random.Generator) -> str:
     """A value of an option within its type; a number with none to three decimals."""
     kind = option.kind
-    if isinstance(kind, Choice):
+    if isinstance(kind, ChoiceOption):
         return str(random.choice(kind.values))
     if isinstance(kind, Name):
         return str(random.choice(NAMES[f"{dialect}.{name}"]))

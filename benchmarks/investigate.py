@@ -55,9 +55,9 @@ from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.controller import ControllerOptions
 from stepgauge.live.faults import Faults
 from stepgauge.live.machine_state import MachineState
-from stepgauge.live.server import Listening, Server
+from stepgauge.live.server import Server, ServerAddress
 from stepgauge.machine.file import Machine, read_machine
-from stepgauge.machine.virtual import Conditions, run_program
+from stepgauge.machine.virtual import RunConditions, run_program
 from stepgauge.recording import Recording
 
 GAUGE, MACHINE = "step-gauge-420", "bridge-cmm"
@@ -146,7 +146,7 @@ class Hall:
     def _serve(self, state: MachineState) -> int:
         ports: list[int] = []
         ready = threading.Event()
-        server = Server(state, Listening(port=0, idle_s=1e5))
+        server = Server(state, ServerAddress(port=0, idle_s=1e5))
 
         async def run() -> None:
             await server.run(lambda _, port: (ports.append(port), ready.set()), signals=False)
@@ -161,7 +161,7 @@ class Hall:
         for number, lies, cycles, speed in runs:
             asked = placement_of_json(lies)
             run = FurtherRun("", asked, speed, cycles=cycles, stays=True)
-            conditions = Conditions(20.0, number, now_s)
+            conditions = RunConditions(20.0, number, now_s)
             seed = int(self.random.integers(2**32))
             program = program_of(run, self.gauge, self.machine)
             done = run_program(program, self.faulty, self.gauge, asked, seed, conditions)

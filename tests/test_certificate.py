@@ -33,7 +33,7 @@ from stepgauge.gauge.certified import read_gauge
 from stepgauge.reports.certificate import closing_sections, identity_sections, not_stated
 from stepgauge.reports.certificate_file import check_days, check_item, check_room, read_laboratory
 from stepgauge.reports.content import Sources, make_content
-from stepgauge.reports.page import Stated
+from stepgauge.reports.page import UserStatements
 from stepgauge.reports.render import render_html, render_pdf
 from stepgauge.reports.result import result_table
 from stepgauge.reports.sources import read_sources
@@ -56,7 +56,7 @@ def content(placements: int = 1, **changed: Any) -> dict[str, Any]:
     budget = budget.model_copy(update={"not_included": []})
     gauge, machine = shipped()
     sources = Sources(gauge, machine, (), budget, laboratory())
-    return make_content(evaluation, Stated(DAY), replace(sources, **changed))
+    return make_content(evaluation, UserStatements(DAY), replace(sources, **changed))
 
 
 @cache
@@ -182,7 +182,7 @@ def test_uncertainties_stand_beside_the_errors() -> None:
     for source in table["rows"][:total]:
         squares += np.array([float(v) for v in source[4:]]) ** 2
     np.testing.assert_allclose(np.sqrt(squares), [float(v) for v in combined], atol=2e-3)
-    assert len(make_content(evaluation, Stated(DAY), Sources())["tables"]) == 1
+    assert len(make_content(evaluation, UserStatements(DAY), Sources())["tables"]) == 1
 
 
 def test_no_table_is_printed_twice_and_tables_come_before_the_signature() -> None:

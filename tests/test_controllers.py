@@ -20,7 +20,7 @@ from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.planning.program import program_text
 from stepgauge.programs import DIALECTS, fanuc, heidenhain
 from stepgauge.programs.expression import Grammar, evaluate
-from stepgauge.programs.reading import Contact, Probe, Reader
+from stepgauge.programs.reading import Contact, Reader, ReadingProbe
 from tests.build import make_gauge, make_machine, make_points, make_pose
 from tests.importing.made import make_case
 from tests.test_programs import plan
@@ -39,7 +39,7 @@ def test_what_a_dialect_measures_is_what_the_machine_did(name: str, tmp_path: Pa
         assert max(found.from_readings_um, found.from_injected_um) < allowed_um(dialect)
 
 
-class Odd(Probe):
+class Odd(ReadingProbe):
     """A probe that touches 0.5 mm late; one move has another answer: a miss, or a contact on the way."""
 
     def __init__(self, odd: int) -> None:
@@ -297,7 +297,7 @@ def test_dmis_has_its_sensor_calibrated_by_hand_on_request() -> None:
     places = [text.index(words) for words in (*wanted, "SNSLCT/SA(PROBE)", "MODE/PROG", "GOTO/")]
     assert places == sorted(places)
     logs = [
-        DIALECTS["dmis"].log_of(one, "x", program.settings, Probe())
+        DIALECTS["dmis"].log_of(one, "x", program.settings, ReadingProbe())
         for one in (text, program_text(program, "dmis").text)
     ]
     assert logs[0] == logs[1]

@@ -17,7 +17,7 @@ from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.files.resources import shipped_names
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine, read_machine
-from stepgauge.machine.virtual import Conditions, Run, run_program
+from stepgauge.machine.virtual import Run, RunConditions, run_program
 from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.planning.plan import PlanOptions, make_program
 from stepgauge.programs import DIALECTS
@@ -82,7 +82,7 @@ def test_times_follow_from_the_speeds() -> None:
     gauge, machine = make_gauge(2), make_machine(pretravel_um=0.0)
     pose = make_pose(0.0, 0.0)
     program = plan(gauge, pose, machine)
-    start = Conditions(start_s=100.0)
+    start = RunConditions(start_s=100.0)
     time_s = run_program(program, machine, gauge, pose.placement(gauge), 0, start).recording.frame["time_s"]
     way = np.linalg.norm(np.diff(program.position_mm[:6], axis=0), axis=1)
     assert time_s[0] == pytest.approx(100.0 + way[:4].sum() / 50.0 + 1.0, abs=1e-9)
@@ -109,7 +109,7 @@ def test_repeatability_has_the_stated_size_and_lies_along_the_approach() -> None
 
 def test_a_warm_gauge_is_longer_and_evaluation_takes_it_off() -> None:
     gauge, machine, pose = make_gauge(6), make_machine(), make_pose(0.0, 0.0)
-    run = run_program(plan(gauge, pose, machine), machine, gauge, pose.placement(gauge), 0, Conditions(22.0))
+    run = run_program(plan(gauge, pose, machine), machine, gauge, pose.placement(gauge), 0, RunConditions(22.0))
     x = run.recording.frame["x_mm"].to_numpy()
     assert (x[-2] - x[0] - gauge.position_mm[-2]) * 1e3 == pytest.approx(2 * 11.5e-3 * gauge.position_mm[-2], abs=1e-6)
     assert np.nanmax(np.abs(evaluate(run.recording, gauge).results[0].xm_um)) < 1e-3

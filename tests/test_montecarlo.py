@@ -19,10 +19,10 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, make_placement
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.machine.uncertain import Uncertain
-from stepgauge.machine.virtual import Conditions, probing_settings, run_program
-from stepgauge.montecarlo import Model, Summary, program_model, recording_model, run_monte_carlo
+from stepgauge.machine.virtual import RunConditions, probing_settings, run_program
+from stepgauge.montecarlo import MonteCarloModel, Summary, program_model, recording_model, run_monte_carlo
 from stepgauge.montecarlo.inputs import draw
-from stepgauge.montecarlo.model import Quantity
+from stepgauge.montecarlo.model import ModelQuantity
 from stepgauge.montecarlo.run import make_schedule
 from stepgauge.montecarlo.summary import symmetric_interval
 from stepgauge.motion.moves import Program
@@ -30,7 +30,7 @@ from stepgauge.planning.plan import PlanOptions, make_program
 from stepgauge.recording import join_recordings
 
 START = np.array([120.0, 150.0, 200.0])
-WARM = Conditions(gauge_temperature_C=22.0)
+WARM = RunConditions(gauge_temperature_C=22.0)
 EFFECTS = """
 [[effect]]
 kind = "scale_error"
@@ -72,7 +72,7 @@ def program_of(gauge: Gauge, machine: Machine, placement: Placement, cycles: int
 
 
 @pytest.fixture
-def model(gauge: Gauge, tmp_path: Path) -> Model:
+def model(gauge: Gauge, tmp_path: Path) -> MonteCarloModel:
     machine = machine_from(tmp_path, EFFECTS, pretravel_um="{ value = 3.0, u = 0.2 }")
     placement = placed(gauge)
     program = program_of(gauge, machine, placement)
@@ -87,14 +87,14 @@ def numbers(summary: Summary) -> dict[str, bytes]:
 
 @pytest.mark.parametrize(("jobs", "chunk"), [(1, 7), (2, None)])
 def test_processes_and_chunks_change_no_number(
-    model: Model, jobs: int, chunk: int | None, monkeypatch: pytest.MonkeyPatch
+    model: MonteCarloModel, jobs: int, chunk: int | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("stepgauge.montecarlo.run.PROBINGS_PER_JOB", 1)
     parts = run_monte_carlo(model, 600, seed=5, jobs=jobs, chunk=chunk)
     assert numbers(parts) == numbers(run_monte_carlo(model, 600, seed=5))
 
 
-def test_another_seed_gives_other_numbers_and_more_runs_keep_the_first_ones(model: Model) -> None:
+def test_another_seed_gives_other_numbers_and_more_runs_keep_the_first_ones(model: MonteCarloModel) -> None:
     values = model.values(5, range(10))
     assert_array_equal(model.values(5, range(4, 8)), values[4:8])
     assert not np.array_equal(model.values(6, range(10)), values)
@@ -102,7 +102,7 @@ def test_another_seed_gives_other_numbers_and_more_runs_keep_the_first_ones(mode
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_an_interrupted_run_goes_on_and_ends_in_the_same_numbers(
-    model: Model, tmp_path: Path, jobs: int, monkeypatch: pytest.MonkeyPatch
+    model: MonteCarloModel, tmp_path: Path, jobs: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("stepgauge.montecarlo.run.PROBINGS_PER_JOB", 1)
     folder = tmp_path / "runs"
@@ -123,7 +123,7 @@ def test_an_interrupted_run_goes_on_and_ends_in_the_same_numbers(
     assert not folder.exists()
 
 
-def test_runs_whose_values_were_damaged_meanwhile_are_computed_again(model: Model, tmp_path: Path) -> None:
+def test_runs_whose_values_were_damaged_meanwhile_are_computed_again(model: MonteCarloModel, tmp_path: Path) -> None:
     def interrupt(done: int, total: int) -> None:
         raise KeyboardInterrupt
 
@@ -138,7 +138,9 @@ def test_runs_whose_values_were_damaged_meanwhile_are_computed_again(model: Mode
     assert numbers(again) == numbers(run_monte_carlo(model, 500, seed=1))
 
 
-def test_a_checkpoint_of_another_computation_is_not_mistaken_for_this_one(model: Model, tmp_path: Path) -> None:
+def test_a_checkpoint_of_another_computation_is_not_mistaken_for_this_one(
+    model: MonteCarloModel, tmp_path: Path
+) -> None:
     def interrupt(done: int, total: int) -> None:
         raise KeyboardInterrupt
 
@@ -148,7 +150,7 @@ def test_a_checkpoint_of_another_computation_is_not_mistaken_for_this_one(model:
     assert numbers(again) == numbers(run_monte_carlo(model, 500, seed=2))
 
 
-def test_a_run_is_what_the_virtual_cmm_measures_with_its_drawn_inputs(model: Model, gauge: Gauge) -> None:
+def test_a_run_is_what_the_virtual_cmm_measures_with_its_drawn_inputs(model: MonteCarloModel, gauge: Gauge) -> None:
     """The batch against run_program + evaluate, one after the other, without repeatability."""
     runs = range(6)
     placement = placed(gauge)
@@ -280,7 +282,7 @@ def test_uncertainties_that_make_no_sense_are_refused(
 ) -> None:
     program = program_of(gauge, read_machine("bridge-cmm"), placed(gauge))
 
-    def build() -> Model:
+    def build() -> MonteCarloModel:
         return program_model(program, machine_from(tmp_path, text, **changed), gauge, placed(gauge))
 
     with pytest.raises(InputError, match=message):
@@ -324,7 +326,7 @@ def test_placements_share_the_gauge_and_not_the_noise(gauge: Gauge, tmp_path: Pa
     model = recording_model(join_recordings(recordings), machine, gauge)
     values = model.values(2, range(3000))
     names = list(model.quantities)
-    one, other = (values[:, names.index(Quantity("xf_um", number, 41))] for number in (1, 2))
+    one, other = (values[:, names.index(ModelQuantity("xf_um", number, 41))] for number in (1, 2))
     noise = model.machine.table.repeatability_um
     assert_allclose((one - other).std(), np.sqrt(4 * noise**2 / 5), rtol=0.06)
     assert one.std() > 1.5 * (one - other).std() / np.sqrt(2)

@@ -23,7 +23,7 @@ from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
 from stepgauge.recording import Recording, join_recordings
 from stepgauge.recording.by_face import FaceStatistics
 from stepgauge.reports.overlay import overlay_content, short_names
-from stepgauge.reports.page import Stated
+from stepgauge.reports.page import UserStatements
 from stepgauge.standards.difference import ERRORS, differences
 from tests.cli.conftest import Run as Command
 from tests.cli.conftest import run  # noqa: F401
@@ -228,7 +228,7 @@ def test_two_placements_have_a_figure_and_a_table_each(tmp_path: Path) -> None:
 def test_the_table_rounds_as_the_summary_does() -> None:
     """Both to the place of U with two digits: the summary had said -0.9 of the face that the table gave -0.94."""
     both = [evaluation_to_dict(evaluate(named(measure(cycles).recording), shipped()[0])) for cycles in (2, 3)]
-    page = overlay_content(both, [differences(*both)], ["A", "B"], Stated(datetime.date(2026, 5, 4)))
+    page = overlay_content(both, [differences(*both)], ["A", "B"], UserStatements(datetime.date(2026, 5, 4)))
     (table,) = page["tables"]
     rows = {row[0]: row[4:] for row in table["rows"]}
     for number, (_, where, difference, expanded, *_) in enumerate(page["result"]["rows"]):

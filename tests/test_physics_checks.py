@@ -14,7 +14,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import make_placement
 from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import TOTAL_SHARE
-from stepgauge.machine.virtual import Conditions, Run, probing_settings, run_program
+from stepgauge.machine.virtual import Run, RunConditions, probing_settings, run_program
 from stepgauge.planning.plan import PlanOptions, make_program
 
 
@@ -25,7 +25,7 @@ def measured(
     start: tuple[float, float, float] = (120.0, 150.0, 200.0),
     direction: tuple[float, float, float] = (1.0, 0.0, 0.0),
     believed: tuple[float, float, float] | None = None,
-    conditions: Conditions | None = None,
+    conditions: RunConditions | None = None,
     explain: bool = False,
     repeatability_um: float = 0.0,
     **table: Any,
@@ -59,7 +59,7 @@ def test_a_steel_gauge_one_kelvin_warmer_than_recorded_reads_11_5_um_per_m(gauge
 
 
 def test_a_warm_gauge_whose_temperature_is_recorded_has_no_error(gauge: Gauge, machine: Machine) -> None:
-    run, result = measured(gauge, machine, conditions=Conditions(gauge_temperature_C=25.0))
+    run, result = measured(gauge, machine, conditions=RunConditions(gauge_temperature_C=25.0))
     assert_allclose(np.nan_to_num(result.xm_um), 0.0, atol=1e-6)
     along = run.recording.position_mm[:, 0]
     assert_allclose(along[40] - along[0], gauge.position_mm[40] * (1 + 11.5e-6 * 5.0), rtol=1e-12)
@@ -72,7 +72,7 @@ def test_warm_scales_read_short_unless_they_are_compensated(gauge: Gauge, machin
     assert_allclose(result.xf_um[40] / (result.position_mm[40] * 1e-3), -23.0, rtol=1e-4)
     _, compensated = measured(gauge, machine, temperature_C=22.0)
     assert_allclose(compensated.xf_um[40], 0.0, atol=1e-6)
-    run, _ = measured(gauge, machine, conditions=Conditions(gauge_temperature_C=22.0), **warm)
+    run, _ = measured(gauge, machine, conditions=RunConditions(gauge_temperature_C=22.0), **warm)
     along = run.recording.position_mm[:, 0]
     assert_allclose(along[40] - along[0], gauge.position_mm[40], atol=1e-7)
 

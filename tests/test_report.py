@@ -28,14 +28,14 @@ from stepgauge.files.resources import folder
 from stepgauge.files.text import write_json
 from stepgauge.machine.uncertain import Uncertain
 from stepgauge.reports.content import Sources, make_content
-from stepgauge.reports.page import Column, Page, PrintedTable, Stated
+from stepgauge.reports.page import Page, PrintedTable, TableColumn, UserStatements
 from stepgauge.reports.reading import check_gauge, check_machine, check_placements, read_checked_evaluation
 from stepgauge.reports.render import Pages, render_html, render_pdf, write_report
 from stepgauge.reports.sections import Section
 from tests.measured import ALONG_X, lay, one_placement, shipped, two_placements, with_gaps
 
 DAY = datetime.date(2026, 5, 4)
-STATED = Stated(DAY, "R-17", "Customer & Sons", "Hall 3", "A. Meyer", "First line\nsecond line")
+STATED = UserStatements(DAY, "R-17", "Customer & Sons", "Hall 3", "A. Meyer", "First line\nsecond line")
 NASTY = [
     "#panic()",
     "$x^2$",
@@ -47,7 +47,7 @@ NASTY = [
 ]
 
 
-def content(evaluation: Evaluation, stated: Stated = STATED, sources: Sources | None = None) -> dict[str, Any]:
+def content(evaluation: Evaluation, stated: UserStatements = STATED, sources: Sources | None = None) -> dict[str, Any]:
     return make_content(evaluation_to_dict(evaluation), stated, sources or Sources())
 
 
@@ -158,7 +158,7 @@ def test_simulated_recordings_are_called_so() -> None:
 
 
 def test_what_is_missing_is_listed_and_what_is_given_is_not() -> None:
-    bare = content(one_placement(), Stated(DAY))["not_stated"]
+    bare = content(one_placement(), UserStatements(DAY))["not_stated"]
     for what in ("report number", "customer", "place of measurement", "operator"):
         assert what in bare
     for start in ("uncertainty of the certified", "machine and probe", "placement 1: block centres"):
@@ -329,9 +329,9 @@ def test_a_section_with_nothing_in_it_is_left_out() -> None:
     """Of a recording that says nothing of itself: its heading had stood on the page alone."""
     empty, full = Section("Recording"), Section("Decision", [("Rule", "ISO 14253-1")])
     page = Page(
-        "T", "t", (), PrintedTable("R", [Column("A")], []), ("a.json", {"comments": {}}), sections=[empty, full]
+        "T", "t", (), PrintedTable("R", [TableColumn("A")], []), ("a.json", {"comments": {}}), sections=[empty, full]
     )
-    assert [one["title"] for one in page.as_dict(Stated(datetime.date(2026, 5, 4)))["sections"]] == ["Decision"]
+    assert [one["title"] for one in page.as_dict(UserStatements(datetime.date(2026, 5, 4)))["sections"]] == ["Decision"]
 
 
 def test_numbers_are_not_broken_between_their_digits() -> None:

@@ -35,7 +35,7 @@ from stepgauge.reports.certificate_file import check_simulated
 from stepgauge.reports.content import Sources, make_content
 from stepgauge.reports.diagnosis import story
 from stepgauge.reports.fleet import fleet_story
-from stepgauge.reports.page import Stated
+from stepgauge.reports.page import UserStatements
 from stepgauge.reports.render import markdown
 from tests.axis.made import axis
 from tests.cli.probe_files import bench_series
@@ -96,7 +96,9 @@ def test_a_certificate_of_simulated_readings_is_refused_unless_it_is_an_example_
     check_simulated(named, evaluation)
     gauge, machine = shipped()
     budget = evaluated()[1].model_copy(update={"not_included": []})
-    content = make_content(evaluation, Stated(datetime.date(2026, 5, 4)), Sources(gauge, machine, (), budget, named))
+    content = make_content(
+        evaluation, UserStatements(datetime.date(2026, 5, 4)), Sources(gauge, machine, (), budget, named)
+    )
     assert content["example"]
     assert content["simulated"]
 

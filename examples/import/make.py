@@ -18,7 +18,7 @@ from stepgauge.files.text import write_text
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import read_placement
 from stepgauge.machine.file import read_machine
-from stepgauge.machine.virtual import Conditions, run_program
+from stepgauge.machine.virtual import RunConditions, run_program
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.planning.plan import PlanOptions, make_program
 from stepgauge.programs import DIALECTS
@@ -37,7 +37,7 @@ def measure() -> Recording:
     moves = make_program(placement, gauge, PlanOptions(1, 3, cycles=2), settings)
     for name in ("dmis", "linuxcnc"):
         write_text(HERE / f"gauge{DIALECTS[name].suffix}", render(moves, DIALECTS[name]))
-    run = run_program(moves, read_machine("bridge-cmm"), gauge, placement, 3, Conditions(20.4))
+    run = run_program(moves, read_machine("bridge-cmm"), gauge, placement, 3, RunConditions(20.4))
     comments = {"gauge_serial": gauge.table.serial, "seed": "3", "tip_radius_mm": "2"}
     return Recording(run.recording.frame, comments, "measurement")
 

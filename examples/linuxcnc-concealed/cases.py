@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stepgauge.files.config import Table, check_table, read_toml
+from stepgauge.files.config import TomlTable, check_table, read_toml
 
 CASES = Path(__file__).resolve().parent / "cases.toml"
 GAUGE = "step-gauge-420"
 
 
-class Case(Table):
+class Case(TomlTable):
     """Every placement at every speed, and the blocks and cycles of each of these runs."""
 
     placements: list[str]

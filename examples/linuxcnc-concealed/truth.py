@@ -8,14 +8,14 @@ from typing import Literal
 from pydantic import Field
 
 from stepgauge.errors import InputError
-from stepgauge.files.config import Table, check_table, read_toml
+from stepgauge.files.config import TomlTable, check_table, read_toml
 
 HERE = Path(__file__).resolve().parent
 TRUTH = HERE / "truth.toml"
 ByAxis = dict[Literal["x", "y", "z"], float]
 
 
-class Hidden(Table):
+class Hidden(TomlTable):
     """What is set in the controller's HAL and INI files; nothing by default."""
 
     scale_ppm: ByAxis = Field(default_factory=dict, description="a scale reads too long by, um/m")
@@ -46,7 +46,7 @@ class Hidden(Table):
         return {axis: self.drift_um_per_s.get(axis, 0.0) * 1e-3 for axis in ("x", "y", "z")}
 
 
-class TrueEffect(Table):
+class TrueEffect(TomlTable):
     """What the hidden thing does to a reading, in words of the vocabulary."""
 
     kind: str
@@ -61,7 +61,7 @@ class TrueEffect(Table):
         return self.axis or self.direction or ""
 
 
-class Truth(Table):
+class Truth(TomlTable):
     """One case; without an effect nothing is hidden."""
 
     hidden: Hidden = Field(default_factory=Hidden)

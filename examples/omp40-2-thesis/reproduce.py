@@ -21,7 +21,7 @@ from stepgauge.figures.style import COLORS, figure_style, new_figure, save_figur
 from stepgauge.files.tables import read_rows, write_table
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.physics.pretravel import Elasticity
-from stepgauge.physics.stylus import Section, bending_compliance_mm_per_N
+from stepgauge.physics.stylus import StylusSection, bending_compliance_mm_per_N
 from stepgauge.probes import KinematicProbe, read_probe
 from stepgauge.probes.directions_map import normals_of
 
@@ -44,7 +44,7 @@ def existing_method(stylus_mm: float) -> KinematicProbe:
     """The thesis' existing method: no carrier in the lever, a uniform ceramic beam without shear."""
     probe = read_probe("omp40-2-50mm")
     assert isinstance(probe, KinematicProbe)
-    beam = bending_compliance_mm_per_N([Section(stylus_mm, 4.5, 413.0)])
+    beam = bending_compliance_mm_per_N([StylusSection(stylus_mm, 4.5, 413.0)])
     return replace(probe, tripod=replace(probe.tripod, lever_mm=stylus_mm), elasticity=Elasticity(beam))
 
 

@@ -16,13 +16,13 @@ import numpy as np
 
 from stepgauge.files.tables import write_table
 from stepgauge.physics import bench_simulator, directions
-from stepgauge.physics.bench_simulator import Bench, Probe
+from stepgauge.physics.bench_simulator import DirectedProbe, PushBench
 from stepgauge.probes import read_probe
 from stepgauge.probes.files import SERIES
 
 SIDES_DEG = np.arange(0.0, 360.0, 30.0)
 PUSHES = 5
-BENCH = Bench(speed_mm_s=0.02, gap_mm=0.002, sample_interval_s=5e-4, grating_noise_um=0.002, laser_noise_um=0.002)
+BENCH = PushBench(speed_mm_s=0.02, gap_mm=0.002, sample_interval_s=5e-4, grating_noise_um=0.002, laser_noise_um=0.002)
 
 
 def main(path: Path, name: str = "ren-18mm") -> None:
@@ -30,7 +30,7 @@ def main(path: Path, name: str = "ren-18mm") -> None:
     probe = read_probe(name)
     normals = directions.unit_vectors(np.radians(SIDES_DEG), 0.0)
     on_bench = [
-        Probe(pretravel_um=float(w), hysteresis_um=0.05, trigger_noise_um=0.015, zero_noise_um=0.01)
+        DirectedProbe(pretravel_um=float(w), hysteresis_um=0.05, trigger_noise_um=0.015, zero_noise_um=0.01)
         for w in probe.pretravel_um(probe.approaches(normals))
     ]
     pushes = bench_simulator.simulate_directions(SIDES_DEG, on_bench, PUSHES, BENCH, np.random.default_rng(18))

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.figures.qualification import Section, draw_sections
+from stepgauge.figures.qualification import PolarSection, draw_sections
 from stepgauge.files.tables import write_table
 from stepgauge.physics import directions
 from stepgauge.physics.error_reduction import Errors, Pretravel, errors_of_the_paper, errors_on_a_machine
@@ -68,7 +68,7 @@ def main(folder: Path) -> list[Row]:
     """Judge all probes, write table, figure and points into ``folder``."""
     rows: list[Row] = []
     spreads: list[list[object]] = []
-    sections: list[Section] = []
+    sections: list[PolarSection] = []
     for name, (file, transducer) in PROBES.items():
         probe = read_probe(file)
         truth, model = full_model(probe, transducer)
@@ -129,11 +129,11 @@ def _row(name: str, judge: str, where: str, errors: Errors) -> Row:
     return Row(name, judge, where, *ranges, errors.range_ratio, errors.rms_ratio, errors.largest_ratio)
 
 
-def _sections(name: str, truth: Pretravel, model: LobeModel) -> list[Section]:
+def _sections(name: str, truth: Pretravel, model: LobeModel) -> list[PolarSection]:
     across, along = (_errors("centre known", truth, model, where) for where in ("XY", "XZ"))
     return [
-        Section(f"{name}, XY, error / \N{MICRO SIGN}m", AROUND, across.before_um, across.after_um),
-        Section(f"{name}, XZ, error / \N{MICRO SIGN}m", OVER, along.before_um, along.after_um),
+        PolarSection(f"{name}, XY, error / \N{MICRO SIGN}m", AROUND, across.before_um, across.after_um),
+        PolarSection(f"{name}, XZ, error / \N{MICRO SIGN}m", OVER, along.before_um, along.after_um),
     ]
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from stepgauge.verbs.define import REQUIRED, Parameter, Verb
+from stepgauge.verbs.define import REQUIRED, Verb, VerbParameter
 from stepgauge.verbs.kinds import Flag, Reads, Writes
 
 TOLD = {"output": "o", "dialect": "d", "jobs": "j", "coverage_factor": "k"}
@@ -17,7 +17,7 @@ TOLD = {"output": "o", "dialect": "d", "jobs": "j", "coverage_factor": "k"}
 class KindType(click.ParamType):
     """A kind of parameter for click, whose errors are those of the Python function."""
 
-    def __init__(self, parameter: Parameter) -> None:
+    def __init__(self, parameter: VerbParameter) -> None:
         self.parameter = parameter
         self.name = parameter.one.name
 
@@ -28,7 +28,7 @@ class KindType(click.ParamType):
 class VerbOption(click.Option):
     """An option that knows the parameter which it stands for."""
 
-    parameter: Parameter
+    parameter: VerbParameter
 
 
 class VerbCommand(click.Command):
@@ -71,7 +71,7 @@ def effects_option() -> click.Option:
     return click.Option(["--effects"], callback=load, help=f"{text}  [repeatable]", **told)
 
 
-def _click(one: Parameter, verb: Verb) -> click.Parameter:
+def _click(one: VerbParameter, verb: Verb) -> click.Parameter:
     if one.argument:
         many = one.repeated
         shown = f"{one.key.upper()}..." if many else one.key.upper()
@@ -86,12 +86,12 @@ def _click(one: Parameter, verb: Verb) -> click.Parameter:
     return option
 
 
-def _names(one: Parameter) -> list[str]:
+def _names(one: VerbParameter) -> list[str]:
     short = one.one.short if isinstance(one.one, Reads | Writes) else TOLD.get(one.name, "")
     return [f"--{one.key}", *([f"-{short}"] if short else [])]
 
 
-def _settings(one: Parameter) -> dict[str, Any]:
+def _settings(one: VerbParameter) -> dict[str, Any]:
     if isinstance(one.kind, Flag):
         return {"is_flag": True, "default": bool(one.default)}
     settings = {"type": KindType(one), "metavar": one.one.metavar, "multiple": one.repeated}
@@ -101,7 +101,7 @@ def _settings(one: Parameter) -> dict[str, Any]:
     return settings if one.required else {**settings, "default": None if default is REQUIRED else default}
 
 
-def _help(one: Parameter, verb: Verb) -> str:
+def _help(one: VerbParameter, verb: Verb) -> str:
     sentence = _as_typed(one.sentence, verb).rstrip(".")
     repeatable = ["repeatable"] if one.repeated else []
     facts = [*one.facts, *repeatable]

@@ -16,7 +16,7 @@ from lxml.builder import ElementMaker
 from stepgauge import __version__
 from stepgauge.dcc.xml import DCC, NAMESPACES, SI
 from stepgauge.errors import InputError
-from stepgauge.reports.certificate_file import Contact, Laboratory
+from stepgauge.reports.certificate_file import ContactDetails, Laboratory
 
 Element = Any
 LANGUAGE = "en"
@@ -26,7 +26,7 @@ SCHEMA_VERSION = "3.2.0"
 
 
 @dataclass(frozen=True)
-class Numbers:
+class QuantityValues:
     """Values of one unit, printed with so many decimals; ``expanded``, ``k``: one per value or None.
 
     ``finer``: decimals more of the uncertainties.
@@ -56,13 +56,13 @@ def plain_name(text: str) -> Element:
     return D.name(D.content(one_line(text)))
 
 
-def quantity(name: str, kind: str, numbers: Numbers, tag: str = "quantity") -> Element:
+def quantity(name: str, kind: str, numbers: QuantityValues, tag: str = "quantity") -> Element:
     """A quantity: ``si:real`` of a single value, ``si:realListXMLList`` of several."""
     single = len(numbers.values) == 1
     return getattr(D, tag)(words("name", name), _real(numbers) if single else _list(numbers), refType=kind)
 
 
-def _real(numbers: Numbers) -> Element:
+def _real(numbers: QuantityValues) -> Element:
     real = S.real(S.value(_number(numbers.values[0], numbers.decimals)), S.unit(numbers.unit))
     if numbers.expanded is not None and numbers.k is not None:
         real.append(
@@ -75,7 +75,7 @@ def _real(numbers: Numbers) -> Element:
     return real
 
 
-def _list(numbers: Numbers) -> Element:
+def _list(numbers: QuantityValues) -> Element:
     found = S.realListXMLList(S.valueXMLList(_row(numbers.values, numbers.decimals)), S.unitXMLList(numbers.unit))
     if numbers.expanded is not None and numbers.k is not None:
         found.append(
@@ -97,7 +97,9 @@ def _number(value: float, decimals: int) -> str:
     return text.removeprefix("-") if float(text) == 0.0 else text
 
 
-def condition(name: str, kind: str, numbers: Sequence[tuple[str, str, Numbers]], said: str | None = None) -> Element:
+def condition(
+    name: str, kind: str, numbers: Sequence[tuple[str, str, QuantityValues]], said: str | None = None
+) -> Element:
     """An influence condition with its quantities (name, refType, numbers), or with words where nothing was measured."""
     data = D.data(*(quantity(*one) for one in numbers))
     if said is not None:
@@ -188,7 +190,7 @@ def check_demanded(said: Laboratory) -> None:
         raise InputError(said.path, "a Digital Calibration Certificate demands more", expected=", ".join(missing))
 
 
-def _contact(tag: str, contact: Contact) -> Element:
+def _contact(tag: str, contact: ContactDetails) -> Element:
     assert contact.name is not None
     found = getattr(D, tag)(plain_name(contact.name))
     if contact.email:

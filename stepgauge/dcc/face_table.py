@@ -48,7 +48,7 @@ PITCH_MM = 1.0
 
 
 @dataclass(frozen=True)
-class Column:
+class FaceColumn:
     """A column: its header, what it was taken for and why, and the unit of its numbers (empty: none)."""
 
     header: str
@@ -65,7 +65,7 @@ class FaceTable:
     :data:`NOTES`.
     """
 
-    columns: tuple[Column, ...]
+    columns: tuple[FaceColumn, ...]
     rows: tuple[tuple[str, ...], ...]
     values: Array
     notes: tuple[str, ...]
@@ -107,16 +107,16 @@ def _cells(table: Table) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(str(cell) for cell in row) for row in table.rows)
 
 
-def _columns(table: Table, roles: Mapping[int, str]) -> list[Column]:
-    found: list[Column] = []
+def _columns(table: Table, roles: Mapping[int, str]) -> list[FaceColumn]:
+    found: list[FaceColumn] = []
     for place, header in enumerate(table.headers):
         if (stated := roles.get(place)) in ROLES:
-            found.append(Column(header, stated, "stated"))
+            found.append(FaceColumn(header, stated, "stated"))
         else:
             named = _named(header)
             taken = {one.role for one in found} | set(roles.values())
             free = named is not None and named not in taken
-            found.append(Column(header, named if free and named else "unused", "header" if free else ""))
+            found.append(FaceColumn(header, named if free and named else "unused", "header" if free else ""))
     return _by_numbers(table, found, roles)
 
 
@@ -129,7 +129,7 @@ def _named(header: str) -> Role | None:
     return next(matches, None)
 
 
-def _by_numbers(table: Table, columns: list[Column], roles: Mapping[int, str]) -> list[Column]:
+def _by_numbers(table: Table, columns: list[FaceColumn], roles: Mapping[int, str]) -> list[FaceColumn]:
     """What no header says, the numbers do where only one reading is possible: whoever knows says the rest."""
     there = {one.role for one in columns}
     open_ = [n for n, one in enumerate(columns) if one.role == "unused" and n not in roles and not one.header.strip()]
@@ -138,11 +138,11 @@ def _by_numbers(table: Table, columns: list[Column], roles: Mapping[int, str]) -
         role = _rising_role(table.numbers(place))
         if role is not None and role not in there:
             there.add(role)
-            columns[place] = Column("", role, "numbers")
+            columns[place] = FaceColumn("", role, "numbers")
         elif _is_small(table.numbers(place)):
             small.append(place)
     for place, role in _small_roles(table, small, there).items():
-        columns[place] = Column("", role, "numbers")
+        columns[place] = FaceColumn("", role, "numbers")
     return columns
 
 
@@ -172,7 +172,7 @@ def _small_roles(table: Table, small: Sequence[int], there: set[Role]) -> dict[i
     return found
 
 
-def _check_once(name: str, columns: Sequence[Column]) -> None:
+def _check_once(name: str, columns: Sequence[FaceColumn]) -> None:
     for role in ROLES[:-1]:
         several = [one.header or f"column {n}" for n, one in enumerate(columns, 1) if one.role == role]
         if len(several) > 1:
@@ -180,8 +180,8 @@ def _check_once(name: str, columns: Sequence[Column]) -> None:
 
 
 def _values(
-    table: Table, columns: list[Column], units: Mapping[str, str]
-) -> tuple[Array, list[Column], tuple[str, ...]]:
+    table: Table, columns: list[FaceColumn], units: Mapping[str, str]
+) -> tuple[Array, list[FaceColumn], tuple[str, ...]]:
     place: dict[Role, int] = {one.role: n for n, one in enumerate(columns) if one.role != "unused"}
     _check_there(table, place)
     notes: list[str] = []
@@ -214,8 +214,8 @@ def _shown(table: Table) -> str:
 
 
 def _lengths(
-    table: Table, place: Mapping[Role, int], columns: list[Column], units: Mapping[str, str], notes: list[str]
-) -> tuple[Array, Array, list[Column]]:
+    table: Table, place: Mapping[Role, int], columns: list[FaceColumn], units: Mapping[str, str], notes: list[str]
+) -> tuple[Array, Array, list[FaceColumn]]:
     for role in ("nominal", "position"):
         if role in place:
             columns = _with_unit(table, columns, place[role], units, "position")
@@ -267,7 +267,9 @@ def _check_deviations(table: Table, found_mm: Array, stated_mm: Array) -> None:
         )
 
 
-def _with_unit(table: Table, columns: list[Column], place: int, units: Mapping[str, str], of: str) -> list[Column]:
+def _with_unit(
+    table: Table, columns: list[FaceColumn], place: int, units: Mapping[str, str], of: str
+) -> list[FaceColumn]:
     """The columns with the unit of one of them: stated, in its header, or, where only one is possible, by its size."""
     one, asked = columns[place], units.get(of, "")
     unit = asked if asked in UNITS else _header_unit(one.header, table, place)
@@ -275,7 +277,7 @@ def _with_unit(table: Table, columns: list[Column], place: int, units: Mapping[s
         unit = "mm"
     if not unit:
         unit = _unit_by_size(table, place, of)
-    return [Column(c.header, c.role, c.why, unit) if n == place else c for n, c in enumerate(columns)]
+    return [FaceColumn(c.header, c.role, c.why, unit) if n == place else c for n, c in enumerate(columns)]
 
 
 def _header_unit(header: str, table: Table, place: int) -> str:

@@ -11,7 +11,7 @@ from dataclasses import replace
 from stepgauge.dcc.elements import (
     D,
     Element,
-    Numbers,
+    QuantityValues,
     administrative,
     certificate,
     condition,
@@ -79,13 +79,13 @@ def _check_certificate(said: Laboratory, gauge: Gauge) -> None:
 
 def _properties(gauge: Gauge) -> Element:
     table = gauge.table
-    expansion = Numbers([table.expansion_per_K], PER_KELVIN, 9, [2.0 * table.expansion_uncertainty_per_K], [2.0])
+    expansion = QuantityValues([table.expansion_per_K], PER_KELVIN, 9, [2.0 * table.expansion_uncertainty_per_K], [2.0])
     material = D.itemQuantity(words("name", "Material"), words("noQuantity", table.material), refType=MATERIAL)
     sizes = (
-        ("Width of a block", WIDTH, Numbers([table.block_width_mm], MILLIMETRE, 4)),
-        ("Height of a block", HEIGHT, Numbers([table.block_height_mm], MILLIMETRE, 4)),
-        ("Width of the rail", RAIL_WIDTH, Numbers([gauge.rail_width_mm], MILLIMETRE, 4)),
-        ("Height of the rail", RAIL_HEIGHT, Numbers([table.rail_height_mm], MILLIMETRE, 4)),
+        ("Width of a block", WIDTH, QuantityValues([table.block_width_mm], MILLIMETRE, 4)),
+        ("Height of a block", HEIGHT, QuantityValues([table.block_height_mm], MILLIMETRE, 4)),
+        ("Width of the rail", RAIL_WIDTH, QuantityValues([gauge.rail_width_mm], MILLIMETRE, 4)),
+        ("Height of the rail", RAIL_HEIGHT, QuantityValues([table.rail_height_mm], MILLIMETRE, 4)),
     )
     return D.itemQuantities(
         quantity("Coefficient of linear thermal expansion", EXPANSION, expansion, "itemQuantity"),
@@ -96,14 +96,14 @@ def _properties(gauge: Gauge) -> Element:
 
 def _result(gauge: Gauge, said: Laboratory) -> Element:
     k = gauge.certificate.coverage_factor
-    temperature = Numbers([gauge.table.reference_temperature_C], CELSIUS, 2)
+    temperature = QuantityValues([gauge.table.reference_temperature_C], CELSIUS, 2)
     place = "Reference temperature of the positions"
     expanded_mm = [float(u) * k * 1e-3 for u in gauge.u_um]
     finer = 3  # that no face has less than its part that is common to all
-    positions = Numbers(list(gauge.position_mm), MILLIMETRE, 6, expanded_mm, [k] * gauge.n_faces, finer=finer)
+    positions = QuantityValues(list(gauge.position_mm), MILLIMETRE, 6, expanded_mm, [k] * gauge.n_faces, finer=finer)
     table = D.list(
-        quantity("Face number", FACE, Numbers(list(range(1, gauge.n_faces + 1)), ONE, 0)),
-        quantity("Nominal position", NOMINAL, Numbers(list(gauge.nominal_mm), MILLIMETRE, 6)),
+        quantity("Face number", FACE, QuantityValues(list(range(1, gauge.n_faces + 1)), ONE, 0)),
+        quantity("Nominal position", NOMINAL, QuantityValues(list(gauge.nominal_mm), MILLIMETRE, 6)),
         quantity("Position of the face from face 1", MEASURED, positions),
         refType="gp_table1",
     )
@@ -129,4 +129,6 @@ def _of_uncertainties(gauge: Gauge) -> list[Element]:
         ),
         ("Effective degrees of freedom of the uncertainties", FREEDOM, stated.degrees_of_freedom, ONE),
     )
-    return [quantity(name, kind, Numbers([value], unit, 6)) for name, kind, value, unit in known if value is not None]
+    return [
+        quantity(name, kind, QuantityValues([value], unit, 6)) for name, kind, value, unit in known if value is not None
+    ]

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stepgauge.dcc.units import CELSIUS_ZERO_K, TEMPERATURE, Dimension, Unit, describe, parse_unit
+from stepgauge.dcc.units import CELSIUS_ZERO_K, TEMPERATURE, Dimension, SiUnit, describe, parse_unit
 from stepgauge.dcc.xml import DCC, SI, Element, find, find_all, place, read_xml, short, text_of
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
@@ -45,7 +45,7 @@ class Quantity:
     part: str
     values: Array
     unit_text: str
-    unit: Unit
+    unit: SiUnit
     expanded: Array | None
     k: Array | None
     probability: Array | None
@@ -225,7 +225,7 @@ def _quantity(element: Element, numbers: Element, path: str | Path) -> Quantity:
     return Quantity(name, kinds, part, values, unit_text, unit, expanded, k, probability, str(path), where, group)
 
 
-def _unit(numbers: Element, tag: str, name: str, path: str | Path) -> tuple[str, Unit]:
+def _unit(numbers: Element, tag: str, name: str, path: str | Path) -> tuple[str, SiUnit]:
     element = find(numbers, f"si:{tag}")
     texts = ((element.text or "") if element is not None else "").split()
     if not texts:

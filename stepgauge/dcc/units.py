@@ -52,7 +52,7 @@ CELSIUS_ZERO_K = 273.15
 
 
 @dataclass(frozen=True)
-class Unit:
+class SiUnit:
     """``value * factor`` is the value in SI base units; ``celsius`` where the scale begins at 273.15 K."""
 
     factor: float
@@ -60,7 +60,7 @@ class Unit:
     celsius: bool = False
 
 
-def parse_unit(text: str) -> Unit:
+def parse_unit(text: str) -> SiUnit:
     r"""The unit that a D-SI text names; ``ValueError`` says what is wrong with it.
 
     >>> parse_unit(r"\micro\metre\per\metre\per\kelvin").dimension
@@ -75,10 +75,10 @@ def parse_unit(text: str) -> Unit:
         factor *= one.factor**power
         dimension = [d + power * p for d, p in zip(dimension, one.dimension, strict=True)]
         place = end
-    return Unit(factor, (dimension[0], dimension[1], dimension[2], dimension[3]), stripped == CELSIUS)
+    return SiUnit(factor, (dimension[0], dimension[1], dimension[2], dimension[3]), stripped == CELSIUS)
 
 
-def _one_factor(text: str, place: int) -> tuple[int, Unit, int]:
+def _one_factor(text: str, place: int) -> tuple[int, SiUnit, int]:
     r"""``\per\prefix\unit\tothe{n}`` at a place: where it ends, the unit and its power."""
     found = _HEAD.match(text, place)
     if found is None:
@@ -95,7 +95,7 @@ def _one_factor(text: str, place: int) -> tuple[int, Unit, int]:
     power = _POWER.match(text, end)
     exponent = int(power[1]) if power else 1
     value, dimension = UNIT[name]
-    return power.end() if power else end, Unit(value * scale, dimension), -exponent if per else exponent
+    return power.end() if power else end, SiUnit(value * scale, dimension), -exponent if per else exponent
 
 
 def describe(dimension: Dimension) -> str:

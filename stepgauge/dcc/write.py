@@ -9,7 +9,7 @@ from stepgauge.conditions import stored_conditions
 from stepgauge.dcc.elements import (
     D,
     Element,
-    Numbers,
+    QuantityValues,
     administrative,
     certificate,
     condition,
@@ -185,7 +185,7 @@ def _conditions(
         told = "Not recorded; certified positions are used at their reference temperature."
         found = [condition("Temperature of the step gauge", "stepgauge_gaugeTemperature", [], told)]
     else:
-        numbers = Numbers([warm], CELSIUS, 3)
+        numbers = QuantityValues([warm], CELSIUS, 3)
         kind = "stepgauge_gaugeTemperature"
         found = [condition("Temperature of the step gauge", kind, [("Mean of the recording", kind, numbers)])]
     at_C, told = placed.get("scale_temperature_C"), "Mean of the recording"
@@ -193,14 +193,14 @@ def _conditions(
         at_C, told = machine.table.temperature_C, "Stated for the machine"
     if at_C is not None:
         kind = "stepgauge_scaleTemperature"
-        found.append(condition("Temperature of the scales", kind, [(told, kind, Numbers([at_C], CELSIUS, 3))]))
+        found.append(condition("Temperature of the scales", kind, [(told, kind, QuantityValues([at_C], CELSIUS, 3))]))
     for name, kind, pair, unit, factor in (
         ("Air temperature", "basic_temperature", said.conditions.temperature_C, CELSIUS, 1.0),
         ("Relative humidity", "basic_humidityRelative", said.conditions.humidity_percent, ONE, 0.01),
     ):
         if pair is not None:
             ends = zip(("Min", "Max"), ("Lowest", "Highest"), pair, strict=True)
-            rows = [(word, kind + end, Numbers([value * factor], unit, 4)) for end, word, value in ends]
+            rows = [(word, kind + end, QuantityValues([value * factor], unit, 4)) for end, word, value in ends]
             found.append(condition(name, kind, rows))
     return found
 
@@ -208,7 +208,7 @@ def _conditions(
 def _radius(budget: StoredBudget, placement: int) -> Element:
     line = budget.find("r_eff", placement, None)
     assert line is not None
-    numbers = Numbers(
+    numbers = QuantityValues(
         [line.value_um * 1e-3], MILLIMETRE, 7, [line.expanded_um * 1e-3], [line.k], budget.coverage_percent
     )
     return D.result(words("name", "Effective tip radius"), D.data(quantity("Effective radius R_eff", RADIUS, numbers)))
@@ -219,10 +219,10 @@ def _errors(budget: StoredBudget, placement: int, name: str) -> Element:
     lines = [q for q in budget.quantities if (q.quantity, q.placement) == (name, placement) and uncertain(q)]
     title, kind = ERRORS[name]
     u, k = [line.expanded_um for line in lines], [line.k for line in lines]
-    values = Numbers([line.value_um for line in lines], MICROMETRE, 4, u, k, budget.coverage_percent)
+    values = QuantityValues([line.value_um for line in lines], MICROMETRE, 4, u, k, budget.coverage_percent)
     table = D.list(
-        quantity("Face number", FACE, Numbers([line.face or 0 for line in lines], ONE, 0)),
-        quantity("Certified position", POSITION, Numbers(_positions(lines), MILLIMETRE, 5)),
+        quantity("Face number", FACE, QuantityValues([line.face or 0 for line in lines], ONE, 0)),
+        quantity("Certified position", POSITION, QuantityValues(_positions(lines), MILLIMETRE, 5)),
         quantity(title, f"{ERROR} {kind}", values),
         refType="gp_table1",
     )

@@ -12,7 +12,7 @@ UNITS = {"um", "mm", "ppm", "s", "K", "deg"}
 
 
 @dataclass(frozen=True)
-class Member:
+class NamedCandidate:
     """One candidate of the answer: what it is called, its probability, and whether it is what was concealed."""
 
     label: str
@@ -43,11 +43,11 @@ class Compared:
 
 
 @dataclass(frozen=True)
-class Answer:
+class RevealedFault:
     """``members``: candidates by probability; ``numbers``: of the one that is true, if it is among them; ``others``:
     effects that the diagnosis states beside it, which nobody concealed."""
 
-    members: tuple[Member, ...]
+    members: tuple[NamedCandidate, ...]
     numbers: tuple[Compared, ...]
     others: tuple[str, ...]
 
@@ -67,20 +67,20 @@ class Answer:
         return f"The diagnosis named it {rank}, {odds}, of {len(self.members)} that these recordings cannot tell apart."
 
 
-def compare_answer(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Answer:
+def compare_answer(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> RevealedFault:
     """The concealed effect (a table of a machine file) against ``diagnosis.json``."""
     sets = [tuple(_members(one, truth)) for one in diagnosis["effects"]]
     right = next((one for one in sets if any(member.is_truth for member in one)), sets[0] if sets else ())
     found = next((member.parameters for member in right if member.is_truth), {})
     numbers = tuple(_numbers(truth, found))
-    return Answer(right, numbers, tuple(one[0].label for one in sets if one is not right))
+    return RevealedFault(right, numbers, tuple(one[0].label for one in sets if one is not right))
 
 
-def _members(finding: Mapping[str, Any], truth: Mapping[str, Any]) -> Iterator[Member]:
+def _members(finding: Mapping[str, Any], truth: Mapping[str, Any]) -> Iterator[NamedCandidate]:
     own = {"share": finding["probability"], **{key: finding[key] for key in ("kind", "label", "parameters")}}
     for one in finding.get("set") or [own]:
         label = str(one["label"]).replace("_", " ")
-        yield Member(label, float(one["share"]), _is_truth(one, truth), one["parameters"])
+        yield NamedCandidate(label, float(one["share"]), _is_truth(one, truth), one["parameters"])
 
 
 def _is_truth(member: Mapping[str, Any], truth: Mapping[str, Any]) -> bool:

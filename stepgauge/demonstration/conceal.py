@@ -15,7 +15,7 @@ from stepgauge.files.dates import moment_now
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
-from stepgauge.machine.virtual import Conditions, probing_settings, run_program
+from stepgauge.machine.virtual import RunConditions, probing_settings, run_program
 from stepgauge.programs import read_program
 
 SEALED = "sealed.txt"
@@ -64,7 +64,7 @@ def conceal_fault(
     recordings = []
     for number, (program, placement) in enumerate(programs, 1):
         moves = read_program(program, probing_settings(faulty, SEARCH_MM))
-        conditions = Conditions(gauge.temperature_C(GAUGE_TEMPERATURE_C), number)
+        conditions = RunConditions(gauge.temperature_C(GAUGE_TEMPERATURE_C), number)
         run = run_program(moves, faulty, gauge, placement, int(random.integers(2**31)), conditions)
         if run.stop is not None:
             raise run.stop

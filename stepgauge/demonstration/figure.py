@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from stepgauge.demonstration.answer import Answer
+from stepgauge.demonstration.answer import RevealedFault
 from stepgauge.figures.style import COLORS, figure_style, new_figure
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ PLACED = {1: "gauge along y", 2: "gauge along x"}
 
 
 @figure_style()
-def story_figure(answer: Answer, fault: str, residuals: pd.DataFrame, fit: Mapping[str, Any]) -> Figure:
+def story_figure(answer: RevealedFault, fault: str, residuals: pd.DataFrame, fit: Mapping[str, Any]) -> Figure:
     """Residuals before and after against the position along the gauge (above), candidates and numbers (below).
 
     Parameters
@@ -60,7 +60,7 @@ def _residuals(axes: Axes, residuals: pd.DataFrame, when: str, title: str) -> No
     axes.set_xlabel("position along the gauge (mm)")
 
 
-def _candidates(axes: Axes, answer: Answer) -> None:
+def _candidates(axes: Axes, answer: RevealedFault) -> None:
     shown = answer.members[:5]
     height = np.arange(len(shown))[::-1]
     colors = [COLORS["measured"] if one.is_truth else COLORS["grey"] for one in shown]
@@ -75,7 +75,7 @@ def _candidates(axes: Axes, answer: Answer) -> None:
     axes.grid(axis="y", visible=False)
 
 
-def _numbers(axes: Axes, answer: Answer) -> None:
+def _numbers(axes: Axes, answer: RevealedFault) -> None:
     height = np.arange(len(answer.numbers))[::-1]
     deviations = [one.deviation for one in answer.numbers]
     axes.axvline(0.0, color=COLORS["measured"], lw=1.2)

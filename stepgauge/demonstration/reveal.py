@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from stepgauge.demonstration.answer import Answer, Compared, compare_answer
+from stepgauge.demonstration.answer import Compared, RevealedFault, compare_answer
 from stepgauge.demonstration.conceal import SEALED, Concealed
 from stepgauge.demonstration.faults import FAULTS
 from stepgauge.demonstration.figure import story_figure
@@ -33,7 +33,7 @@ class Revealed:
     """``fault``: what was concealed, in words; ``fit``: of ``diagnosis.json``; ``written``: figure and page."""
 
     fault: str
-    answer: Answer
+    answer: RevealedFault
     fit: Mapping[str, Any]
     written: tuple[Path, ...]
 
@@ -78,7 +78,7 @@ def _fit(fit: Mapping[str, Any]) -> str:
     return f"residuals (rms): {fit['rms_before_um']:.2f} um before, {fit['rms_after_um']:.2f} um after; {held}"
 
 
-def _page(fault: str, answer: Answer, found: Mapping[str, Any], checksum: str, svg: str) -> dict[str, Any]:
+def _page(fault: str, answer: RevealedFault, found: Mapping[str, Any], checksum: str, svg: str) -> dict[str, Any]:
     numbers = [[one.name, one.unit, f"{one.truth:g}", f"{one.found:.4g}", one.u_text] for one in answer.numbers]
     members = [[one.label, f"{one.probability:.2f}", "concealed" if one.is_truth else ""] for one in answer.members]
     parts = [

@@ -17,14 +17,14 @@ from pydantic import Field, model_validator
 
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
-from stepgauge.files.config import Table, check_table, read_toml
+from stepgauge.files.config import TomlTable, check_table, read_toml
 from stepgauge.inference.priors import NoisePriors
 from stepgauge.inference.problem import AmplitudePrior
 
 FILE = "priors.toml"
 
 
-class Decision(Table):
+class Decision(TomlTable):
     """Probabilities from which results are stated."""
 
     stated: float = Field(ge=0.5, lt=1.0)
@@ -33,7 +33,7 @@ class Decision(Table):
     determined: float = Field(gt=0.0)
 
 
-class SizePriors(Table):
+class SizePriors(TomlTable):
     """Distribution of amplitudes: ``below``, ``above`` are factors from the usual size that make one e times rarer."""
 
     below: float = Field(gt=1.0)
@@ -50,7 +50,7 @@ class SizePriors(Table):
         return AmplitudePrior(usual * steps, weight - np.logaddexp.reduce(weight))
 
 
-class FormPriors(Table):
+class FormPriors(TomlTable):
     """Forms: structure without a known law."""
 
     odds: float = Field(gt=0.0)
@@ -76,7 +76,7 @@ class FormPriors(Table):
         )
 
 
-class KindPrior(Table):
+class KindPrior(TomlTable):
     """Prior odds and usual size of one kind of law; ``basis``: what the size depends on; ``why``: its reason.
 
     ``most``: the largest standard deviation of its size that is physically possible; ``again``: odds that another axis
@@ -93,7 +93,7 @@ class KindPrior(Table):
     why: str = ""
 
 
-class LawPriors(Table):
+class LawPriors(TomlTable):
     """All kinds of laws.
 
     ``part``: odds of one in a part of the record only, over one everywhere; ``corrected``: size of what follows a
@@ -130,7 +130,7 @@ def declared_prior(kind: str) -> KindPrior:
     return KindPrior.model_validate(stated | {"unit": own.unit or unit})
 
 
-class MapPriors(Table):
+class MapPriors(TomlTable):
     """Further priors of probe maps and of their laws."""
 
     gauge_share: float = Field(gt=0.0, lt=0.1)
@@ -138,7 +138,7 @@ class MapPriors(Table):
     laws: LawPriors
 
 
-class AxisKind(Table):
+class AxisKind(TomlTable):
     """What is usual of one kind of axis.
 
     ``odds``: factors on the odds of effects; ``span`` (mm or deg), ``repeatability`` (um or arcsec), ``duration_s``: of
@@ -152,7 +152,7 @@ class AxisKind(Table):
     why: str = ""
 
 
-class Priors(Table):
+class Priors(TomlTable):
     """All values that are set by hand, see ``priors.toml``."""
 
     decision: Decision

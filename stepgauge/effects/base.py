@@ -18,7 +18,7 @@ from pydantic_core import PydanticUndefined
 
 from stepgauge.effects.probings import Probings
 from stepgauge.files.arrays import Array
-from stepgauge.files.config import Table
+from stepgauge.files.config import TomlTable
 from stepgauge.files.formula import parse_formula
 
 Axis = Literal["x", "y", "z"]
@@ -185,7 +185,7 @@ between stations."""
 GAUGE, AXES = ("gauge",), ("gauge", "linear", "rotary")
 
 
-class Effect(Table):
+class Effect(TomlTable):
     """A cause of systematic errors in recordings; a subclass names it (``kind``) and gives its displacement.
 
     Class variables: ``equation``, one line to read; ``source``, the reference for it; ``covariates``, the columns of

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class EffectiveRadius:
+class EffectiveRadiusEstimate:
     """R_eff (Eq 1), its standard uncertainty (NaN without repeats) and the blocks it was found from."""
 
     r_eff_mm: float
@@ -73,7 +73,7 @@ class PlacementResult:
     xm_um: Array
     xr_um: Array
     count: NDArray[np.int64]
-    radius: EffectiveRadius
+    radius: EffectiveRadiusEstimate
     origin_mm: Array
     gauge_temperature_C: float | None
     conditions: Conditions
@@ -290,7 +290,7 @@ def _evaluate_placement(
         errors.xm_um,
         errors.xr_um,
         seen.count,
-        EffectiveRadius(float(errors.r_eff_mm), float(errors.u_r_eff_mm), blocks),
+        EffectiveRadiusEstimate(float(errors.r_eff_mm), float(errors.u_r_eff_mm), blocks),
         np.array([column[kept][first_touch] for column in recording.numbers(POSITION)]),
         None if temperature is None else float(temperature[kept].mean()),
         conditions,

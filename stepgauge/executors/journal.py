@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError, naming
-from stepgauge.files.lines import Lines, Row, held, read_lines, sync_folder
+from stepgauge.files.lines import DurableLines, Row, held, read_lines, sync_folder
 
 
 @dataclass
-class Steps(Lines):
+class Steps(DurableLines):
     """An open journal; ``done`` are the steps on the disk, by their names."""
 
     done: dict[str, Any] = field(default_factory=dict)

@@ -17,7 +17,7 @@ Progress = Callable[[int], None]
 
 
 @dataclass(frozen=True)
-class Outcome:
+class TaskOutcome:
     """What became of a task, by its key: its value, or ``error``, one line; ``tries``: how often it was begun.
 
     ``failed``: the error is none of the input, so that it may be well another day; no journal has it.
@@ -38,7 +38,7 @@ def run(
     retries: int = 2,
     journal: Steps | None = None,
     progress: Progress | None = None,
-) -> Iterator[Outcome]:
+) -> Iterator[TaskOutcome]:
     """The outcomes of all tasks, in the order of the tasks, whoever does them.
 
     Parameters
@@ -51,11 +51,11 @@ def run(
     progress : told how many outcomes there are, after each
     """
     with closing(engine):
-        yield from _Run(engine, engine.open(function), iter(tasks), retries, journal, progress).outcomes()
+        yield from _Running(engine, engine.open(function), iter(tasks), retries, journal, progress).outcomes()
 
 
 @dataclass
-class _Waiting:
+class _Pending:
     """A task that has no outcome yet."""
 
     key: str
@@ -63,7 +63,7 @@ class _Waiting:
     tries: int = 1
 
 
-class _Run:
+class _Running:
     """The tasks that are being done, and the outcomes that wait for those before them."""
 
     def __init__(
@@ -77,11 +77,11 @@ class _Run:
     ) -> None:
         self.engine, self.most, self.retries = engine, workers * (1 + AHEAD), retries
         self.tasks, self.journal, self.progress = enumerate(tasks), journal, progress
-        self.waiting: dict[int, _Waiting] = {}
-        self.ready: dict[int, Outcome] = {}
+        self.waiting: dict[int, _Pending] = {}
+        self.ready: dict[int, TaskOutcome] = {}
         self.next = self.done = 0
 
-    def outcomes(self) -> Iterator[Outcome]:
+    def outcomes(self) -> Iterator[TaskOutcome]:
         """All, in order."""
         while True:
             self._take_up()
@@ -100,9 +100,9 @@ class _Run:
         for number, (key, item) in islice(self.tasks, max(room, 0)):
             count += 1
             if self.journal is not None and key in self.journal.done:
-                self._end(number, Outcome(key, **self.journal.done[key]))
+                self._end(number, TaskOutcome(key, **self.journal.done[key]))
             else:
-                self.waiting[number] = _Waiting(key, item)
+                self.waiting[number] = _Pending(key, item)
                 self.engine.submit(number, item)
         return count
 
@@ -115,12 +115,12 @@ class _Run:
             return
         del self.waiting[number]
         failed = reply.kind == "failed"
-        outcome = Outcome(task.key, reply.value, _error(reply, task.tries), task.tries, failed)
+        outcome = TaskOutcome(task.key, reply.value, _error(reply, task.tries), task.tries, failed)
         if self.journal is not None and not failed:
             self.journal.once(task.key, lambda: {"value": outcome.value, "error": outcome.error})
         self._end(number, outcome)
 
-    def _end(self, number: int, outcome: Outcome) -> None:
+    def _end(self, number: int, outcome: TaskOutcome) -> None:
         self.ready[number] = outcome
         self.done += 1
         if self.progress is not None:

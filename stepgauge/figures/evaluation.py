@@ -31,7 +31,7 @@ WIDTH_MM, HEIGHT_MM = 170.0, 106.0
 LARGEST_MARKER_PT, SMALLEST_MARKER_PT = 4.6, 2.2
 
 
-class Direction(NamedTuple):
+class DirectionStyle(NamedTuple):
     """Style of one direction of probing: its column in the table is ``x<key>_um``, its deviation ``s<key>_um``."""
 
     key: str
@@ -41,8 +41,8 @@ class Direction(NamedTuple):
     odd: bool
 
 
-FORWARD = Direction("f", "forward XF", CYCLE[0], ">", True)
-BACKWARD = Direction("b", "backward XB", CYCLE[1], "<", False)
+FORWARD = DirectionStyle("f", "forward XF", CYCLE[0], ">", True)
+BACKWARD = DirectionStyle("b", "backward XB", CYCLE[1], "<", False)
 LIMIT_COLOR = CYCLE[3]
 LEFT_OUT = "left out"
 _DOTTED: dict[str, Any] = {"linestyle": (0, (1, 1.2)), "zorder": 2}
@@ -151,7 +151,7 @@ def _draw_errors(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     axes.plot(nominal, mean, color=MEAN_COLOR, linewidth=1.3, marker=".", markersize=2.5, zorder=5, label="mean XM")
 
 
-def _draw_points(axes: Axes, rows: Sequence[Mapping[str, Any]], error: Array, direction: Direction) -> None:
+def _draw_points(axes: Axes, rows: Sequence[Mapping[str, Any]], error: Array, direction: DirectionStyle) -> None:
     """The line through all points, solid markers where the face was probed this way, hollow ones between."""
     nominal, measured = column(rows, "nominal_mm"), (column(rows, "face") % 2 == 1) == direction.odd
     axes.plot(nominal, error, color=direction.color, linewidth=0.8, zorder=3)

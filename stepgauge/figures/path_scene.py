@@ -55,7 +55,7 @@ draw().catch(error => {{
 
 
 @dataclass(frozen=True)
-class ProbedPoints:
+class SearchEnds:
     """Where searches ended: tip centres, and the face and cycle each was, by side and place."""
 
     tip_mm: Array
@@ -63,7 +63,7 @@ class ProbedPoints:
     cycle: NDArray[np.int64]
 
 
-def probed_points(run_path: Path, gauge: Gauge, placement: Placement, tip_radius_mm: float) -> ProbedPoints:
+def probed_points(run_path: Path, gauge: Gauge, placement: Placement, tip_radius_mm: float) -> SearchEnds:
     """Ends of the searches in machine coordinates, each with its face and the number of the probing of this face."""
     tip = run_path.end_mm[run_path.measuring]
     along = (tip - run_path.start_mm[run_path.measuring]) @ placement.axis
@@ -71,7 +71,7 @@ def probed_points(run_path: Path, gauge: Gauge, placement: Placement, tip_radius
     nearest = [np.abs(contact[:, None] - gauge.position_mm[side::2]).argmin(axis=1) for side in (0, 1)]
     face = np.where(along > 0, 2 * nearest[0] + 1, 2 * nearest[1] + 2)
     cycle = np.array([(face[: i + 1] == one).sum() for i, one in enumerate(face)], dtype=np.int64)
-    return ProbedPoints(tip, face, cycle)
+    return SearchEnds(tip, face, cycle)
 
 
 def write_path_html(file: str | FilePath, scene: Any) -> FilePath:

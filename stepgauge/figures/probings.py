@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from stepgauge.figures.evaluation import BACKWARD, FORWARD, Direction, draw_mpe
+from stepgauge.figures.evaluation import BACKWARD, FORWARD, DirectionStyle, draw_mpe
 from stepgauge.figures.style import COLORS, figure_style, legend_handlers, new_figure
 from stepgauge.files.notation import counted
 from stepgauge.standards.mpe import Mpe
@@ -42,7 +42,7 @@ def bidirectional_figure(table: pd.DataFrame, mpe: Mpe | None = None) -> Figure:
     return figure
 
 
-def _draw_direction(axes: Axes, part: pd.DataFrame, direction: Direction, shift_mm: float) -> None:
+def _draw_direction(axes: Axes, part: pd.DataFrame, direction: DirectionStyle, shift_mm: float) -> None:
     if part.empty:
         return
     by_face = part.groupby("nominal_mm")["error_um"]
@@ -110,7 +110,7 @@ def repeatability_figure(table: pd.DataFrame) -> Figure:
     return figure
 
 
-def _draw_spread(single: Axes, spread: Axes, part: pd.DataFrame, direction: Direction, shift_mm: float) -> None:
+def _draw_spread(single: Axes, spread: Axes, part: pd.DataFrame, direction: DirectionStyle, shift_mm: float) -> None:
     if part.empty:
         return
     cycles = part["cycle"].to_numpy(float)

@@ -30,7 +30,7 @@ _MARKS = 40
 
 
 @dataclass(frozen=True)
-class Section:
+class PolarSection:
     """Errors along one polar section: angles in rad, values in um.
 
     ``before_um`` and ``after_um`` (n,) are deviations of the pre-travel from what the compensation takes off;
@@ -44,7 +44,9 @@ class Section:
     sigma_um: float = 0.0
 
 
-def draw_sections(sections: Sequence[Section], path: str | Path, columns: int = 2, simulated: bool = False) -> None:
+def draw_sections(
+    sections: Sequence[PolarSection], path: str | Path, columns: int = 2, simulated: bool = False
+) -> None:
     """Polar plots of errors before and after compensation, each row on one radial scale (Wozniak Fig 5)."""
     rows = -(-len(sections) // columns)
     with _drawing(path, 82.0 * columns, 80.0 * rows + 8.0, simulated=simulated) as fig:
@@ -104,7 +106,7 @@ def draw_sphere_errors(
     azimuth, elevation = angles_rad(-approach @ probe_frame(stylus_axis).T)
     before, after = (-fit.residuals_um for fit in fits.values())
     sections = _sphere_sections(azimuth, elevation, before, after)
-    whole = [Section("all points, error (\N{MICRO SIGN}m)", azimuth, before, after)]
+    whole = [PolarSection("all points, error (\N{MICRO SIGN}m)", azimuth, before, after)]
     draw_sections(sections or whole, path, simulated=simulated)
 
 
@@ -138,7 +140,7 @@ def _polar_title(axes: Any, text: str) -> None:
     axes.set_title(text, pad=10.0)
 
 
-def _radial_limits(sections: Sequence[Section]) -> tuple[float, float]:
+def _radial_limits(sections: Sequence[PolarSection]) -> tuple[float, float]:
     """One scale for these: the centre lies as far below the smallest value as the values spread."""
     values = np.concatenate(
         [np.r_[s.before_um, s.after_um - 2 * s.sigma_um, s.after_um + 2 * s.sigma_um] for s in sections]
@@ -148,7 +150,7 @@ def _radial_limits(sections: Sequence[Section]) -> tuple[float, float]:
     return low - 0.5 * spread, high + 0.05 * spread
 
 
-def _draw_section(axes: Any, section: Section, limits: tuple[float, float]) -> None:
+def _draw_section(axes: Any, section: PolarSection, limits: tuple[float, float]) -> None:
     order = np.argsort(section.angle_rad)
     # A section that goes all around is closed; one from pole to equator and back is not.
     if np.ptp(section.angle_rad) > 1.5 * np.pi:
@@ -164,7 +166,7 @@ def _draw_section(axes: Any, section: Section, limits: tuple[float, float]) -> N
     _polar_title(axes, section.title)
 
 
-def _draw_errors(axes: Any, section: Section, order: NDArray[np.intp]) -> None:
+def _draw_errors(axes: Any, section: PolarSection, order: NDArray[np.intp]) -> None:
     angle = section.angle_rad[order]
     every = max(1, round(2.0 * np.pi * len(angle) / (_MARKS * max(float(np.ptp(angle)), 0.1))))
     for name, marker, values in (("before", "o", section.before_um), ("after", "*", section.after_um)):
@@ -185,14 +187,14 @@ def _few_ticks(limits: tuple[float, float]) -> Any:
     return FixedLocator([tick for tick in ticks if inner <= tick <= limits[1]])
 
 
-def _sphere_sections(azimuth: Array, elevation: Array, before: Array, after: Array) -> list[Section]:
+def _sphere_sections(azimuth: Array, elevation: Array, before: Array, after: Array) -> list[PolarSection]:
     """The points of a sphere near the equator and near the meridian of azimuth 0, as far as there are enough."""
     level = np.abs(elevation) <= _SECTION_RAD
     meridian = (np.abs(np.sin(azimuth)) <= np.sin(_SECTION_RAD)) | (elevation >= np.pi / 2 - _SECTION_RAD)
     in_plane = np.where(np.cos(azimuth) >= 0.0, elevation, np.pi - elevation)
     candidates = (("across the stylus", level, azimuth), ("along the stylus", meridian, in_plane))
     return [
-        Section(f"{title}, error (\N{MICRO SIGN}m)", angle[chosen], before[chosen], after[chosen])
+        PolarSection(f"{title}, error (\N{MICRO SIGN}m)", angle[chosen], before[chosen], after[chosen])
         for title, chosen, angle in candidates
         if np.count_nonzero(chosen) > 2
     ]

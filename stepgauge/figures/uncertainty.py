@@ -9,7 +9,7 @@ import numpy as np
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
 from stepgauge.files.arrays import Array
-from stepgauge.montecarlo.model import Model, Part
+from stepgauge.montecarlo.model import MonteCarloModel, PlacementReadings
 from stepgauge.montecarlo.summary import Summary
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.budget_sources import LABELS
@@ -21,7 +21,7 @@ MOST = 6
 """Inputs with a colour of their own; the smaller ones are added up in quadrature as "others"."""
 
 
-def draw_uncertainty(folder: str | Path, model: Model, summary: Summary, suffix: str = "png") -> list[Path]:
+def draw_uncertainty(folder: str | Path, model: MonteCarloModel, summary: Summary, suffix: str = "png") -> list[Path]:
     """One figure per placement, ``uncertainty-P.SUFFIX`` (png, svg or pdf) in a folder; returns their paths."""
     paths = []
     for part in model.parts:
@@ -39,13 +39,13 @@ def draw_uncertainty(folder: str | Path, model: Model, summary: Summary, suffix:
     return paths
 
 
-def _of_xm(summary: Summary, values: Array, part: Part) -> Array:
+def _of_xm(summary: Summary, values: Array, part: PlacementReadings) -> Array:
     """The values of XM at every face of a placement."""
     first = summary.index("xm_um", int(part.readings.faces[0]), part.placement)
     return values[first : first + len(part.readings.faces)]
 
 
-def _draw_interval(axes: Axes, model: Model, summary: Summary, part: Part) -> None:
+def _draw_interval(axes: Axes, model: MonteCarloModel, summary: Summary, part: PlacementReadings) -> None:
     position = model.gauge.position_mm[part.readings.faces - 1]
     low, high, mean = (_of_xm(summary, v, part) for v in (summary.low, summary.high, summary.mean))
     axes.fill_between(
@@ -57,7 +57,7 @@ def _draw_interval(axes: Axes, model: Model, summary: Summary, part: Part) -> No
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
 
 
-def _draw_contributions(axes: Axes, model: Model, summary: Summary, part: Part) -> None:
+def _draw_contributions(axes: Axes, model: MonteCarloModel, summary: Summary, part: PlacementReadings) -> None:
     """Stacked variances: their heights add up, standard uncertainties do not."""
     total = _of_xm(summary, summary.u, part) ** 2
     defined = ~np.isnan(total)

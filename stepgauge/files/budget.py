@@ -35,7 +35,7 @@ Function = Callable[[Content], bytes]
 
 
 @dataclass(frozen=True)
-class Budget:
+class ResourceBudget:
     """What a piece of work may use: ``seconds`` of processor time, ``memory_MB``; ``what`` it is, for the message."""
 
     seconds: float
@@ -48,7 +48,7 @@ class Budget:
         return InputError(where, f"{self.what}: it did not come to an end", expected=expected)
 
 
-def work_within(budget: Budget, function: Function, given: Content, where: str | Path) -> bytes:
+def work_within(budget: ResourceBudget, function: Function, given: Content, where: str | Path) -> bytes:
     """What a function gives, called by its name in a process of its own.
 
     Parameters
@@ -120,14 +120,14 @@ def _stdout_alone() -> Iterator[Any]:
         yield out
 
 
-def file_budget(*paths: str | Path) -> Budget:
+def file_budget(*paths: str | Path) -> ResourceBudget:
     """What the reading of somebody else's files may use: 2 minutes and 2 GB, and more of both for large ones."""
     size = sum(os.path.getsize(path) for path in paths if os.path.isfile(path)) / MB
-    return Budget(FILE_SECONDS + 20.0 * size, FILE_MEMORY_MB + 100.0 * size, "this file")
+    return ResourceBudget(FILE_SECONDS + 20.0 * size, FILE_MEMORY_MB + 100.0 * size, "this file")
 
 
 @contextmanager
-def within(budget: Budget, where: str | Path) -> Iterator[None]:
+def within(budget: ResourceBudget, where: str | Path) -> Iterator[None]:
     """The same budget for work in this process, where the system can give it one (in the main thread)."""
     try:
         import resource

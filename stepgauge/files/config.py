@@ -19,13 +19,13 @@ Vector3 = Annotated[tuple[float, float, float], Field(strict=False)]
 """Three numbers, written as a TOML array."""
 
 
-class Table(BaseModel):
+class TomlTable(BaseModel):
     """A TOML table: unknown keys, numbers in quotes, NaN and infinities are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
-Model = TypeVar("Model", bound=Table)
+Model = TypeVar("Model", bound=TomlTable)
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
@@ -80,7 +80,7 @@ def check_table(model: type[Model], data: object, where: str | Path, key: str = 
         raise _as_input_error(model, error, where, key) from None
 
 
-def _as_input_error(model: type[Table], error: ValidationError, where: str | Path, key: str) -> InputError:
+def _as_input_error(model: type[TomlTable], error: ValidationError, where: str | Path, key: str) -> InputError:
     details = error.errors(include_url=False)
     first = _first(model, details)
     name = ".".join(str(part) for part in (key, *first["loc"]) if part != "")
@@ -119,7 +119,7 @@ def _written(value: object) -> str | None:
     return repr(value) if isinstance(value, str) else str(value)
 
 
-def _first(model: type[Table], details: list[Any]) -> Any:
+def _first(model: type[TomlTable], details: list[Any]) -> Any:
     """What is wrong first; a key that is missing because another one is misspelt comes after that one."""
     for one in details:
         name = str(one["loc"][-1]) if one["loc"] else ""
@@ -128,11 +128,11 @@ def _first(model: type[Table], details: list[Any]) -> Any:
     return details[0]
 
 
-def _known_keys(model: type[Table], name: str) -> str:
+def _known_keys(model: type[TomlTable], name: str) -> str:
     near = difflib.get_close_matches(name, list(model.model_fields), n=1)
     return f"{near[0]}?" if near else "one of " + ", ".join(model.model_fields)
 
 
-def _meaning(model: type[Table], loc: tuple[int | str, ...]) -> str:
+def _meaning(model: type[TomlTable], loc: tuple[int | str, ...]) -> str:
     field = model.model_fields.get(str(loc[0])) if loc else None
     return (field.description if field and field.description else "see the documentation").rstrip(".")

@@ -20,7 +20,7 @@ Row = dict[str, Any]
 
 
 @dataclass
-class Lines:
+class DurableLines:
     """A file of which every line is on the disk before the next one is written; ``last``: checksum of its last line."""
 
     path: Path

@@ -39,7 +39,7 @@ Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
-class Stated:
+class StatedIdentity:
     """What is stated for all recordings of a call, None or empty where nothing is.
 
     ``owners``: by name; ``gauge``, ``machine``: files, or names of shipped ones; ``placements``: files, in the order of
@@ -55,7 +55,7 @@ class Stated:
 
 
 def add_files(
-    fleet: Fleet, paths: Sequence[str], stated: Stated, progress: Progress | None = None
+    fleet: Fleet, paths: Sequence[str], stated: StatedIdentity, progress: Progress | None = None
 ) -> tuple[list[str], list[str]]:
     """Add recordings; returns the keys of the new ones and of those that were there.
 
@@ -91,7 +91,7 @@ def _portions(entries: Iterable[Entry]) -> Iterator[list[Entry]]:
 class _ReadFiles:
     """The roster, and the certificates and machine files that were read and kept so far."""
 
-    def __init__(self, fleet: Fleet, stated: Stated) -> None:
+    def __init__(self, fleet: Fleet, stated: StatedIdentity) -> None:
         self.fleet, self.stated = fleet, stated
         self.roster = Roster.read(stated.roster) if stated.roster else Roster()
         self._gauges: dict[str, tuple[Gauge, str]] = {}

@@ -14,13 +14,13 @@ from stepgauge.fleet.schema import BUDGETS
 from stepgauge.fleet.store import Fleet
 from stepgauge.fleet.working import Progress, work_one_by_one
 from stepgauge.standards.budget_files import COLUMNS, StoredBudget, StoredLine
-from stepgauge.standards.budgeting import Choice, whole_budget
+from stepgauge.standards.budgeting import BudgetChoices, whole_budget
 
 MONTE_CARLO = ("u_um", "low_95_um", "high_95_um")
 
 
 def budget_fleet(
-    fleet: Fleet, engine: Engine, choice: Choice | None = None, progress: Progress | None = None
+    fleet: Fleet, engine: Engine, choice: BudgetChoices | None = None, progress: Progress | None = None
 ) -> list[str]:
     """Make the budgets, each with its Monte Carlo, of the recordings that have none with this choice.
 
@@ -37,13 +37,13 @@ def budget_fleet(
     -------
     Why some have no budget, a line each.
     """
-    choice = choice or Choice()
+    choice = choice or BudgetChoices()
     function = partial(budget_batch, choice=choice)
     made_with = asdict(choice) | {"contributions": [one.model_dump() for one in choice.contributions]}
     return work_one_by_one(Results(fleet, "budgets", made_with), engine, function, _rows, BUDGETS, progress)
 
 
-def budget_batch(given: Batch | StoredBatch, choice: Choice) -> list[dict[str, Any]]:
+def budget_batch(given: Batch | StoredBatch, choice: BudgetChoices) -> list[dict[str, Any]]:
     """The rows of the budget of a batch of one recording, but for its key, in JSON types."""
     batch = opened(given)
     (one,) = batch.stored

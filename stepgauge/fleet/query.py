@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
-from stepgauge.files.budget import MB, Budget, work_within
+from stepgauge.files.budget import MB, ResourceBudget, work_within
 from stepgauge.files.checksum import check_name
 from stepgauge.fleet.disk import locked
 from stepgauge.fleet.results import tables_of
-from stepgauge.fleet.schema import BUDGETS, DIAGNOSES, EVALUATIONS, OWNERS, PROBINGS, Column, arrow_schema, needed
+from stepgauge.fleet.schema import BUDGETS, DIAGNOSES, EVALUATIONS, OWNERS, PROBINGS, StoredColumn, arrow_schema, needed
 from stepgauge.fleet.store import Fleet
 
-RESULTS: dict[str, tuple[Column, ...]] = {"evaluations": EVALUATIONS, "budgets": BUDGETS, "diagnoses": DIAGNOSES}
+RESULTS: dict[str, tuple[StoredColumn, ...]] = {"evaluations": EVALUATIONS, "budgets": BUDGETS, "diagnoses": DIAGNOSES}
 """Tables that are there, empty, before anything was worked out."""
 SECONDS, MEMORY_MB = 60.0, 2000.0
 """Processor time and memory of a question, besides 0.2 s and 20 MB for each MB of the store."""
@@ -35,7 +35,7 @@ def query(fleet: Fleet, sql: str) -> Any:
     :class:`InputError` for one that DuckDB does not take, and for one that needs more than its budget.
     """
     size = sum(path.stat().st_size for path in fleet.folder.rglob("*.parquet")) / MB
-    budget = Budget(SECONDS + 0.2 * size, MEMORY_MB + 20.0 * size, "this question")
+    budget = ResourceBudget(SECONDS + 0.2 * size, MEMORY_MB + 20.0 * size, "this question")
     with locked(fleet.folder, alone=False):
         given = {"folder": str(fleet.folder), "sql": sql, "memory_MB": budget.memory_MB}
         answer = work_within(budget, _answer, given, "SQL")
@@ -113,7 +113,7 @@ def _open(connection: Any, fleet: Fleet, named: set[str] | None) -> None:
     connection.execute("SET enable_external_access = false")
 
 
-def _view(connection: Any, name: str, paths: list[Path], columns: tuple[Column, ...]) -> None:
+def _view(connection: Any, name: str, paths: list[Path], columns: tuple[StoredColumn, ...]) -> None:
     """A view of files; those of a machine and a month that a question leaves out are not opened."""
     if paths:
         listed = ", ".join(f"'{_quoted(path)}'" for path in paths)

@@ -15,7 +15,7 @@ from stepgauge.errors import InputError, reading
 from stepgauge.files.checksum import check_name
 from stepgauge.fleet.content import recording_key
 from stepgauge.fleet.disk import put_by_content
-from stepgauge.fleet.schema import OWN, PROBINGS, Column, arrow_library, arrow_schema, needed
+from stepgauge.fleet.schema import OWN, PROBINGS, StoredColumn, arrow_library, arrow_schema, needed
 from stepgauge.recording import Recording
 
 if TYPE_CHECKING:
@@ -54,12 +54,12 @@ def _covariates(columns: Mapping[str, Any], n: int) -> Any:
     )
 
 
-def write_rows(folder: Path, tables: Iterable[Any], columns: tuple[Column, ...]) -> Path:
+def write_rows(folder: Path, tables: Iterable[Any], columns: tuple[StoredColumn, ...]) -> Path:
     """Write tables one after the other into one file of a folder, which appears when it is whole; its path."""
     return put_by_content(folder, partial(_write_tables, tables, columns))
 
 
-def _write_tables(tables: Iterable[Any], columns: tuple[Column, ...], path: Path) -> None:
+def _write_tables(tables: Iterable[Any], columns: tuple[StoredColumn, ...], path: Path) -> None:
     parquet, schema, writer = needed("pyarrow.parquet"), arrow_schema(columns), None
     kept: list[Any] = []
     try:

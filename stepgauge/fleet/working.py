@@ -15,7 +15,7 @@ from stepgauge.executors.task import Engine, Function
 from stepgauge.fleet.batches import Batch, StoredBatch, batches, named
 from stepgauge.fleet.journal import open_journal
 from stepgauge.fleet.results import Results
-from stepgauge.fleet.schema import Column, arrow_library, arrow_schema
+from stepgauge.fleet.schema import StoredColumn, arrow_library, arrow_schema
 from stepgauge.fleet.store import Fleet
 
 BATCH = 100
@@ -50,7 +50,7 @@ def work_one_by_one(
     engine: Engine,
     function: Function,
     rows_of: RowsOf,
-    columns: tuple[Column, ...],
+    columns: tuple[StoredColumn, ...],
     progress: Progress | None = None,
 ) -> list[str]:
     """The same with ``function`` of batches of one recording, whose value (JSON types) is in the journal at once.

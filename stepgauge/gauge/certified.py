@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from stepgauge.errors import InputError, naming, reader
-from stepgauge.files.config import Table, check_table, file_beside, read_toml
+from stepgauge.files.config import TomlTable, check_table, file_beside, read_toml
 from stepgauge.files.dates import check_past
 from stepgauge.files.resources import find_data
 from stepgauge.files.shown import Plotted, as_lines
@@ -27,7 +27,7 @@ MAX_DEVIATION_MM = 0.2
 """A certified position farther than this from its nominal value is a typing or unit error, not a gauge."""
 
 
-class GaugeTable(Table):
+class GaugeTable(TomlTable):
     """The ``[gauge]`` table."""
 
     name: str = Field(min_length=1, description="what the gauge is called")
@@ -45,7 +45,7 @@ class GaugeTable(Table):
     faces: str = Field(min_length=1, description="CSV file of the face positions, beside this file")
 
 
-class EarlierCalibration(Table):
+class EarlierCalibration(TomlTable):
     """A ``[[certificate.earlier]]``: what an earlier certificate of the same gauge says of its length."""
 
     date: datetime.date = Field(description="date of that calibration")
@@ -54,7 +54,7 @@ class EarlierCalibration(Table):
     )
 
 
-class CertificateTable(Table):
+class CertificateTable(TomlTable):
     """The ``[certificate]`` table."""
 
     number: str = Field(min_length=1, description="certificate number")

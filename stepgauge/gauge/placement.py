@@ -14,7 +14,7 @@ from pydantic import Field
 
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
-from stepgauge.files.config import Table, Vector3, check_table, parse_toml
+from stepgauge.files.config import TomlTable, Vector3, check_table, parse_toml
 from stepgauge.files.shown import Plotted, as_lines
 from stepgauge.files.text import read_text, write_sealed
 from stepgauge.gauge.certified import Gauge
@@ -28,7 +28,7 @@ UPRIGHT_SIN = 1e-3
 """An axis within this angle of the vertical has no yaw."""
 
 
-class PlacementTable(Table):
+class PlacementTable(TomlTable):
     """The keys of a placement file."""
 
     c1_mm: Vector3 = Field(description="centre of the first block in machine coordinates, mm")

@@ -25,7 +25,7 @@ ALONG_DEG = 10.0
 
 
 @dataclass(frozen=True)
-class Quantity:
+class HistoryColumn:
     """A column of the history: what it is and how it is printed; ``signed``: a limit holds for its size, and it drifts
     both ways; ``weight``: its share of the false warnings of drifts, the larger the sooner its drift is found."""
 
@@ -39,11 +39,11 @@ class Quantity:
 QUANTITIES = {
     quantity.name: quantity
     for quantity in (
-        Quantity("scale_ppm", "scale error: slope of XM", "um/m", True, 0.5),
-        Quantity("reversal_um", "mean reversal XR", "um", True, 0.2),
-        Quantity("r_eff_change_um", "R_eff minus the first", "um", True, 0.1),
-        Quantity("band_um", "range of XM", "um", False, 0.1),
-        Quantity("worst_two_sigma_um", "largest 2s", "um", False, 0.1),
+        HistoryColumn("scale_ppm", "scale error: slope of XM", "um/m", True, 0.5),
+        HistoryColumn("reversal_um", "mean reversal XR", "um", True, 0.2),
+        HistoryColumn("r_eff_change_um", "R_eff minus the first", "um", True, 0.1),
+        HistoryColumn("band_um", "range of XM", "um", False, 0.1),
+        HistoryColumn("worst_two_sigma_um", "largest 2s", "um", False, 0.1),
     )
 }
 

@@ -35,7 +35,7 @@ class Trend:
 
 
 @dataclass(frozen=True)
-class Line:
+class TrendLine:
     """A line by weighted least squares: of repeatability alone, ``u_slope``; ``ratio``: Birge's, with its ``dof``.
 
     ``known``: whether u is that of repeatability; else it is that of the scatter, and the ratio is 1.
@@ -68,7 +68,7 @@ def _upper(size: float, u: float, upper: Callable[[float], float]) -> float:
     return float(upper(size / u))
 
 
-def fit_line(years: Array, value: Array, u: Array, group: Sequence[int] | None = None) -> Line | None:
+def fit_line(years: Array, value: Array, u: Array, group: Sequence[int] | None = None) -> TrendLine | None:
     """A common slope of all groups, each with a level of its own; None with fewer than three values or one date.
 
     Parameters
@@ -95,7 +95,7 @@ def fit_line(years: Array, value: Array, u: Array, group: Sequence[int] | None =
     middle, level = float((weight * years).sum()) / all_weight, float((weight * value).sum()) / all_weight
     scale = 1.0 if known else ratio
     ends = (scale / np.sqrt(all_weight), slope, scale / np.sqrt(spread))
-    return Line(middle, level, *ends, ratio if known else 1.0, dof, known)
+    return TrendLine(middle, level, *ends, ratio if known else 1.0, dof, known)
 
 
 def fit_trend(

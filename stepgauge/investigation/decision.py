@@ -22,7 +22,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.inference.design import expected_information_gain
 from stepgauge.investigation.feasible_runs import Costed, Reach, directions, possible_runs, run_json, with_minutes
-from stepgauge.investigation.hypotheses import Hypothesis, hypotheses
+from stepgauge.investigation.hypotheses import RivalHypothesis, hypotheses
 from stepgauge.investigation.relevance import Foreseen, Foresight, foresee
 from stepgauge.investigation.undetected import Unseen, unseen
 from stepgauge.machine.file import Machine
@@ -101,7 +101,7 @@ class InvestigationState:
     """
 
     diagnosis: GaugeDiagnosis
-    possible: tuple[Hypothesis, ...]
+    possible: tuple[RivalHypothesis, ...]
     rated: tuple[Rated, ...]
     late: tuple[FurtherRun, ...] = ()
     settled: float = 0.0

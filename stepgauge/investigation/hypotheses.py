@@ -31,7 +31,7 @@ MOST = 16
 
 
 @dataclass(frozen=True)
-class Part:
+class HypothesisTerm:
     """One law or form of a hypothesis: its candidate, the number of its shape, the prior sd of its amplitudes.
 
     ``shape``: that of a form between the shapes that have numbers.
@@ -44,10 +44,10 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Hypothesis:
+class RivalHypothesis:
     """Laws and forms that may be there together, and the posterior probability that it is these."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[HypothesisTerm, ...]
     probability: float
 
     @property
@@ -62,7 +62,7 @@ def _name(candidate: Candidate) -> str:
     return f"something unknown over {candidate.source.covariate}"
 
 
-def hypotheses(found: Searched) -> list[Hypothesis]:
+def hypotheses(found: Searched) -> list[RivalHypothesis]:
     """The most probable hypotheses of a search, their probabilities summing to one.
 
     Those that were computed and, for every term of the best one, the rivals that were only rated.
@@ -72,10 +72,10 @@ def hypotheses(found: Searched) -> list[Hypothesis]:
     share = special.softmax([value for _, value in ranked])
     kept = [(parts, p) for (parts, _), p in zip(ranked, share, strict=True) if p >= LEAST][:MOST]
     total = sum(p for _, p in kept)
-    return [Hypothesis(parts, float(p / total)) for parts, p in kept]
+    return [RivalHypothesis(parts, float(p / total)) for parts, p in kept]
 
 
-Worth = dict[frozenset[str], tuple[tuple[Part, ...], float]]
+Worth = dict[frozenset[str], tuple[tuple[HypothesisTerm, ...], float]]
 
 
 def _computed(found: Searched) -> Worth:
@@ -83,7 +83,7 @@ def _computed(found: Searched) -> Worth:
     worth: Worth = {}
     for state in found.search.evidence.current:
         if state.labels not in worth or worth[state.labels][1] < state.log_posterior:
-            parts = tuple(Part(term.candidate, term.atom, term.sd, term.shape) for term in state.terms)
+            parts = tuple(HypothesisTerm(term.candidate, term.atom, term.sd, term.shape) for term in state.terms)
             worth[state.labels] = (parts, state.log_posterior)
     return worth
 
@@ -92,10 +92,12 @@ def _rated(found: Searched) -> Worth:
     """Rivals of terms of the best hypothesis that were rated and not computed."""
     best, worth = found.answer.best, Worth()
     for place in found.answer.sets:
-        others = tuple(Part(t.candidate, t.atom, t.sd, t.shape) for i, t in enumerate(best.terms) if i != place.term)
+        others = tuple(
+            HypothesisTerm(t.candidate, t.atom, t.sd, t.shape) for i, t in enumerate(best.terms) if i != place.term
+        )
         for rival in place.members:
             if rival.hypothesis is None and rival.probability > 0.0:
-                parts = (*others, Part(rival.candidate, rival.proposal.atom, rival.proposal.sd))
+                parts = (*others, HypothesisTerm(rival.candidate, rival.proposal.atom, rival.proposal.sd))
                 value = best.log_posterior + float(np.log(rival.probability / place.members[0].probability))
                 worth[frozenset(one.candidate.label for one in parts)] = (parts, value)
     return worth
@@ -104,7 +106,7 @@ def _rated(found: Searched) -> Worth:
 class Predicting:
     """What hypotheses predict, fitted to the recording so far; computed once for all runs that may follow."""
 
-    def __init__(self, found: Searched, possible: Sequence[Hypothesis], priors: Priors) -> None:
+    def __init__(self, found: Searched, possible: Sequence[RivalHypothesis], priors: Priors) -> None:
         self.found, self.possible, self.priors = found, possible, priors
 
     @cached_property
@@ -117,7 +119,7 @@ class Predicting:
         """The effects of each hypothesis with their fitted values."""
         return [self._fit(one) for one in self.possible]
 
-    def _fit(self, one: Hypothesis) -> tuple[Effect, ...]:
+    def _fit(self, one: RivalHypothesis) -> tuple[Effect, ...]:
         laws = [part for part in one.parts if not _is_summed(part)]
         families = [part.candidate.source for part in laws]
         solved = solve(families, [part.atom for part in laws], self.found.data, self._metric).solved
@@ -140,7 +142,7 @@ class Predicting:
 
     def _of(
         self,
-        one: Hypothesis,
+        one: RivalHypothesis,
         effects: Sequence[Effect],
         more: ExtendedRecording,
         forms: dict[str, Candidate],
@@ -181,12 +183,12 @@ class Predicting:
         return np.asarray(amplitudes * sd @ columns)
 
 
-def _is_summed(part: Part) -> bool:
+def _is_summed(part: HypothesisTerm) -> bool:
     """Whether a part is a sum of many functions with amplitudes, and no law with a fit of its own."""
     return not part.candidate.named or part.candidate.combined
 
 
-def _columns(part: Part, data: Residuals, forms: dict[str, Candidate]) -> Array:
+def _columns(part: HypothesisTerm, data: Residuals, forms: dict[str, Candidate]) -> Array:
     """How the rows of a lengthened recording change with the amplitudes of a part, ``(d, n)``."""
     source: Any = part.candidate.source
     if part.candidate.combined:

@@ -19,13 +19,13 @@ from stepgauge.diagnosis.priors import Priors
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.inference.design import Prediction, distances
-from stepgauge.investigation.hypotheses import Hypothesis, Predicting
+from stepgauge.investigation.hypotheses import Predicting, RivalHypothesis
 
 Answer = tuple[frozenset[str], bool]
 """The laws that are there, and whether there is something else."""
 SHARE = 1.0 / 3.0
 """Share of what the answer displaces from which on a companion of it matters."""
-NOTHING = Hypothesis((), 0.0)
+NOTHING = RivalHypothesis((), 0.0)
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Foresight:
     """All runs within reach; ``matters_um``: the least displacement that matters; ``answers``: see :func:`answers`."""
 
     runs: tuple[Foreseen, ...]
-    possible: tuple[Hypothesis, ...]
+    possible: tuple[RivalHypothesis, ...]
     matters_um: float
     answers: tuple[Answer, ...]
 
@@ -65,7 +65,7 @@ class Foresight:
 
 
 def foresee(
-    found: Searched, possible: Sequence[Hypothesis], priors: Priors, runs: Sequence[ExtendedRecording]
+    found: Searched, possible: Sequence[RivalHypothesis], priors: Priors, runs: Sequence[ExtendedRecording]
 ) -> Foresight:
     """What the hypotheses predict for each run, and which of them are one answer; runs that cannot be computed go."""
     predicting, every = Predicting(found, [*possible, NOTHING], priors), list[Foreseen]()
@@ -94,7 +94,7 @@ def _uncertain_um(found: Searched) -> float:
     return float(np.hypot(found.model.state.sigma_um * problem.typical, np.median(problem.certified_u)))
 
 
-def answers(possible: Sequence[Hypothesis], apart_um: Array, least_um: float) -> tuple[Answer, ...]:
+def answers(possible: Sequence[RivalHypothesis], apart_um: Array, least_um: float) -> tuple[Answer, ...]:
     """The answer that each hypothesis is: that of the most probable one that has some of its parts, and no others.
 
     Only one that is less than ``least_um`` apart counts; which form an unknown rest has is not asked for.
@@ -107,6 +107,6 @@ def answers(possible: Sequence[Hypothesis], apart_um: Array, least_um: float) ->
     return tuple(found)
 
 
-def _answer(one: Hypothesis) -> Answer:
+def _answer(one: RivalHypothesis) -> Answer:
     laws = frozenset(part.candidate.source.label for part in one.parts if part.candidate.named)
     return laws, any(not part.candidate.named for part in one.parts)

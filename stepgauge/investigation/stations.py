@@ -22,7 +22,7 @@ from stepgauge.live.clock import MachineClock
 from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.controller import ControllerOptions, Link
 from stepgauge.live.faults import Faults
-from stepgauge.live.in_process import InProcess
+from stepgauge.live.in_process import VirtualLink
 from stepgauge.machine.file import Machine
 from stepgauge.motion.moves import ProbingSettings
 
@@ -132,7 +132,7 @@ class Simulated:
         """The machine itself."""
         if self._cmm is None:
             raise InputError("the virtual CMM", "no gauge lies on it")
-        yield InProcess(self._cmm, settings, self.stop)
+        yield VirtualLink(self._cmm, settings, self.stop)
 
 
 def nearly(asked: Placement, random: np.random.Generator) -> Placement:

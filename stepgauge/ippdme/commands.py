@@ -14,7 +14,7 @@ from enum import StrEnum
 
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.ippdme.lines import is_event_tag
-from stepgauge.ippdme.values import Call, Text, Value, Word
+from stepgauge.ippdme.values import Call, QuotedText, Value, Word
 
 POSITION = ("X", "Y", "Z")
 TEMPERATURES = ("Part.Temperature", *(f"Scale{axis}.Temperature" for axis in "XYZ"))
@@ -35,7 +35,7 @@ def _count(arguments: Sequence[Value], *counts: int) -> None:
 
 
 @dataclass(frozen=True)
-class Numbers:
+class NumberArguments:
     """So many numbers; none at all where ``counts`` is 0."""
 
     counts: tuple[int, ...] = (0,)
@@ -68,7 +68,7 @@ class One:
 
 
 INTEGER = One("a whole number", lambda value: isinstance(value, float) and value.is_integer())
-TEXT = One('"a name"', lambda value: isinstance(value, Text))
+TEXT = One('"a name"', lambda value: isinstance(value, QuotedText))
 EVENT_TAG = One("the tag of an event", lambda value: isinstance(value, Word) and is_event_tag(value))
 
 
@@ -86,7 +86,7 @@ class OneOf:
             raise DmeError(502, detail="no word")
         if arguments[0] not in self.words:
             raise DmeError(505, detail=f"{arguments[0]} is none of {', '.join(self.words)}")
-        Numbers((self.numbers,)).check(arguments[1:])
+        NumberArguments((self.numbers,)).check(arguments[1:])
 
     def __str__(self) -> str:
         return " | ".join(self.words) + (f", {self.numbers} numbers" if self.numbers else "")
@@ -157,7 +157,7 @@ def _empty(*names: str) -> dict[str, Inside]:
 
 
 _PLACE = dict.fromkeys(POSITION, Inside.NUMBER)
-Arguments = Numbers | One | OneOf | Names
+Arguments = NumberArguments | One | OneOf | Names
 
 
 @dataclass(frozen=True)
@@ -165,7 +165,7 @@ class Signature:
     """A command: its arguments, where the specification has them, and whether it is executed at once, as an event."""
 
     pages: str
-    arguments: Arguments = Numbers()
+    arguments: Arguments = NumberArguments()
     at_once: bool = False
 
     def check(self, call: Call, tag: str) -> None:
@@ -209,7 +209,7 @@ COMMANDS = {
     "ChangeTool": Signature("54, 57, 78", TEXT),
     "SetTool": Signature("54, 55", TEXT),
     "GetChangeToolAction": Signature("57 to 58", TEXT),
-    "AlignTool": Signature("55", Numbers((4, 8))),
+    "AlignTool": Signature("55", NumberArguments((4, 8))),
     "GetProp": Signature("45, 66", Names(None)),
     "GetPropE": Signature("45", Names(None), at_once=True),
     "SetProp": Signature("45, 65, 77", Names(None, inside=Inside.NUMBER)),

@@ -33,7 +33,7 @@ class Command(NamedTuple):
     error: DmeError | None = None
 
 
-class Answer(NamedTuple):
+class Response(NamedTuple):
     """A line of a server: ``kind`` is one of ``& # ! %``; ``text`` is what follows it."""
 
     tag: str
@@ -41,7 +41,7 @@ class Answer(NamedTuple):
     text: str
 
 
-class Lines:
+class LineReader:
     """Bytes as they come, as lines without their ends. What is longer than a line may be is cut and marked."""
 
     def __init__(self, longest: int = LONGEST_LINE) -> None:
@@ -105,12 +105,12 @@ def _check_characters(line: bytes, text: str, cut: bool, name: str) -> None:
         raise DmeError(502, name)
 
 
-def parse_answer(line: bytes) -> Answer | None:
+def parse_answer(line: bytes) -> Response | None:
     """The answer of a line of a server; None where it is none."""
     text = line.decode("latin-1").rstrip(" ")
     match = _ANSWER.fullmatch(text)
     return (
-        Answer(match[1], match[2] or match[3], match[4] or "")
+        Response(match[1], match[2] or match[3], match[4] or "")
         if match and text.isascii() and text.isprintable()
         else None
     )

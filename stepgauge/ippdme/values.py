@@ -23,7 +23,7 @@ _TOKEN = re.compile(
 Held = TypeVar("Held")
 
 
-class Text(str):
+class QuotedText(str):
     """A text in quotes."""
 
     __slots__ = ()
@@ -66,7 +66,7 @@ class Call(NamedTuple):
         return once((one.name, one) for one in self.calls())
 
 
-Value = float | Text | Word | Call
+Value = float | QuotedText | Word | Call
 
 
 def read_number(text: str) -> float:
@@ -110,15 +110,15 @@ def parse_call(text: str, method: str = "") -> Call:
 
     :class:`DmeError` 0507 where there is no name with parentheses or something after them, 0502 and 0509 for arguments.
     """
-    return _Parser(text, method).command()
+    return _LineParser(text, method).command()
 
 
 def parse_values(text: str) -> tuple[Value, ...]:
     """Values separated by commas, as data have them (:class:`DmeError` 0502, for numbers and texts 0509)."""
-    return _Parser(text, "data").all()
+    return _LineParser(text, "data").all()
 
 
-class _Parser:
+class _LineParser:
     """Recursive descent over the tokens of one line: number, name, text in quotes, mark."""
 
     def __init__(self, text: str, method: str) -> None:
@@ -193,8 +193,8 @@ class _Parser:
         except DmeError as error:
             self._fail(error.detail, 509)
 
-    def _text(self, quoted: str) -> Text:
+    def _text(self, quoted: str) -> QuotedText:
         """At least one character between two quotes (specification 1.40, page 33)."""
         if len(quoted) < 3 or not quoted.endswith('"'):
             self._fail(f"no text of I++ DME: {quoted[:20]}", 509)
-        return Text(quoted[1:-1])
+        return QuotedText(quoted[1:-1])

@@ -15,7 +15,7 @@ from typing import TextIO
 
 from stepgauge.errors import InputError, naming
 from stepgauge.ippdme.codes import ABORTING, DmeError
-from stepgauge.ippdme.lines import END, NO_TAG, PORT, Answer, Lines, parse_answer, parse_error
+from stepgauge.ippdme.lines import END, NO_TAG, PORT, LineReader, Response, parse_answer, parse_error
 
 CONNECT_S = 10.0
 SILENCE_S = 30.0
@@ -111,9 +111,9 @@ class Connection:
         self.heeds_stop = True
         self.by_hand: list[str] | None = None
         self._spy, self._stop = spy, stop or (lambda: False)
-        self._lines, self._tag = Lines(), 0
+        self._lines, self._tag = LineReader(), 0
         self._open, self._known, self._aborted = set[str](), False, False
-        self._received: list[Answer] = []
+        self._received: list[Response] = []
         self._unasked: UnaskedError | None = None
         try:
             self._socket = socket.create_connection((address.host, address.port), CONNECT_S)
@@ -198,7 +198,7 @@ class Connection:
         self.warnings.append(error)
         return None
 
-    def _next(self, tag: str, takes_s: float) -> Answer:
+    def _next(self, tag: str, takes_s: float) -> Response:
         """The next line for a tag; what else comes is looked at by the way."""
         until = time.monotonic() + takes_s + self.silence_s
         while True:
@@ -223,7 +223,7 @@ class Connection:
         while self._received:
             self._other(self._taken())
 
-    def _taken(self) -> Answer:
+    def _taken(self) -> Response:
         """The next line that has come; the last one of a command closes it."""
         answer = self._received.pop(0)
         self._known = answer.tag in self._open or self._aborted
@@ -231,7 +231,7 @@ class Connection:
             self._open.discard(answer.tag)
         return answer
 
-    def _other(self, answer: Answer) -> None:
+    def _other(self, answer: Response) -> None:
         """Events and reports: of errors and movements by hand the first is kept; keys that are pressed are none.
 
         Every other line must answer a command that is open, which it is where another one was aborted meanwhile.

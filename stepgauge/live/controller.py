@@ -42,7 +42,7 @@ class ControllerOptions:
     home: bool = False
 
 
-class Measured(NamedTuple):
+class MeasuredPoint(NamedTuple):
     """The answer of a measurement: indicated tip centre, mm; effective tip radius and time where the server tells."""
 
     position_mm: list[float]
@@ -76,7 +76,7 @@ class Link(Protocol):
     def go(self, place_mm: Array) -> None:
         """Move to a place, shape ``(3,)``."""
 
-    def probe(self, surface_mm: Array, approach: Array, takes_s: float) -> Measured:
+    def probe(self, surface_mm: Array, approach: Array, takes_s: float) -> MeasuredPoint:
         """Measure a point: nominal surface point and unit approach, both ``(3,)``; ``takes_s`` at full speed."""
 
     def touched_mm(self, approach: Array) -> Array:
@@ -204,13 +204,13 @@ class Controller:
         """Move to a place, shape ``(3,)``."""
         _data(self.connection.ask(f"GoTo({_written(place_mm)})", takes_s=self._longest_s), ())
 
-    def probe(self, surface_mm: Array, approach: Array, takes_s: float) -> Measured:
+    def probe(self, surface_mm: Array, approach: Array, takes_s: float) -> MeasuredPoint:
         """Measure a point: nominal surface point and unit approach, both ``(3,)``; ``takes_s`` at full speed."""
         ijk = ", ".join(fixed(-value, 9) for value in approach)
         command = f"PtMeas({_written(surface_mm)}, IJK({ijk}))"
         found = _data(self.connection.ask(command, SLOWER * (takes_s + 1.0)), self._report)
         told = [_number(found, name) if name in found else None for name in ("ER", OWN_TIME)]
-        return Measured(_xyz(found), *told)
+        return MeasuredPoint(_xyz(found), *told)
 
     def touched_mm(self, approach: Array) -> Array:
         """Where the tip touched last, by where the machine stands after it was drawn back, shape ``(3,)``."""

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from stepgauge.effects import Effect, make_effects
 from stepgauge.errors import InputError
-from stepgauge.files.config import Table, Vector3, check_table, read_toml
+from stepgauge.files.config import TomlTable, Vector3, check_table, read_toml
 
 EventKind = Literal[
     "air_pressure",
@@ -45,7 +45,7 @@ IN_SEARCH = ("missed_face", "probe_not_armed")
 """Events of a probing; the others happen in any move."""
 
 
-class EventTable(Table):
+class EventTable(TomlTable):
     """The keys of an ``[[event]]``: something that stops the machine, once."""
 
     kind: EventKind = Field(description=", ".join(get_args(EventKind)))

@@ -10,11 +10,11 @@ from stepgauge.files.arrays import Array
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.cmm import LiveCmm, TimedMove
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
-from stepgauge.live.controller import ControllerOptions, Measured
+from stepgauge.live.controller import ControllerOptions, MeasuredPoint
 from stepgauge.motion.moves import ProbingSettings
 
 
-class InProcess:
+class VirtualLink:
     """A link to a virtual CMM; ``stop``: asked before every move whether to stop."""
 
     name = "the virtual CMM"
@@ -47,7 +47,7 @@ class InProcess:
             raise DmeError(1008, "GoTo")
         self._travel(self.cmm.leg(place_mm, self.settings.travel_speed_mm_s))
 
-    def probe(self, surface_mm: Array, approach: Array, takes_s: float) -> Measured:
+    def probe(self, surface_mm: Array, approach: Array, takes_s: float) -> MeasuredPoint:
         """To the stand-off, search, and back by the retract distance."""
         contact = surface_mm - self.settings.tip_radius_mm * approach
         start = contact - self.settings.standoff_mm * approach
@@ -65,7 +65,7 @@ class InProcess:
         back = touch.trigger_mm - self.settings.retract_mm * approach
         self.go(np.clip(back, self.cmm.limits_mm[:, 0], self.cmm.limits_mm[:, 1]))
         self.cmm.completed += 1
-        return Measured(indicated.tolist(), self.cmm.tip_radius_mm, touch.time_s)
+        return MeasuredPoint(indicated.tolist(), self.cmm.tip_radius_mm, touch.time_s)
 
     def touched_mm(self, approach: Array) -> Array:
         """Where the tip touched last, by where the machine stands, shape ``(3,)``."""

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from stepgauge.errors import InputError, naming, reading
-from stepgauge.files.lines import Lines, Read, Row, held, read_lines, sync_folder
+from stepgauge.files.lines import DurableLines, Read, Row, held, read_lines, sync_folder
 from stepgauge.motion.moves import Program
 from stepgauge.recording import POSITION
 
@@ -38,7 +38,7 @@ def fingerprint(program: Program, **others: object) -> str:
 
 
 @dataclass
-class Journal(Lines):
+class Journal(DurableLines):
     """An open journal; ``rows`` are the points that are on the disk, by their number in the program, from 1."""
 
     head: Row

@@ -18,7 +18,7 @@ from stepgauge.files.units import likely_unit
 from stepgauge.importing.expected import LATERAL_MM, coordinates
 from stepgauge.importing.search_line import from_line, off_search_line
 from stepgauge.live.connection import FalseAnswerError
-from stepgauge.live.controller import Measured
+from stepgauge.live.controller import MeasuredPoint
 from stepgauge.live.journal import Row
 from stepgauge.live.measuring_job import Job
 from stepgauge.machine.file import TIP_TOLERANCE_MM
@@ -70,7 +70,7 @@ class Judge:
             if wrong is not None and wrong.row == len(before):
                 raise FalseAnswerError(f"{name} {wrong.why}", wrong.found, wrong.expected)
 
-    def check(self, point: int, found: Measured, took_s: float) -> None:
+    def check(self, point: int, found: MeasuredPoint, took_s: float) -> None:
         """:class:`FalseAnswerError` for an answer that is no reading of this point.
 
         Parameters
@@ -89,7 +89,7 @@ class Judge:
         along, _ = from_line(position[None], target[None], approach[None])
         self._check_clock(found, (settings.standoff_mm + float(along[0])) / settings.measuring_speed_mm_s)
 
-    def _check_repeated(self, point: int, found: Measured, took_s: float) -> None:
+    def _check_repeated(self, point: int, found: MeasuredPoint, took_s: float) -> None:
         """The answer before again: of another face at once; of the same face sooner than a search takes.
 
         A machine without scatter reads a face again to the last digit; what it tells by its own clock is asked next.
@@ -133,13 +133,13 @@ class Judge:
             found = f"{coordinates(position)}, {off_mm:+.3f} mm off along the gauge"
             raise FalseAnswerError(f"the face is not where {where}", found, f"within {limit_mm:.2f} mm")
 
-    def _check_tip(self, found: Measured) -> None:
+    def _check_tip(self, found: MeasuredPoint) -> None:
         radius, machine = self.job.machine.probe.tip_radius_mm, self.job.machine
         if found.radius_mm is not None and not abs(found.radius_mm - radius) <= TIP_TOLERANCE_MM:
             expected = f"{radius:g} mm, as in {machine.path or 'the machine file'}"
             raise FalseAnswerError("the server's tool has another tip", f"ER {found.radius_mm:g} mm", expected)
 
-    def _check_clock(self, found: Measured, search_s: float) -> None:
+    def _check_clock(self, found: MeasuredPoint, search_s: float) -> None:
         """A machine that tells its clock cannot touch before it has searched."""
         if found.time_s is None:
             return

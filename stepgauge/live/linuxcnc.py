@@ -19,7 +19,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
-from stepgauge.live.controller import SLOWER, ControllerOptions, Measured, refused
+from stepgauge.live.controller import SLOWER, ControllerOptions, MeasuredPoint, refused
 from stepgauge.motion.moves import ProbingSettings
 
 PLACES = ("/usr/lib/python3/dist-packages",)
@@ -122,7 +122,7 @@ class LinuxCnc:
         way_s = float(np.linalg.norm(place_mm - self.position_mm())) / speed
         self._block(f"G1 {_words(place_mm)} F{speed * 60.0:.4f}", SLOWER * way_s + PATIENCE_S)
 
-    def probe(self, surface_mm: Array, approach: Array, takes_s: float) -> Measured:
+    def probe(self, surface_mm: Array, approach: Array, takes_s: float) -> MeasuredPoint:
         """To the stand-off, search, and back by the retract distance; errors 1006 (no contact) and 1501 (deflected)."""
         contact = surface_mm - self.settings.tip_radius_mm * approach
         self.go(contact - self.settings.standoff_mm * approach)
@@ -134,7 +134,7 @@ class LinuxCnc:
         found = [float(value) for value in self._status.probed_position[:3]]
         self._stopped_mm = self.position_mm()
         self.go(self._stopped_mm - self.settings.retract_mm * approach)
-        return Measured(found)
+        return MeasuredPoint(found)
 
     def touched_mm(self, approach: Array) -> Array:
         """Where the search stopped, which is told apart from the latched position, shape ``(3,)``."""

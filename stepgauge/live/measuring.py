@@ -24,7 +24,7 @@ from stepgauge.live.connection import (
     StopAskedError,
     UnaskedError,
 )
-from stepgauge.live.controller import ControllerOptions, Link, Measured
+from stepgauge.live.controller import ControllerOptions, Link, MeasuredPoint
 from stepgauge.live.journal import Journal, Row
 from stepgauge.live.judging import Judge, check_touched
 from stepgauge.live.measuring_job import Job
@@ -64,7 +64,7 @@ class StoppedByPersonError(KeyboardInterrupt):
 
 
 @dataclass
-class _Run:
+class _MeasuringSession:
     """One session of a measurement. ``touched``: points of this session, after which the machine stands at a face.
 
     ``entry``: the way from where it stood to the path.
@@ -167,7 +167,7 @@ class _Run:
             raise
         self.journal.add(point, row)
 
-    def _row(self, row: Row, found: Measured) -> Row:
+    def _row(self, row: Row, found: MeasuredPoint) -> Row:
         """A point as the journal keeps it."""
         own = time.time() - self.journal.began_s if found.time_s is None else found.time_s + self.offset_s
         row |= dict(zip(POSITION, found.position_mm, strict=True))
@@ -273,7 +273,7 @@ def measure(
         a server that is refused before it moves
     """
     ways = SafePaths(job.machine, job.gauge, job.placement)
-    run = _Run(job, link, journal, ways, progress or (lambda *_: None))
+    run = _MeasuringSession(job, link, journal, ways, progress or (lambda *_: None))
     try:
         run.measure_all(wishes or ControllerOptions())
     except (StopAskedError, KeyboardInterrupt) as asked:
@@ -303,18 +303,18 @@ def _after(what: Callable[[], None]) -> None:
         return
 
 
-def _so_far(run: _Run) -> str:
+def _so_far(run: _MeasuringSession) -> str:
     return f"{len(run.journal.rows)} of {len(run.job)} points measured"
 
 
-def _stopped(run: _Run, what: str, found: str) -> MeasurementStoppedError:
+def _stopped(run: _MeasuringSession, what: str, found: str) -> MeasurementStoppedError:
     expected = naming("resume", words="the cause removed, then the same command with {}")
     return MeasurementStoppedError(
         run.link.name, what, found=f"{found}at {_place(run)}, {_so_far(run)}", expected=expected
     )
 
 
-def _refused(run: _Run, error: FalseAnswerError) -> MeasurementStoppedError:
+def _refused(run: _MeasuringSession, error: FalseAnswerError) -> MeasurementStoppedError:
     """Of an answer that is no reading: its point is measured again."""
     stands = "drawn back" if run.drawn_back else "not drawn back"
     expected = naming("resume", words=f"{error.expected}; {stands}, {{}} goes on")
@@ -322,6 +322,6 @@ def _refused(run: _Run, error: FalseAnswerError) -> MeasurementStoppedError:
     return MeasurementStoppedError(run.link.name, what, found=found, expected=expected)
 
 
-def _place(run: _Run) -> str:
+def _place(run: _MeasuringSession) -> str:
     point = run.next_point
     return run.job.name(point) if point <= len(run.job) else "the end"

@@ -19,7 +19,7 @@ ACCELERATION_MM_S2 = 500.0
 
 
 @dataclass
-class Parameter:
+class MachineParameter:
     """A number with its limits; ``value`` is the actual one."""
 
     low: float
@@ -28,7 +28,7 @@ class Parameter:
     value: float
 
     @classmethod
-    def of(cls, low: float, high: float, default: float) -> Parameter:
+    def of(cls, low: float, high: float, default: float) -> MachineParameter:
         """A parameter at its default."""
         return cls(low, high, default, default)
 
@@ -42,7 +42,7 @@ class Parameter:
         return self.value == value
 
 
-Block = dict[str, Parameter]
+Block = dict[str, MachineParameter]
 
 
 @dataclass
@@ -55,7 +55,7 @@ class ToolParameters:
         """An actual value."""
         return self.blocks[block][name].value
 
-    def find(self, path: str) -> tuple[Parameter, str]:
+    def find(self, path: str) -> tuple[MachineParameter, str]:
         """Parameter and facet of a path such as ``PtMeasPar.Speed.Max`` (error 0510 if there is none)."""
         parts = path.split(".")
         block = self.blocks.get(parts[0], {})
@@ -80,16 +80,16 @@ def tool_parameters(machine: Machine) -> ToolParameters:
     """The blocks of the machine's probe: speeds within the limits of the machine file, mm/s; distances in mm."""
     measuring, travel = fastest_mm_s(machine)
     usual = ProbingSettings()
-    acceleration = Parameter.of(1.0, FASTEST_MM_S2, ACCELERATION_MM_S2)
+    acceleration = MachineParameter.of(1.0, FASTEST_MM_S2, ACCELERATION_MM_S2)
     probing = {
-        "Speed": Parameter.of(SLOWEST_MM_S, measuring, machine.table.measuring_speed_mm_s),
+        "Speed": MachineParameter.of(SLOWEST_MM_S, measuring, machine.table.measuring_speed_mm_s),
         "Accel": acceleration,
-        "Approach": Parameter.of(0.0, LONGEST_MM, usual.standoff_mm),
-        "Search": Parameter.of(0.0, LONGEST_MM, usual.search_mm),
-        "Retract": Parameter.of(-1.0, LONGEST_MM, usual.retract_mm),
+        "Approach": MachineParameter.of(0.0, LONGEST_MM, usual.standoff_mm),
+        "Search": MachineParameter.of(0.0, LONGEST_MM, usual.search_mm),
+        "Retract": MachineParameter.of(-1.0, LONGEST_MM, usual.retract_mm),
     }
     going = {
-        "Speed": Parameter.of(SLOWEST_MM_S, travel, machine.table.travel_speed_mm_s),
-        "Accel": Parameter.of(1.0, FASTEST_MM_S2, ACCELERATION_MM_S2),
+        "Speed": MachineParameter.of(SLOWEST_MM_S, travel, machine.table.travel_speed_mm_s),
+        "Accel": MachineParameter.of(1.0, FASTEST_MM_S2, ACCELERATION_MM_S2),
     }
     return ToolParameters({"PtMeasPar": probing, "GoToPar": going})

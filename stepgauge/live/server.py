@@ -22,7 +22,7 @@ from typing import Any
 from stepgauge.errors import InputError, naming
 from stepgauge.files.outputs import refuse_input
 from stepgauge.ippdme.codes import DmeError
-from stepgauge.ippdme.lines import END, NO_TAG, PORT, Lines
+from stepgauge.ippdme.lines import END, NO_TAG, PORT, LineReader
 from stepgauge.live.connection import Address
 from stepgauge.live.machine_state import MachineState
 from stepgauge.live.methods import HANDLERS
@@ -46,7 +46,7 @@ _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Listening:
+class ServerAddress:
     """Where the server listens, and when it ends by itself.
 
     ``port``: 0 for a free one; ``idle_s``: it ends after so long without a client (None: never); ``client_idle_s``,
@@ -64,7 +64,7 @@ class _Link(asyncio.Protocol):
     """The connection of one client."""
 
     def __init__(self, server: Server) -> None:
-        self.server, self.lines = server, Lines()
+        self.server, self.lines = server, LineReader()
         self.transport: asyncio.Transport | None = None
         self.session: Session | None = None
         self.work: asyncio.Task[None] | None = None
@@ -220,8 +220,8 @@ def _keep_alive(connection: socket.socket) -> None:
 class Server:
     """A virtual CMM that listens; :meth:`run` until it is told to end."""
 
-    def __init__(self, state: MachineState, listening: Listening | None = None) -> None:
-        self.state, self.listening = state, listening or Listening()
+    def __init__(self, state: MachineState, listening: ServerAddress | None = None) -> None:
+        self.state, self.listening = state, listening or ServerAddress()
         self.link: _Link | None = None
         self.waiting: list[_Link] = []
         self._end: asyncio.Event | None = None
@@ -300,7 +300,7 @@ class Server:
             self._idle = asyncio.get_running_loop().call_later(self.listening.idle_s, self.stop)
 
 
-def run_server(state: MachineState, listening: Listening, tell: Callable[[str], None]) -> None:
+def run_server(state: MachineState, listening: ServerAddress, tell: Callable[[str], None]) -> None:
     """Serve until it is told to end; ``tell`` hears where it listens, and that it ended.
 
     :class:`InputError` for an address at which nobody can listen.

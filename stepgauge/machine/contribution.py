@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field, ValidationError
 
 from stepgauge.errors import InputError, naming
-from stepgauge.files.config import Table
+from stepgauge.files.config import TomlTable
 
 DIVISOR = {"normal": 1.0, "uniform": math.sqrt(3.0), "triangular": math.sqrt(6.0), "arcsine": math.sqrt(2.0)}
 """From the stated value to the standard uncertainty (JCGM 100:2008, 4.3): of normal it is one already, of the others
@@ -16,7 +16,7 @@ the half width."""
 EXPECTED = 'NAME=VALUE with KEY=VALUE behind commas, e.g. "form of the faces=0.2, distribution=uniform, dof=8"'
 
 
-class Contribution(Table):
+class Contribution(TomlTable):
     """One contribution: a ``[[contribution]]`` of the machine file, or the text of an option.
 
     ``sensitivity`` moves every face by itself; ``sensitivity_per_m`` all faces together, in proportion to the position.

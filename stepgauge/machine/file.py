@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from stepgauge.errors import InputError
-from stepgauge.files.config import Table, Vector3, check_table, read_toml
+from stepgauge.files.config import TomlTable, Vector3, check_table, read_toml
 from stepgauge.files.numerals import number
 from stepgauge.files.resources import find_data
 from stepgauge.files.shown import Summarized, as_lines
@@ -32,7 +32,7 @@ TIP_TOLERANCE_MM = 0.05
 Range = Annotated[tuple[float, float], Field(strict=False)]
 
 
-class Travel(Table):
+class Travel(TomlTable):
     """Travel limits of the tip centre, mm."""
 
     x: Range = Field(description="[lowest, highest] x in mm")
@@ -48,7 +48,7 @@ class Travel(Table):
         return self
 
 
-class ReferenceTable(Table):
+class ReferenceTable(TomlTable):
     """``reference_mm`` of the chain: by axis, the point of its carriage whose motion its errors state."""
 
     x: Vector3 = Field((0.0, 0.0, 0.0), description="of the x carriage, [x, y, z] while all axes stand at 0, mm")
@@ -56,7 +56,7 @@ class ReferenceTable(Table):
     z: Vector3 = Field((0.0, 0.0, 0.0), description="of the z carriage, [x, y, z] while all axes stand at 0, mm")
 
 
-class ChainTable(Table):
+class ChainTable(TomlTable):
     """``[machine.chain]``: the order of the axes, the reference points of their carriages, and the tip."""
 
     table: list[Literal["x", "y", "z"]] = Field([], description='axes that carry the table, from the base: ["x"]')
@@ -80,7 +80,7 @@ class ChainTable(Table):
         return Chain("".join(self.table), "".join(self.probe), reference, tuple(tip.tolist()))
 
 
-class MachineTable(Table):
+class MachineTable(TomlTable):
     """The ``[machine]`` table."""
 
     name: str = Field(min_length=1, description="what the machine is called")
@@ -113,7 +113,7 @@ class MachineTable(Table):
         return "nominal_expansion" if self.temperature_convention == "nominal_expansion" else "as_read"
 
 
-class StandardUncertainty(Table):
+class StandardUncertainty(TomlTable):
     """A standard uncertainty, alone or as ``{ u = 0.05, dof = 8 }``."""
 
     u: float = Field(ge=0, description="standard uncertainty, in the unit of the key")
@@ -139,7 +139,7 @@ LARGEST_U_K, LARGEST_U_PROBING_UM = 5.0, 100.0
 Stated = Annotated[StandardUncertainty, BeforeValidator(_plain_number)]
 
 
-class UncertaintyTable(Table):
+class UncertaintyTable(TomlTable):
     """The ``[uncertainty]`` table: contributions to a budget besides the uncertain values of the other tables."""
 
     gauge_temperature_K: Annotated[Stated, _at_most(LARGEST_U_K)] | None = Field(

@@ -11,14 +11,14 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from stepgauge.files.arrays import Array
-from stepgauge.files.config import Table, check_table
+from stepgauge.files.config import TomlTable, check_table
 
 Distribution = Literal["normal", "uniform", "triangular", "arcsine", "student"]
 REACH = {"normal": 5.0, "uniform": 3.0**0.5, "triangular": 6.0**0.5, "arcsine": 2.0**0.5, "student": 20.0}
 """Farthest draw from the value, in standard uncertainties; the unbounded distributions are cut there."""
 
 
-class UncertainTable(Table):
+class UncertainTable(TomlTable):
     """The keys of a value with uncertainty."""
 
     value: float = Field(description="best estimate")

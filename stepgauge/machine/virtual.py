@@ -34,7 +34,7 @@ from stepgauge.recording.simulated import SIMULATED_COMMENT
 
 
 @dataclass(frozen=True)
-class Conditions:
+class RunConditions:
     """Conditions of one run.
 
     ``gauge_temperature_C``: of the gauge, true and recorded; ``placement``: its number in the recording; ``start_s``:
@@ -125,7 +125,7 @@ def run_program(
     gauge: Gauge,
     placement: Placement,
     seed: int,
-    conditions: Conditions | None = None,
+    conditions: RunConditions | None = None,
     explain: bool = False,
 ) -> Run:
     """Execute a program and return the indications of the machine.
@@ -177,10 +177,10 @@ def probing_settings(machine: Machine, search_mm: float) -> ProbingSettings:
 
 
 def execute(
-    program: Program, machine: Machine, gauge: Gauge, placement: Placement, conditions: Conditions | None = None
+    program: Program, machine: Machine, gauge: Gauge, placement: Placement, conditions: RunConditions | None = None
 ) -> Execution:
     """Trigger positions of a machine without errors: parameters as :func:`run_program`."""
-    conditions = conditions or Conditions()
+    conditions = conditions or RunConditions()
     obstacles = make_obstacles(gauge, placement, conditions.gauge_temperature_C)
     tool = make_tool(machine.probe)
     approach = program.approach[program.is_measure]
@@ -245,7 +245,7 @@ def _times(path: Path, program: Program) -> Array:
 
 
 def _frame(
-    program: Program, conditions: Conditions, trigger: Array, approach: Array, face: NDArray[np.int64], time_s: Array
+    program: Program, conditions: RunConditions, trigger: Array, approach: Array, face: NDArray[np.int64], time_s: Array
 ) -> pd.DataFrame:
     """The true probings, before the errors of the machine."""
     frame = pd.DataFrame({"placement": conditions.placement, "face": face})

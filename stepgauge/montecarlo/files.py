@@ -9,13 +9,13 @@ from typing import Any
 from stepgauge import __version__
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_json, write_text
-from stepgauge.montecarlo.model import Model
+from stepgauge.montecarlo.model import MonteCarloModel
 from stepgauge.montecarlo.summary import COVERAGE, Summary
 
 COLUMNS = ("quantity", "placement", "face", "value", "mean", "u", "low_95", "high_95")
 
 
-def write_summary(folder: str | Path, model: Model, summary: Summary) -> list[Path]:
+def write_summary(folder: str | Path, model: MonteCarloModel, summary: Summary) -> list[Path]:
     """Write ``uncertainty.json`` and ``uncertainty.csv`` into a folder (made if missing); returns their paths."""
     json_path, csv_path = Path(folder) / "uncertainty.json", Path(folder) / "uncertainty.csv"
     write_json(json_path, summary_to_dict(model, summary))
@@ -23,7 +23,7 @@ def write_summary(folder: str | Path, model: Model, summary: Summary) -> list[Pa
     return [json_path, csv_path]
 
 
-def summary_to_dict(model: Model, summary: Summary) -> dict[str, Any]:
+def summary_to_dict(model: MonteCarloModel, summary: Summary) -> dict[str, Any]:
     """Everything as JSON types; what ``evaluate`` leaves undefined is left out."""
     return {
         "format": "stepgauge uncertainty 1",
@@ -44,7 +44,7 @@ def summary_to_dict(model: Model, summary: Summary) -> dict[str, Any]:
     }
 
 
-def _inputs(model: Model) -> list[dict[str, Any]]:
+def _inputs(model: MonteCarloModel) -> list[dict[str, Any]]:
     scalars: list[dict[str, Any]] = [
         {"name": x.key, "value": x.value, "u": x.u, "distribution": x.distribution, "dof": x.dof}
         for x in model.inputs.scalars

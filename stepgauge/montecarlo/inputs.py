@@ -12,7 +12,7 @@ from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import PlacementResult
 from stepgauge.files.arrays import Array
-from stepgauge.files.config import Table, check_table
+from stepgauge.files.config import TomlTable, check_table
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.machine.uncertain import Uncertain, replaced
@@ -34,7 +34,7 @@ NOTHING = "nothing"
 
 
 @dataclass(frozen=True)
-class Inputs:
+class MonteCarloInputs:
     """Scalar inputs in a fixed order, and what varies by face (``certificate``) and by probing (``repeatability``).
 
     ``names`` lists all inputs by the names that contributions are reported under.
@@ -65,7 +65,7 @@ class Draws:
     noise: Array | None
 
 
-def collect_inputs(machine: Machine, gauge: Gauge, u_gauge_temperature_K: float = 0.0) -> Inputs:
+def collect_inputs(machine: Machine, gauge: Gauge, u_gauge_temperature_K: float = 0.0) -> MonteCarloInputs:
     """All inputs of a machine, a gauge and a thermometer.
 
     :class:`InputError` where a key that cannot carry an uncertainty does, or where a draw could leave its bounds.
@@ -79,7 +79,7 @@ def collect_inputs(machine: Machine, gauge: Gauge, u_gauge_temperature_K: float 
     if u_gauge_temperature_K:
         scalars.append(Uncertain(GAUGE_TEMPERATURE, 0.0, u_gauge_temperature_K))
     noisy = machine.table.repeatability_um > 0 or any(t.get("kind") == "noise_growth" for t in machine.effects)
-    return Inputs(tuple(scalars), bool(gauge.u_um.any()), noisy)
+    return MonteCarloInputs(tuple(scalars), bool(gauge.u_um.any()), noisy)
 
 
 def _check_reach(machine: Machine, uncertain: Uncertain) -> None:
@@ -94,7 +94,7 @@ def _check_reach(machine: Machine, uncertain: Uncertain) -> None:
                 check_table(kind, table, _beyond(machine, uncertain), f"effect[{index + 1}]")
         elif uncertain.key in MACHINE_KEYS:
             part, name = uncertain.key.split(".")
-            held: Table = machine.table if part == "machine" else machine.probe
+            held: TomlTable = machine.table if part == "machine" else machine.probe
             check_table(type(held), {**held.model_dump(), name: end}, _beyond(machine, uncertain), part)
         else:
             expected = f"a plain value; uncertain may be parameters of effects and {', '.join(MACHINE_KEYS)}"
@@ -114,7 +114,7 @@ def effect_key(key: str) -> tuple[int, list[str]] | None:
 
 
 def draw(
-    inputs: Inputs,
+    inputs: MonteCarloInputs,
     seed: int,
     runs: Sequence[int],
     n_faces: int,

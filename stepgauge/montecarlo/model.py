@@ -39,7 +39,7 @@ from stepgauge.montecarlo.inputs import (
     GAUGE_TEMPERATURE,
     NOTHING,
     Draws,
-    Inputs,
+    MonteCarloInputs,
     collect_inputs,
     draw,
     effect_key,
@@ -56,7 +56,7 @@ SCALARS = ("r_eff_mm", "u_r_eff_mm", "span_mm", "band_um", "worst_two_sigma_um")
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ModelQuantity:
     """One number that ``evaluate`` reports; ``face`` is None for those of a whole placement."""
 
     name: str
@@ -65,7 +65,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Part:
+class PlacementReadings:
     """One placement: its columns, its readings along the gauge axis, and two temperatures.
 
     ``warmer_K``: of the gauge over that of its certificate; ``scales_C``: of the scales, as recorded, else as stated.
@@ -83,7 +83,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Model:
+class MonteCarloModel:
     """The model of a Monte Carlo; ``sign`` is +1 for a program and -1 for a recording.
 
     ``quantities`` names the columns of :meth:`values`; ``nominal`` is the evaluation of the recording, or of a program
@@ -95,12 +95,12 @@ class Model:
     gauge: Gauge
     effects: tuple[Effect, ...]
     setting: Setting
-    inputs: Inputs
-    parts: tuple[Part, ...]
+    inputs: MonteCarloInputs
+    parts: tuple[PlacementReadings, ...]
     nominal: Evaluation
     origin: REffOrigin
     sign: float
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[ModelQuantity, ...]
     counts: tuple[bool, ...]
     at_reference: bool = True
 
@@ -109,7 +109,7 @@ class Model:
         """What was found of the readings of a recording; of a program there are none."""
         return self.nominal.conditions if self.sign < 0.0 else Conditions()
 
-    def as_it_is(self) -> Model:
+    def as_it_is(self) -> MonteCarloModel:
         """The model whose measurand is the machine as it is: what its scales' temperature makes is its own error,
         unless that is corrected."""
         gone = set() if self.corrects_scales else SCALE_KEYS
@@ -149,7 +149,7 @@ class Model:
         """The effect of the machine file with this index; uncompensated scales come before those of the file."""
         return self.effects[len(self.effects) - len(self.machine.effects) + index]
 
-    def response_um(self, part: Part, scalar: Uncertain) -> Array:
+    def response_um(self, part: PlacementReadings, scalar: Uncertain) -> Array:
         """Change of the readings of a placement by one standard uncertainty of a scalar input, um, shape ``(n,)``.
 
         A central difference through the virtual CMM (JCGM 100:2008, 5.1.3 note 2).
@@ -159,7 +159,7 @@ class Model:
         um = np.broadcast_to(self.sign * _displacement_um(self, part, drawn), (2, len(part)))
         return (um[0] - um[1]) / 2.0
 
-    def noise_um(self, part: Part) -> Array:
+    def noise_um(self, part: PlacementReadings) -> Array:
         """Standard deviation of every probing of a placement along its approach, um, shape ``(n,)``."""
         drawn = _Drawn(self, Draws(1, {}, None, None))
         sigma = scatter_um(drawn.effects(part), Probings(part.columns, self.setting), drawn.repeatability_um())[-1]
@@ -169,7 +169,7 @@ class Model:
 class _Drawn:
     """The inputs of a block of runs, each of shape ``(runs, 1)`` or, by face, ``(runs, n_faces)``."""
 
-    def __init__(self, model: Model, draws: Draws) -> None:
+    def __init__(self, model: MonteCarloModel, draws: Draws) -> None:
         self.model, self.draws = model, draws
         self.scalar, self.runs = draws.scalar, draws.runs
 
@@ -177,7 +177,7 @@ class _Drawn:
         """A scalar input, or its best estimate where it is certain."""
         return self.scalar.get(key, best)
 
-    def effects(self, part: Part) -> list[Effect]:
+    def effects(self, part: PlacementReadings) -> list[Effect]:
         """The effects with their drawn parameters, for a placement."""
         drawn = list(self.model.effects)
         first = len(drawn) - len(self.model.machine.effects)  # uncompensated scales come before those of the file
@@ -190,7 +190,7 @@ class _Drawn:
             drawn[0] = drawn[0].with_values(temperature_C=self.scale_temperature(part))
         return [effect for effect, counts in zip(drawn, self.model.counts, strict=True) if counts]
 
-    def scale_temperature(self, part: Part) -> Array | float:
+    def scale_temperature(self, part: PlacementReadings) -> Array | float:
         """Of the scales in a placement, deg C: the thermometer is off by as much as the machine file lets it be."""
         stated = self.model.machine.table.temperature_C
         return part.scales_C + (self.get("machine.temperature_C", stated) - stated)
@@ -207,7 +207,7 @@ class _Drawn:
             return position
         return position + self.draws.certificate * (self.model.gauge.u_um * 1e-3)
 
-    def face_shift_um(self, part: Part) -> Array:
+    def face_shift_um(self, part: PlacementReadings) -> Array:
         """True minus assumed positions of the faces along the gauge, um, by row."""
         gauge = self.model.gauge
         face = part.readings.face - 1
@@ -224,7 +224,7 @@ class _Drawn:
         # only a probe of constant or lobed pre-travel has this key, and there it is added to all directions alike
         return self.scalar["probe.pretravel_um"] - self.model.machine.probe.model_dump()["pretravel_um"]
 
-    def noise(self, part: Part) -> Array | None:
+    def noise(self, part: PlacementReadings) -> Array | None:
         """Standard normal numbers of the rows of a placement."""
         noise = self.draws.noise
         return None if noise is None else noise[:, part.first_row : part.first_row + len(part)]
@@ -240,7 +240,7 @@ def _with_value(effect: Effect, path: list[str], value: Array) -> Effect:
     return effect.model_copy(update=table)
 
 
-def _evaluated(model: Model, part: Part, drawn: _Drawn) -> Array:
+def _evaluated(model: MonteCarloModel, part: PlacementReadings, drawn: _Drawn) -> Array:
     """The quantities of one placement, shape ``(runs, quantities)``."""
     readings = part.readings
     um = model.sign * _displacement_um(model, part, drawn)
@@ -266,15 +266,15 @@ def _reported(result: PlacementResult) -> Array:
     return np.concatenate([*(getattr(result, name) for name in BY_FACE), single])
 
 
-def _quantities(parts: Sequence[Part]) -> tuple[Quantity, ...]:
+def _quantities(parts: Sequence[PlacementReadings]) -> tuple[ModelQuantity, ...]:
     found = []
     for part in parts:
-        found += [Quantity(name, part.placement, int(face)) for name in BY_FACE for face in part.readings.faces]
-        found += [Quantity(name, part.placement) for name in SCALARS]
+        found += [ModelQuantity(name, part.placement, int(face)) for name in BY_FACE for face in part.readings.faces]
+        found += [ModelQuantity(name, part.placement) for name in SCALARS]
     return tuple(found)
 
 
-def _displacement_um(model: Model, part: Part, drawn: _Drawn) -> Array:
+def _displacement_um(model: MonteCarloModel, part: PlacementReadings, drawn: _Drawn) -> Array:
     """Change of the readings along the gauge axis by the drawn inputs, um, shape ``(runs, n)``."""
     base = Probings(part.columns, model.setting)
     along_um = base.shifted_along_gauge(drawn.face_shift_um(part)) + drawn.pretravel_um()
@@ -293,7 +293,7 @@ def _displacement_um(model: Model, part: Part, drawn: _Drawn) -> Array:
     return along_um * share + bent + _sensor_um(model, part, drawn)
 
 
-def _moved(part: Part, along_um: Array) -> dict[str, Array]:
+def _moved(part: PlacementReadings, along_um: Array) -> dict[str, Array]:
     """The columns with the coordinates at which the probe triggers in these runs."""
     if along_um.ndim == 1:
         return part.columns
@@ -307,7 +307,7 @@ def _projected(xyz_um: tuple[Array, Array, Array], axis: Array) -> Array:
     return total
 
 
-def _sensor_um(model: Model, part: Part, drawn: _Drawn) -> Array | float:
+def _sensor_um(model: MonteCarloModel, part: PlacementReadings, drawn: _Drawn) -> Array | float:
     """Error of compensated scales if temperature or expansion differ from the values of the controller.
 
     -(alpha_s (T - 20) - alpha_0 (T_0 - 20)) x, with alpha_0 of the machine file and the best estimate T_0.
@@ -326,10 +326,10 @@ def program_model(
     machine: Machine,
     gauge: Gauge,
     placement: Placement,
-    conditions: virtual.Conditions | None = None,
+    conditions: virtual.RunConditions | None = None,
     u_gauge_temperature_K: float = 0.0,
     origin: REffOrigin = "first",
-) -> Model:
+) -> MonteCarloModel:
     """The model of a measurement yet to be made: the program on the virtual CMM.
 
     Raises the stop of a program that does not run through.
@@ -351,7 +351,7 @@ def recording_model(
     origin: REffOrigin = "first",
     blocks: tuple[int, int] | None = None,
     correct_drift: bool = False,
-) -> Model:
+) -> MonteCarloModel:
     """The model of a measurement that was made; ``blocks`` and ``correct_drift`` as in ``evaluate``.
 
     The effects of the machine file are influence quantities of this measurement: only their uncertain parameters
@@ -374,10 +374,10 @@ def _model(
     nominal: Evaluation,
     machine: Machine,
     setting: Setting,
-    inputs: Inputs,
+    inputs: MonteCarloInputs,
     sign: float,
     correct_drift: bool = False,
-) -> Model:
+) -> MonteCarloModel:
     gauge, origin = nominal.gauge, nominal.r_eff_origin
     parts, first = [], 0
     for result in nominal.results:
@@ -391,7 +391,7 @@ def _model(
         first += len(part)
     effects = tuple(machine_effects(machine))
     counts = tuple(sign > 0 or drawn for drawn in _is_drawn(machine, effects))
-    return Model(
+    return MonteCarloModel(
         machine, gauge, effects, setting, inputs, tuple(parts), nominal, origin, sign, _quantities(parts), counts
     )
 
@@ -413,7 +413,7 @@ def _part(
     first_row: int,
     sign: float,
     scales_C: float,
-) -> Part:
+) -> PlacementReadings:
     if readings.kept is not None:
         recording = replace(recording, frame=recording.frame.iloc[readings.kept])
     if sign < 0:
@@ -422,4 +422,4 @@ def _part(
         readings = replace(readings, by_face=means)  # the noise of the recording is drawn anew
     columns: dict[str, Any] = {name: recording.frame[name].to_numpy() for name in recording.frame.columns}
     warmer = np.broadcast_to(warmer_K(recording, gauge), (len(readings.face),))
-    return Part(number, columns, readings, warmer, scales_C, first_row)
+    return PlacementReadings(number, columns, readings, warmer, scales_C, first_row)

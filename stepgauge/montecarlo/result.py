@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Plotted, as_lines, figures
 from stepgauge.montecarlo.files import summary_to_dict, write_summary
-from stepgauge.montecarlo.model import Model
+from stepgauge.montecarlo.model import MonteCarloModel
 from stepgauge.montecarlo.run import Progress, run_monte_carlo
 from stepgauge.montecarlo.summary import Summary
 
@@ -31,7 +31,7 @@ class MonteCarloBudget(Plotted):
     """Distributions of the numbers of an evaluation (JCGM 101), and the model that they are of."""
 
     drawn_by: ClassVar[str] = "uncertainty.draw_distribution"
-    model: Model
+    model: MonteCarloModel
     distributions: Summary
 
     def summary(self) -> str:
@@ -66,7 +66,7 @@ class MonteCarloBudget(Plotted):
 
 
 def monte_carlo_budget(
-    model: Model, runs: int, seed: int, jobs: int | None, kept_in: Path | None, progress: Progress | None
+    model: MonteCarloModel, runs: int, seed: int, jobs: int | None, kept_in: Path | None, progress: Progress | None
 ) -> MonteCarloBudget:
     """Run it; ``jobs`` None: as many processes as there are processors."""
     found = run_monte_carlo(model, runs, seed, jobs or os.cpu_count() or 1, None, kept_in, progress)

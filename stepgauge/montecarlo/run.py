@@ -15,7 +15,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.executors.processes import Processes
 from stepgauge.executors.run import run
 from stepgauge.files.arrays import Array
-from stepgauge.montecarlo.model import Model
+from stepgauge.montecarlo.model import MonteCarloModel
 from stepgauge.montecarlo.store import open_store
 from stepgauge.montecarlo.summary import Summary, summarise
 
@@ -29,7 +29,7 @@ PROBINGS_PER_JOB = 10_000_000
 
 
 @dataclass(frozen=True)
-class Block:
+class RunBlock:
     """Consecutive runs: ``runs`` are their numbers, ``rows`` where their values are kept, ``only`` the input varied."""
 
     number: int
@@ -45,26 +45,26 @@ class Schedule:
     The size of a block follows from the model, never from processes or chunks, so that every block is computed alike.
     """
 
-    blocks: tuple[Block, ...]
+    blocks: tuple[RunBlock, ...]
     rows: int
 
 
-def make_schedule(model: Model, runs: int) -> Schedule:
+def make_schedule(model: MonteCarloModel, runs: int) -> Schedule:
     """The blocks of a Monte Carlo of so many runs."""
     size = max(1, BLOCK_PROBINGS // model.n_rows)
-    blocks: list[Block] = []
+    blocks: list[RunBlock] = []
     first_row = 0
     for only, count in [(None, runs), *((name, min(runs, CONTRIBUTION_RUNS)) for name in model.inputs.names)]:
         for first in range(0, count, size):
             numbers = range(first, min(first + size, count))
             rows = slice(first_row + first, first_row + numbers.stop)
-            blocks.append(Block(len(blocks), numbers, rows, only))
+            blocks.append(RunBlock(len(blocks), numbers, rows, only))
         first_row += count
     return Schedule(tuple(blocks), first_row)
 
 
 def run_monte_carlo(
-    model: Model,
+    model: MonteCarloModel,
     runs: int = 10_000,
     seed: int = 0,
     jobs: int = 1,
@@ -110,7 +110,7 @@ def run_monte_carlo(
     return summary
 
 
-def _check(model: Model, runs: int, seed: int) -> None:
+def _check(model: MonteCarloModel, runs: int, seed: int) -> None:
     if runs < 2:
         raise InputError(naming("runs"), "a distribution needs runs", found=runs, expected="at least 2, better 10000")
     if not 0 <= seed < 2**64:
@@ -123,7 +123,7 @@ def _check(model: Model, runs: int, seed: int) -> None:
         )
 
 
-def _fingerprint(model: Model, runs: int, seed: int) -> str:
+def _fingerprint(model: MonteCarloModel, runs: int, seed: int) -> str:
     """What must be the same for stored values to be those of this computation."""
     machine, gauge = model.machine, model.gauge
     words = [__version__, runs, seed, BLOCK_PROBINGS, model.origin, model.sign, model.inputs]
@@ -140,8 +140,8 @@ def _fingerprint(model: Model, runs: int, seed: int) -> str:
 
 
 def _computed(
-    model: Model, seed: int, blocks: list[Block], jobs: int, chunk: int | None
-) -> Iterator[tuple[Block, Array]]:
+    model: MonteCarloModel, seed: int, blocks: list[RunBlock], jobs: int, chunk: int | None
+) -> Iterator[tuple[RunBlock, Array]]:
     probings = model.n_rows * sum(len(block.runs) for block in blocks)
     jobs = min(jobs, len(blocks), probings // PROBINGS_PER_JOB)
     if jobs <= 1:
@@ -156,9 +156,9 @@ def _computed(
         yield from zip(group, outcome.value, strict=True)
 
 
-def _work(model: Model, seed: int, blocks: list[Block]) -> list[Array]:
+def _work(model: MonteCarloModel, seed: int, blocks: list[RunBlock]) -> list[Array]:
     return [_values(model, seed, block) for block in blocks]
 
 
-def _values(model: Model, seed: int, block: Block) -> Array:
+def _values(model: MonteCarloModel, seed: int, block: RunBlock) -> Array:
     return model.values(seed, block.runs, block.only)

@@ -11,8 +11,8 @@ from stepgauge.evaluation.face_errors import REffOrigin
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine, check_recorded
-from stepgauge.machine.virtual import Conditions, probing_settings
-from stepgauge.montecarlo.model import Model, program_model, recording_model
+from stepgauge.machine.virtual import RunConditions, probing_settings
+from stepgauge.montecarlo.model import MonteCarloModel, program_model, recording_model
 from stepgauge.planning.plan import parse_section
 from stepgauge.programs import read_program
 from stepgauge.recording import Recording, is_recording_file, join_recordings, read_recording
@@ -47,7 +47,7 @@ def read_model(
     gauge: Gauge,
     placements: Sequence[Placement] = (),
     options: ModelOptions | None = None,
-) -> Model:
+) -> MonteCarloModel:
     """The model of recordings (read, or CSV or Parquet, joined) or of one program, told apart by the file's name.
 
     :class:`InputError` where recordings are of another machine, where a program comes without exactly one placement,
@@ -68,7 +68,7 @@ def read_model(
         return model if options.at_reference else model.as_it_is()
     _check_program(files, placements, options)
     program = read_program(files[0], probing_settings(machine, options.search_mm))
-    conditions = Conditions(gauge.temperature_C(options.gauge_temperature_C))
+    conditions = RunConditions(gauge.temperature_C(options.gauge_temperature_C))
     u_K = machine.u_gauge_temperature_K(options.u_gauge_temperature_K)
     return program_model(program, machine, gauge, placements[0], conditions, u_K, options.origin)
 

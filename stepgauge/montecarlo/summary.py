@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stepgauge.files.arrays import Array
-from stepgauge.montecarlo.model import Model, Quantity
+from stepgauge.montecarlo.model import ModelQuantity, MonteCarloModel
 
 COVERAGE = 0.95
 COLUMNS_AT_A_TIME = 32
@@ -24,7 +24,7 @@ class Summary:
     standard deviation with this input alone varied (Annex B.1). NaN where ``evaluate`` defines nothing.
     """
 
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[ModelQuantity, ...]
     runs: int
     contribution_runs: int
     seed: int
@@ -38,10 +38,10 @@ class Summary:
     def index(self, name: str, face: int | None = None, placement: int | None = None) -> int:
         """Where a quantity stands; of the first placement unless one is named."""
         wanted = self.quantities[0].placement if placement is None else placement
-        return self.quantities.index(Quantity(name, wanted, face))
+        return self.quantities.index(ModelQuantity(name, wanted, face))
 
 
-def summarise(model: Model, values: Array, runs: int, contribution_runs: int, seed: int) -> Summary:
+def summarise(model: MonteCarloModel, values: Array, runs: int, contribution_runs: int, seed: int) -> Summary:
     """The summary of ``values``: ``runs`` rows with all inputs drawn, then ``contribution_runs`` for each input."""
     count = len(model.quantities)
     mean, u, low, high = (np.empty(count) for _ in range(4))

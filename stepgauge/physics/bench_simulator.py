@@ -18,7 +18,7 @@ from stepgauge.physics.bench import BenchStroke
 
 
 @dataclass(frozen=True)
-class Bench:
+class PushBench:
     """The device: motion, sampling and noise.
 
     Parameters
@@ -43,7 +43,7 @@ class Bench:
 
 
 @dataclass(frozen=True)
-class Probe:
+class DirectedProbe:
     """The probe in one direction.
 
     Parameters
@@ -61,7 +61,7 @@ class Probe:
     zero_noise_um: float = 0.0
 
 
-def simulate_push(probe: Probe, bench: Bench, rng: np.random.Generator) -> BenchStroke:
+def simulate_push(probe: DirectedProbe, bench: PushBench, rng: np.random.Generator) -> BenchStroke:
     """One push and return of the rod.
 
     Raises ``ValueError`` where the probe could not trigger or the tip could not return: pre-travel, speed,
@@ -85,14 +85,14 @@ def simulate_push(probe: Probe, bench: Bench, rng: np.random.Generator) -> Bench
 
 
 def simulate_directions(
-    directions_deg: ArrayLike, probes: Sequence[Probe], repeats: int, bench: Bench, rng: np.random.Generator
+    directions_deg: ArrayLike, probes: Sequence[DirectedProbe], repeats: int, bench: PushBench, rng: np.random.Generator
 ) -> list[tuple[float, BenchStroke]]:
-    """``repeats`` pushes in each direction, (direction, push), one :class:`Probe` per direction."""
+    """``repeats`` pushes in each direction, (direction, push), one :class:`DirectedProbe` per direction."""
     pairs = zip(np.atleast_1d(np.asarray(directions_deg, dtype=float)), probes, strict=True)
     return [(float(angle), simulate_push(probe, bench, rng)) for angle, probe in pairs for _ in range(repeats)]
 
 
-def _check(probe: Probe, bench: Bench) -> None:
+def _check(probe: DirectedProbe, bench: PushBench) -> None:
     positive = {
         "pretravel_um": probe.pretravel_um,
         "speed_mm_s": bench.speed_mm_s,
@@ -106,7 +106,7 @@ def _check(probe: Probe, bench: Bench) -> None:
         raise ValueError(f"indentation_share must lie in 0..1, not {probe.indentation_share}")
 
 
-def _motion(trigger_mm: float, bench: Bench) -> tuple[Array, Array, int]:
+def _motion(trigger_mm: float, bench: PushBench) -> tuple[Array, Array, int]:
     """Sample times, rod positions and the index of the first sample at standstill."""
     speed, brake = bench.speed_mm_s, bench.deceleration_mm_s2
     brake_start = trigger_mm / speed + bench.latency_s

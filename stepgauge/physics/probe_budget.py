@@ -26,7 +26,7 @@ class Component:
 
 
 @dataclass(frozen=True)
-class Budget:
+class ProbeBudget:
     """Components taken as independent; the two combined standard uncertainties of Eq 18."""
 
     components: tuple[Component, ...]
@@ -81,7 +81,7 @@ def repeatability_component(name: str, readings_um: ArrayLike) -> Component:
     return Component(name, "A", fixed_um=float(readings.std(ddof=1)))
 
 
-def ren_budget(expansion_per_K: float = 11.5e-6, cosine_per_m_um: float = 0.001) -> Budget:
+def ren_budget(expansion_per_K: float = 11.5e-6, cosine_per_m_um: float = 0.001) -> ProbeBudget:
     """The budget of Ren Table 2, its part proportional to length computed from the stated causes.
 
     Parameters
@@ -90,7 +90,7 @@ def ren_budget(expansion_per_K: float = 11.5e-6, cosine_per_m_um: float = 0.001)
     cosine_per_m_um : the table's value. 0.1 mm in 100 mm, as the table states the cause, would give
         ``cosine_um_per_m(1e-3)`` = 0.5 um/m, 500 times as much: pass this value to see its influence.
     """
-    return Budget(
+    return ProbeBudget(
         (
             Component("probing", "A", fixed_um=0.034),
             Component("calibration of the probe", "B", fixed_um=0.030),
@@ -106,7 +106,7 @@ def ren_budget(expansion_per_K: float = 11.5e-6, cosine_per_m_um: float = 0.001)
     )
 
 
-def with_repeatability(pretravel_std_um: float | None) -> Budget:
+def with_repeatability(pretravel_std_um: float | None) -> ProbeBudget:
     """Ren's budget with the repeatability measured on the bench.
 
     A pre-travel is the difference of two readings, and its standard deviation contains the scatter of both: it replaces
@@ -116,4 +116,4 @@ def with_repeatability(pretravel_std_um: float | None) -> Budget:
     if pretravel_std_um is None:
         return budget
     kept = [part for part in budget.components if not part.name.startswith("repeatability")]
-    return Budget((*kept, Component("repeatability of the pre-travel, measured", "A", fixed_um=pretravel_std_um)))
+    return ProbeBudget((*kept, Component("repeatability of the pre-travel, measured", "A", fixed_um=pretravel_std_um)))

@@ -56,7 +56,7 @@ class SphereFit:
 
 
 @dataclass(frozen=True)
-class EffectiveRadius:
+class QualifiedRadius:
     """R_eff of a qualified tip, in mm, its standard uncertainty in um (None where unknown) and the fit behind it."""
 
     r_eff_mm: float
@@ -97,7 +97,7 @@ def effective_radius(
     sphere_radius_mm: float,
     u_sphere_radius_um: float = 0.0,
     noise_um: float | None = None,
-) -> EffectiveRadius:
+) -> QualifiedRadius:
     """R_eff = r - w of a tip from recorded tip centres on a reference sphere.
 
     Parameters
@@ -109,7 +109,7 @@ def effective_radius(
     fit = fit_sphere(points_mm, noise_um)
     u_fit = fit.u_radius_um
     u = None if u_fit is None else float(np.hypot(u_fit, u_sphere_radius_um))
-    return EffectiveRadius(fit.radius_mm - sphere_radius_mm, u, fit)
+    return QualifiedRadius(fit.radius_mm - sphere_radius_mm, u, fit)
 
 
 def _linear_sphere(points: Array) -> Array:

@@ -22,7 +22,7 @@ _KG_PER_MM3 = 1e-9
 
 
 @dataclass(frozen=True)
-class Section:
+class StylusSection:
     """A round piece of the stylus; with ``bore_mm`` a tube (carbon fibre stems).
 
     Attributes
@@ -71,7 +71,7 @@ class Section:
         return 6.0 * (1.0 + nu) * wall / ((7.0 + 6.0 * nu) * wall + (20.0 + 12.0 * nu) * bore**2)
 
 
-Stylus = Sequence[Section]
+Stylus = Sequence[StylusSection]
 
 
 def length_mm(stylus: Stylus) -> float:
@@ -114,7 +114,7 @@ def tip_displacement_mm(stylus: Stylus, force_N: ArrayLike) -> Array:
     return np.asarray(force_N, dtype=float) * np.array([lateral, lateral, axial])
 
 
-def uniform_deflection_mm(section: Section, force_N: ArrayLike, at_mm: ArrayLike) -> Array:
+def uniform_deflection_mm(section: StylusSection, force_N: ArrayLike, at_mm: ArrayLike) -> Array:
     """Deflection of a uniform cantilever at a distance from its root, F x^2 (3 L - x) / (6 E I) (Ren Eq 8)."""
     x = np.asarray(at_mm, dtype=float)
     rigidity = section.modulus_N_mm2 * section.second_moment_mm4
@@ -159,7 +159,7 @@ def _moment_of_weight(x: Array, far: float, near: float, load_N_per_mm: float) -
     return load_N_per_mm * (reach - near) * (x - 0.5 * (reach + near))
 
 
-def _shear_softness(section: Section) -> float:
+def _shear_softness(section: StylusSection) -> float:
     shear_modulus = section.modulus_N_mm2 / (2.0 * (1.0 + section.poisson))
     return 1.0 / (section.shear_coefficient * shear_modulus * section.area_mm2)
 

@@ -9,7 +9,7 @@ import numpy as np
 from stepgauge.errors import InputError
 from stepgauge.motion.moves import Program
 from stepgauge.programs.dialect import Dialect
-from stepgauge.programs.reading import Contact, Probe
+from stepgauge.programs.reading import Contact, ReadingProbe
 
 COARSEST_MM = 1e-4
 """Digits of a log, mm, where the controller has no coarser ones: rounding them is 0.03 um, a quarter of the smallest
@@ -17,7 +17,7 @@ standard uncertainty of a certificate."""
 NOT_KNOWN = "the log is in no form that 'stepgauge import' knows, and was not checked"
 
 
-class _KnownContacts(Probe):
+class _KnownContacts(ReadingProbe):
     """Contacts beside the nominal ones by a few hundredths of a millimetre, each by another way."""
 
     def __init__(self) -> None:

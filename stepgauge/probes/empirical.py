@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from stepgauge.files.arrays import Array
-from stepgauge.files.config import Table
+from stepgauge.files.config import TomlTable
 from stepgauge.files.formula import parse_formula
 from stepgauge.probes.base import Probe
 
@@ -22,7 +22,7 @@ DIRECTION = ("polar_deg", "azimuth_deg", "polar_rad", "azimuth_rad")
 parse = lru_cache(maxsize=512)(parse_formula)
 
 
-class EmpiricalTable(Table):
+class EmpiricalTable(TomlTable):
     """``[[probe.empirical]]``: a fitted formula without a known cause that is added to one quantity."""
 
     quantity: Quantity = Field(description="trigger_force_N, deflection_um or pretravel_um")

@@ -12,11 +12,11 @@ from pydantic import Field
 from stepgauge import __version__
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
-from stepgauge.files.config import Table, Vector3, check_table
+from stepgauge.files.config import TomlTable, Vector3, check_table
 from stepgauge.files.text import read_result, write_json
 from stepgauge.physics import wozniak
 from stepgauge.physics.directions import probe_frame
-from stepgauge.physics.sphere import EffectiveRadius, effective_radius
+from stepgauge.physics.sphere import QualifiedRadius, effective_radius
 from stepgauge.physics.wozniak import LobeModel, Slip, Transducer
 from stepgauge.probes.files import ProbedPoints
 
@@ -50,7 +50,7 @@ class Reference:
     stylus_axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
 
-class LobeTable(Table):
+class LobeTable(TomlTable):
     """The lobed pre-travel model of a qualified tip."""
 
     transducer: Transducer
@@ -67,7 +67,7 @@ class LobeTable(Table):
         return LobeModel(self.transducer, float(np.radians(self.lobe_azimuth_deg)), self.slip)
 
 
-class Qualification(Table):
+class Qualification(TomlTable):
     """Result of a qualification; the JSON file has the same keys."""
 
     points: int
@@ -213,7 +213,7 @@ def _lobes(
 
 def _as_qualification(
     reference: Reference,
-    radius: EffectiveRadius,
+    radius: QualifiedRadius,
     lobes: tuple[LobeModel, wozniak.Calibration, Array] | None,
     fitted: bool,
 ) -> Qualification:

@@ -117,7 +117,7 @@ def _common(table: ProbeTable) -> dict[str, Any]:
 
 
 def _mechanical(table: KinematicTable, where: str | Path) -> MechanicalProbe:
-    sections = [stylus.Section(**section.model_dump()) for section in table.stylus]
+    sections = [stylus.StylusSection(**section.model_dump()) for section in table.stylus]
     length = stylus.length_mm(sections)
     if table.stylus_length_mm is not None and abs(table.stylus_length_mm - length) > 0.01:
         found = f"{table.stylus_length_mm:g}"

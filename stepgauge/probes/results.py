@@ -181,7 +181,7 @@ def compensated(
 
 
 @dataclass(frozen=True, repr=False)
-class Bench(Summarized):
+class BenchResult(Summarized):
     """The pushes of a bench and what they give by direction."""
 
     session: BenchSession

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from stepgauge.files.config import Table, Vector3
+from stepgauge.files.config import TomlTable, Vector3
 from stepgauge.physics.pretravel import Indentation
 from stepgauge.probes.empirical import EmpiricalTable
 from stepgauge.probes.table import Symmetry
@@ -19,7 +19,7 @@ SHANK_SHARE = 0.6
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 
 
-class ProbeTable(Table):
+class ProbeTable(TomlTable):
     """Keys that every model has."""
 
     model: str = Field(description="constant, lobed, table, kinematic or piezo")
@@ -77,7 +77,7 @@ class MapTable(ProbeTable):
     symmetry: Symmetry = Field("none", description='"none", "three-fold" (120 deg) or "mirrored" (0 to 60 deg)')
 
 
-class SeatTable(Table):
+class SeatTable(TomlTable):
     """``[probe.seat]``: the tripod on its six contacts."""
 
     preload_N: float = Field(gt=0, le=100, description="spring force along the axis, N")
@@ -105,7 +105,7 @@ class SeatTable(Table):
         return self
 
 
-class SectionTable(Table):
+class SectionTable(TomlTable):
     """``[[probe.stylus]]``: one section of the stylus, from the probe body to the tip."""
 
     length_mm: float = Field(gt=0, le=1000, description="length of the section, mm; the last ends at the tip centre")
@@ -122,7 +122,7 @@ class SectionTable(Table):
         return self
 
 
-class SurfaceTable(Table):
+class SurfaceTable(TomlTable):
     """``[probe.surface]``: tip and workpiece at the contact; without it they are rigid and frictionless."""
 
     tip_modulus_GPa: float = Field(gt=0, le=2000, description="Young's modulus of the tip, GPa")
@@ -133,7 +133,7 @@ class SurfaceTable(Table):
     indentation: Indentation = Field("added", description='"added" (Wozniak), "subtracted" (Ren) or "left out"')
 
 
-class SensorTable(Table):
+class SensorTable(TomlTable):
     """``[probe.sensor]``: the element of a piezo probe."""
 
     lateral_N: float = Field(gt=0, le=100, description="force across the stylus at which it answers, N")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import NoReturn
 
 from stepgauge.programs.reading import Reader, check_lines
-from stepgauge.programs.table import NOMINAL, QUIET, Code, Statement, Table
+from stepgauge.programs.table import NOMINAL, QUIET, Code, DialectGrammar, Statement
 
 WORDS = Statement("words", "", "a block of words", "")
 LABEL = Statement("nothing", "", "a label", "", QUIET)
@@ -44,7 +44,7 @@ class Block:
         return next((code.when for code in self.codes if code.when), self.form.when)
 
 
-def read_blocks(text: str, table: Table, reader: Reader) -> list[Block]:
+def read_blocks(text: str, table: DialectGrammar, reader: Reader) -> list[Block]:
     """The blocks of a text; :class:`stepgauge.errors.InputError` names line, word, and what is in the table instead."""
     blocks: list[Block] = []
     check_lines(text, reader.path, table.longest)
@@ -83,7 +83,7 @@ def joined_lines(text: str, continued: str, comment: str, reader: Reader) -> Ite
 class _Line:
     """One line, cut into its statement and its comments."""
 
-    def __init__(self, raw: str, table: Table, reader: Reader) -> None:
+    def __init__(self, raw: str, table: DialectGrammar, reader: Reader) -> None:
         self.raw, self.table, self.reader = raw, table, reader
         self.comments: list[str] = []
         self.active: list[str] = []
@@ -203,5 +203,5 @@ def _key(word: re.Match[str]) -> str:
     return f"{word[1].upper()}{float(word[2]):g}"
 
 
-def _verb(table: Table) -> str:
+def _verb(table: DialectGrammar) -> str:
     return f"a statement that 'stepgauge list dialects {table.name}' lists"

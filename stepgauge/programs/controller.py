@@ -10,14 +10,14 @@ import numpy as np
 
 from stepgauge.errors import InputError
 from stepgauge.motion.moves import ProbingSettings
-from stepgauge.programs.reading import Contact, ControllerAlarmError, Probe
+from stepgauge.programs.reading import Contact, ControllerAlarmError, ReadingProbe
 
 if TYPE_CHECKING:
     from stepgauge.machine.virtual import Run
     from stepgauge.programs import Dialect
 
 
-class Played(Probe):
+class Played(ReadingProbe):
     """Answers with the indications of a run, one after the other; where the run was stopped, with what stopped it."""
 
     def __init__(self, run: Run) -> None:

@@ -11,8 +11,8 @@ from stepgauge.errors import InputError
 from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.programs.execution import Control
 from stepgauge.programs.options import Option, chosen
-from stepgauge.programs.reading import ControllerAlarmError, Probe, Reader
-from stepgauge.programs.table import Table
+from stepgauge.programs.reading import ControllerAlarmError, Reader, ReadingProbe
+from stepgauge.programs.table import DialectGrammar
 
 _SPEEDS = ("measuring_speed_mm_s", "travel_speed_mm_s")
 SEARCH = ("search_mm", *_SPEEDS)
@@ -62,7 +62,7 @@ class Dialect:
         return f"{self.family or self.name}.j2"
 
     @property
-    def table(self) -> Table:
+    def table(self) -> DialectGrammar:
         """What its virtual controller understands."""
         return self.control.table
 
@@ -116,7 +116,9 @@ class Dialect:
         """Execute a text as the controller; the reader has its moves and its log."""
         self.control(reader).run(text)
 
-    def log_of(self, text: str, path: str | Path, settings: ProbingSettings, probe: Probe) -> tuple[str, str | None]:
+    def log_of(
+        self, text: str, path: str | Path, settings: ProbingSettings, probe: ReadingProbe
+    ) -> tuple[str, str | None]:
         """What the controller writes while it executes a text with this probe, and the alarm that stopped it."""
         reader, alarm = Reader(str(path), settings, self.self_positioning, probe), None
         try:

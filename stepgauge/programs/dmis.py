@@ -15,9 +15,20 @@ from stepgauge.programs.blocks import Block, joined_lines
 from stepgauge.programs.dialect import AUTOMATIC, Dialect
 from stepgauge.programs.execution import Control
 from stepgauge.programs.gcode import end_of_line
-from stepgauge.programs.options import Name, Number, Option
+from stepgauge.programs.options import Name, NumberOption, Option
 from stepgauge.programs.reading import Reader
-from stepgauge.programs.table import END, ENDS, FIRST, LAST, NOT_CONFIRMED, QUIET, START, Slot, Statement, Table
+from stepgauge.programs.table import (
+    END,
+    ENDS,
+    FIRST,
+    LAST,
+    NOT_CONFIRMED,
+    QUIET,
+    START,
+    DialectGrammar,
+    Slot,
+    Statement,
+)
 
 ENCODED = "*"
 """Behind the key of a text ``key: value``: both are percent-encoded, for DMIS holds ASCII only."""
@@ -28,7 +39,7 @@ SAME_MM = 1e-5
 DEVICE_NAME, FILE_NAME = r"[A-Za-z][A-Za-z0-9_-]{0,15}", r"[A-Za-z0-9_-]{1,40}(?:\.(?i:DMO|TXT|LOG|OUT))?"
 _XYZ, _IJK = "{number},{number},{number}", "{number},{number},{number}"
 
-TABLE = Table(
+TABLE = DialectGrammar(
     "dmis",
     forms=(
         Statement("header", "DMISMN/'{text}',{version}", "begin of the program", NIST, when=FIRST),
@@ -108,7 +119,7 @@ def statements(text: str, reader: Reader) -> Iterator[str]:
 class Dmis(Control):
     """The software between statements."""
 
-    table: ClassVar[Table] = TABLE
+    table: ClassVar[DialectGrammar] = TABLE
 
     def __init__(self, reader: Reader) -> None:
         super().__init__(reader)
@@ -316,7 +327,7 @@ DIALECTS = (
             ),
             "sphere": Option(
                 "",
-                Number(1, 100, "mm", may_be_left_out=True),
+                NumberOption(1, 100, "mm", may_be_left_out=True),
                 "diameter of a reference sphere: the sensor is calibrated first, by hand",
             ),
         },

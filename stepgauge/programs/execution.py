@@ -16,7 +16,7 @@ from typing import ClassVar
 from stepgauge.programs.blocks import Block, read_blocks
 from stepgauge.programs.expression import Grammar, Value, check_words, evaluate
 from stepgauge.programs.reading import Contact, ControllerAlarmError, MovedOnError, Reader
-from stepgauge.programs.table import CLOSING, END, ENDS, FIRST, FRAME, IF, JUMP, LAST, QUIET, START, Table
+from stepgauge.programs.table import CLOSING, END, ENDS, FIRST, FRAME, IF, JUMP, LAST, QUIET, START, DialectGrammar
 
 CLEAR_MM = 1.0
 """A contact on a shorter way is within the overtravel of any probe."""
@@ -25,7 +25,7 @@ CLEAR_MM = 1.0
 class Control:
     """A virtual controller between blocks. A dialect adds a method for every statement of its table."""
 
-    table: ClassVar[Table]
+    table: ClassVar[DialectGrammar]
     grammar: ClassVar[Grammar] = Grammar("(?!)")
 
     def __init__(self, reader: Reader) -> None:

@@ -16,7 +16,7 @@ from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.expression import Grammar, Value
 from stepgauge.programs.gcode import MOTION, ORDINARY, GCode, modal, moves_with_result
-from stepgauge.programs.options import YES_NO, Choice, Number, Option
+from stepgauge.programs.options import YES_NO, ChoiceOption, NumberOption, Option
 from stepgauge.programs.reading import Reader
 from stepgauge.programs.table import (
     CLOSING,
@@ -30,9 +30,9 @@ from stepgauge.programs.table import (
     QUIET,
     START,
     Code,
+    DialectGrammar,
     Slot,
     Statement,
-    Table,
     Variable,
 )
 
@@ -49,7 +49,7 @@ GROUPS = {
 """Modal information by group, and the codes of the group that are known here."""
 _FIELD = re.compile(r"#(\d+)\[(\d)(\d)\]")
 
-TABLE = Table(
+TABLE = DialectGrammar(
     "fanuc",
     forms=(
         Statement("tape", "%", "begin and end of the tape", MANUAL, QUIET, FRAME),
@@ -119,7 +119,7 @@ class Fanuc(GCode):
     of the probe active (``length_mm`` in the offset table, and in the register where bit 4 of 6014 is 0).
     """
 
-    table: ClassVar[Table] = TABLE
+    table: ClassVar[DialectGrammar] = TABLE
     searches: ClassVar[frozenset[str]] = frozenset({"G31"})
     one_shot: ClassVar[frozenset[str]] = frozenset({"G31"})
     grammar: ClassVar[Grammar] = Grammar(
@@ -219,7 +219,7 @@ class Fanuc(GCode):
 class Haas(Fanuc):
     """What a Haas has besides."""
 
-    table: ClassVar[Table] = replace(
+    table: ClassVar[DialectGrammar] = replace(
         TABLE,
         name="haas",
         forms=(
@@ -236,34 +236,36 @@ def _variant(control: type[Fanuc], name: str, title: str, most_feed_mm_s: float 
     """A control that reads the macro language of Fanuc, with what differs."""
     options = {key: replace(one, default=defaults.get(key, one.default)) for key, one in OPTIONS.items()}
     if control is Haas:
-        options["probe_on"] = replace(options["probe_on"], kind=Choice(("M59 P1134", "G65 P9832", "")))
-        options["probe_off"] = replace(options["probe_off"], kind=Choice(("M69 P1134", "G65 P9833", "")))
-        options["digits"] = replace(options["digits"], kind=Choice(("44", "34", "35")))
+        options["probe_on"] = replace(options["probe_on"], kind=ChoiceOption(("M59 P1134", "G65 P9832", "")))
+        options["probe_off"] = replace(options["probe_off"], kind=ChoiceOption(("M69 P1134", "G65 P9833", "")))
+        options["digits"] = replace(options["digits"], kind=ChoiceOption(("44", "34", "35")))
     return replace(
         FANUC, name=name, title=title, control=control, family="fanuc", options=options, most_feed_mm_s=most_feed_mm_s
     )
 
 
 OPTIONS = {
-    "number": Option("7000", Number(1, 7999, whole=True), "number of the program (from 8000 on they are the maker's)"),
-    "offset": Option("G54", Choice(("G54", "G55", "G56", "G57", "G58", "G59")), "work offset"),
-    "probe_on": Option("", Choice(("", "G65 P9832")), "turns the probe on; `G65 P9832`: Renishaw"),
-    "probe_off": Option("", Choice(("", "G65 P9833")), "turns the probe off; `G65 P9833`: Renishaw"),
-    "orient": Option("M19", Choice(("M19", "")), "turns the spindle to its angle"),
+    "number": Option(
+        "7000", NumberOption(1, 7999, whole=True), "number of the program (from 8000 on they are the maker's)"
+    ),
+    "offset": Option("G54", ChoiceOption(("G54", "G55", "G56", "G57", "G58", "G59")), "work offset"),
+    "probe_on": Option("", ChoiceOption(("", "G65 P9832")), "turns the probe on; `G65 P9832`: Renishaw"),
+    "probe_off": Option("", ChoiceOption(("", "G65 P9833")), "turns the probe off; `G65 P9833`: Renishaw"),
+    "orient": Option("M19", ChoiceOption(("M19", "")), "turns the spindle to its angle"),
     "length_in_z": Option(
         "parameter",
-        Choice(("parameter", *YES_NO.values)),
+        ChoiceOption(("parameter", *YES_NO.values)),
         "whether `#5063` has the tool length in it; `parameter`: as bit 4 of parameter 6014 states",
     ),
     "look_ahead": Option(
-        "G53", Choice(("G53", "G04 P1", "")), "block that ends the look-ahead before a register is read"
+        "G53", ChoiceOption(("G53", "G04 P1", "")), "block that ends the look-ahead before a register is read"
     ),
     "digits": Option(
         "44",
-        Choice(("34", "44", "54", "35", "45", "55", "36", "46", "56", "57")),
+        ChoiceOption(("34", "44", "54", "35", "45", "55", "36", "46", "56", "57")),
         "digits of DPRNT before and after the point; not coarser than the coordinates of the program",
     ),
-    "open": Option("POPEN", Choice(("POPEN", "")), "opens the output of DPRNT"),
+    "open": Option("POPEN", ChoiceOption(("POPEN", "")), "opens the output of DPRNT"),
 }
 FANUC = Dialect(
     "fanuc",

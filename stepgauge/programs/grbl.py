@@ -16,14 +16,14 @@ from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.gcode import MOTION, GCode, modal, not_executed
 from stepgauge.programs.reading import Contact, Reader
-from stepgauge.programs.table import END, ENDS, QUIET, START, Code, Statement, Table
+from stepgauge.programs.table import END, ENDS, QUIET, START, Code, DialectGrammar, Statement
 
 NIST = "NIST RS274/NGC"
 DOCS = "grbl 1.1, doc/markdown/commands.md"
 INTERFACE = "grbl 1.1, doc/markdown/interface.md"
 PROBE, GUARD = "G38.2", "G38.3"
 
-TABLE = Table(
+TABLE = DialectGrammar(
     "grbl",
     forms=(
         Statement("set_offset", "G10L2P6X0Y0Z0", "makes G59 machine coordinates", f"{NIST}, 3.5.5", when=START),
@@ -63,7 +63,7 @@ def recognises(text: str) -> bool:
 class Grbl(GCode):
     """The controller between lines."""
 
-    table: ClassVar[Table] = TABLE
+    table: ClassVar[DialectGrammar] = TABLE
     searches: ClassVar[frozenset[str]] = frozenset({PROBE, GUARD})
     one_shot: ClassVar[frozenset[str]] = frozenset({PROBE, GUARD})
 

@@ -16,7 +16,7 @@ from stepgauge.programs.dialect import SEARCH, Dialect
 from stepgauge.programs.execution import Control
 from stepgauge.programs.expression import Grammar, in_words
 from stepgauge.programs.gcode import end_of_line
-from stepgauge.programs.options import YES_NO, Name, Number, Option
+from stepgauge.programs.options import YES_NO, Name, NumberOption, Option
 from stepgauge.programs.reading import Contact, Reader
 from stepgauge.programs.table import (
     CLOSING,
@@ -27,9 +27,9 @@ from stepgauge.programs.table import (
     LAST,
     QUIET,
     START,
+    DialectGrammar,
     Slot,
     Statement,
-    Table,
     Variable,
 )
 
@@ -41,7 +41,7 @@ _TEXT_FILE, _MASK_FILE = r"[A-Za-z0-9_-]{1,24}\.(?:TXT|txt|LOG|log)", r"[A-Za-z0
 TOOL_LENGTH_Q = "Q114"
 CONDITIONS = {"FN9": "==", "FN10": "!=", "FN11": ">", "FN12": "<"}
 
-TABLE = Table(
+TABLE = DialectGrammar(
     "heidenhain",
     forms=(
         Statement("begin", "BEGIN PGM {program} MM", "begin of a program in mm", MANUAL, QUIET, FIRST),
@@ -111,7 +111,7 @@ def recognises(text: str) -> bool:
 class Heidenhain(Control):
     """The control between blocks; ``length_mm``: calibrated length of the stylus."""
 
-    table: ClassVar[Table] = TABLE
+    table: ClassVar[DialectGrammar] = TABLE
     grammar: ClassVar[Grammar] = Grammar("|".join(one.pattern for one in reversed(TABLE.variables)), {"||": "<<"}, "()")
 
     def __init__(self, reader: Reader, length_mm: float = 0.0) -> None:
@@ -236,7 +236,7 @@ DIALECTS = (
             ),
             "mask": Option("STEPGAUGE.A", Name(_MASK_FILE, "a name that ends in .A"), "written beside the program"),
             "file": Option("STEPGAUGE.TXT", Name(_TEXT_FILE, "a name that ends in .TXT or .LOG"), "name of the log"),
-            "spindle_deg": Option("+0", Number(-360, 360, "deg", signed=True), "angle of the spindle"),
+            "spindle_deg": Option("+0", NumberOption(-360, 360, "deg", signed=True), "angle of the spindle"),
             "length_in_z": Option("yes", YES_NO, "whether z of TCH PROBE 4 has the length of the stylus in it"),
         },
         once={"log": "{folder}{mask} / {folder}{file}", "angle of the spindle": "{spindle_deg}"},

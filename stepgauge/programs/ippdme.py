@@ -14,7 +14,7 @@ from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import AUTOMATIC, Dialect
 from stepgauge.programs.execution import Control
 from stepgauge.programs.reading import Reader
-from stepgauge.programs.table import ENDS, FIRST, LAST, QUIET, SLOTS, START, Slot, Statement, Table
+from stepgauge.programs.table import ENDS, FIRST, LAST, QUIET, SLOTS, START, DialectGrammar, Slot, Statement
 
 SPEC = "I++ DME 1.4.3"
 FILES = "NIST's test suite of I++ DME"
@@ -29,7 +29,7 @@ _N = SLOTS["number"].pattern
 _FIELD = rf"(?:[XYZ]\({_N}\)|IJK\({_N}, *{_N}, *{_N}\))"
 _NAMED = re.compile(r"([A-Z]+)\(([^()]*)\)", re.ASCII)
 
-TABLE = Table(
+TABLE = DialectGrammar(
     "ippdme",
     forms=(
         Statement("command", "{tag} StartSession()", "begin", SPEC, when=FIRST),
@@ -71,7 +71,7 @@ def recognises(text: str) -> bool:
 class Ippdme(Control):
     """The server between commands."""
 
-    table: ClassVar[Table] = TABLE
+    table: ClassVar[DialectGrammar] = TABLE
 
     def __init__(self, reader: Reader) -> None:
         super().__init__(reader)

@@ -12,10 +12,10 @@ from typing import ClassVar
 from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import Dialect
 from stepgauge.programs.execution import Control
-from stepgauge.programs.table import ENDS, LAST, QUIET, Statement, Table
+from stepgauge.programs.table import ENDS, LAST, QUIET, DialectGrammar, Statement
 
 SOURCE = "Pahk and Kim, Fig 4"
-TABLE = Table(
+TABLE = DialectGrammar(
     "jinyoung",
     forms=(
         Statement("go", "MV {number} {number} {number} ;", "move", SOURCE),
@@ -36,7 +36,7 @@ def recognises(text: str) -> bool:
 class JinYoung(Control):
     """The controller between statements."""
 
-    table: ClassVar[Table] = TABLE
+    table: ClassVar[DialectGrammar] = TABLE
 
     def go(self, block: Block) -> None:
         """A move of the tip centre."""

@@ -16,7 +16,7 @@ from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.expression import Value
 from stepgauge.programs.gcode import MOTION, STOP, GCode, modal, not_executed
 from stepgauge.programs.reading import Contact, Reader
-from stepgauge.programs.table import CLOSING, END, ENDS, FRAME, QUIET, START, Code, Slot, Statement, Table
+from stepgauge.programs.table import CLOSING, END, ENDS, FRAME, QUIET, START, Code, DialectGrammar, Slot, Statement
 
 NIST = "NIST RS274/NGC"
 DOCS = "LinuxCNC 2.9, G-code overview"
@@ -24,7 +24,7 @@ LOGGING = "LinuxCNC 2.9, G-code overview: probe and general logging"
 _FORMAT = re.compile(r"%(d|\.\d+f)(#<\w+>|#\d+)", re.ASCII)
 _REGISTERS = {"#5061": 0, "#5062": 1, "#5063": 2}
 
-TABLE = Table(
+TABLE = DialectGrammar(
     "linuxcnc",
     forms=(
         Statement("tape", "%", "begin and end of the program", f"{NIST}, 3.2", QUIET, FRAME),
@@ -72,7 +72,7 @@ def recognises(text: str) -> bool:
 class LinuxCNC(GCode):
     """The controller between lines."""
 
-    table: ClassVar[Table] = TABLE
+    table: ClassVar[DialectGrammar] = TABLE
     searches: ClassVar[frozenset[str]] = frozenset({"G38.2"})
 
     def __init__(self, reader: Reader) -> None:

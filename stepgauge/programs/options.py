@@ -12,7 +12,7 @@ from stepgauge.files.numerals import number
 
 
 @dataclass(frozen=True)
-class Choice:
+class ChoiceOption:
     """One of some values, of which an empty one is ``none``."""
 
     values: tuple[str, ...]
@@ -29,7 +29,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Number:
+class NumberOption:
     """A number from ``least`` to ``most`` in a unit; ``whole``: without decimals; ``signed``: printed with its sign."""
 
     least: float
@@ -70,7 +70,7 @@ class Name:
         return said if left_out or re.fullmatch(self.pattern, said, re.ASCII) else None
 
 
-YES_NO = Choice(("yes", "no"))
+YES_NO = ChoiceOption(("yes", "no"))
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Option:
     """How a control is set up: what is taken unless somebody says otherwise, its type, and what it is for."""
 
     default: str
-    kind: Choice | Number | Name
+    kind: ChoiceOption | NumberOption | Name
     does: str
 
 

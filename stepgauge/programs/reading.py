@@ -38,7 +38,7 @@ class Contact(NamedTuple):
     time_s: float = 0.0
 
 
-class Probe:
+class ReadingProbe:
     """The probe of a controller that only reads a text: free on the way, and every search meets its face."""
 
     def answer(self, move: int, measuring: bool, end: Sequence[float], target: Sequence[float]) -> Contact:
@@ -58,10 +58,10 @@ class Reader:
     """Collects the moves and the log of a text, and fails with the line at hand."""
 
     def __init__(
-        self, path: str, settings: ProbingSettings, self_positioning: bool = False, probe: Probe | None = None
+        self, path: str, settings: ProbingSettings, self_positioning: bool = False, probe: ReadingProbe | None = None
     ) -> None:
         self.path, self.settings = path, settings
-        self.probe = probe or Probe()
+        self.probe = probe or ReadingProbe()
         self.log: list[str] = []
         self.states: dict[str, str] = {}
         self.stylus: tuple[float, float, float] | None = None

@@ -13,7 +13,7 @@ from stepgauge.programs.blocks import WORDS, Block
 from stepgauge.programs.dialect import SEARCH, Dialect
 from stepgauge.programs.expression import Grammar, Value, in_words
 from stepgauge.programs.gcode import MOTION, GCode, modal
-from stepgauge.programs.options import Choice, Name, Number, Option
+from stepgauge.programs.options import ChoiceOption, Name, NumberOption, Option
 from stepgauge.programs.reading import Contact, Reader
 from stepgauge.programs.table import (
     CLOSING,
@@ -24,9 +24,9 @@ from stepgauge.programs.table import (
     START,
     Code,
     Comment,
+    DialectGrammar,
     Slot,
     Statement,
-    Table,
     Variable,
 )
 
@@ -38,7 +38,7 @@ LOG_FILE = r"[01]:/(?:sys|gcodes)/[A-Za-z0-9_-]{1,40}\.(?:txt|log|csv)"
 OFFSETS = "G54 G55 G56 G57 G58 G59 G59.1 G59.2 G59.3"
 _NO_LABEL = r"(?!\s*(?i:printing|stop|mesh|process|layer|begin|height|remaining|z:))"
 
-TABLE = Table(
+TABLE = DialectGrammar(
     "rrf",
     forms=(
         Statement("branch", "if {{condition}}", "the lines below, further in, if it holds", META, IF),
@@ -101,7 +101,7 @@ def recognises(text: str) -> bool:
 class RepRapFirmware(GCode):
     """The firmware between lines."""
 
-    table: ClassVar[Table] = TABLE
+    table: ClassVar[DialectGrammar] = TABLE
     searches: ClassVar[frozenset[str]] = frozenset({PROBE, GUARD})
     one_shot: ClassVar[frozenset[str]] = frozenset({PROBE, GUARD})
     grammar: ClassVar[Grammar] = Grammar(
@@ -212,8 +212,8 @@ DIALECTS = (
         states={"units": "G21", "distances": "G90", "feed": "G94", "coordinates": "{offset}"},
         comment="; {}",
         options={
-            "offset": Option("G54", Choice(tuple(OFFSETS.split())), "work offset"),
-            "probe": Option("0", Number(0, 31, whole=True), "number of the probe (K)"),
+            "offset": Option("G54", ChoiceOption(tuple(OFFSETS.split())), "work offset"),
+            "probe": Option("0", NumberOption(0, 31, whole=True), "number of the probe (K)"),
             "file": Option("0:/sys/stepgauge-log.txt", Name(LOG_FILE, TABLE.slot("file").what), "the log"),
         },
         once={"log": "{file}", "probe": "{probe}"},

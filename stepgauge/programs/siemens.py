@@ -14,7 +14,7 @@ from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.expression import Grammar, Value, in_words
 from stepgauge.programs.gcode import MOTION, GCode, end_of_line, modal, moves_with_result
-from stepgauge.programs.options import Choice, Name, Number, Option
+from stepgauge.programs.options import ChoiceOption, Name, NumberOption, Option
 from stepgauge.programs.reading import Contact, Reader
 from stepgauge.programs.table import (
     CLOSING,
@@ -25,9 +25,9 @@ from stepgauge.programs.table import (
     QUIET,
     START,
     Code,
+    DialectGrammar,
     Slot,
     Statement,
-    Table,
     Variable,
 )
 
@@ -39,7 +39,7 @@ MANUAL = "840D sl Programming Manual Fundamentals"
 ADVANCED = "840D sl Programming Manual Job Planning"
 LOG_NAME = r"(?=[A-Z_]{2})\w{1,24}(?<!_[A-Z]{3})(?:_(?:MPF|LOG|TXT))?"
 
-TABLE = Table(
+TABLE = DialectGrammar(
     "siemens",
     forms=(
         Statement("nothing", "DEF INT RET", "declares a variable", POST, QUIET),
@@ -92,7 +92,7 @@ def recognises(text: str) -> bool:
 class Siemens(GCode):
     """The control between blocks."""
 
-    table: ClassVar[Table] = TABLE
+    table: ClassVar[DialectGrammar] = TABLE
     searches: ClassVar[frozenset[str]] = frozenset({MEASURE})
     grammar: ClassVar[Grammar] = Grammar(
         "|".join(one.pattern for one in TABLE.variables), {"<>": "!=", "AND": "and", "OR": "or"}, "()"
@@ -194,8 +194,8 @@ DIALECTS = (
         comment="; {}",
         once={"log": "{file}", "angle of the spindle": "{spindle_deg}"},
         options={
-            "offset": Option("G54", Choice(("G54", "G55", "G56", "G57", "G500")), "work offset"),
-            "spindle_deg": Option("0", Number(-360, 360, "deg"), "angle of the spindle"),
+            "offset": Option("G54", ChoiceOption(("G54", "G55", "G56", "G57", "G500")), "work offset"),
+            "spindle_deg": Option("0", NumberOption(-360, 360, "deg"), "angle of the spindle"),
             "file": Option("STEPGAUGE_LOG", Name(LOG_NAME, TABLE.slot("file").what), "name of the log"),
         },
         log_decimals=6,

@@ -94,7 +94,7 @@ class Comment:
 
 
 @dataclass(frozen=True)
-class Table:
+class DialectGrammar:
     """The closed grammar of a dialect.
 
     ``words``: letters of a block of words and the slot of each number; ``label``: pattern of what may stand before a

@@ -22,7 +22,7 @@ LARGEST_BYTES = 1_000_000
 NONE = "what 'locate' writes, or no such key where none is needed"
 
 
-class Kind(Protocol):
+class KeyKind(Protocol):
     """What the project asks of the kind of a key; ``room``: of the shipped files that it may name."""
 
     room: str | None
@@ -41,7 +41,7 @@ class Verbs(Protocol):
 
     def __iter__(self) -> Iterator[str]: ...
 
-    def kinds(self, words: str) -> Mapping[str, Kind]:
+    def kinds(self, words: str) -> Mapping[str, KeyKind]:
         """The kinds of the keys of a verb by its words; none where there is no such verb."""
 
 
@@ -109,7 +109,7 @@ def check_options(project: Project, verb: tuple[str, ...], options: Iterable[str
             _check_name(project.path, f"key {key} in [{'.'.join(verb)}]", key, known)
 
 
-def check_file(project: Project, verb: tuple[str, ...], key: str, kind: Kind) -> None:
+def check_file(project: Project, verb: tuple[str, ...], key: str, kind: KeyKind) -> None:
     """:class:`InputError` where a verb is to read a file that the project file states and that is not there.
 
     What is stated is never left away, for a result without it would look the same.
@@ -156,7 +156,7 @@ def _tables(values: Mapping[str, Any], above: tuple[str, ...] = ()) -> list[tupl
     return [name for key, one in inside for name in ((*above, key), *_tables(one, (*above, key)))]
 
 
-def is_there(project: Project, value: str, kind: Kind) -> bool:
+def is_there(project: Project, value: str, kind: KeyKind) -> bool:
     """Whether a value is a file that exists, the name of a shipped one, or no file that is read."""
     if not kind.is_read or "://" in value:
         return True

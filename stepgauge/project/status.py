@@ -38,7 +38,7 @@ _REASON_OF_AXIS = "find what explains its deviations"
 
 
 @dataclass(frozen=True)
-class Item:
+class ProjectItem:
     """One thing of a project: what it is, its path as typed, what is in it; ``wrong``: it cannot be used.
 
     ``files``: SHA-256 of a recording, and of all files that a result was made from; ``of_axis``: it has no gauge.
@@ -56,7 +56,7 @@ class Item:
 class Status:
     """What is there, and the next command with the reason for it."""
 
-    items: tuple[Item, ...]
+    items: tuple[ProjectItem, ...]
     command: str
     reason: str
     place: str = ""
@@ -73,7 +73,9 @@ def project_status(project: Project) -> Status:
     items = [_named(project, "gauge", _gauge_words), _named(project, "machine", _machine_words)]
     gauge = None if items[0].wrong else read_gauge(stated_file(project, "gauge"))
     items.append(_placement(project, gauge))
-    items += [Item("project", str(project.path), error.as_typed(), wrong=True) for error in _lacking(project, items[2])]
+    items += [
+        ProjectItem("project", str(project.path), error.as_typed(), wrong=True) for error in _lacking(project, items[2])
+    ]
     recordings = list(_recordings(project))
     results = list(_results(project))
     reports = list(_reports(project))
@@ -81,19 +83,19 @@ def project_status(project: Project) -> Status:
     return Status(found, *_next(project, items, recordings, results), place=os.path.relpath(project.path))
 
 
-def _lacking(project: Project, placement: Item) -> list[InputError]:
+def _lacking(project: Project, placement: ProjectItem) -> list[InputError]:
     """Files that the project states and has not; that ``locate`` has not written its own yet is said already."""
     return [
         one for one in lacking(project) if not (placement.wrong and project.place(str(one.found)) == placement.path)
     ]
 
 
-def _named(project: Project, key: str, words: Callable[[str], str]) -> Item:
+def _named(project: Project, key: str, words: Callable[[str], str]) -> ProjectItem:
     try:
         path = stated_file(project, key)
-        return Item(key, path, words(path))
+        return ProjectItem(key, path, words(path))
     except InputError as error:
-        return Item(key, str(project.values.get(key, "")), error.as_typed(), wrong=True)
+        return ProjectItem(key, str(project.values.get(key, "")), error.as_typed(), wrong=True)
 
 
 def _gauge_words(path: str) -> str:
@@ -107,17 +109,17 @@ def _machine_words(path: str) -> str:
     return f"{machine.table.name}; {len(machine.effects)} systematic effects stated"
 
 
-def _placement(project: Project, gauge: Gauge | None) -> Item:
+def _placement(project: Project, gauge: Gauge | None) -> ProjectItem:
     value = project.values.get("placement", OUTPUTS["locate"])
     path = project.place(value) if isinstance(value, str) else str(value)
     if not isinstance(value, str) or not Path(path).exists():
-        return Item("placement", path, "not there yet", wrong=True)
+        return ProjectItem("placement", path, "not there yet", wrong=True)
     if gauge is None:
-        return Item("placement", path, "not read: there is no gauge", wrong=True)
+        return ProjectItem("placement", path, "not read: there is no gauge", wrong=True)
     try:
-        return Item("placement", path, _placement_words(read_placement(path, gauge)))
+        return ProjectItem("placement", path, _placement_words(read_placement(path, gauge)))
     except InputError as error:
-        return Item("placement", path, error.as_typed(), wrong=True)
+        return ProjectItem("placement", path, error.as_typed(), wrong=True)
 
 
 def _placement_words(placement: Placement) -> str:
@@ -125,7 +127,7 @@ def _placement_words(placement: Placement) -> str:
     return f"blocks {placement.first_block} to {placement.last_block}, axis ({along})"
 
 
-def _recordings(project: Project) -> Iterator[Item]:
+def _recordings(project: Project) -> Iterator[ProjectItem]:
     """Those in their folder, those beside the project file among other tables, and farther down those of an axis."""
     own = sorted((project.folder / RECORDINGS).glob("*"))
     beside = [path for path in sorted(project.folder.glob("*.csv")) if _is_recording(path)]
@@ -134,11 +136,11 @@ def _recordings(project: Project) -> Iterator[Item]:
         if path.suffix.lower() in (".csv", ".parquet"):
             shown, of_axis = os.path.relpath(path), is_axis_recording(path)
             try:
-                yield Item(
+                yield ProjectItem(
                     "recording", shown, _recording_words(path), files=frozenset([file_digest(path)]), of_axis=of_axis
                 )
             except InputError as error:
-                yield Item("recording", shown, error.as_typed(), wrong=True)
+                yield ProjectItem("recording", shown, error.as_typed(), wrong=True)
 
 
 def _is_recording(path: Path) -> bool:
@@ -163,15 +165,15 @@ def _recording_words(path: Path) -> str:
     return f"{rows} probings in {counted(placements, 'placement')}{simulated}"
 
 
-def _results(project: Project) -> Iterator[Item]:
+def _results(project: Project) -> Iterator[ProjectItem]:
     for kind in RESULT_KINDS:
         for path in sorted(project.folder.glob(f"**/{kind}.json"))[:MOST]:
             shown = os.path.relpath(path.parent)
             try:
                 said, inputs = _result_words(path, kind)
-                yield Item(kind, shown, said, files=frozenset(_digests(inputs)))
+                yield ProjectItem(kind, shown, said, files=frozenset(_digests(inputs)))
             except InputError as error:
-                yield Item(kind, shown, error.as_typed(), wrong=True)
+                yield ProjectItem(kind, shown, error.as_typed(), wrong=True)
 
 
 def _result_words(path: Path, kind: str) -> tuple[str, Any]:
@@ -196,11 +198,11 @@ def _digests(inputs: Any) -> Iterator[str]:
         yield from _digests(one)
 
 
-def _reports(project: Project) -> Iterator[Item]:
+def _reports(project: Project) -> Iterator[ProjectItem]:
     """What was printed, with the time at which it was."""
     for path in _printed(project):
         written = datetime.fromtimestamp(path.stat().st_mtime).isoformat(" ", "minutes")
-        yield Item("PDF", os.path.relpath(path), f"written {written}")
+        yield ProjectItem("PDF", os.path.relpath(path), f"written {written}")
 
 
 def _printed(project: Project) -> list[Path]:
@@ -208,7 +210,9 @@ def _printed(project: Project) -> list[Path]:
     return [*sorted(project.folder.glob("*.pdf")), *sorted((project.folder / RESULTS).glob("*.pdf"))][:MOST]
 
 
-def _next(project: Project, items: list[Item], recordings: list[Item], results: list[Item]) -> tuple[str, str]:
+def _next(
+    project: Project, items: list[ProjectItem], recordings: list[ProjectItem], results: list[ProjectItem]
+) -> tuple[str, str]:
     """The next command and why; the first thing that is missing or wrong decides."""
     for item in items[:2]:
         if item.wrong:
@@ -246,7 +250,7 @@ def _command(project: Project, verb: str, path: str, output: str = "") -> str:
     return shlex.join([*words, *(["-o", output] if output else [])])
 
 
-def _elsewhere(project: Project, kind: str, recording: Item, done: list[Item]) -> str:
+def _elsewhere(project: Project, kind: str, recording: ProjectItem, done: list[ProjectItem]) -> str:
     """A folder of its own for a result where the usual one may hold that of another recording; else empty."""
     if not any(one.what == kind for one in done):
         return ""

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from stepgauge.figures.budget import budget_figure
 from stepgauge.figures.style import figure_style
 from stepgauge.files.notation import UNDEFINED, number, printed_unit, quantity
-from stepgauge.reports.page import Column, PrintedTable
+from stepgauge.reports.page import PrintedTable, TableColumn
 from stepgauge.standards.budget_files import StoredBudget, StoredLine, StoredSource, dof_text, farthest, label
 
 ERRORS = ("xf", "xb", "xm", "xr")
@@ -30,11 +30,11 @@ def _placement(budget: StoredBudget, placement: int) -> PrintedTable:
     found = [budget.find("r_eff", placement, None), *(farthest(budget, placement, name) for name in ERRORS)]
     lines = [line for line in found if line is not None]
     columns = [
-        Column("Source", words=True),
-        Column("Type", words=True),
-        Column("Standard uncertainty", words=True),
-        Column("ν", words=True),
-        *(Column(label(line).split(" at ")[0], "µm", place=_place(line)) for line in lines),
+        TableColumn("Source", words=True),
+        TableColumn("Type", words=True),
+        TableColumn("Standard uncertainty", words=True),
+        TableColumn("ν", words=True),
+        *(TableColumn(label(line).split(" at ")[0], "µm", place=_place(line)) for line in lines),
     ]
     sources, totals = [_source(source, lines) for source in budget.sources], _totals(lines, budget)
     return PrintedTable(

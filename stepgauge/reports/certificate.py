@@ -7,7 +7,7 @@ from typing import Any
 
 from stepgauge.files.notation import clean, number
 from stepgauge.gauge.certified import Gauge
-from stepgauge.reports.certificate_file import Contact, Laboratory, ResponsiblePerson
+from stepgauge.reports.certificate_file import ContactDetails, Laboratory, ResponsiblePerson
 from stepgauge.reports.sections import Section
 from stepgauge.reports.statements import IN_FULL, ONLY_ITEMS, traceability, uncertainty_text
 from stepgauge.standards.budget_files import StoredBudget
@@ -112,7 +112,7 @@ def _item(said: Laboratory, machine: str | None) -> list[Row]:
     return described
 
 
-def _contact(contact: Contact, laboratory: bool = False) -> list[Row]:
+def _contact(contact: ContactDetails, laboratory: bool = False) -> list[Row]:
     ways = (("E-mail", contact.email), ("Telephone", contact.phone))
     if laboratory:
         reached = [("Address", contact.address), *(way for way in ways if way[1])]

@@ -17,7 +17,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, StringConstraints, model_validator
 
 from stepgauge.errors import InputError
-from stepgauge.files.config import Table, check_table, read_toml
+from stepgauge.files.config import TomlTable, check_table, read_toml
 from stepgauge.files.dates import check_past, moments, parse_moment
 from stepgauge.files.text import read_text
 from stepgauge.machine.file import Machine
@@ -58,7 +58,7 @@ DAYS = ("received", "performed_from", "performed_to", "issued")
 Interval = Annotated[tuple[float, float], Field(strict=False)]
 
 
-class CertificateHead(Table):
+class CertificateHead(TomlTable):
     """The ``[certificate]`` table: identity and dates."""
 
     number: Text | None = Field(None, description="unique number of the certificate")
@@ -83,7 +83,7 @@ class CertificateHead(Table):
         return self
 
 
-class Contact(Table):
+class ContactDetails(TomlTable):
     """The ``[laboratory]`` and ``[customer]`` tables."""
 
     name: Text | None = Field(None, description="name of the company")
@@ -104,7 +104,7 @@ class Contact(Table):
         return ", ".join(part for part in (street, town, self.country) if part) or None
 
 
-class Item(Table):
+class CalibratedItem(TomlTable):
     """The ``[item]`` table: what was calibrated."""
 
     name: Text | None = Field(None, description="what it is, e.g. Coordinate measuring machine")
@@ -116,7 +116,7 @@ class Item(Table):
     software: Text | None = Field(None, description="software or firmware with its release")
 
 
-class ResponsiblePerson(Table):
+class ResponsiblePerson(TomlTable):
     """A ``[[person]]`` table: who is responsible for the certificate."""
 
     name: Text = Field(description="name of the person")
@@ -124,7 +124,7 @@ class ResponsiblePerson(Table):
     signs: bool = Field(False, description="whether this person authorises the certificate")
 
 
-class Method(Table):
+class Method(TomlTable):
     """The ``[method]`` table."""
 
     name: Text | None = Field(None, description="procedure of the laboratory")
@@ -132,7 +132,7 @@ class Method(Table):
     deviations: Text | None = Field(None, description="additions to, deviations and exclusions from the method")
 
 
-class Ambient(Table):
+class Ambient(TomlTable):
     """The ``[conditions]`` table: lowest and highest value during the calibration."""
 
     temperature_C: Interval | None = Field(None, description="[lowest, highest] air temperature, deg C")
@@ -149,7 +149,7 @@ class Ambient(Table):
         return self
 
 
-class Statements(Table):
+class Statements(TomlTable):
     """The ``[statements]`` table."""
 
     traceability: Text | None = Field(None, description="how the results are traceable, beside the gauge's certificate")
@@ -171,9 +171,9 @@ class Laboratory:
     """The content of ``certificate.toml``."""
 
     certificate: CertificateHead
-    laboratory: Contact
-    customer: Contact
-    item: Item
+    laboratory: ContactDetails
+    customer: ContactDetails
+    item: CalibratedItem
     persons: tuple[ResponsiblePerson, ...]
     method: Method
     conditions: Ambient
@@ -181,18 +181,18 @@ class Laboratory:
     path: str = ""
 
 
-_TABLES: dict[str, type[Table]] = {
+_TABLES: dict[str, type[TomlTable]] = {
     "certificate": CertificateHead,
-    "laboratory": Contact,
-    "customer": Contact,
-    "item": Item,
+    "laboratory": ContactDetails,
+    "customer": ContactDetails,
+    "item": CalibratedItem,
     "method": Method,
     "conditions": Ambient,
     "statements": Statements,
 }
 
 
-def tables() -> dict[str, type[Table]]:
+def tables() -> dict[str, type[TomlTable]]:
     """The tables of the form by their names, without that of persons."""
     return dict(_TABLES)
 
@@ -222,7 +222,7 @@ def _check_cut(path: str | Path) -> None:
         raise InputError(path, what, found=last, expected="the whole form; an empty table at its end is left out")
 
 
-def _check_past(head: Table, path: str | Path) -> None:
+def _check_past(head: TomlTable, path: str | Path) -> None:
     """:class:`InputError` for a date of the certificate that has not come yet."""
     for name in DAYS:
         day = getattr(head, name)

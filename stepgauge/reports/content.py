@@ -22,7 +22,7 @@ from stepgauge.reports.budget import budget_tables
 from stepgauge.reports.certificate import closing_sections, end_mark, identity_sections, not_stated
 from stepgauge.reports.certificate_file import Laboratory, is_example
 from stepgauge.reports.face_table import faces_table
-from stepgauge.reports.page import Page, Stated, identity_section, measured_and_approved, unsaid
+from stepgauge.reports.page import Page, UserStatements, identity_section, measured_and_approved, unsaid
 from stepgauge.reports.result import result_table, warnings
 from stepgauge.reports.sections import (
     DATE_MISSING,
@@ -69,7 +69,7 @@ class Sources:
         return self.laboratory is not None and self.budget is not None and not self.budget.not_included
 
 
-def make_content(evaluation: dict[str, Any], stated: Stated, sources: Sources) -> dict[str, Any]:
+def make_content(evaluation: dict[str, Any], stated: UserStatements, sources: Sources) -> dict[str, Any]:
     """The content of a report.
 
     Parameters
@@ -133,7 +133,7 @@ def _issued(laboratory: Laboratory) -> str:
     return issued.isoformat() if issued else "no date of issue stated"
 
 
-def _identity(evaluation: dict[str, Any], stated: Stated, sources: Sources) -> list[Section]:
+def _identity(evaluation: dict[str, Any], stated: UserStatements, sources: Sources) -> list[Section]:
     if sources.laboratory is not None:
         return identity_sections(evaluation, sources.laboratory)
     machine = sources.machine.table.name if sources.machine else evaluation["comments"].get("machine")
@@ -196,7 +196,9 @@ def _notes(evaluation: dict[str, Any], sources: Sources) -> list[str]:
     return notes
 
 
-def _not_stated(evaluation: dict[str, Any], stated: Stated, sources: Sources, sections: Sequence[Section]) -> list[str]:
+def _not_stated(
+    evaluation: dict[str, Any], stated: UserStatements, sources: Sources, sections: Sequence[Section]
+) -> list[str]:
     missing = unsaid(stated) if sources.laboratory is None else not_stated(evaluation, sources.laboratory)
     missing += [what for section in sections for what in section.missing]
     if sources.laboratory is not None and sources.laboratory.certificate.performed_to is not None:

@@ -9,7 +9,7 @@ from stepgauge.figures.drift import drift_figure
 from stepgauge.files.notation import as_sentence, number, quantity
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
-from stepgauge.reports.page import Page, PrintedTable, Stated, quantities, table_of, words
+from stepgauge.reports.page import Page, PrintedTable, UserStatements, quantities, table_of, words
 from stepgauge.reports.sections import Section
 from stepgauge.reports.standards import recording_lines, rules_table, said_of, test_content, unmet, write_test
 from stepgauge.standards.drift import DriftTest
@@ -33,7 +33,7 @@ METHODS = {
 }
 
 
-def drift_content(test: DriftTest, stated: Stated) -> dict[str, Any]:
+def drift_content(test: DriftTest, stated: UserStatements) -> dict[str, Any]:
     """The content of the report (see :class:`stepgauge.reports.page.Page`)."""
     data, requirement = drift_to_dict(test), test.requirement
     page = Page(
@@ -59,7 +59,7 @@ def drift_content(test: DriftTest, stated: Stated) -> dict[str, Any]:
 def report_drift(
     folder: str | Path,
     test: DriftTest,
-    stated: Stated,
+    stated: UserStatements,
     template: str | Path | None = None,
     suffix: str = "png",
 ) -> tuple[list[Path], tuple[str, ...]]:

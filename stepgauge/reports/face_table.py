@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from stepgauge.files.notation import UNDEFINED, aligned, number, uncertain
-from stepgauge.reports.page import BETWEEN, Column, PrintedTable
+from stepgauge.reports.page import BETWEEN, PrintedTable, TableColumn
 from stepgauge.standards.budget_files import StoredBudget
 from stepgauge.standards.conformity import Conformity
 
@@ -28,7 +28,7 @@ def faces_table(result: dict[str, Any], budget: StoredBudget | None, judged: Con
     columns, rows = _plain(result) if budget is None else _with_uncertainty(result, budget)
     note = NOTE + ("" if budget is None else U_NOTE)
     if judged is not None:
-        columns = [*columns, Column("MPE", "µm"), Column("Decision", words=True)]
+        columns = [*columns, TableColumn("MPE", "µm"), TableColumn("Decision", words=True)]
         rows = [[*row, *_decision(judged, result["placement"], int(row[0]))] for row in rows]
         note += " Decision on the error that was probed, XF at fronts and XB at backs."
     return PrintedTable(title, columns, rows, note, stripe=2)
@@ -39,26 +39,28 @@ def _decision(judged: Conformity, placement: int, face: int) -> list[str]:
     return [UNDEFINED, UNDEFINED] if one is None else [number(one.limit_um, 2), one.word]
 
 
-def _head() -> list[Column]:
-    return [Column("Face"), Column("Block"), Column("Side", words=True)]
+def _head() -> list[TableColumn]:
+    return [TableColumn("Face"), TableColumn("Block"), TableColumn("Side", words=True)]
 
 
-def _plain(result: dict[str, Any]) -> tuple[list[Column], list[list[str]]]:
-    columns = [*_head(), Column("Nominal", "mm"), Column("Certified", "mm")]
-    columns += [Column(name, "µm") for name in ("XF", "2s forw.", "XB", "2s backw.", "XM", "XR")]
+def _plain(result: dict[str, Any]) -> tuple[list[TableColumn], list[list[str]]]:
+    columns = [*_head(), TableColumn("Nominal", "mm"), TableColumn("Certified", "mm")]
+    columns += [TableColumn(name, "µm") for name in ("XF", "2s forw.", "XB", "2s backw.", "XM", "XR")]
     rows = []
     for row in result["faces"]:
         errors = {name: number(row[f"{name}_um"], 2) for name in ERRORS}
         cells = [errors["xf"], _two_s(row, "sf"), errors["xb"], _two_s(row, "sb"), errors["xm"], errors["xr"]]
         places = [number(row["nominal_mm"], 3), number(row["position_mm"], 5)]
         rows.append([*_identity(row), *places, *_marked(row, cells, (0, 1), (2, 3)), str(row["count"])])
-    return [*columns, Column("n")], rows
+    return [*columns, TableColumn("n")], rows
 
 
-def _with_uncertainty(result: dict[str, Any], budget: StoredBudget) -> tuple[list[Column], list[list[str]]]:
-    columns = [*_head(), Column("Certified", "mm", share=1.5)]
-    columns += [column for name in ("XF", "XB", "XM", "XR") for column in (Column(name, "µm"), Column("U", "µm"))]
-    columns += [Column("2s forw.", "µm"), Column("2s backw.", "µm"), Column("n")]
+def _with_uncertainty(result: dict[str, Any], budget: StoredBudget) -> tuple[list[TableColumn], list[list[str]]]:
+    columns = [*_head(), TableColumn("Certified", "mm", share=1.5)]
+    columns += [
+        column for name in ("XF", "XB", "XM", "XR") for column in (TableColumn(name, "µm"), TableColumn("U", "µm"))
+    ]
+    columns += [TableColumn("2s forw.", "µm"), TableColumn("2s backw.", "µm"), TableColumn("n")]
     cells = [
         [*_errors(row, result["placement"], budget), _two_s(row, "sf"), _two_s(row, "sb")] for row in result["faces"]
     ]

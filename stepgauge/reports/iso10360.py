@@ -12,7 +12,7 @@ from stepgauge.files.notation import number, quantity, vector
 from stepgauge.machine.file import Machine
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
-from stepgauge.reports.page import Cells, Column, Page, PrintedTable, Stated, numbers, table_of, words
+from stepgauge.reports.page import Cells, Page, PrintedTable, TableColumn, UserStatements, numbers, table_of, words
 from stepgauge.reports.sections import Section, certificate_section
 from stepgauge.reports.standards import machine_lines, recording_lines, rules_table, test_content, write_test
 from stepgauge.standards.decision import together
@@ -36,7 +36,7 @@ METHOD = (
 
 
 def length_test_content(
-    test: LengthTest, stated: Stated, machine: Machine | None, further: Sequence[LengthTest] = ()
+    test: LengthTest, stated: UserStatements, machine: Machine | None, further: Sequence[LengthTest] = ()
 ) -> dict[str, Any]:
     """The content of the report (see :class:`stepgauge.reports.page.Page`); ``further`` series beside E0."""
     data = length_test_to_dict(test, further)
@@ -71,7 +71,7 @@ def length_test_content(
 def report_length_test(
     folder: str | Path,
     test: LengthTest,
-    stated: Stated,
+    stated: UserStatements,
     machine: Machine | None = None,
     template: str | Path | None = None,
     suffix: str = "png",
@@ -110,12 +110,12 @@ def caption(data: dict[str, Any]) -> str:
 
 def _summary(every: Sequence[dict[str, Any]]) -> PrintedTable:
     columns = [
-        Column("Characteristic", words=True),
-        Column("Test values"),
-        Column("Largest"),
-        Column("Limit", words=True),
-        Column("Largest share of the limit"),
-        Column("Decision", words=True),
+        TableColumn("Characteristic", words=True),
+        TableColumn("Test values"),
+        TableColumn("Largest"),
+        TableColumn("Limit", words=True),
+        TableColumn("Largest share of the limit"),
+        TableColumn("Decision", words=True),
     ]
     rows = [row for data in every for kind in KINDS if data["results"][kind] for row in _results(data, kind)]
     title = "Result" if all(data["complete"] for data in every) else "Result of an incomplete test"
@@ -208,8 +208,8 @@ def _uncertainties(data: dict[str, Any]) -> PrintedTable:
         max((one for one in data["lengths"] if one["kind"] == kind), key=lambda one: one["expanded_uncertainty_um"])
         for kind in kinds
     ]
-    columns = [Column("Standard uncertainty by", words=True)]
-    columns += [Column(f"{one['kind']}, {number(one['nominal_mm'], 0)} mm", "µm") for one in worst]
+    columns = [TableColumn("Standard uncertainty by", words=True)]
+    columns += [TableColumn(f"{one['kind']}, {number(one['nominal_mm'], 0)} mm", "µm") for one in worst]
     rows = [(name, *(number(one["uncertainty_um"].get(name), 3) for one in worst)) for name in CONTRIBUTIONS]
     rows.append(("combined", *(number(one["standard_uncertainty_um"], 3) for one in worst)))
     factor = f"U, k = {data['coverage_factor']:g}"

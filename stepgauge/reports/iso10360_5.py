@@ -9,7 +9,7 @@ from stepgauge.figures.iso10360_5 import probing_figure
 from stepgauge.files.notation import quantity, vector
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
-from stepgauge.reports.page import Page, PrintedTable, Stated, numbers, quantities, table_of, words
+from stepgauge.reports.page import Page, PrintedTable, UserStatements, numbers, quantities, table_of, words
 from stepgauge.reports.sections import Section, add_comments
 from stepgauge.reports.standards import rules_table, said_of, test_content, unmet, write_test
 from stepgauge.standards.iso10360_5 import ProbingTest
@@ -28,7 +28,7 @@ METHOD = (
 )
 
 
-def probing_content(test: ProbingTest, stated: Stated, machine: str | None = None) -> dict[str, Any]:
+def probing_content(test: ProbingTest, stated: UserStatements, machine: str | None = None) -> dict[str, Any]:
     """The content of the report (see :class:`stepgauge.reports.page.Page`)."""
     data = probing_to_dict(test)
     recording = Section("Recording")
@@ -55,7 +55,7 @@ def probing_content(test: ProbingTest, stated: Stated, machine: str | None = Non
 def report_probing(
     folder: str | Path,
     test: ProbingTest,
-    stated: Stated,
+    stated: UserStatements,
     machine: str | None = None,
     template: str | Path | None = None,
     suffix: str = "png",

@@ -11,7 +11,7 @@ from stepgauge.files.notation import number, quantity
 from stepgauge.machine.file import Machine
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
-from stepgauge.reports.page import Cells, Column, Page, PrintedTable, Stated, numbers, table_of, words
+from stepgauge.reports.page import Cells, Page, PrintedTable, TableColumn, UserStatements, numbers, table_of, words
 from stepgauge.reports.sections import Section, certificate_section
 from stepgauge.reports.standards import (
     machine_lines,
@@ -44,7 +44,7 @@ METHOD = (
 )
 
 
-def positioning_content(test: PositioningTest, stated: Stated, machine: Machine | None) -> dict[str, Any]:
+def positioning_content(test: PositioningTest, stated: UserStatements, machine: Machine | None) -> dict[str, Any]:
     """The content of the report (see :class:`stepgauge.reports.page.Page`)."""
     data, units = as_linear(test), test.units
     rules = [{**rule, "asks": _of(one, rule["asks"], data)} for one in data["axes"] for rule in one["rules"]]
@@ -76,7 +76,7 @@ def _of(one: dict[str, Any], text: str, data: dict[str, Any]) -> str:
 def report_positioning(
     folder: str | Path,
     test: PositioningTest,
-    stated: Stated,
+    stated: UserStatements,
     machine: Machine | None = None,
     template: str | Path | None = None,
     suffix: str = "png",
@@ -116,7 +116,7 @@ def _summary(data: dict[str, Any], units: Units) -> PrintedTable:
 
 def _parameter(title: str, name: str, units: Units, of: Callable[[Any], Any]) -> Cells:
     """A parameter; the cell is empty where an axis has it not."""
-    return Column(title, units.deviation_symbol), lambda one: number(of(one)[name], 2) if name in of(one) else ""
+    return TableColumn(title, units.deviation_symbol), lambda one: number(of(one)[name], 2) if name in of(one) else ""
 
 
 def _further(data: dict[str, Any], units: Units) -> list[PrintedTable]:

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Summarized, as_lines
-from stepgauge.reports.page import Stated
+from stepgauge.reports.page import UserStatements
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-Reported = Callable[[Path, Stated, "str | Path | None", str], tuple[list[Path], tuple[str, ...]]]
+Reported = Callable[[Path, UserStatements, "str | Path | None", str], tuple[list[Path], tuple[str, ...]]]
 """Given folder, statements, template and format of the figures, writes; returns paths and notes on the report."""
 
 
@@ -49,11 +49,11 @@ class StandardTest(Summarized):
         folder: str | Path,
         figure: str = "png",
         *,
-        stated: Stated | None = None,
+        stated: UserStatements | None = None,
         template: str | Path | None = None,
     ) -> tuple[list[Path], tuple[str, ...]]:
         """Write JSON, CSV, figures and the report (PDF) into a folder; returns the paths, and notes on the report."""
         import datetime
 
         with open_set():
-            return self.reported(Path(folder), stated or Stated(datetime.date.today()), template, figure)
+            return self.reported(Path(folder), stated or UserStatements(datetime.date.today()), template, figure)

@@ -16,7 +16,7 @@ from stepgauge.figures.style import save_figure
 from stepgauge.files.notation import UNDEFINED, aligned, number, quantity, uncertain
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.reports.content import figure_svg
-from stepgauge.reports.page import Column, Page, PrintedTable, Stated
+from stepgauge.reports.page import Page, PrintedTable, TableColumn, UserStatements
 from stepgauge.reports.render import write_report
 from stepgauge.reports.sections import Section, file_names
 from stepgauge.standards.coverage import APPROXIMATELY_95
@@ -39,7 +39,7 @@ def write_overlay(
     evaluations: Sequence[Mapping[str, Any]],
     names: Sequence[str],
     template: str | Path | None = None,
-    stated: Stated | None = None,
+    stated: UserStatements | None = None,
 ) -> tuple[str, ...]:
     """Write an overlay: PDF or HTML with tables, PNG or SVG the figure alone (of a single placement).
 
@@ -60,7 +60,7 @@ def write_overlay(
     ]
     short = short_names(names)
     if Path(path).suffix.lower() not in PICTURES:
-        content = overlay_content(evaluations, found, short, stated or Stated(datetime.date.today()))
+        content = overlay_content(evaluations, found, short, stated or UserStatements(datetime.date.today()))
         return write_report(path, content, template)
     if len(found[0]) > 1:
         raise InputError(
@@ -98,7 +98,7 @@ def _figure(evaluations: Sequence[Mapping[str, Any]], found: Found, names: Seque
 
 
 def overlay_content(
-    evaluations: Sequence[Mapping[str, Any]], found: Found, names: Sequence[str], stated: Stated
+    evaluations: Sequence[Mapping[str, Any]], found: Found, names: Sequence[str], stated: UserStatements
 ) -> dict[str, Any]:
     """The content of the page (see :class:`stepgauge.reports.page.Page`)."""
     first = evaluations[0]
@@ -143,12 +143,12 @@ def _identity(evaluation: Mapping[str, Any], name: str) -> Section:
 
 def _result(found: Found, names: Sequence[str]) -> PrintedTable:
     columns = [
-        Column("Largest difference", words=True),
-        Column("At", words=True, share=1.0),
-        Column("Difference"),
-        Column("U"),
-        Column("k"),
-        Column("Faces beyond U"),
+        TableColumn("Largest difference", words=True),
+        TableColumn("At", words=True, share=1.0),
+        TableColumn("Difference"),
+        TableColumn("U"),
+        TableColumn("k"),
+        TableColumn("Faces beyond U"),
     ]
     several = len(found) > 1 or len(found[0]) > 1
     rows = [
@@ -174,12 +174,12 @@ def _largest(one: Difference, error: str) -> list[str]:
 def _faces(one: Difference, names: Sequence[str], later: int) -> PrintedTable:
     """All common faces; an error that is interpolated at a face is in italics."""
     columns = [
-        Column("Face"),
-        Column("Nominal", "mm"),
-        Column("XM", "µm", place=names[0]),
-        Column("XM", "µm", place=names[later]),
+        TableColumn("Face"),
+        TableColumn("Nominal", "mm"),
+        TableColumn("XM", "µm", place=names[0]),
+        TableColumn("XM", "µm", place=names[later]),
     ]
-    columns += [c for error in ERRORS for c in (Column(f"Δ{error.upper()}", "µm"), Column("U", "µm"))]
+    columns += [c for error in ERRORS for c in (TableColumn(f"Δ{error.upper()}", "µm"), TableColumn("U", "µm"))]
     cells = [_cells(one, i) for i in range(len(one.face))]
     even = zip(*(aligned(column) for column in zip(*cells, strict=True)), strict=True)
     rows = [_row(one, i, line) for i, line in enumerate(even)]

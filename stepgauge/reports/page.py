@@ -22,7 +22,7 @@ BETWEEN = "*"
 
 
 @dataclass(frozen=True)
-class Stated:
+class UserStatements:
     """Statements that only the user can make; None if not stated."""
 
     date: datetime.date
@@ -34,7 +34,7 @@ class Stated:
 
 
 @dataclass(frozen=True)
-class Column:
+class TableColumn:
     """A column of a table: name, unit, and whether its cells are numbers (set right) or words (set left).
 
     ``place`` stands below the name; ``share`` gives a column of words a share of the width instead of its own.
@@ -56,7 +56,7 @@ class PrintedTable:
     """
 
     title: str
-    columns: Sequence[Column]
+    columns: Sequence[TableColumn]
     rows: Sequence[Sequence[str]]
     note: str = ""
     strong: Sequence[int] = ()
@@ -84,26 +84,26 @@ class PrintedTable:
         }
 
 
-Cells = tuple[Column, Callable[[Any], str]]
+Cells = tuple[TableColumn, Callable[[Any], str]]
 """A column, and what of a row stands in it."""
 
 
 def words(name: str, cell: str | Callable[[Any], object], share: float = 0.0) -> Cells:
     """A column of text: of a key, or of what a function makes of a row."""
     made = (lambda row: row[cell]) if isinstance(cell, str) else cell
-    return Column(name, words=True, share=share), lambda row: str(made(row))
+    return TableColumn(name, words=True, share=share), lambda row: str(made(row))
 
 
 def numbers(name: str, unit: str, cell: str | Callable[[Any], Any], decimals: int) -> Cells:
     """A column of numbers with their unit in the head; – where a row has none."""
     made = (lambda row: row[cell]) if isinstance(cell, str) else cell
-    return Column(name, unit), lambda row: number(made(row), decimals)
+    return TableColumn(name, unit), lambda row: number(made(row), decimals)
 
 
 def quantities(name: str, cell: str | Callable[[Any], Any], decimals: int, unit: str = "µm") -> Cells:
     """A column of numbers, each with its unit; – where a row has none."""
     made = (lambda row: row[cell]) if isinstance(cell, str) else cell
-    return Column(name), lambda row: quantity(made(row), decimals, unit)
+    return TableColumn(name), lambda row: quantity(made(row), decimals, unit)
 
 
 def table_of(
@@ -145,7 +145,7 @@ class Page:
     mark: str | None = None
     more: dict[str, Any] = field(default_factory=dict)
 
-    def as_dict(self, stated: Stated) -> dict[str, Any]:
+    def as_dict(self, stated: UserStatements) -> dict[str, Any]:
         """Plain containers of text for a template; ``more`` adds keys for people's own templates."""
         name, data = self.data
         return {
@@ -186,7 +186,7 @@ def said(text: str | None) -> str | None:
     return clean(text) or None if text is not None else None
 
 
-def identity_section(stated: Stated, machine: str | None) -> Section:
+def identity_section(stated: UserStatements, machine: str | None) -> Section:
     """Who, what and when, as the options of a verb state it."""
     section = Section("")
     for label, value in (
@@ -201,7 +201,7 @@ def identity_section(stated: Stated, machine: str | None) -> Section:
     return section
 
 
-def unsaid(stated: Stated) -> list[str]:
+def unsaid(stated: UserStatements) -> list[str]:
     """Statements that a report should have and that were not made."""
     asked = (
         ("report number", stated.number),
@@ -212,6 +212,6 @@ def unsaid(stated: Stated) -> list[str]:
     return [what for what, value in asked if not said(value)]
 
 
-def measured_and_approved(stated: Stated) -> list[tuple[str, str | None]]:
+def measured_and_approved(stated: UserStatements) -> list[tuple[str, str | None]]:
     """The two places to sign of a report."""
     return [("Measured by", stated.operator), ("Approved by", None)]

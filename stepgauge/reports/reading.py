@@ -11,7 +11,7 @@ from pydantic import ConfigDict, Field
 
 from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.files import read_evaluation
-from stepgauge.files.config import Table, check_table
+from stepgauge.files.config import TomlTable, check_table
 from stepgauge.files.text import in_folder
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -27,7 +27,7 @@ SAME_AXIS_RAD = 0.01
 """A placement file turned farther than this from the evaluated axis describes another placement."""
 
 
-class _Stored(Table):
+class _Stored(TomlTable):
     """A table of the JSON file; keys that later versions add are left alone."""
 
     model_config = ConfigDict(extra="ignore")

@@ -8,7 +8,7 @@ from typing import Any
 from stepgauge.conditions import stored_conditions
 from stepgauge.files.notation import UNDEFINED, as_sentence, quantity, uncertain
 from stepgauge.machine.file import Machine
-from stepgauge.reports.page import Column, PrintedTable
+from stepgauge.reports.page import PrintedTable, TableColumn
 from stepgauge.standards.budget_files import StoredBudget, StoredLine
 
 NAMES = {"xm": "Largest mean error XM", "xr": "Largest reversal XR"}
@@ -20,11 +20,11 @@ def result_table(evaluation: dict[str, Any], budget: StoredBudget | None) -> Pri
     The range of XM and the largest 2s are observed values: no uncertainty is stated for them.
     """
     columns = [
-        Column("Result", words=True),
-        Column("At", words=True, share=1.0),
-        Column("Value"),
-        Column("Expanded uncertainty U"),
-        Column("k"),
+        TableColumn("Result", words=True),
+        TableColumn("At", words=True, share=1.0),
+        TableColumn("Value"),
+        TableColumn("Expanded uncertainty U"),
+        TableColumn("k"),
     ]
     placed = evaluation["placements"]
     rows = [row for result in placed for row in _rows(result, budget, len(placed) > 1)]

@@ -14,10 +14,10 @@ from stepgauge.files.notation import as_sentence, number
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.reports.page import (
-    Column,
     Page,
     PrintedTable,
-    Stated,
+    TableColumn,
+    UserStatements,
     identity_section,
     measured_and_approved,
     said,
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def test_content(page: Page, stated: Stated, gauge: Gauge | None, machine: str | None) -> dict[str, Any]:
+def test_content(page: Page, stated: UserStatements, gauge: Gauge | None, machine: str | None) -> dict[str, Any]:
     """The content of a report of a test: identity, places to sign and what is missing are added to its page."""
     missing = [*unsaid(stated), *([] if said(machine) else ["machine"])]
     page.identity = [identity_section(stated, machine)]
@@ -73,7 +73,7 @@ def rules_table(rules: Sequence[dict[str, Any]], excluded: Sequence[dict[str, st
     rows = [(words[rule["met"]], rule["asks"], rule["found"], rule["source"]) for rule in rules]
     rows += [("left out", part["what"], part["reason"], part["source"]) for part in excluded]
     heads = (("Rule", 0.0), ("What is asked, or left out", 1.0), ("Found, or why", 1.0), ("Source", 0.8))
-    columns = [Column(name, words=True, share=share) for name, share in heads]
+    columns = [TableColumn(name, words=True, share=share) for name, share in heads]
     return PrintedTable("Rules of the standard, and what was left out", columns, rows)
 
 

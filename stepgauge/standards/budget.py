@@ -19,11 +19,11 @@ import numpy as np
 from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.face_errors import face_errors
 from stepgauge.files.arrays import Array
-from stepgauge.montecarlo.model import Model, Part, Quantity
+from stepgauge.montecarlo.model import ModelQuantity, MonteCarloModel, PlacementReadings
 from stepgauge.montecarlo.summary import Summary
 from stepgauge.recording.by_face import FaceStatistics
 from stepgauge.standards.budget_sources import BudgetOptions, assumptions, missing, terms
-from stepgauge.standards.budget_terms import Source, Term
+from stepgauge.standards.budget_terms import BudgetTerm, UncertaintySource
 from stepgauge.standards.coverage import Expanded, expand
 
 Progress = Callable[[int, int], None]
@@ -33,7 +33,7 @@ NEGLIGIBLE = 1e-12
 
 
 @dataclass(frozen=True)
-class Line:
+class BudgetLine:
     """One quantity; ``contribution`` by source and all else in um. ``through_radius`` is part of the others, too.
 
     ``same_terms_u``: of the sources that the Monte Carlo knows; ``monte_carlo``: u, low and high from there.
@@ -63,14 +63,14 @@ class Band:
 
 
 @dataclass(frozen=True)
-class Budget:
+class UncertaintyBudget:
     """All lines, the sources they come from, the assumptions, and the contributions not stated (and how to state them).
 
     ``bands``: one per placement, where there is a Monte Carlo.
     """
 
-    sources: tuple[Source, ...]
-    lines: tuple[Line, ...]
+    sources: tuple[UncertaintySource, ...]
+    lines: tuple[BudgetLine, ...]
     assumptions: tuple[str, ...]
     not_included: tuple[tuple[str, str], ...]
     percent: float
@@ -78,11 +78,11 @@ class Budget:
 
 
 def make_budget(
-    model: Model,
+    model: MonteCarloModel,
     asked: BudgetOptions | None = None,
     monte_carlo: Summary | None = None,
     progress: Progress | None = None,
-) -> Budget:
+) -> UncertaintyBudget:
     """The budget of R_eff and of XF, XB, XM and XR at every face of every placement.
 
     Parameters
@@ -103,8 +103,8 @@ def make_budget(
         raise InputError(
             naming("placements"), "one placement file per placement", found=len(asked.placements), expected=expected
         )
-    lines: list[Line] = []
-    sources: dict[str, Source] = {}
+    lines: list[BudgetLine] = []
+    sources: dict[str, UncertaintySource] = {}
     count = itertools.count(1)
     total = sum(1 + len(RADIUS_SHARE) * len(part.readings.faces) for part in model.parts)
 
@@ -118,7 +118,7 @@ def make_budget(
         lines += _lines(model, part, sources_of, asked, monte_carlo, step)
     if not sources:
         raise InputError(model.machine.path, "nothing that counts has an uncertainty")
-    return Budget(
+    return UncertaintyBudget(
         tuple(sources.values()),
         tuple(lines),
         tuple(assumptions(model, asked)),
@@ -135,14 +135,16 @@ def _band(monte_carlo: Summary, placement: int) -> Band:
     return Band(placement, value, u, low, high)
 
 
-def _wider(one: Source | None, other: Source) -> Source:
+def _wider(one: UncertaintySource | None, other: UncertaintySource) -> UncertaintySource:
     if one is None:
         return other
     u = (min(one.u[0], other.u[0]), max(one.u[1], other.u[1]))
-    return Source(other.name, other.label, other.kind, u, other.unit, min(one.dof, other.dof), other.stated_by)
+    return UncertaintySource(
+        other.name, other.label, other.kind, u, other.unit, min(one.dof, other.dof), other.stated_by
+    )
 
 
-def sensitivities(model: Model, part: Part) -> dict[str, Array]:
+def sensitivities(model: MonteCarloModel, part: PlacementReadings) -> dict[str, Array]:
     """Change of every quantity in um per um of the mean reading of every face.
 
     ``xf_um`` ... ``xr_um`` with shape ``(faces read, faces)``, ``r_eff_mm`` (in um) with ``(faces read,)``.
@@ -160,22 +162,22 @@ def sensitivities(model: Model, part: Part) -> dict[str, Array]:
 class _Balance:
     """What all lines of one placement share; ``u_radius``: standard uncertainty of R_eff, um."""
 
-    model: Model
-    part: Part
-    terms: Sequence[Term]
+    model: MonteCarloModel
+    part: PlacementReadings
+    terms: Sequence[BudgetTerm]
     u_radius: float
     percent: float
     monte_carlo: Summary | None
-    column: dict[Quantity, int]
+    column: dict[ModelQuantity, int]
 
-    def line(self, quantity: Quantity, weights: Array, through: float, value: float) -> Line:
+    def line(self, quantity: ModelQuantity, weights: Array, through: float, value: float) -> BudgetLine:
         """A line; the sources are independent of each other, so that their contributions add in quadrature."""
         from GTC import uncertainty
 
         parts = _weighed(self.terms, weights)
         contribution = {name: float(uncertainty(number)) for name, number in parts.items()}
         face = quantity.face
-        return Line(
+        return BudgetLine(
             quantity.name,
             quantity.placement,
             face,
@@ -188,7 +190,7 @@ class _Balance:
             self._from_runs(quantity),
         )
 
-    def _from_runs(self, quantity: Quantity) -> tuple[float, float, float] | None:
+    def _from_runs(self, quantity: ModelQuantity) -> tuple[float, float, float] | None:
         """u, low and high of the Monte Carlo, um."""
         if self.monte_carlo is None:
             return None
@@ -198,13 +200,13 @@ class _Balance:
 
 
 def _lines(
-    model: Model,
-    part: Part,
-    terms: Sequence[Term],
+    model: MonteCarloModel,
+    part: PlacementReadings,
+    terms: Sequence[BudgetTerm],
     asked: BudgetOptions,
     monte_carlo: Summary | None,
     progress: Callable[[], None],
-) -> list[Line]:
+) -> list[BudgetLine]:
     share = sensitivities(model, part)
     radius = expand(_total(_weighed(terms, share["r_eff_mm"]).values()), asked.percent)
     column = {} if monte_carlo is None else {quantity: i for i, quantity in enumerate(monte_carlo.quantities)}
@@ -219,21 +221,21 @@ def _lines(
     return lines
 
 
-def _wanted(part: Part, share: dict[str, Array]) -> list[tuple[Quantity, Array, float]]:
+def _wanted(part: PlacementReadings, share: dict[str, Array]) -> list[tuple[ModelQuantity, Array, float]]:
     """Every quantity with its sensitivities to the readings and to R_eff."""
-    found = [(Quantity("r_eff_mm", part.placement), share["r_eff_mm"], 1.0)]
+    found = [(ModelQuantity("r_eff_mm", part.placement), share["r_eff_mm"], 1.0)]
     for name, through in RADIUS_SHARE.items():
         for i, face in enumerate(part.readings.faces):
-            found.append((Quantity(name, part.placement, int(face)), share[name][:, i], through))
+            found.append((ModelQuantity(name, part.placement, int(face)), share[name][:, i], through))
     return found
 
 
-def _defined(weights: Array, part: Part) -> bool:
+def _defined(weights: Array, part: PlacementReadings) -> bool:
     """Whether all faces that a quantity needs were measured; NaN stands at those that were not measured at all."""
     return bool(np.isfinite(weights[np.isin(part.readings.faces, part.readings.face)]).all())
 
 
-def _weighed(terms: Sequence[Term], weights: Array) -> dict[str, Any]:
+def _weighed(terms: Sequence[BudgetTerm], weights: Array) -> dict[str, Any]:
     """The quantity with one source at a time, as GTC numbers."""
     needed = np.flatnonzero(np.abs(np.nan_to_num(weights)) > NEGLIGIBLE)
     return {term.source.name: _total(float(weights[i]) * term.um[i] for i in needed) for term in terms}

@@ -12,18 +12,18 @@ from pydantic import ConfigDict, Field
 from stepgauge import __version__
 from stepgauge.conditions import Conditions
 from stepgauge.errors import InputError
-from stepgauge.files.config import Table, check_table
+from stepgauge.files.config import TomlTable, check_table
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Plotted, as_lines, figures
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import in_folder, read_result, write_json, write_text
 from stepgauge.recording.simulated import is_simulated
-from stepgauge.standards.budget import Budget, Line, Source
+from stepgauge.standards.budget import BudgetLine, UncertaintyBudget, UncertaintySource
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from stepgauge.montecarlo.model import Model
+    from stepgauge.montecarlo.model import MonteCarloModel
 
 FORMAT = "stepgauge budget 1"
 COLUMNS = ("quantity", "placement", "face", "position_mm", "value_um", "u_um", "dof", "k", "expanded_um")
@@ -46,12 +46,12 @@ def write_budget(folder: str | Path, budget: StoredBudget) -> list[Path]:
     return [json_path, csv_path]
 
 
-def stored_budget(model: Model, budget: Budget, runs: int) -> StoredBudget:
+def stored_budget(model: MonteCarloModel, budget: UncertaintyBudget, runs: int) -> StoredBudget:
     """The budget as its file holds it; ``runs``: of the Monte Carlo beside it."""
     return StoredBudget.model_validate(budget_to_dict(model, budget, runs))
 
 
-def budget_to_dict(model: Model, budget: Budget, runs: int) -> dict[str, Any]:
+def budget_to_dict(model: MonteCarloModel, budget: UncertaintyBudget, runs: int) -> dict[str, Any]:
     """Everything as JSON types; lengths in um (also of R_eff), infinite degrees of freedom are null."""
     return {
         "format": FORMAT,
@@ -84,7 +84,7 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _source(source: Source) -> dict[str, Any]:
+def _source(source: UncertaintySource) -> dict[str, Any]:
     return {
         "name": source.name,
         "label": source.label,
@@ -97,7 +97,7 @@ def _source(source: Source) -> dict[str, Any]:
     }
 
 
-def _line(line: Line) -> dict[str, Any]:
+def _line(line: BudgetLine) -> dict[str, Any]:
     runs = line.monte_carlo
     return {
         "quantity": line.name.removesuffix("_mm").removesuffix("_um"),
@@ -136,13 +136,13 @@ def _table(budget: StoredBudget) -> tuple[list[str], list[list[Any]]]:
     return [*COLUMNS, *(f"u: {name}" for name in names), "of which via r_eff", *RUN_COLUMNS], rows
 
 
-class _Stored(Table):
+class _StoredBudget(TomlTable):
     """A table of the JSON file; keys that later versions add are left alone."""
 
     model_config = ConfigDict(extra="ignore")
 
 
-class StoredRuns(_Stored):
+class StoredRuns(_StoredBudget):
     """What the Monte Carlo says of a quantity."""
 
     u_um: float
@@ -150,7 +150,7 @@ class StoredRuns(_Stored):
     high_95_um: float
 
 
-class StoredLine(_Stored):
+class StoredLine(_StoredBudget):
     """One quantity of a budget."""
 
     quantity: str
@@ -168,7 +168,7 @@ class StoredLine(_Stored):
     monte_carlo: StoredRuns | None
 
 
-class StoredSource(_Stored):
+class StoredSource(_StoredBudget):
     """One source of uncertainty."""
 
     name: str
@@ -181,7 +181,7 @@ class StoredSource(_Stored):
     stated_by: str
 
 
-class StoredBand(_Stored):
+class StoredBand(_StoredBudget):
     """The range of XM of one placement, by Monte Carlo."""
 
     placement: int
@@ -191,14 +191,14 @@ class StoredBand(_Stored):
     high_95_um: float
 
 
-class StoredGap(_Stored):
+class StoredGap(_StoredBudget):
     """A contribution that was not evaluated."""
 
     what: str
     state_by: str
 
 
-class StoredBudget(_Stored, Plotted):
+class StoredBudget(_StoredBudget, Plotted):
     """The whole ``budget.json``."""
 
     drawn_by: ClassVar[str] = "budget.draw_along"

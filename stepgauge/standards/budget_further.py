@@ -12,9 +12,9 @@ import numpy as np
 from stepgauge.files.dates import YEAR_DAYS, moments, parse_moment
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.contribution import Contribution
-from stepgauge.montecarlo.model import Model, Part
+from stepgauge.montecarlo.model import MonteCarloModel, PlacementReadings
 from stepgauge.recording.simulated import is_simulated
-from stepgauge.standards.budget_terms import Source, Term, independent
+from stepgauge.standards.budget_terms import BudgetTerm, UncertaintySource, independent
 
 GAUGE_DRIFT, DRIFT_CORRECTION = "drift of the gauge", "correction of the drift"
 SHOWN = {"drift": "drift of the readings", "temperature convention": "temperature convention of the readings"}
@@ -22,22 +22,24 @@ SHOWN = {"drift": "drift of the readings", "temperature convention": "temperatur
 DRIFT_STATED_BY = "gauge file: drift_um_per_m_per_year of [certificate], or [[certificate.earlier]]"
 
 
-def common_by_position(model: Model, part: Part, um_per_m: float, source: Source) -> Term:
+def common_by_position(
+    model: MonteCarloModel, part: PlacementReadings, um_per_m: float, source: UncertaintySource
+) -> BudgetTerm:
     """A source that moves all faces together, in proportion to their position."""
     from GTC import ureal
 
     one = ureal(0.0, 1.0, source.dof, label=source.name)
     position_m = model.gauge.position_mm[part.readings.faces - 1] * 1e-3
-    return Term(source, [float(v) * um_per_m * one for v in position_m])
+    return BudgetTerm(source, [float(v) * um_per_m * one for v in position_m])
 
 
-def measured_on(model: Model, measured_at: str | None) -> datetime.date | None:
+def measured_on(model: MonteCarloModel, measured_at: str | None) -> datetime.date | None:
     """The last day of the measurement as stated, else as recorded; None where nobody says."""
     said = measured_at or model.nominal.comments.get("measured_at")
     return max(parse_moment(one, model.nominal.path) for one in moments(said)).date() if said else None
 
 
-def gauge_ages(model: Model) -> bool:
+def gauge_ages(model: MonteCarloModel) -> bool:
     """Whether a real gauge was measured: a virtual one, and that of a program, does not change its length."""
     return model.sign < 0 and not is_simulated(model.nominal.comments)
 
@@ -58,7 +60,7 @@ def drift_um_per_m_per_year(gauge: Gauge) -> float | None:
     return math.sqrt(sum(rate**2 for rate in rates) / len(rates)) if rates else None
 
 
-def gauge_drift(model: Model, part: Part, measured_at: str | None) -> Term | None:
+def gauge_drift(model: MonteCarloModel, part: PlacementReadings, measured_at: str | None) -> BudgetTerm | None:
     """Of the standard since its calibration: the stated rate times its age."""
     rate, day = drift_um_per_m_per_year(model.gauge), measured_on(model, measured_at)
     if not gauge_ages(model) or rate is None or day is None:
@@ -66,22 +68,24 @@ def gauge_drift(model: Model, part: Part, measured_at: str | None) -> Term | Non
     years = max((day - model.gauge.certificate.date).days, 0) / YEAR_DAYS
     u = rate * years
     said = f"gauge file: {rate:.3g} um/m a year, {years:.2f} years"
-    source = Source(GAUGE_DRIFT, "drift of the gauge since its calibration", "B", (u, u), "um/m", math.inf, said)
+    source = UncertaintySource(
+        GAUGE_DRIFT, "drift of the gauge since its calibration", "B", (u, u), "um/m", math.inf, said
+    )
     return common_by_position(model, part, u, source)
 
 
-def shown_by_readings(model: Model, part: Part) -> Iterator[Term]:
+def shown_by_readings(model: MonteCarloModel, part: PlacementReadings) -> Iterator[BudgetTerm]:
     """What the readings show and nobody corrected or stated: up to its size at the far end, rectangular."""
     span_m = float(np.ptp(model.gauge.position_mm[part.readings.faces - 1])) * 1e-3
     for condition, name in SHOWN.items():
         size_um = condition_um(model, part, condition)
         if size_um and span_m:
             u = size_um / math.sqrt(3.0) / span_m
-            source = Source(name, name, "B", (u, u), "um/m", math.inf, f"recording: up to {size_um:.3g} um")
+            source = UncertaintySource(name, name, "B", (u, u), "um/m", math.inf, f"recording: up to {size_um:.3g} um")
             yield common_by_position(model, part, u, source)
 
 
-def drift_correction(model: Model, part: Part) -> Term | None:
+def drift_correction(model: MonteCarloModel, part: PlacementReadings) -> BudgetTerm | None:
     """Of the rate that was taken off: it moves every face by its mean time of reading, all together."""
     from GTC import ureal
 
@@ -94,17 +98,22 @@ def drift_correction(model: Model, part: Part) -> Term | None:
     said = f"recording: {readings.drift_corrected}"
     u = (float(np.abs(um).min()), float(np.abs(um).max()))
     one = ureal(0.0, 1.0, math.inf, label=DRIFT_CORRECTION)
-    return Term(Source(DRIFT_CORRECTION, DRIFT_CORRECTION, "A", u, "um", math.inf, said), [float(v) * one for v in um])
+    return BudgetTerm(
+        UncertaintySource(DRIFT_CORRECTION, DRIFT_CORRECTION, "A", u, "um", math.inf, said),
+        [float(v) * one for v in um],
+    )
 
 
-def condition_um(model: Model, part: Part, name: Any) -> float:
+def condition_um(model: MonteCarloModel, part: PlacementReadings, name: Any) -> float:
     """How far a condition of the readings moves the errors, um; 0 where it does not, or was corrected."""
     result = next(r for r in model.nominal.results if r.placement == part.placement)
     sizes = [one.size_um or 0.0 for one in result.conditions.of(name) if one.state in ("contribution", "prevents")]
     return max(sizes, default=0.0) if model.sign < 0 else 0.0
 
 
-def own_contributions(model: Model, part: Part, stated: Sequence[Contribution]) -> list[Term]:
+def own_contributions(
+    model: MonteCarloModel, part: PlacementReadings, stated: Sequence[Contribution]
+) -> list[BudgetTerm]:
     """Those of the machine file, then those that were stated besides."""
     found = []
     for one in (*model.machine.contributions, *stated):
@@ -112,11 +121,11 @@ def own_contributions(model: Model, part: Part, stated: Sequence[Contribution]) 
         name = f"own: {one.name}"
         if one.u_face_um:
             u = np.full(len(part.readings.faces), one.u_face_um)
-            source = Source(name, one.name, "B", (one.u_face_um, one.u_face_um), "um", dof, said)
-            found.append(Term(source, independent(u, dof, name)))
+            source = UncertaintySource(name, one.name, "B", (one.u_face_um, one.u_face_um), "um", dof, said)
+            found.append(BudgetTerm(source, independent(u, dof, name)))
         if one.u_um_per_m:
             along = f"{name}, along the gauge" if one.u_face_um else name
             u_per_m = (one.u_um_per_m, one.u_um_per_m)
-            source = Source(along, one.name, "B", u_per_m, "um/m", dof, said)
+            source = UncertaintySource(along, one.name, "B", u_per_m, "um/m", dof, said)
             found.append(common_by_position(model, part, one.u_um_per_m, source))
     return found

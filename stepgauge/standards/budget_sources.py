@@ -23,7 +23,7 @@ from stepgauge.montecarlo.inputs import (
     effect_key,
     pooled_deviation_um,
 )
-from stepgauge.montecarlo.model import Model, Part
+from stepgauge.montecarlo.model import MonteCarloModel, PlacementReadings
 from stepgauge.standards.budget_further import (
     DRIFT_STATED_BY,
     condition_um,
@@ -35,7 +35,7 @@ from stepgauge.standards.budget_further import (
     own_contributions,
     shown_by_readings,
 )
-from stepgauge.standards.budget_terms import Source, Term, independent
+from stepgauge.standards.budget_terms import BudgetTerm, UncertaintySource, independent
 from stepgauge.standards.coverage import APPROXIMATELY_95
 
 Repeats = Literal["pooled", "face"]
@@ -66,7 +66,9 @@ class BudgetOptions:
     measured_at: str | None = None
 
 
-def terms(model: Model, part: Part, asked: BudgetOptions, placement: Placement | None) -> list[Term]:
+def terms(
+    model: MonteCarloModel, part: PlacementReadings, asked: BudgetOptions, placement: Placement | None
+) -> list[BudgetTerm]:
     """All sources that are stated, as GTC numbers that are independent from source to source."""
     found = [_certificate(model, part), _repeatability(model, part, asked.repeats)]
     found += [_scalar(model, part, index) for index in range(len(model.inputs.scalars))]
@@ -80,7 +82,7 @@ def _range(u: Array) -> tuple[float, float]:
     return float(u.min()), float(u.max())
 
 
-def _certificate(model: Model, part: Part) -> Term | None:
+def _certificate(model: MonteCarloModel, part: PlacementReadings) -> BudgetTerm | None:
     from GTC import set_correlation
 
     gauge, faces = model.gauge, part.readings.faces
@@ -94,15 +96,15 @@ def _certificate(model: Model, part: Part) -> Term | None:
         for i, j in zip(*np.nonzero(np.triu(correlation, 1)), strict=True):
             if u[i] and u[j]:
                 set_correlation(min(float(correlation[i, j]), 1.0), um[i], um[j])
-    return Term(
-        Source(
+    return BudgetTerm(
+        UncertaintySource(
             CERTIFICATE, LABELS[CERTIFICATE], "B", _range(u), "um", dof, "gauge file: uncertainty_um, coverage_factor"
         ),
         um,
     )
 
 
-def _repeatability(model: Model, part: Part, repeats: Repeats) -> Term | None:
+def _repeatability(model: MonteCarloModel, part: PlacementReadings, repeats: Repeats) -> BudgetTerm | None:
     """Of the mean over the cycles: s / sqrt(n)."""
     faces = part.readings.faces
     count = np.maximum(np.bincount(part.readings.face, minlength=int(faces[-1]) + 1)[faces], 1)
@@ -114,11 +116,11 @@ def _repeatability(model: Model, part: Part, repeats: Repeats) -> Term | None:
         return None
     u, dof = sigma / np.sqrt(count), float(freedom) if freedom else math.inf
     said = "recording: pooled over the faces" if freedom else "machine file: repeatability_um"
-    source = Source(REPEATABILITY, REPEATABILITY, "A" if freedom else "B", _range(u), "um", dof, said)
-    return Term(source, independent(u, dof, REPEATABILITY))
+    source = UncertaintySource(REPEATABILITY, REPEATABILITY, "A" if freedom else "B", _range(u), "um", dof, said)
+    return BudgetTerm(source, independent(u, dof, REPEATABILITY))
 
 
-def part_deviation_um(model: Model, part: Part) -> Array:
+def part_deviation_um(model: MonteCarloModel, part: PlacementReadings) -> Array:
     """Standard deviation of a probing of every face, um: pooled of a recording, as modelled of a program."""
     faces = part.readings.faces
     variance = np.bincount(part.readings.face, model.noise_um(part) ** 2, int(faces[-1]) + 1)
@@ -127,7 +129,7 @@ def part_deviation_um(model: Model, part: Part) -> Array:
     return deviation
 
 
-def _repeats_by_face(model: Model, part: Part, count: NDArray[np.int64]) -> Term:
+def _repeats_by_face(model: MonteCarloModel, part: PlacementReadings, count: NDArray[np.int64]) -> BudgetTerm:
     from GTC import ureal
 
     result = next(r for r in model.nominal.results if r.placement == part.placement)
@@ -142,10 +144,12 @@ def _repeats_by_face(model: Model, part: Part, count: NDArray[np.int64]) -> Term
     u = np.nan_to_num(deviation) / np.sqrt(count)
     um = [ureal(0.0, float(v), float(n - 1)) if v > 0 else 0.0 for v, n in zip(u, count, strict=True)]
     dof = float((count - 1)[result.count > 0].min())
-    return Term(Source(REPEATABILITY, REPEATABILITY, "A", _range(u), "um", dof, "recording: by face, n - 1"), um)
+    return BudgetTerm(
+        UncertaintySource(REPEATABILITY, REPEATABILITY, "A", _range(u), "um", dof, "recording: by face, n - 1"), um
+    )
 
 
-def _scalar(model: Model, part: Part, index: int) -> Term | None:
+def _scalar(model: MonteCarloModel, part: PlacementReadings, index: int) -> BudgetTerm | None:
     """An uncertain value that moves all readings together; None for the size of the scatter, which moves none."""
     from GTC import ureal
 
@@ -161,11 +165,11 @@ def _scalar(model: Model, part: Part, index: int) -> Term | None:
     one = ureal(0.0, 1.0, dof, label=scalar.key)
     label = LABELS.get(scalar.key) or model.label(scalar.key)
     u, unit, stated_by = (scalar.u, scalar.u), _unit(model, scalar.key), _stated_by(scalar.key)
-    source = Source(scalar.key, label, "B", u, unit, dof, stated_by)
-    return Term(source, [float(v) * one for v in mean])
+    source = UncertaintySource(scalar.key, label, "B", u, unit, dof, stated_by)
+    return BudgetTerm(source, [float(v) * one for v in mean])
 
 
-def _unit(model: Model, key: str) -> str:
+def _unit(model: MonteCarloModel, key: str) -> str:
     """The unit of an uncertain value: as its effect has it, or as the name of its key ends."""
     place = effect_key(key)
     if place is not None:
@@ -181,17 +185,17 @@ def _stated_by(key: str) -> str:
     return "gauge file" if key.startswith("gauge.") else "machine file"
 
 
-def _probing(model: Model, part: Part) -> Term | None:
+def _probing(model: MonteCarloModel, part: PlacementReadings) -> BudgetTerm | None:
     stated: StandardUncertainty | None = model.machine.stated.probing_um
     if stated is None or not stated.u:
         return None
     dof = stated.dof or math.inf
     u = np.full(len(part.readings.faces), stated.u)
-    source = Source(PROBING, PROBING, "B", _range(u), "um", dof, "machine file: [uncertainty] probing_um")
-    return Term(source, independent(u, dof, PROBING))
+    source = UncertaintySource(PROBING, PROBING, "B", _range(u), "um", dof, "machine file: [uncertainty] probing_um")
+    return BudgetTerm(source, independent(u, dof, PROBING))
 
 
-def _resolution(model: Model, part: Part) -> Term | None:
+def _resolution(model: MonteCarloModel, part: PlacementReadings) -> BudgetTerm | None:
     """Half a step to each side, rectangular (GUM F.2.2.1): step / sqrt(12), the same in every cycle of a face.
 
     The step is the stated one, or that of the readings where these show a coarser one.
@@ -202,11 +206,11 @@ def _resolution(model: Model, part: Part) -> Term | None:
         return None
     said = f"recording: steps of {seen:g} um" if seen > (stated or 0.0) else "machine file: [uncertainty] resolution_um"
     u = np.full(len(part.readings.faces), step / math.sqrt(12.0))
-    source = Source(RESOLUTION, RESOLUTION, "B", _range(u), "um", math.inf, said)
-    return Term(source, independent(u, math.inf, RESOLUTION))
+    source = UncertaintySource(RESOLUTION, RESOLUTION, "B", _range(u), "um", math.inf, said)
+    return BudgetTerm(source, independent(u, math.inf, RESOLUTION))
 
 
-def _alignment(model: Model, part: Part, placement: Placement | None) -> Term | None:
+def _alignment(model: MonteCarloModel, part: PlacementReadings, placement: Placement | None) -> BudgetTerm | None:
     """Readings are too long by S phi^2 / 2 if the probed line is at the angle phi to the gauge.
 
     Both what locating leaves unknown and the angle that the readings show count.
@@ -225,8 +229,8 @@ def _alignment(model: Model, part: Part, placement: Placement | None) -> Term | 
     tilt = math.sqrt(2.0 * seen)
     u_urad = (min(u_rad) * 1e6, max(*u_rad, tilt) * 1e6)
     said = "placement file: [uncertainty]" + (f"; the readings are {tilt * 1e3:.2f} mrad off" if seen else "")
-    source = Source(ALIGNMENT, ALIGNMENT, "B", u_urad, "urad", math.inf, said)
-    return Term(source, [float(v) * cosine * one for v in position_um])
+    source = UncertaintySource(ALIGNMENT, ALIGNMENT, "B", u_urad, "urad", math.inf, said)
+    return BudgetTerm(source, [float(v) * cosine * one for v in position_um])
 
 
 def axis_uncertainty_rad(placement: Placement) -> tuple[float, float] | None:
@@ -250,7 +254,7 @@ def cosine_rms(u1_rad: float, u2_rad: float) -> float:
     return math.sqrt(3.0 * u1_rad**4 + 3.0 * u2_rad**4 + 2.0 * (u1_rad * u2_rad) ** 2) / 2.0
 
 
-def assumptions(model: Model, asked: BudgetOptions) -> list[str]:
+def assumptions(model: MonteCarloModel, asked: BudgetOptions) -> list[str]:
     """Assumptions where no file makes a statement, in sentences for the report."""
     certificate = model.gauge.certificate
     said = []
@@ -281,7 +285,7 @@ def assumptions(model: Model, asked: BudgetOptions) -> list[str]:
     return said
 
 
-def missing(model: Model, asked: BudgetOptions) -> list[tuple[str, str]]:
+def missing(model: MonteCarloModel, asked: BudgetOptions) -> list[tuple[str, str]]:
     """Contributions to the budget of this measurement that were not stated; no value is assumed for them."""
     machine, gauge, keys = model.machine, model.gauge, model.inputs.names
     recorded = model.nominal.results[0].gauge_temperature_C is not None
@@ -319,7 +323,7 @@ def missing(model: Model, asked: BudgetOptions) -> list[tuple[str, str]]:
 Check = tuple[bool, str, str]
 
 
-def _scales(model: Model) -> list[Check]:
+def _scales(model: MonteCarloModel) -> list[Check]:
     """What is asked of the scales: only the machine at 20 deg C has not the errors that their temperature makes, and
     readings that were corrected for their expansion hold what is not known of it."""
     if not (model.at_reference or model.corrects_scales):
@@ -344,7 +348,7 @@ def _scales(model: Model) -> list[Check]:
     ]
 
 
-def _age(model: Model, asked: BudgetOptions) -> list[Check]:
+def _age(model: MonteCarloModel, asked: BudgetOptions) -> list[Check]:
     """What is asked of the time since the gauge was calibrated."""
     if not gauge_ages(model):
         return []

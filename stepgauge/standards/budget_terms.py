@@ -9,7 +9,7 @@ from stepgauge.files.arrays import Array
 
 
 @dataclass(frozen=True)
-class Source:
+class UncertaintySource:
     """A line of the list of sources: ``u`` in ``unit`` (two numbers where it varies by face), type A or B.
 
     ``name`` is its key, as in the Monte Carlo, ``label`` what a person calls it.
@@ -25,10 +25,10 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Term:
+class BudgetTerm:
     """A source as GTC numbers: ``um[i]`` is what it adds to the mean reading of face ``i`` of the section."""
 
-    source: Source
+    source: UncertaintySource
     um: list[Any]
 
 

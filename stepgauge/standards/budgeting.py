@@ -11,7 +11,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.contribution import Contribution
 from stepgauge.machine.file import Machine
-from stepgauge.montecarlo import Model, ModelOptions, Summary, read_model, run_monte_carlo
+from stepgauge.montecarlo import ModelOptions, MonteCarloModel, Summary, read_model, run_monte_carlo
 from stepgauge.recording import Recording
 from stepgauge.standards.budget import BudgetOptions, Progress, make_budget
 from stepgauge.standards.budget_files import StoredBudget, stored_budget
@@ -24,7 +24,7 @@ Shown = Callable[[str], Progress]
 
 
 @dataclass(frozen=True)
-class Choice:
+class BudgetChoices:
     """What is chosen for a budget beside the files (:class:`InputError` for what is out of range).
 
     ``correlation``: of any two certified positions, 0 to 1, None: the gauge file's; ``repeats``: ``"pooled"`` over all
@@ -56,11 +56,11 @@ def whole_budget(
     machine: Machine,
     gauge: Gauge,
     placements: Sequence[Placement] = (),
-    choice: Choice | None = None,
+    choice: BudgetChoices | None = None,
     shown: Shown | None = None,
 ) -> StoredBudget:
     """The budget of recordings or of a program, with the Monte Carlo beside it, lengths in um."""
-    choice, shown = choice or Choice(), shown or _silent
+    choice, shown = choice or BudgetChoices(), shown or _silent
     model = read_model(sources, machine, _correlated(gauge, choice.correlation), placements, choice.model)
     simulated = _simulated(model, choice, shown) if choice.runs else None
     asked = BudgetOptions(placements, choice.repeats, choice.percent, choice.contributions, choice.measured_at)
@@ -80,7 +80,7 @@ def _correlated(gauge: Gauge, correlation: float | None) -> Gauge:
     return replace(gauge, certificate=gauge.certificate.model_copy(update={"correlation": correlation}))
 
 
-def _simulated(model: Model, choice: Choice, shown: Shown) -> Summary | None:
+def _simulated(model: MonteCarloModel, choice: BudgetChoices, shown: Shown) -> Summary | None:
     if not model.inputs.names:
         return None
     return run_monte_carlo(model, choice.runs, choice.seed, progress=shown("Monte Carlo"))

@@ -26,13 +26,13 @@ from stepgauge.recording.identity import check_recording
 from stepgauge.standards.decision import Outcome, decide, together
 from stepgauge.standards.iso10360_positions import Position, TestLength
 from stepgauge.standards.iso10360_rules import excluded_parts, rules_of
-from stepgauge.standards.iso10360_series import E0, Series
+from stepgauge.standards.iso10360_series import E0, LengthSeries
 from stepgauge.standards.length_uncertainty import TestConditions, length_uncertainty
 from stepgauge.standards.lengths import (
     REPEATS,
     Faces,
-    FaceTable,
     Kind,
+    LengthReadings,
     candidates,
     choose,
     doubtful_rule,
@@ -91,7 +91,7 @@ class LengthTest:
     excluded: tuple[Excluded, ...]
     path: str = ""
     comments: Mapping[str, str] = field(default_factory=dict)
-    series: Series = E0
+    series: LengthSeries = E0
 
     @property
     def conditions(self) -> Conditions:
@@ -162,7 +162,7 @@ def length_test(
     choices: Choices | None = None,
     machine: Machine | None = None,
     placements: Sequence[Placement] = (),
-    series: Series = E0,
+    series: LengthSeries = E0,
 ) -> LengthTest:
     """Test of the errors of length measurement with a step gauge (ISO 10360-2:2009, clause 6).
 
@@ -224,7 +224,7 @@ class _PositionMaker:
     tip: TipDiameter | None
     machine: Machine | None
 
-    def position(self, table: FaceTable) -> Position:
+    def position(self, table: LengthReadings) -> Position:
         """The lengths of one position of the gauge, of each kind that can be judged."""
         lengths = tuple(
             self._length(table, kind, faces)
@@ -242,7 +242,7 @@ class _PositionMaker:
         """The tester's lengths are bidirectional ones; unidirectional lengths are shorter by a block or as long."""
         return self.choices.lengths_mm if kind == "bidirectional" else None
 
-    def _length(self, table: FaceTable, kind: Kind, faces: Faces) -> TestLength:
+    def _length(self, table: LengthReadings, kind: Kind, faces: Faces) -> TestLength:
         cycles = table.repeats(faces)[:REPEATS]
         nominal = nominal_length_mm(self.gauge, faces)
         tip_mm = self.tip.diameter_mm if self.tip else 0.0

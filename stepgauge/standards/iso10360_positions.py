@@ -10,7 +10,7 @@ from stepgauge.conditions import NOTHING, Conditions, gate
 from stepgauge.files.arrays import Array
 from stepgauge.standards.decision import Outcome, conformity_probability, decide
 from stepgauge.standards.length_uncertainty import TestUncertainty
-from stepgauge.standards.lengths import Faces, FaceTable, Kind
+from stepgauge.standards.lengths import Faces, Kind, LengthReadings
 from stepgauge.standards.measuring_line import DIAGONALS, SAME_DIRECTION_DEG
 
 
@@ -64,7 +64,7 @@ class Position:
     """
 
     number: int
-    table: FaceTable
+    table: LengthReadings
     lengths: tuple[TestLength, ...]
     orientation: str | None = None
     orientation_number: int | None = None

@@ -11,7 +11,7 @@ from stepgauge.files.notation import in_percent, plural
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.standards.iso10360_positions import Position, TestLength
-from stepgauge.standards.iso10360_series import E0, E150, NORMAL, Series
+from stepgauge.standards.iso10360_series import E0, E150, NORMAL, LengthSeries
 from stepgauge.standards.lengths import LENGTHS, REPEATS
 from stepgauge.standards.measuring_line import (
     DIAGONALS,
@@ -33,7 +33,7 @@ LOW_EXPANSION_PER_K = 2e-6
 
 
 def rules_of(
-    series: Series,
+    series: LengthSeries,
     positions: Sequence[Position],
     numbers: Sequence[int],
     gauge: Gauge,
@@ -163,7 +163,7 @@ def _bidirectional(tip: TipDiameter | None) -> Rule:
     return Rule(source, asks, f"{tip.diameter_mm:.5f} mm, {tip.origin} as such", True)
 
 
-def _expansion(series: Series, gauge: Gauge, normal_too: bool) -> Rule:
+def _expansion(series: LengthSeries, gauge: Gauge, normal_too: bool) -> Rule:
     """A gauge of low expansion is sufficient for E0 if a length of normal expansion is tested, too."""
     low, high = NORMAL_EXPANSION_PER_K
     alpha = gauge.table.expansion_per_K
@@ -194,7 +194,7 @@ def _temperature(positions: Sequence[Position]) -> Rule:
 
 
 def excluded_parts(
-    series: Series, positions: Sequence[Position], numbers: Sequence[int], tip: TipDiameter | None
+    series: LengthSeries, positions: Sequence[Position], numbers: Sequence[int], tip: TipDiameter | None
 ) -> tuple[Excluded, ...]:
     """Placements, cycles and faces of the recording that the test does not use."""
     parts = [

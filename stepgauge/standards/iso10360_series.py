@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Series:
+class LengthSeries:
     """A series: its symbol, how many positions and lengths it has, and what it is in words.
 
     ``least_lengths``: in each position. ``unconfirmed``: what could not be confirmed of it, for the report.
@@ -21,8 +21,8 @@ class Series:
     unconfirmed: str = ""
 
 
-E0 = Series("e0", "E_0", "E_0,MPE", "errors of length measurement, stylus tip on the axis of the ram", 7, 5)
-E150 = Series(
+E0 = LengthSeries("e0", "E_0", "E_0,MPE", "errors of length measurement, stylus tip on the axis of the ram", 7, 5)
+E150 = LengthSeries(
     "e150",
     "E_150",
     "E_150,MPE",
@@ -31,7 +31,7 @@ E150 = Series(
     5,
     "two positions, and their directions, are taken from secondary sources and are unconfirmed",
 )
-NORMAL = Series(
+NORMAL = LengthSeries(
     "normal",
     "E_0",
     "E_0,MPE",

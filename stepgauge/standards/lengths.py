@@ -35,7 +35,7 @@ SAME_LENGTH_MM = 1.0
 
 
 @dataclass(frozen=True)
-class FaceTable:
+class LengthReadings:
     """Readings of one placement: ``off_mm (cycles, faces)`` is position along the axis minus certified position at the
     recorded gauge temperature, NaN where a cycle has no reading of a face. The tip is still in it.
 
@@ -66,7 +66,7 @@ class FaceTable:
         return self.cycles[both]
 
 
-def face_table(recording: Recording, gauge: Gauge, number: int, placement: Placement | None = None) -> FaceTable:
+def face_table(recording: Recording, gauge: Gauge, number: int, placement: Placement | None = None) -> LengthReadings:
     """The readings of one placement of a recording, checked against gauge and faces.
 
     :class:`InputError` for readings that are not this gauge's, and for a face that a cycle has twice.
@@ -78,7 +78,7 @@ def face_table(recording: Recording, gauge: Gauge, number: int, placement: Place
     _check_once(part, number)
     table = _by_cycle_and_face(frame, readings)
     temperature, scales = frame.get("gauge_temperature_C"), recorded_scales_C(part)
-    return FaceTable(
+    return LengthReadings(
         number,
         readings.axis,
         frame[POSITION].to_numpy(float).mean(axis=0),
@@ -98,7 +98,7 @@ def nearest_axis(direction: Array) -> tuple[int, float]:
     return nearest, float(np.degrees(np.arccos(min(abs(direction[nearest]), 1.0))))
 
 
-def doubtful_rule(tables: Sequence[FaceTable], source: str) -> tuple[Rule, ...]:
+def doubtful_rule(tables: Sequence[LengthReadings], source: str) -> tuple[Rule, ...]:
     """A rule that is not met where a reading contradicts its repeats; none where they agree.
 
     A standard judges what was measured, so such a reading is used; whoever signs must know of it.
@@ -138,7 +138,7 @@ def _check_once(recording: Recording, number: int) -> None:
         )
 
 
-def candidates(table: FaceTable, kind: Kind, side: Literal["fronts", "backs"] = "fronts") -> list[Faces]:
+def candidates(table: LengthReadings, kind: Kind, side: Literal["fronts", "backs"] = "fronts") -> list[Faces]:
     """All lengths from the first measured face to later blocks, shortest first; ``side`` is for unidirectional ones.
 
     Only those that have the most repeats that any has, up to the three that are asked.
@@ -186,7 +186,7 @@ def nominal_length_mm(gauge: Gauge, faces: Faces) -> float:
     return float(gauge.nominal_mm[faces[1] - 1] - gauge.nominal_mm[faces[0] - 1])
 
 
-def length_errors_um(table: FaceTable, faces: Faces, cycles: NDArray[np.int64], tip_diameter_mm: float) -> Array:
+def length_errors_um(table: LengthReadings, faces: Faces, cycles: NDArray[np.int64], tip_diameter_mm: float) -> Array:
     """Error of the length in each of the cycles, um: indicated minus certified at the recorded gauge temperature.
 
     The tip diameter is subtracted from a length from a front to a back, and is of no consequence between faces of one

@@ -31,7 +31,7 @@ from stepgauge.recording.identity import check_recording
 from stepgauge.standards.iso230 import AxisParameters, Parameters, axis_parameters
 from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
 from stepgauge.standards.iso230_rules import Thermal, rules_of
-from stepgauge.standards.lengths import FaceTable, doubtful_rule, face_table, nearest_axis
+from stepgauge.standards.lengths import LengthReadings, doubtful_rule, face_table, nearest_axis
 from stepgauge.standards.rules import Excluded, Rule
 from stepgauge.standards.tip import TipDiameter, tip_diameter
 
@@ -59,7 +59,7 @@ LINEAR, ROTARY = Units("mm", "um", "mm", "µm"), Units("deg", "arcsec", "°", "a
 
 
 @dataclass(frozen=True)
-class Targets:
+class TargetPositions:
     """Target positions of one placement, in the order of the axis.
 
     ``block (m,)``; ``gauge_mm (m,)``: middle of the block along the gauge; ``machine_mm (m,)``: its machine coordinate
@@ -85,7 +85,7 @@ class AxisTest:
     nearest: str
     off_deg: float
     reversed: bool
-    targets: Targets
+    targets: TargetPositions
     runs: tuple[int, ...]
     parameters: Parameters
     temperature_C: float | None
@@ -185,7 +185,7 @@ def positioning_test(
 
 
 def _axis_test(
-    table: FaceTable,
+    table: LengthReadings,
     gauge: Gauge,
     tip: TipDiameter,
     pairing: Pairing,
@@ -205,7 +205,7 @@ def _axis_test(
         "xyz"[nearest],
         off_deg,
         against,
-        Targets(blocks[order], middle[order], _coordinates(table, middle, nearest)[order]),
+        TargetPositions(blocks[order], middle[order], _coordinates(table, middle, nearest)[order]),
         tuple(int(run) for run in runs),
         _deviations(*_errors_um(table, gauge, tip, pairing, blocks, runs), against),
         table.temperature_C,
@@ -218,7 +218,7 @@ def _axis_test(
 
 
 def _errors_um(
-    table: FaceTable, gauge: Gauge, tip: TipDiameter, pairing: Pairing, blocks: Counts, runs: Counts
+    table: LengthReadings, gauge: Gauge, tip: TipDiameter, pairing: Pairing, blocks: Counts, runs: Counts
 ) -> tuple[Array, Array]:
     """Indicated less certified position at the targets, from fronts and from backs, each ``(targets, runs)``."""
     front, back = (_readings(table, faces, runs) for faces in (2 * blocks - 1, 2 * blocks))
@@ -232,7 +232,7 @@ def _errors_um(
     return front_um, back_um
 
 
-def _coordinates(table: FaceTable, along_mm: Array, axis: int) -> Array:
+def _coordinates(table: LengthReadings, along_mm: Array, axis: int) -> Array:
     """Coordinates on a machine axis of positions along the gauge: the mean tip centre is at the mean certified position
     (tips before fronts and behind backs cancel)."""
     mean_position = table.point_mm @ table.axis - np.nanmean(table.off_mm)
@@ -256,7 +256,7 @@ def carry(mean: Array, at_mm: Array, to_mm: Array) -> Array:
     return slope[piece] * (to_mm - at_mm)
 
 
-def _complete(table: FaceTable) -> tuple[Counts, Counts]:
+def _complete(table: LengthReadings) -> tuple[Counts, Counts]:
     """Blocks with both faces in every run that is used, and the runs: those with the most faces."""
     finite = np.isfinite(table.off_mm)
     runs = finite.sum(axis=1) == finite.sum(axis=1).max()
@@ -272,13 +272,13 @@ def _complete(table: FaceTable) -> tuple[Counts, Counts]:
     return blocks, table.cycles[runs]
 
 
-def _readings(table: FaceTable, faces: Counts, runs: Counts) -> Array:
+def _readings(table: LengthReadings, faces: Counts, runs: Counts) -> Array:
     """Readings ``(blocks, runs)`` less certified positions, mm."""
     rows = np.isin(table.cycles, runs)
     return np.array([table.of_face(int(face))[rows] for face in faces])
 
 
-def _excluded(table: FaceTable, blocks: Counts, runs: Counts) -> tuple[Excluded, ...]:
+def _excluded(table: LengthReadings, blocks: Counts, runs: Counts) -> tuple[Excluded, ...]:
     source = "ISO 230-2:2014 (each target in each run, in both directions)"
     parts = []
     cycles = [str(cycle) for cycle in table.cycles if cycle not in runs]

@@ -25,7 +25,7 @@ from stepgauge.files.arrays import Array
 from stepgauge.standards.iso230 import AxisParameters, Direction, OneWay
 from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement, parameters_um
 from stepgauge.standards.iso230_rules import axis_rules
-from stepgauge.standards.positioning import LINEAR, ROTARY, AxisTest, PositioningTest, Targets
+from stepgauge.standards.positioning import LINEAR, ROTARY, AxisTest, PositioningTest, TargetPositions
 from stepgauge.standards.rules import Excluded
 
 Actual = Literal["reading", "target"]
@@ -116,7 +116,7 @@ def _axis_test(recording: AxisRecording, rows: pd.DataFrame, placement: int, act
         name,
         0.0,
         False,
-        Targets(np.array(complete) + 1, at - at[0], at),
+        TargetPositions(np.array(complete) + 1, at - at[0], at),
         tuple(runs),
         AxisParameters(**found) if len(found) > 1 else OneWay(*next(iter(found.items()))),
         None,

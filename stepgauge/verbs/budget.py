@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from stepgauge.standards.budget import Progress
     from stepgauge.standards.budget_files import StoredBudget
     from stepgauge.standards.budget_sources import Repeats
-    from stepgauge.standards.budgeting import Choice as Chosen
+    from stepgauge.standards.budgeting import BudgetChoices as Chosen
 
 CHOICE = (
     *("blocks", "r_eff_origin", "u_gauge_temperature_K", "certificate_correlation", "repeats", "coverage_percent"),
@@ -195,7 +195,7 @@ def budget_choice(
     """What :func:`budget` takes beside the files."""
     from stepgauge.machine.contribution import parse_contribution
     from stepgauge.montecarlo import ModelOptions
-    from stepgauge.standards.budgeting import Choice as Chosen
+    from stepgauge.standards.budgeting import BudgetChoices as Chosen
 
     origin, by = cast("REffOrigin", r_eff_origin), cast("Repeats", repeats)
     section = blocks if blocks is None or isinstance(blocks, str) else ":".join(map(str, blocks))

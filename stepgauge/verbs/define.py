@@ -44,7 +44,7 @@ class Written(list[Any]):
 
 
 @dataclass(frozen=True)
-class Parameter:
+class VerbParameter:
     """One parameter of a verb: ``sentence`` says what it is, ``default`` is :data:`REQUIRED` where there is none.
 
     ``writes``: it says what is written of the result, and is none of the Python function's. ``borrowed``: another verb
@@ -118,7 +118,7 @@ class Verb:
         self.in_project, self.shows, self.partly = in_project, shows, partly
 
     @cached_property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[VerbParameter, ...]:
         """Those of the function, then those of what is written."""
         own = _parameters(self.function, writes=False)
         if self.writer is None:
@@ -205,7 +205,7 @@ def document(function: Callable[..., Any]) -> None:
     function.__doc__ = "\n\n".join(f"{name}\n{'-' * len(name)}\n{parts[name]}".strip() for name in order)
 
 
-def _parameters(function: Callable[..., Any], writes: bool) -> tuple[Parameter, ...]:
+def _parameters(function: Callable[..., Any], writes: bool) -> tuple[VerbParameter, ...]:
     stated = _sentences(_sections(function).get("Parameters", ""))
     found = []
     for one in inspect.signature(function).parameters.values():
@@ -220,7 +220,7 @@ def _parameters(function: Callable[..., Any], writes: bool) -> tuple[Parameter, 
         if isinstance(kind, Repeated) and kind.option:
             name_option(one.name, kind.option)
         sentence = stated.get(one.name, shared)
-        found.append(Parameter(one.name, kind, one.default, sentence, ARGUMENT in marks, writes))
+        found.append(VerbParameter(one.name, kind, one.default, sentence, ARGUMENT in marks, writes))
     return tuple(found)
 
 
@@ -244,11 +244,11 @@ def _sentences(text: str) -> dict[str, str]:
     return found
 
 
-def reads(parameters: Iterable[Parameter]) -> list[Parameter]:
+def reads(parameters: Iterable[VerbParameter]) -> list[VerbParameter]:
     """Those that name files to read."""
     return [one for one in parameters if isinstance(one.one, Reads)]
 
 
-def writes(parameters: Iterable[Parameter]) -> list[Parameter]:
+def writes(parameters: Iterable[VerbParameter]) -> list[VerbParameter]:
     """Those that name files to write."""
     return [one for one in parameters if isinstance(one.one, Writes)]

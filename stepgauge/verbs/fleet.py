@@ -87,14 +87,16 @@ def add_to_fleet(
     stepgauge fleet add fleet logs/*.csv -g step-gauge-420 -m bridge-cmm --machine-id M1 --hall North
     stepgauge fleet add fleet logs/*.csv --roster roster.csv
     """
-    from stepgauge.fleet.adding import Stated, add_files
+    from stepgauge.fleet.adding import StatedIdentity, add_files
     from stepgauge.fleet.done import Added
     from stepgauge.fleet.store import Fleet
     from stepgauge.verbs.inputs import several
 
     owners = {"machine": machine_id, "type": machine_type, "hall": hall, "probe": probe_id, "gauge": gauge_id}
     files = [None if name is None else str(name) for name in (gauge, machine, roster)]
-    stated = Stated(owners, measured_at, files[0], files[1], [str(one) for one in several(placements)], files[2])
+    stated = StatedIdentity(
+        owners, measured_at, files[0], files[1], [str(one) for one in several(placements)], files[2]
+    )
     found = add_files(Fleet(store, create=True), [str(one) for one in several(recordings)], stated, progress)
     return Added.of(found, store, len(Fleet(store).index()))
 

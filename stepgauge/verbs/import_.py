@@ -38,7 +38,7 @@ OF_POINTS = (
 """Parameters of points of three coordinates."""
 
 
-class Unit(Kind):
+class LengthOrAngle(Kind):
     """A unit of length or angle."""
 
     def __init__(self) -> None:
@@ -98,8 +98,8 @@ def import_recording(
     points: Annotated[str | None, Choice("centres", "surface")] = None,
     gauge_temperature_C: Annotated[float | None, TEMPERATURE] = None,
     temperature_convention: Convention = None,
-    unit: Annotated[str | None, Unit()] = None,
-    deviation_unit: Annotated[str | None, Unit()] = None,
+    unit: Annotated[str | None, LengthOrAngle()] = None,
+    deviation_unit: Annotated[str | None, LengthOrAngle()] = None,
     temperature_unit: Annotated[str, Choice("C", "K", "F")] = "C",
     time_unit: Annotated[str | None, Choice("s", "ms", "min", "h")] = None,
     columns: Annotated["Pairs", Repeated(Pair(metavar="NAME=HEADER", whole=True), "column")] = (),

@@ -162,7 +162,7 @@ class Text(Kind):
 
 
 @dataclass(eq=False)
-class Blocks(Kind):
+class BlockRange(Kind):
     """First and last block, ``A:B``; with ``listed`` also single blocks, ``A,B,..``."""
 
     listed: bool = False

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import Written, verb
-from stepgauge.verbs.kinds import ARGUMENT, Blocks, Choice, Count, Flag, Number, Pair, Reads, Repeated, Text, Vector
+from stepgauge.verbs.kinds import ARGUMENT, BlockRange, Choice, Count, Flag, Number, Pair, Reads, Repeated, Text, Vector
 from stepgauge.verbs.shared import DIALECTS, File, GaugeLike, MachineIfNeeded, OutputFile, TipRadius
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def plan(
     *,
     cycles: Annotated[int, Count(1, 1000)] = 5,
     first_again: Annotated[bool, Flag()] = False,
-    blocks: Annotated["str | Sequence[int] | None", Blocks(listed=True)] = None,
+    blocks: Annotated["str | Sequence[int] | None", BlockRange(listed=True)] = None,
     route: Annotated[str, Choice("side", "over")] = "side",
     around: Annotated[str, Choice("+s", "-s")] = "+s",
     order: Annotated[str, Choice("blocks", "fronts-backs", "up-down")] = "blocks",
@@ -78,7 +78,7 @@ def plan(
     measuring_speed_mm_s: Annotated[float | None, Number("mm/s", above=0.0)] = None,
     travel_speed_mm_s: Annotated[float | None, Number("mm/s", above=0.0)] = None,
     tip_radius_mm: TipRadius = None,
-    points_on: Annotated[str | None, Blocks()] = None,
+    points_on: Annotated[str | None, BlockRange()] = None,
     teach: Annotated[bool, Flag()] = False,
 ) -> "Plan":
     """Plan the measurement of the step gauge and write the program for the controller.

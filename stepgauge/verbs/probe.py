@@ -11,7 +11,7 @@ from stepgauge.verbs.shared import FIGURES, CoverageFactor, File, OutputFile, Pl
 if TYPE_CHECKING:
     from stepgauge.probes.angles import Angles
     from stepgauge.probes.directions_map import DirectionMap
-    from stepgauge.probes.results import Bench, Compensated, Qualified, SpherePoints
+    from stepgauge.probes.results import BenchResult, Compensated, Qualified, SpherePoints
 
 ProbeFile = Annotated[File, Reads("PROBE.toml", room="probes"), ARGUMENT, "probe file, or the name of a shipped one"]
 Points = Annotated[File, Reads("POINTS.csv"), ARGUMENT, "recorded tip centres and unit vectors of travel"]
@@ -297,7 +297,7 @@ def compensate_points(
     return compensated(read_points(points), read_qualification(qualification), method, qualification, on_sphere)  # type: ignore[arg-type]
 
 
-def write_bench(bench: "Bench", output: OutputFile, *, plot: Plot = None) -> list[Path]:
+def write_bench(bench: "BenchResult", output: OutputFile, *, plot: Plot = None) -> list[Path]:
     """The pushes.
 
     Parameters
@@ -317,7 +317,7 @@ def probe_bench(
     *,
     contact_from: Annotated[str, Choice("signal", "tip")] = "signal",
     coverage_factor: CoverageFactor = 2.0,
-) -> "Bench":
+) -> "BenchResult":
     """Evaluate a probe test bench: a push rod on a grating, a laser on the tip.
 
     SERIES.csv holds time series, one row per sample: time_s,rod_mm,tip_mm,contact,trigger, where the two signals are 1
@@ -344,6 +344,6 @@ def probe_bench(
     """
     from stepgauge.probes.bench import evaluate_bench
     from stepgauge.probes.files import read_bench
-    from stepgauge.probes.results import Bench
+    from stepgauge.probes.results import BenchResult
 
-    return Bench(evaluate_bench(read_bench(series), contact_from), coverage_factor)  # type: ignore[arg-type]
+    return BenchResult(evaluate_bench(read_bench(series), contact_from), coverage_factor)  # type: ignore[arg-type]

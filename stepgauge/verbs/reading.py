@@ -8,7 +8,7 @@ import numpy as np
 
 from stepgauge.conditions import Conditions
 from stepgauge.conditions.outliers import ExcludedReading
-from stepgauge.evaluation.evaluate import EffectiveRadius, Evaluation, PlacementResult
+from stepgauge.evaluation.evaluate import EffectiveRadiusEstimate, Evaluation, PlacementResult
 from stepgauge.evaluation.files import UM
 from stepgauge.figures.faces import column
 from stepgauge.gauge.certified import Gauge
@@ -56,7 +56,7 @@ def _result(stored: dict[str, Any]) -> PlacementResult:
         axis=np.array(stored["axis"], float),
         face=np.array([row["face"] for row in rows], np.int64),
         count=np.array([row["count"] for row in rows], np.int64),
-        radius=EffectiveRadius(
+        radius=EffectiveRadiusEstimate(
             stored["r_eff_mm"], float(column([stored], "u_r_eff_mm")[0]), tuple(stored["r_eff_blocks"])
         ),
         origin_mm=np.array(stored["origin_mm"], float),

@@ -15,7 +15,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.reports.content import make_content
 from stepgauge.reports.kinds import FLEET, kind_of
-from stepgauge.reports.page import Stated
+from stepgauge.reports.page import UserStatements
 from stepgauge.reports.reading import find_evaluation, read_checked_evaluation
 from stepgauge.reports.render import renderer, write_report
 from stepgauge.reports.sources import read_sources
@@ -124,7 +124,7 @@ def _signed(asked: ReportRequest, template: File | None) -> tuple[str, ...]:
         raise InputError(naming("placements"), what, expected=naming("gauge"))
     budget = asked.budget if asked.budget is not None else _budget_beside(result)
     sources = read_sources(data, gauge, asked.placements, asked.machine, budget, asked.certificate, asked.mpe)
-    stated = Stated(asked.date or datetime.date.today(), **asked.said)
+    stated = UserStatements(asked.date or datetime.date.today(), **asked.said)
     if sources.laboratory is not None:
         stated = replace(stated, date=sources.laboratory.certificate.issued or stated.date)
     return write_report(asked.path, make_content(data, stated, sources), template)

@@ -95,13 +95,13 @@ def serve(
         kind = "emergency_stop"
         after_points = 20
     """
-    from stepgauge.live.server import Listening, log_to, run_server
+    from stepgauge.live.server import ServerAddress, log_to, run_server
 
     clock = None if speed == "max" else float(speed), start_time_s
     state = machine_state(machine, gauge, placement, further_styli, faults, clock, gauge_temperature_C, seed, tool)
     if log is not None:
         log_to(log)
-    run_server(state, Listening(host, port, idle_s, client_idle_s), tell)
+    run_server(state, ServerAddress(host, port, idle_s, client_idle_s), tell)
 
 
 def machine_state(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.kinds import (
     ARGUMENT,
-    Blocks,
+    BlockRange,
     Choice,
     Count,
     Flag,
@@ -60,7 +60,7 @@ Recordings = Annotated[
 ]
 Section = Annotated[
     "str | Sequence[int] | None",
-    Blocks(),
+    BlockRange(),
     "first and last block of the used section, 1:21; default: what was measured",
 ]
 ReffOrigin = Annotated[

@@ -114,7 +114,7 @@ def simulate(
     from stepgauge.errors import InputError, naming
     from stepgauge.files.dates import moment_now
     from stepgauge.files.text import read_text, write_text
-    from stepgauge.machine.virtual import Conditions, probing_settings, run_program
+    from stepgauge.machine.virtual import RunConditions, probing_settings, run_program
     from stepgauge.programs import DIALECTS, recognise
     from stepgauge.programs.controller import controller_log
     from stepgauge.verbs.inputs import as_gauge, as_machine, as_placement, moves_of_plan
@@ -123,7 +123,7 @@ def simulate(
     lies = as_placement(placement, steps)
     if true_placement is not None:
         lies = as_placement(true_placement, steps)
-    conditions = Conditions(steps.temperature_C(gauge_temperature_C), placement_number, start_time_s, teach)
+    conditions = RunConditions(steps.temperature_C(gauge_temperature_C), placement_number, start_time_s, teach)
     settings = probing_settings(cmm, search_mm)
     if isinstance(program, File):
         text = read_text(program)

@@ -9,7 +9,7 @@ from stepgauge.verbs.shared import Figure, File, OutputFolder
 
 if TYPE_CHECKING:
     from stepgauge.reports.outcome import StandardTest
-    from stepgauge.reports.page import Stated
+    from stepgauge.reports.page import UserStatements
 
 NAMES = ("number", "operator", "customer", "location", "date", "remarks", "template")
 Words = Annotated[str | None, Text()]
@@ -24,7 +24,7 @@ def stated(
     date: Annotated[datetime.date | None, IsoDate()] = None,
     remarks: Words = None,
     template: Annotated[File | None, Reads("FILE")] = None,
-) -> "Stated":
+) -> "UserStatements":
     """What a person states.
 
     Parameters
@@ -37,10 +37,10 @@ def stated(
     remarks : anything else to print
     template : your own template, Typst for PDF, Jinja for HTML; start from a copy: 'stepgauge list files report.typ'
     """
-    from stepgauge.reports.page import Stated
+    from stepgauge.reports.page import UserStatements
 
     words = {"number": number, "operator": operator, "customer": customer, "location": location, "remarks": remarks}
-    return Stated(date or datetime.date.today(), **words)
+    return UserStatements(date or datetime.date.today(), **words)
 
 
 def write_test(

@@ -11,7 +11,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 from pydantic.fields import FieldInfo
 
 from stepgauge.errors import InputError, naming
-from stepgauge.files.config import Table
+from stepgauge.files.config import TomlTable
 from stepgauge.web.forms import Form
 
 Kind = Literal["text", "number", "date", "choice", "tick"]
@@ -82,7 +82,7 @@ def _date(name: str, given: str) -> datetime.date:
     raise InputError(naming(name), naming("not_a_date"), found=repr(given), expected="2026-03-02 or 02.03.2026")
 
 
-def fields_of(model: type[Table], names: Sequence[str], table: str = "") -> tuple[Field, ...]:
+def fields_of(model: type[TomlTable], names: Sequence[str], table: str = "") -> tuple[Field, ...]:
     """Fields for some keys of a table, in this order; ``table``: its name, before that of the key, in a large form."""
     found = (_field(name, model.model_fields[name], False) for name in names)
     return tuple(replace(one, name=f"{table}.{one.name}", label=one.name) if table else one for one in found)

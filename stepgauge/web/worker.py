@@ -168,7 +168,7 @@ def _server(asked: Asked) -> Iterator[str]:
     from stepgauge.live.cmm import LiveCmm
     from stepgauge.live.faults import read_faults
     from stepgauge.live.machine_state import MachineState
-    from stepgauge.live.server import Listening, Server
+    from stepgauge.live.server import Server, ServerAddress
 
     gauge = sg.read_gauge(asked.gauge)
     cmm = LiveCmm(
@@ -180,7 +180,7 @@ def _server(asked: Asked) -> Iterator[str]:
         asked.gauge_temperature_C,
         asked.seed,
     )
-    with Server(MachineState(cmm), Listening(port=0)).in_thread() as port:
+    with Server(MachineState(cmm), ServerAddress(port=0)).in_thread() as port:
         yield f"127.0.0.1:{port}"
 
 

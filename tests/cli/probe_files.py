@@ -21,8 +21,10 @@ def sphere_points(path, pattern, noise_um=0.0, axis=(0.0, 0.0, 1.0), diameter_mm
 
 def bench_series(path, pretravel_um, repeats=3):
     """Pushes of a probe with the given pre-travel at each direction, hysteresis 0.15 um."""
-    device = bench_simulator.Bench(sample_interval_s=5e-4, laser_noise_um=0.003)
-    probes = [bench_simulator.Probe(w, hysteresis_um=0.15, trigger_noise_um=0.02) for w in pretravel_um.values()]
+    device = bench_simulator.PushBench(sample_interval_s=5e-4, laser_noise_um=0.003)
+    probes = [
+        bench_simulator.DirectedProbe(w, hysteresis_um=0.15, trigger_noise_um=0.02) for w in pretravel_um.values()
+    ]
     pushes = bench_simulator.simulate_directions(list(pretravel_um), probes, repeats, device, np.random.default_rng(2))
     lines = ["# push rod and laser", "direction_deg,push,time_s,rod_mm,tip_mm,contact,trigger"]
     for number, (direction, push) in enumerate(pushes):

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stepgauge.cli import main
-from stepgauge.dcc.elements import Numbers, quantity, to_bytes
+from stepgauge.dcc.elements import QuantityValues, quantity, to_bytes
 from stepgauge.dcc.read import Document, parse_document
 from stepgauge.dcc.results import read_errors
 from stepgauge.dcc.units import LENGTH, MICROMETRE
@@ -181,7 +181,7 @@ def test_what_schema_and_schematron_refuse(pattern: str, new: str, by: str) -> N
     k=st.floats(1.0, 14.0),
 )
 def test_quantities_come_back_to_the_printed_digits(values: list[float], u: float, k: float) -> None:
-    numbers = Numbers(values, MICROMETRE, 4, [u] * len(values), [k] * len(values))
+    numbers = QuantityValues(values, MICROMETRE, 4, [u] * len(values), [k] * len(values))
     text = machine_xml()
     new = to_bytes(quantity("Value", "test_value", numbers)).decode().split("?>", 1)[1]
     text = text.replace("<dcc:list", "<dcc:list><dcc:quantity_/></dcc:list><dcc:list", 1)

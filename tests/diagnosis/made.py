@@ -16,7 +16,7 @@ from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import make_placement
 from stepgauge.machine.file import Machine, read_machine
-from stepgauge.machine.virtual import Conditions, run_program
+from stepgauge.machine.virtual import RunConditions, run_program
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.planning.plan import PlanOptions, make_program, middle_standoff_mm
 from stepgauge.recording import APPROACH, POSITION, Recording, join_recordings, write_recording
@@ -60,7 +60,7 @@ def record(
         c1 = np.array((350.0, 600.0, 250.0) if centres is None else centres[number - 1]) - a * length / 2.0
         placement = make_placement(c1, c1 + a * length, 1, BLOCKS)
         program = make_program(placement, steps, PlanOptions(1, BLOCKS, cycles=cycles, order=order), settings)
-        run = run_program(program, on, steps, placement, seed + 1000 * number, Conditions(20.0, number, start))
+        run = run_program(program, on, steps, placement, seed + 1000 * number, RunConditions(20.0, number, start))
         assert run.stop is None
         runs.append(run.recording)
         start += run.duration_s + PAUSE_S

@@ -14,7 +14,7 @@ from scipy import sparse
 
 import stepgauge as sg
 from stepgauge.fleet.hierarchical.answer import FleetInference, owner_of, words_of
-from stepgauge.fleet.hierarchical.background import Background, Term
+from stepgauge.fleet.hierarchical.background import Background, RandomEffect
 from stepgauge.fleet.hierarchical.infer import infer
 from stepgauge.fleet.hierarchical.priors import fleet_priors
 from stepgauge.fleet.hierarchical.result import NamedCause, named
@@ -35,7 +35,7 @@ def test_the_common_error_of_a_day_shrinks_to_zero_as_its_visits_are_few() -> No
     counts, sd, error = np.array([1, 2, 7]), 0.8, 0.5
     day = np.repeat(np.arange(3), counts)
     rows = np.arange(len(day))
-    days = Term("days", sparse.csc_matrix((np.ones(len(day)), (rows, day)), (len(day) + 2, 3)), sd, known=True)
+    days = RandomEffect("days", sparse.csc_matrix((np.ones(len(day)), (rows, day)), (len(day) + 2, 3)), sd, known=True)
     value = np.random.default_rng(4).normal(0.0, 1.0, len(day) + 2)
     background = Background(np.full(len(value), error**2), [days], 0.0)
     means = np.bincount(day, value[: len(day)]) / counts
@@ -50,8 +50,8 @@ def test_balanced_two_way_design_gives_the_textbook_estimates() -> None:
     of_machine, of_gauge = rows // gauges, rows % gauges
     one = np.ones(len(rows))
     terms = [
-        Term("machine", sparse.csc_matrix((one, (rows, of_machine))), sd, known=True),
-        Term("gauge", sparse.csc_matrix((one, (rows, of_gauge))), 0.8, known=True),
+        RandomEffect("machine", sparse.csc_matrix((one, (rows, of_machine))), sd, known=True),
+        RandomEffect("gauge", sparse.csc_matrix((one, (rows, of_gauge))), 0.8, known=True),
     ]
     background = Background(np.full(len(rows), error**2), terms, 0.0)
     um = np.random.default_rng(1).normal(0.0, 1.0, len(rows))
@@ -64,7 +64,7 @@ def test_balanced_two_way_design_gives_the_textbook_estimates() -> None:
 def test_background_solves_powers_and_likelihood_are_those_of_the_dense_matrix() -> None:
     rng = np.random.default_rng(2)
     columns = sparse.csc_matrix(rng.normal(size=(30, 6)) * (rng.random((30, 6)) < 0.5))
-    background = Background(rng.uniform(0.1, 1.0, 30), [Term("a", columns, 0.7)], 0.4)
+    background = Background(rng.uniform(0.1, 1.0, 30), [RandomEffect("a", columns, 0.7)], 0.4)
     dense = np.diag(background.variance + 0.4**2) + 0.49 * (columns @ columns.T).toarray()
     um, tried = rng.normal(size=30), sparse.csc_matrix(rng.normal(size=(30, 3)))
     assert background.solve(um) == pytest.approx(np.linalg.solve(dense, um))

@@ -27,7 +27,7 @@ from stepgauge.fleet.results import Results
 from stepgauge.montecarlo import ModelOptions
 from stepgauge.recording import Recording, read_recording, write_recording
 from stepgauge.standards.budget_files import COLUMNS
-from stepgauge.standards.budgeting import Choice
+from stepgauge.standards.budgeting import BudgetChoices
 from tests.fleet.made import make_entry, make_fleet
 
 OPTIONS = {"blocks": None, "r_eff_origin": "first"}
@@ -86,7 +86,7 @@ def test_the_budgets_are_those_of_each_recording_alone(tmp_path: Path) -> None:
     """Of :func:`stepgauge.budget`, with its Monte Carlo, here, in a process, and by workers that have no store."""
     fleet = make_fleet(tmp_path / "fleet", 2, cycles=2)
     fleet.add([replace(make_entry(fleet, 3), machine_file=None)])
-    choice = Choice(ModelOptions(u_gauge_temperature_K=0.05), correlation=0.5, runs=50)
+    choice = BudgetChoices(ModelOptions(u_gauge_temperature_K=0.05), correlation=0.5, runs=50)
     told: list[tuple[int, int]] = []
     errors = budget_fleet(fleet, Processes(1), choice, lambda done, total: told.append((done, total)))
     assert told[-1] == (3, 3)

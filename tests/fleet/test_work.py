@@ -16,7 +16,7 @@ from stepgauge.errors import InputError
 from stepgauge.executors.dask import Dask
 from stepgauge.executors.journal import open_steps
 from stepgauge.executors.processes import InProcess, Processes
-from stepgauge.executors.run import Outcome, run
+from stepgauge.executors.run import TaskOutcome, run
 from stepgauge.executors.task import Engine
 
 TASKS = [(f"t{number}", number) for number in range(40)]
@@ -47,7 +47,7 @@ def awkward(item: tuple[str, Any]) -> Any:
     return what
 
 
-def values(engine: Engine, **more: Any) -> list[Outcome]:
+def values(engine: Engine, **more: Any) -> list[TaskOutcome]:
     return list(run(solved, TASKS, engine, **more))
 
 

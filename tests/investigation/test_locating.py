@@ -23,7 +23,7 @@ from stepgauge.investigation.locating import (
 from stepgauge.investigation.stations import nearly
 from stepgauge.live.clock import MachineClock
 from stepgauge.live.cmm import LiveCmm
-from stepgauge.live.in_process import InProcess
+from stepgauge.live.in_process import VirtualLink
 from stepgauge.machine.virtual import run_program
 from stepgauge.recording import APPROACH, POSITION, Recording
 from tests.build import make_gauge, make_pose
@@ -33,9 +33,9 @@ GAUGE, MACHINE = small_gauge(), small_machine()
 ASKED = lying(GAUGE)
 
 
-def located(true: Placement, gauge: object = GAUGE) -> tuple[Placement, InProcess]:
+def located(true: Placement, gauge: object = GAUGE) -> tuple[Placement, VirtualLink]:
     cmm = LiveCmm(MACHINE, gauge, true, MachineClock(None))  # type: ignore[arg-type]
-    link = InProcess(cmm, locating_settings(MACHINE))
+    link = VirtualLink(cmm, locating_settings(MACHINE))
     return locate(link, ASKED, GAUGE, MACHINE)[0], link
 
 
@@ -53,7 +53,7 @@ def test_a_warm_gauge_moves_its_faces_and_not_its_tops() -> None:
     cmm = LiveCmm(
         MACHINE, GAUGE, ASKED, MachineClock(None), with_effects({"kind": "gauge_temperature", "delta_K": 1.0})
     )
-    found, _ = locate(InProcess(cmm, locating_settings(MACHINE)), ASKED, GAUGE, MACHINE)
+    found, _ = locate(VirtualLink(cmm, locating_settings(MACHINE)), ASKED, GAUGE, MACHINE)
     assert np.abs(found.c1_mm - ASKED.c1_mm).max() < 3e-3
 
 

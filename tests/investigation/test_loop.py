@@ -21,7 +21,7 @@ from stepgauge.investigation.stations import Served, Simulated, nearly
 from stepgauge.investigation.story import story_of
 from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.controller import ControllerOptions, Link
-from stepgauge.live.in_process import InProcess
+from stepgauge.live.in_process import VirtualLink
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.reports.investigation import investigation_story
 from tests.investigation.made import REVERSAL, WITHOUT, Person, begun, lies_along_y, small_case, station
@@ -131,7 +131,7 @@ class StoppedError(Exception):
 
 
 @dataclass
-class Counting(InProcess):
+class Counting(VirtualLink):
     """Counts probings, and breaks off before the one of a number."""
 
     def __init__(self, inner: Link, settings: ProbingSettings, count: Counter[str], stop_at: int) -> None:

@@ -14,7 +14,7 @@ from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.investigation.decision import NOTHING, End, InvestigationState, Rated, decide
-from stepgauge.investigation.hypotheses import Hypothesis, Part
+from stepgauge.investigation.hypotheses import HypothesisTerm, RivalHypothesis
 from stepgauge.investigation.relevance import Foresight, answers
 from stepgauge.investigation.undetected import Unseen, unseen
 from tests.diagnosis.made import ALONG_Y, gauge, machine, record
@@ -33,9 +33,9 @@ class Named:
         return SimpleNamespace(label=self.label)
 
 
-def supposed(probability: float, *labels: str) -> Hypothesis:
-    parts = tuple(Part(Named(label, label != "unknown"), 0, 1.0) for label in labels)  # type: ignore[arg-type]
-    return Hypothesis(parts, probability)
+def supposed(probability: float, *labels: str) -> RivalHypothesis:
+    parts = tuple(HypothesisTerm(Named(label, label != "unknown"), 0, 1.0) for label in labels)  # type: ignore[arg-type]
+    return RivalHypothesis(parts, probability)
 
 
 POSSIBLE = [

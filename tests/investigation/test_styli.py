@@ -33,7 +33,7 @@ from stepgauge.investigation.story import story_of
 from stepgauge.live.controller import Controller, ControllerOptions, Link
 from stepgauge.machine.file import ChainTable, Machine
 from stepgauge.machine.styli import numbered, with_styli, with_stylus
-from stepgauge.machine.virtual import Conditions, run_program
+from stepgauge.machine.virtual import RunConditions, run_program
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.recording import Recording, join_recordings
 from stepgauge.verbs.serve import machine_state
@@ -134,7 +134,7 @@ def measured(first: tuple[dict[str, Any], ...], second: tuple[dict[str, Any], ..
     for number, stylus in enumerate((1, 2, 1), 1):
         own = machine.with_stylus(stylus)
         faulty = replace(own, effects=(first, second)[stylus - 1], styli=())
-        program, conditions = small_program(small_gauge(), own, 3, lies), Conditions(20.0, number, 300.0 * number)
+        program, conditions = small_program(small_gauge(), own, 3, lies), RunConditions(20.0, number, 300.0 * number)
         run = run_program(program, faulty, small_gauge(), lies, 9200 + number, conditions)
         parts.append(numbered(run.recording, machine))
         assert set(parts[-1].frame["stylus"]) == {stylus}
@@ -191,7 +191,7 @@ def test_a_longer_stylus_tells_the_lever_of_a_tripod_from_its_compliance() -> No
         )
         lies = make_placement(middle - 30.0 * axis, middle + 30.0 * axis, 1, gauge.n_blocks)
         faulty = replace(own, effects=({**by_stylus[stylus - 1], "part": "varying"},), styli=())
-        program, conditions = small_program(gauge, own, 3, lies), Conditions(20.0, number, 300.0 * number)
+        program, conditions = small_program(gauge, own, 3, lies), RunConditions(20.0, number, 300.0 * number)
         run = run_program(program, faulty, gauge, lies, 9300 + number, conditions)
         parts.append(with_stylus(run.recording, stylus, machine))
     u_mm = []

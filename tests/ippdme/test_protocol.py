@@ -10,13 +10,13 @@ from stepgauge.ippdme.codes import CODES, DmeError
 from stepgauge.ippdme.lines import (
     LONGEST_LINE,
     NO_TAG,
-    Lines,
+    LineReader,
     is_tag,
     parse_answer,
     parse_command,
     parse_error,
 )
-from stepgauge.ippdme.values import MOST_DIGITS, Call, Text, Word, fixed, named, parse_call, read_number
+from stepgauge.ippdme.values import MOST_DIGITS, Call, QuotedText, Word, fixed, named, parse_call, read_number
 
 SEVERITIES = {
     0: "0000",
@@ -61,7 +61,7 @@ def test_tags_that_it_may_not_use(tag: str) -> None:
         ("Home()", Call("Home")),
         ("GoTo(X(1), Y(-2.5),Z(+.5))", Call("GoTo", (Call("X", (1.0,)), Call("Y", (-2.5,)), Call("Z", (0.5,))))),
         ("PtMeas(X(1e-7), IJK(0, 0, 1.))", Call("PtMeas", (Call("X", (1e-7,)), Call("IJK", (0.0, 0.0, 1.0))))),
-        ('SetTool("Probe 1")', Call("SetTool", (Text("Probe 1"),))),
+        ('SetTool("Probe 1")', Call("SetTool", (QuotedText("Probe 1"),))),
         ("SetCoordSystem(PartCsy)", Call("SetCoordSystem", (Word("PartCsy"),))),
         ("StopDaemon(E0490)", Call("StopDaemon", (Word("E0490"),))),
         ("SetProp(Tool.PtMeasPar.Speed(3))", Call("SetProp", (Call("Tool.PtMeasPar.Speed", (3.0,)),))),
@@ -130,19 +130,19 @@ def test_what_looks_like_a_command_is_one_or_an_error_of_the_table(line: bytes) 
 @given(st.lists(st.binary(max_size=20).filter(lambda one: b"\n" not in one), max_size=8), st.integers(1, 7))
 def test_lines_do_not_depend_on_how_their_bytes_arrive(lines: list[bytes], size: int) -> None:
     data = b"".join(line + b"\r\n" for line in lines)
-    together = list(Lines().feed(data))
-    apart = Lines()
+    together = list(LineReader().feed(data))
+    apart = LineReader()
     assert [one for at in range(0, len(data), size) for one in apart.feed(data[at : at + size])] == together
     assert together == [(line, False) for line in lines]
 
 
 def test_a_line_that_is_too_long_is_cut_once_and_the_next_one_is_whole() -> None:
-    lines = Lines()
+    lines = LineReader()
     assert list(lines.feed(b"00001 " + b"x" * LONGEST_LINE)) == [(b"00001 " + b"x" * (LONGEST_LINE - 6), True)]
     assert list(lines.feed(b"y" * 3 * LONGEST_LINE)) == []
     assert list(lines.feed(b"end\r\n00002 Home()\r\n")) == [(b"00002 Home()", False)]
     whole = b"z" * LONGEST_LINE
-    assert list(Lines().feed(whole + b"\r\n" + whole + b"z\r\nend\r\n")) == [
+    assert list(LineReader().feed(whole + b"\r\n" + whole + b"z\r\nend\r\n")) == [
         (whole, False),
         (whole, True),
         (b"end", False),
@@ -153,7 +153,7 @@ def test_a_line_that_is_too_long_is_cut_once_and_the_next_one_is_whole() -> None
 
 
 def test_a_line_that_ends_without_a_carriage_return_has_an_illegal_character() -> None:
-    ((line, cut),) = Lines().feed(b"00001 Home()\n")
+    ((line, cut),) = LineReader().feed(b"00001 Home()\n")
     error = parse_command(line, cut).error
     assert error is not None
     assert error.number == 7

@@ -23,7 +23,7 @@ from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.faults import EventTable, Faults
 from stepgauge.live.machine_state import MachineState
 from stepgauge.live.methods import HANDLERS
-from stepgauge.live.server import Listening, Server
+from stepgauge.live.server import Server, ServerAddress
 from stepgauge.live.session import Session
 from stepgauge.machine.file import Machine, MachineTable
 from stepgauge.motion.moves import Program
@@ -87,7 +87,7 @@ def with_effects(*tables: dict[str, Any]) -> Faults:
 @contextmanager
 def serving(state: MachineState | None = None, **listening: Any) -> Iterator[int]:
     """The port of a server in a thread."""
-    server = Server(state or make_state(), Listening(**{"port": 0, "idle_s": IDLE_S, **listening}))
+    server = Server(state or make_state(), ServerAddress(**{"port": 0, "idle_s": IDLE_S, **listening}))
     found: list[Any] = []
     ready = threading.Event()
 

@@ -15,8 +15,8 @@ from benchmarks.attack.answers import LIES, OTHERS, SAME_MM, Bench, Liar, attack
 from stepgauge.cli import main as stepgauge
 from stepgauge.errors import InputError
 from stepgauge.importing.ippdme import read
-from stepgauge.live.controller import Link, Measured
-from stepgauge.live.in_process import InProcess
+from stepgauge.live.controller import Link, MeasuredPoint
+from stepgauge.live.in_process import VirtualLink
 from stepgauge.live.journal import Journal, resume, start
 from stepgauge.live.linuxcnc import LinuxCnc
 from stepgauge.live.machine_state import MachineState
@@ -67,15 +67,17 @@ def test_the_verb_says_it_in_one_line_with_exit_code_2_and_resumes(
     assert read_recording(tmp_path / "r.csv").position_mm == pytest.approx(place.truth.position_mm, abs=SAME_MM)
 
 
-class Lying(InProcess):
+class Lying(VirtualLink):
     """The virtual CMM of this process, that tells something false at one point."""
 
-    def __init__(self, state: MachineState, job: Job, point: int, lie: Callable[[Lying, Measured], Measured]) -> None:
+    def __init__(
+        self, state: MachineState, job: Job, point: int, lie: Callable[[Lying, MeasuredPoint], MeasuredPoint]
+    ) -> None:
         super().__init__(state.cmm, job.program.settings)
         self.point, self.lie, self.off_mm, self.degrees = point, lie, np.zeros(3), 0.0
-        self.before, self.asked = Measured([0.0, 0.0, 0.0]), 1
+        self.before, self.asked = MeasuredPoint([0.0, 0.0, 0.0]), 1
 
-    def probe(self, surface_mm: np.ndarray, approach: np.ndarray, takes_s: float) -> Measured:
+    def probe(self, surface_mm: np.ndarray, approach: np.ndarray, takes_s: float) -> MeasuredPoint:
         found = super().probe(surface_mm, approach, takes_s)
         self.point -= 1
         told = self.lie(self, found) if self.point == 0 else found
@@ -90,8 +92,8 @@ class Lying(InProcess):
         return {name: value + self.degrees for name, value in super().temperatures_C().items()}
 
 
-def moved(by_mm: float, axis: int = 0) -> Callable[[Lying, Measured], Measured]:
-    def lie(link: Lying, found: Measured) -> Measured:
+def moved(by_mm: float, axis: int = 0) -> Callable[[Lying, MeasuredPoint], MeasuredPoint]:
+    def lie(link: Lying, found: MeasuredPoint) -> MeasuredPoint:
         position = list(found.position_mm)
         position[axis] += by_mm
         return found._replace(position_mm=position)
@@ -99,14 +101,14 @@ def moved(by_mm: float, axis: int = 0) -> Callable[[Lying, Measured], Measured]:
     return lie
 
 
-def shifted(link: Lying, found: Measured) -> Measured:
+def shifted(link: Lying, found: MeasuredPoint) -> MeasuredPoint:
     """The whole machine: answer and position are off by the same, along the gauge."""
     job_axis = np.asarray(make(1).placement.axis)
     link.off_mm = 0.8 * job_axis
     return found._replace(position_mm=(np.array(found.position_mm) + link.off_mm).tolist())
 
 
-LIES_OF_LINKS: dict[str, tuple[Callable[[Lying, Measured], Measured], str]] = {
+LIES_OF_LINKS: dict[str, tuple[Callable[[Lying, MeasuredPoint], MeasuredPoint], str]] = {
     "0.6 mm": (moved(0.6), "the answer is not on the line of its search"),
     "50 mm": (moved(50.0, 2), "the answer is not on the line of its search"),
     "no number": (moved(float("nan")), "the answer is not on the line of its search"),
@@ -139,14 +141,14 @@ def test_a_false_answer_of_the_machine_in_this_process(tmp_path: Path, name: str
     assert "4 of 8 points measured" in str(stopped.value)
     assert "; drawn back, resume goes on" in str(stopped.value)
     assert state.cmm.position_mm[2] > 290.0
-    check_whole(in_process(job, tmp_path / "j", InProcess(state.cmm, job.program.settings), again=True), 1)
+    check_whole(in_process(job, tmp_path / "j", VirtualLink(state.cmm, job.program.settings), again=True), 1)
 
 
 def test_a_tip_that_no_answer_tells_and_that_is_another(tmp_path: Path) -> None:
     """The machine has a ball 1.4 mm larger than its file says: the first back is too far from the first front."""
     job, state = make(1), make_state()
 
-    def larger(link: Lying, found: Measured) -> Measured:
+    def larger(link: Lying, found: MeasuredPoint) -> MeasuredPoint:
         link.point, into = 1, 1.0 if link.asked % 2 else -1.0
         link.asked += 1
         link.off_mm = -0.7 * into * np.asarray(job.placement.axis)
@@ -165,12 +167,12 @@ def test_an_answer_along_the_search_that_the_machine_does_not_stand_at(
     """Within the search distance, also of the first point, which no other contradicts."""
     job, state = make(1), make_state()
 
-    def lie(link: Lying, found: Measured) -> Measured:
+    def lie(link: Lying, found: MeasuredPoint) -> MeasuredPoint:
         return found._replace(position_mm=(np.array(found.position_mm) + size_mm * job.placement.axis).tolist())
 
     with pytest.raises(MeasurementStoppedError, match=r"does not stand where its answer says|the face is not where"):
         in_process(job, tmp_path / "j", Lying(state, job, point, lie))
-    check_whole(in_process(job, tmp_path / "j", InProcess(state.cmm, job.program.settings), again=True), 1)
+    check_whole(in_process(job, tmp_path / "j", VirtualLink(state.cmm, job.program.settings), again=True), 1)
 
 
 @pytest.mark.parametrize(("degrees", "wrong"), [(273.15, "looks like K"), (-20.0, "exactly 0"), (200.0, "in deg C")])
@@ -180,7 +182,7 @@ def test_temperatures_that_no_thermometer_shows(tmp_path: Path, degrees: float, 
     with pytest.raises(MeasurementStoppedError, match=r"cycle 1, face 4: .*_C is no temp.*3 of 8 points") as stopped:
         in_process(job, tmp_path / "j", link)
     assert wrong in str(stopped.value)
-    check_whole(in_process(job, tmp_path / "j", InProcess(state.cmm, job.program.settings), again=True), 1)
+    check_whole(in_process(job, tmp_path / "j", VirtualLink(state.cmm, job.program.settings), again=True), 1)
 
 
 def test_a_position_in_doubt_moves_nothing(tmp_path: Path) -> None:
@@ -188,7 +190,7 @@ def test_a_position_in_doubt_moves_nothing(tmp_path: Path) -> None:
     job, state = make(1), make_state()
     link = Lying(state, job, 5, moved(5.0))
     link.position_mm = lambda: state.cmm.position_mm + np.array([30.0, 0.0, 0.0])  # type: ignore[method-assign]
-    begin = InProcess(state.cmm, job.program.settings)
+    begin = VirtualLink(state.cmm, job.program.settings)
     begin.prepare(None)  # type: ignore[arg-type]
     link_position, entered = link.position_mm, []
 

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stepgauge.physics import bench, bench_simulator
-from stepgauge.physics.bench_simulator import Bench, Probe
+from stepgauge.physics.bench_simulator import DirectedProbe, PushBench
 
 DATA = Path(__file__).parent.parent / "data"
-FINE = Bench(speed_mm_s=0.02)
+FINE = PushBench(speed_mm_s=0.02)
 STEP_UM = 1e3 * FINE.speed_mm_s * FINE.sample_interval_s
 ROUNDING_UM = 1e-9
 
@@ -25,7 +25,7 @@ def push(probe, device=FINE, seed=0):
 @given(pretravel=st.floats(0.5, 30.0), share=st.floats(0.0, 0.3))
 def test_pretravel_and_hysteresis_come_back_within_a_sample(pretravel, share):
     """Each edge is known to half a sample of rod travel, so that differences are within one."""
-    probe = Probe(pretravel, hysteresis_um=0.2 * pretravel, indentation_share=share)
+    probe = DirectedProbe(pretravel, hysteresis_um=0.2 * pretravel, indentation_share=share)
     events = bench.find_events(push(probe))
     assert events.pretravel_um == pytest.approx(pretravel, abs=STEP_UM + ROUNDING_UM)
     assert events.hysteresis_um == pytest.approx(0.2 * pretravel, abs=STEP_UM + ROUNDING_UM)
@@ -37,7 +37,7 @@ def test_pretravel_and_hysteresis_come_back_within_a_sample(pretravel, share):
 @given(pretravel=st.floats(2.0, 30.0), share=st.floats(0.0, 0.3))
 def test_touch_found_from_the_tip_alone(pretravel, share):
     """A ruby ball conducts no current: the laser must do. On straight lines it is not even bound to the samples."""
-    probe = Probe(pretravel, hysteresis_um=0.1 * pretravel, indentation_share=share)
+    probe = DirectedProbe(pretravel, hysteresis_um=0.1 * pretravel, indentation_share=share)
     events = bench.find_events(push(probe), contact_from="tip")
     assert events.pretravel_um == pytest.approx(pretravel, abs=STEP_UM)
     assert events.hysteresis_um == pytest.approx(0.1 * pretravel, abs=0.02)
@@ -45,21 +45,21 @@ def test_touch_found_from_the_tip_alone(pretravel, share):
 
 def test_overtravel_is_latency_and_braking():
     device = dataclasses.replace(FINE, latency_s=0.01, deceleration_mm_s2=0.5)
-    events = bench.find_events(push(Probe(3.0), device))
+    events = bench.find_events(push(DirectedProbe(3.0), device))
     expected = 1e3 * (0.02 * 0.01 + 0.02**2 / (2 * 0.5))
     assert events.overtravel_um == pytest.approx(expected, abs=STEP_UM)
 
 
 def test_noise_of_laser_and_grating_averages_out_of_the_tip_line():
     device = dataclasses.replace(FINE, laser_noise_um=0.02, grating_noise_um=0.005)
-    found = [bench.find_events(push(Probe(3.17), device, seed), "tip").pretravel_um for seed in range(20)]
+    found = [bench.find_events(push(DirectedProbe(3.17), device, seed), "tip").pretravel_um for seed in range(20)]
     assert np.mean(found) == pytest.approx(3.17, abs=0.01)
     assert np.std(found) < 0.01
 
 
 def test_repeatability_is_the_range_of_the_trigger_readings():
     """Ren Eq 4: max - min of r1; for n normal readings its expectation is d2(n) sigma (d2(10) = 3.078)."""
-    probe = Probe(3.17, trigger_noise_um=0.02)
+    probe = DirectedProbe(3.17, trigger_noise_um=0.02)
     ranges = []
     for seed in range(30):
         rng = np.random.default_rng(seed)
@@ -71,7 +71,7 @@ def test_repeatability_is_the_range_of_the_trigger_readings():
 
 
 def test_drift_of_the_zero_is_in_the_trigger_range_but_not_in_the_pretravel():
-    probe = Probe(3.17, zero_noise_um=0.5)
+    probe = DirectedProbe(3.17, zero_noise_um=0.5)
     events = [bench.find_events(push(probe, seed=seed)) for seed in range(10)]
     result = bench.summarise(0.0, events)
     assert result.pretravel_range_um <= 2 * STEP_UM
@@ -82,7 +82,7 @@ def test_anisotropy_is_the_range_over_directions():
     angles = np.arange(0.0, 360.0, 30.0)
     truth = 3.17 + 0.4 * np.cos(np.radians(3 * angles))
     pushes = bench_simulator.simulate_directions(
-        angles, [Probe(w, hysteresis_um=0.1) for w in truth], 2, FINE, np.random.default_rng(3)
+        angles, [DirectedProbe(w, hysteresis_um=0.1) for w in truth], 2, FINE, np.random.default_rng(3)
     )
     assert len(pushes) == 24
     results = [bench.summarise(a, [bench.find_events(p) for d, p in pushes if d == a]) for a in angles]
@@ -93,7 +93,7 @@ def test_anisotropy_is_the_range_over_directions():
 
 
 def test_a_single_push_has_no_standard_deviation():
-    result = bench.summarise(0.0, [bench.find_events(push(Probe(3.0)))])
+    result = bench.summarise(0.0, [bench.find_events(push(DirectedProbe(3.0)))])
     assert result.pretravel_std_um is None
     assert result.trigger_range_um == 0.0
     with pytest.raises(ValueError, match="without a push"):
@@ -105,21 +105,21 @@ def test_a_single_push_has_no_standard_deviation():
     [("trigger", True, "trigger signal"), ("contact", True, "contact signal does not fall")],
 )
 def test_missing_edges_are_named(channel, value, message):
-    recording = push(Probe(3.0))
+    recording = push(DirectedProbe(3.0))
     broken = recording._replace(**{channel: np.full(len(recording.time_s), value)})
     with pytest.raises(ValueError, match=message):
         bench.find_events(broken)
 
 
 def test_a_recording_cut_before_the_return_is_named():
-    recording = push(Probe(3.0))
+    recording = push(DirectedProbe(3.0))
     cut = bench.BenchStroke(*(part[: len(part) // 2] for part in recording))
     with pytest.raises(ValueError, match="does not rise after"):
         bench.find_events(cut)
 
 
 def test_a_dead_laser_is_named():
-    recording = push(Probe(3.0))
+    recording = push(DirectedProbe(3.0))
     with pytest.raises(ValueError, match="tip reading"):
         bench.find_events(recording._replace(tip_mm=np.zeros(len(recording.time_s))), "tip")
 
@@ -127,7 +127,7 @@ def test_a_dead_laser_is_named():
 @pytest.mark.parametrize("change", [{"pretravel_um": 0.0}, {"indentation_share": 1.0}, {"hysteresis_um": 100.0}])
 def test_impossible_probes_are_refused(change):
     with pytest.raises(ValueError, match=r"must|larger"):
-        push(dataclasses.replace(Probe(3.0), **change))
+        push(dataclasses.replace(DirectedProbe(3.0), **change))
 
 
 class TestTable1:

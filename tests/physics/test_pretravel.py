@@ -29,7 +29,7 @@ class TestThesis:
     """Sensing distances of Rodrigues 2021, printed to 0.1 um, and Table 2.3."""
 
     def test_existing_method(self):
-        uniform = stylus.bending_compliance_mm_per_N([stylus.Section(50.0, 4.5, 413.0)])
+        uniform = stylus.bending_compliance_mm_per_N([stylus.StylusSection(50.0, 4.5, 413.0)])
         expected = 1e3 * TABLE["sensing_statics_mm"]
         found = deflection_um(trigger.trigger_force_N(EXISTING, normals()), uniform)
         off = (np.abs(found - expected) - ROUNDING_UM) / expected
@@ -49,7 +49,7 @@ class TestThesis:
         """A stiffer root of 2.55 mm gives the FEA's compliance at 50 mm and at 100 mm, where 413 GPa alone do not."""
 
         def compliance(length, head):
-            parts = [stylus.Section(head, 7.0, 193.0), stylus.Section(length - head, 4.5, 413.0, 0.22)]
+            parts = [stylus.StylusSection(head, 7.0, 193.0), stylus.StylusSection(length - head, 4.5, 413.0, 0.22)]
             return 1e3 * stylus.lateral_compliance_mm_per_N(parts)
 
         assert compliance(50.0, 2.55) == pytest.approx(4.60, rel=0.01)
@@ -59,7 +59,7 @@ class TestThesis:
     def test_table_2_3_existing_model(self):
         """Printed 19.36 and 33.79 um: azimuth 0 and 60 deg, a uniform ceramic stylus of 100 mm."""
         tripod = replace(EXISTING, lever_mm=100.0)
-        uniform = stylus.bending_compliance_mm_per_N([stylus.Section(100.0, 4.5, 413.0)])
+        uniform = stylus.bending_compliance_mm_per_N([stylus.StylusSection(100.0, 4.5, 413.0)])
         force = trigger.trigger_force_N(tripod, unit_vectors(np.radians([0.0, 60.0]), 0.0))
         np.testing.assert_allclose(1e3 * force * uniform, [19.36, 33.79], atol=0.01)
 
@@ -76,7 +76,7 @@ class TestRen:
 
     CARRIER = pretravel.ren_carrier_mm(1.5, 0.9744, 2 / 200, 1.0, 1.0)
     TIP = pretravel.ren_tip_mm(1 / 620 + 1 / 200, 4.0)
-    BEAM = stylus.bending_compliance_mm_per_N([stylus.Section(18.0, 2.0, 200.0)])
+    BEAM = stylus.bending_compliance_mm_per_N([stylus.StylusSection(18.0, 2.0, 200.0)])
 
     def test_coefficients(self):
         assert pytest.approx(0.000641, abs=5e-7) == self.CARRIER

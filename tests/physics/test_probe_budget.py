@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepgauge.physics import probe_budget
-from stepgauge.physics.probe_budget import Budget, Component
+from stepgauge.physics.probe_budget import Component, ProbeBudget
 
 
 def test_both_parts_of_equation_18():
@@ -51,8 +51,10 @@ def test_expanded_uncertainty_has_its_limits(length, coverage):
 
 @given(parts=st.lists(st.tuples(st.floats(0.0, 5.0), st.floats(0.0, 5.0)), min_size=1, max_size=6))
 def test_order_and_splitting_do_not_matter(parts):
-    whole = Budget(tuple(Component(str(i), "B", a, b) for i, (a, b) in enumerate(parts)))
-    split = Budget(tuple(Component(str(i), "B", *p) for i, (a, b) in enumerate(parts[::-1]) for p in ((a, 0), (0, b))))
+    whole = ProbeBudget(tuple(Component(str(i), "B", a, b) for i, (a, b) in enumerate(parts)))
+    split = ProbeBudget(
+        tuple(Component(str(i), "B", *p) for i, (a, b) in enumerate(parts[::-1]) for p in ((a, 0), (0, b)))
+    )
     assert whole.expanded_um(0.7) == pytest.approx(float(split.expanded_um(0.7)))
 
 

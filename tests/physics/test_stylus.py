@@ -7,13 +7,17 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from stepgauge.physics import stylus
-from stepgauge.physics.stylus import Section
+from stepgauge.physics.stylus import StylusSection
 
-CERAMIC = Section(50.0, 4.5, 413.0)
-STEPPED = [Section(12.0, 7.0, 193.0, 0.3), Section(30.0, 3.0, 620.0, 0.22), Section(8.0, 1.5, 400.0, 0.25)]
+CERAMIC = StylusSection(50.0, 4.5, 413.0)
+STEPPED = [
+    StylusSection(12.0, 7.0, 193.0, 0.3),
+    StylusSection(30.0, 3.0, 620.0, 0.22),
+    StylusSection(8.0, 1.5, 400.0, 0.25),
+]
 
 lengths = st.floats(1, 100)
-sections = st.lists(st.builds(Section, lengths, st.floats(0.5, 10), st.floats(50, 800)), min_size=1, max_size=5)
+sections = st.lists(st.builds(StylusSection, lengths, st.floats(0.5, 10), st.floats(50, 800)), min_size=1, max_size=5)
 
 
 def test_uniform_beam():
@@ -24,15 +28,15 @@ def test_uniform_beam():
 
 def test_ren_beam():
     """Ren Eq 13: 0.012376 mm/N for 18 mm of 2 mm steel."""
-    assert stylus.bending_compliance_mm_per_N([Section(18.0, 2.0, 200.0)]) == pytest.approx(0.012376, abs=5e-7)
+    assert stylus.bending_compliance_mm_per_N([StylusSection(18.0, 2.0, 200.0)]) == pytest.approx(0.012376, abs=5e-7)
 
 
 @given(sections, st.floats(0.05, 0.95))
 def test_cutting_a_section_changes_nothing(parts, at):
     first = parts[0]
     cut = [
-        Section(at * first.length_mm, first.diameter_mm, first.modulus_GPa),
-        Section((1 - at) * first.length_mm, first.diameter_mm, first.modulus_GPa),
+        StylusSection(at * first.length_mm, first.diameter_mm, first.modulus_GPa),
+        StylusSection((1 - at) * first.length_mm, first.diameter_mm, first.modulus_GPa),
         *parts[1:],
     ]
     for compliance in (
@@ -57,7 +61,10 @@ def test_stepped_beam_solves_the_beam_equation():
 
 def test_sag_solves_the_beam_equation():
     """The same integration under the stylus' own weight, lying level."""
-    heavy = [Section(20.0, 6.0, 193.0, density_kg_m3=7900.0), Section(40.0, 2.0, 620.0, density_kg_m3=15600.0)]
+    heavy = [
+        StylusSection(20.0, 6.0, 193.0, density_kg_m3=7900.0),
+        StylusSection(40.0, 2.0, 620.0, density_kg_m3=15600.0),
+    ]
     loads = [s.mass_kg * stylus.GRAVITY_M_S2 / s.length_mm for s in heavy]
 
     def moment(x):
@@ -74,7 +81,7 @@ def test_sag_solves_the_beam_equation():
 
 
 def test_sag_of_a_uniform_beam():
-    beam = Section(60.0, 3.0, 200.0, density_kg_m3=7900.0)
+    beam = StylusSection(60.0, 3.0, 200.0, density_kg_m3=7900.0)
     load = beam.mass_kg * stylus.GRAVITY_M_S2 / 60.0
     expected = load * 60.0**4 / (8 * beam.modulus_N_mm2 * beam.second_moment_mm4)
     assert stylus.sag_mm([beam]) == pytest.approx(expected)
@@ -82,14 +89,14 @@ def test_sag_of_a_uniform_beam():
 
 def test_shear_of_a_solid_round_bar():
     """Cowper: kappa = 6 (1 + nu) / (7 + 6 nu); a thin tube has 2 (1 + nu) / (4 + 3 nu)."""
-    assert Section(1.0, 2.0, 200.0, 0.3).shear_coefficient == pytest.approx(6 * 1.3 / 8.8)
-    thin = Section(1.0, 2.0, 200.0, 0.3, bore_mm=1.99999)
+    assert StylusSection(1.0, 2.0, 200.0, 0.3).shear_coefficient == pytest.approx(6 * 1.3 / 8.8)
+    thin = StylusSection(1.0, 2.0, 200.0, 0.3, bore_mm=1.99999)
     assert thin.shear_coefficient == pytest.approx(2 * 1.3 / 4.9, rel=1e-4)
 
 
 def test_shear_fades_for_slender_styli_and_rules_short_ones():
     def share(length):
-        parts = [Section(length, 4.0, 400.0, 0.25)]
+        parts = [StylusSection(length, 4.0, 400.0, 0.25)]
         return stylus.shear_compliance_mm_per_N(parts) / stylus.bending_compliance_mm_per_N(parts)
 
     assert share(100.0) == pytest.approx(share(50.0) / 4)
@@ -105,7 +112,7 @@ def test_tip_moves_with_the_force_across_and_along():
 
 
 def test_rigid_stylus_does_not_move():
-    rigid = [Section(50.0, 4.5, np.inf)]
+    rigid = [StylusSection(50.0, 4.5, np.inf)]
     assert stylus.lateral_compliance_mm_per_N(rigid) == 0.0
     assert stylus.axial_compliance_mm_per_N(rigid) == 0.0
 
@@ -118,7 +125,10 @@ def test_deflection_along_the_beam():
 
 
 def test_mass_and_its_centre():
-    parts = [Section(10.0, 2.0, 200.0, density_kg_m3=8000.0), Section(10.0, 2.0, 200.0, density_kg_m3=4000.0)]
+    parts = [
+        StylusSection(10.0, 2.0, 200.0, density_kg_m3=8000.0),
+        StylusSection(10.0, 2.0, 200.0, density_kg_m3=4000.0),
+    ]
     assert stylus.mass_kg(parts) == pytest.approx(np.pi * 10 * 12000e-9)
     assert stylus.centre_of_mass_mm(parts) == pytest.approx((2 * 5 + 15) / 3)
 
@@ -127,7 +137,7 @@ def test_mass_and_its_centre():
 def test_sections_without_body_are_refused(wrong):
     length, diameter, bore = wrong
     with pytest.raises(ValueError, match="section"):
-        Section(length, diameter, 200.0, bore_mm=bore)
+        StylusSection(length, diameter, 200.0, bore_mm=bore)
 
 
 def test_no_sections_no_stylus():

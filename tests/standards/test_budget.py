@@ -26,10 +26,10 @@ from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import make_placement, write_placement
 from stepgauge.machine.file import Machine, StandardUncertainty, UncertaintyTable, read_machine
 from stepgauge.machine.uncertain import Uncertain
-from stepgauge.montecarlo import Model, ModelOptions, read_model, recording_model, run_monte_carlo
+from stepgauge.montecarlo import ModelOptions, MonteCarloModel, read_model, recording_model, run_monte_carlo
 from stepgauge.recording import Recording, write_recording
 from stepgauge.recording.conventions import recorded_scales_C
-from stepgauge.standards.budget import Budget, Line, make_budget
+from stepgauge.standards.budget import BudgetLine, UncertaintyBudget, make_budget
 from stepgauge.standards.budget_files import (
     budget_csv,
     budget_to_dict,
@@ -68,12 +68,12 @@ def modelled(
     recording: Recording | None = None,
     u_K: float = 0.0,
     origin: str = "first",
-) -> Model:
+) -> MonteCarloModel:
     recording = measured() if recording is None else recording
     return recording_model(recording, machine or shipped()[1], gauge, u_K, origin)  # type: ignore[arg-type]
 
 
-def line(budget: Budget, name: str, face: int | None = None) -> Line:
+def line(budget: UncertaintyBudget, name: str, face: int | None = None) -> BudgetLine:
     return next(one for one in budget.lines if (one.name, one.face) == (name, face))
 
 

@@ -19,7 +19,7 @@ from stepgauge.gauge.certified import EarlierCalibration, Gauge
 from stepgauge.machine.contribution import Contribution, parse_contribution
 from stepgauge.machine.uncertain import Uncertain
 from stepgauge.montecarlo import recording_model
-from stepgauge.montecarlo.model import Model
+from stepgauge.montecarlo.model import MonteCarloModel
 from stepgauge.standards.budget import make_budget
 from stepgauge.standards.budget_files import stored_budget
 from stepgauge.standards.budget_sources import BudgetOptions
@@ -34,11 +34,11 @@ def gauge(**certificate: object) -> Gauge:
     return replace(own, certificate=own.certificate.model_copy(update=certificate))
 
 
-def model(recording: sg.Recording = REAL, own: Gauge | None = None) -> Model:
+def model(recording: sg.Recording = REAL, own: Gauge | None = None) -> MonteCarloModel:
     return recording_model(recording, shipped()[1], own or gauge(), 0.1).as_it_is()
 
 
-def u_of(name: str, of: Model, asked: BudgetOptions | None = None) -> dict[int, float]:
+def u_of(name: str, of: MonteCarloModel, asked: BudgetOptions | None = None) -> dict[int, float]:
     """What a source adds to XF by face, um."""
     budget = make_budget(of, asked)
     return {one.face: one.contribution.get(name, 0.0) for one in budget.lines if one.name == "xf_um" and one.face}
@@ -48,7 +48,7 @@ def from_first_m(own: Gauge, face: int) -> float:
     return float(own.position_mm[face - 1] - own.position_mm[0]) * 1e-3
 
 
-def missing(of: Model, asked: BudgetOptions | None = None) -> str:
+def missing(of: MonteCarloModel, asked: BudgetOptions | None = None) -> str:
     return " ".join(what for what, _ in make_budget(of, asked).not_included)
 
 
@@ -85,7 +85,7 @@ def test_a_drift_or_a_date_that_nobody_states_is_missing_and_a_virtual_gauge_has
     assert any("certified length" in text for text in simulated.assumptions)
 
 
-def with_condition(of: Model, one: Condition) -> Model:
+def with_condition(of: MonteCarloModel, one: Condition) -> MonteCarloModel:
     results = tuple(replace(r, conditions=Conditions((one,))) for r in of.nominal.results)
     return replace(of, nominal=replace(of.nominal, results=results))
 

@@ -57,7 +57,7 @@ def _offset(table: Table, more: Estimate) -> Estimate:
 
 
 def _compliance(table: Table, term: ChangeTerm, u: float | None) -> dict[str, Estimate]:
-    sections = [stylus.Section(**SectionTable.model_validate(each).model_dump()) for each in table["stylus"]]
+    sections = [stylus.StylusSection(**SectionTable.model_validate(each).model_dump()) for each in table["stylus"]]
     lateral = 1e3 * stylus.lateral_compliance_mm_per_N(sections)
     return {"lateral_um_per_N": Estimate(lateral * term.values[0], None if u is None else lateral * u, "um/N")}
 

@@ -72,15 +72,15 @@ def _short(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def giving_way(length_mm: float, lateral_mm_per_N: float, along: float) -> stylus.Section:
+def giving_way(length_mm: float, lateral_mm_per_N: float, along: float) -> stylus.StylusSection:
     """A section of a length that gives way so much across the stylus, and ``along`` times as much along it.
 
     The ratio of the two depends on its diameter alone; of one that would have to be thicker than a file allows, the
     compliance across is kept.
     """
 
-    def section(diameter_mm: float) -> stylus.Section:
-        return stylus.Section(length_mm, diameter_mm, 1.0)
+    def section(diameter_mm: float) -> stylus.StylusSection:
+        return stylus.StylusSection(length_mm, diameter_mm, 1.0)
 
     def too_stiff_along(diameter_mm: float) -> float:
         one = [section(diameter_mm)]

@@ -49,7 +49,7 @@ WORN = {"fronts": "fronts", "used": "used blocks"}
 
 
 @dataclass(frozen=True)
-class Number:
+class ExplainedNumber:
     """One number of every visit (its slope, its block size), and how it was explained.
 
     ``value (visits,)``; ``unit``: by kind and place, what a unit of a machine's error makes of it ``(visits,)``.
@@ -85,8 +85,8 @@ class FleetInference(Summarized):
     scatter: Mapping[str, float]
     fleet: Crossing = field(repr=False)
     alone: tuple[NamedCause, ...] = field(default=(), repr=False)
-    slopes: Number | None = field(default=None, repr=False)
-    sizes: Number | None = field(default=None, repr=False)
+    slopes: ExplainedNumber | None = field(default=None, repr=False)
+    sizes: ExplainedNumber | None = field(default=None, repr=False)
     left_out: tuple[str, ...] = ()
     looked_for: Mapping[tuple[str, str], int] = field(default_factory=dict, repr=False)
     simulated: bool = False

@@ -22,7 +22,7 @@ CHUNK = 2048
 
 
 @dataclass
-class Term:
+class RandomEffect:
     """Independent coefficients with one standard deviation: ``columns (n, q)`` sparse; ``known``: it is stated.
 
     ``least``: a standard deviation that is not estimated away, since no fleet is large enough to know it is zero;
@@ -49,7 +49,7 @@ class Background:
     ``ends``: where the coefficients of each term begin and end among all of them.
     """
 
-    def __init__(self, variance: Array, terms: Sequence[Term], scatter: float) -> None:
+    def __init__(self, variance: Array, terms: Sequence[RandomEffect], scatter: float) -> None:
         self.variance, self.scatter, self.pooled = variance, scatter, True
         self.terms = [term for term in terms if term.columns.nnz]
         n = len(variance)
@@ -76,7 +76,7 @@ class Background:
         """V^-1 times a vector."""
         return np.asarray(self.weight * um - self.weighted @ (self.inverse @ (self.weighted.T @ um)))
 
-    def expected(self, term: Term, um: Array) -> Array:
+    def expected(self, term: RandomEffect, um: Array) -> Array:
         """What a term is in every observation, given observations ``(n,)``: the mean of its posterior."""
         place = next(i for i, one in enumerate(self.terms) if one is term)
         own = slice(self.ends[place], self.ends[place + 1])

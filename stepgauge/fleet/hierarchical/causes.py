@@ -29,7 +29,7 @@ class Cause:
 
 
 @dataclass
-class Columns:
+class CandidateColumns:
     """Candidates under construction: their columns over visits."""
 
     count: int
@@ -61,7 +61,7 @@ class Columns:
 class VisitCandidates:
     """Candidates over one number of every visit, before a background."""
 
-    def __init__(self, columns: Columns, background: Background) -> None:
+    def __init__(self, columns: CandidateColumns, background: Background) -> None:
         self.causes, self.background = columns.causes, background
         self.columns = columns.matrix()
         self._transposed = self.columns.T.tocsr()

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from stepgauge import __version__
-from stepgauge.files.config import Table
+from stepgauge.files.config import TomlTable
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_json, write_text
 from stepgauge.fleet.hierarchical.answer import date_text
@@ -19,7 +19,7 @@ from stepgauge.standards.decision import Outcome
 FORMAT = "stepgauge fleet watch 1"
 
 
-class Point(Table):
+class DatedLevel(TomlTable):
     """A level on a day."""
 
     date: str = Field(description="ISO date of the visits")
@@ -27,14 +27,14 @@ class Point(Table):
     u: float = Field(ge=0.0, description="standard uncertainty")
 
 
-class Change(Table):
+class Change(TomlTable):
     """A change with its days."""
 
     first: str = Field(description="ISO date of the last visit before it")
     last: str = Field(description="ISO date of the first visit that surely shows it")
 
 
-class Peers(Table):
+class Peers(TomlTable):
     """The machines of the same line, or the other gauges."""
 
     middle: float = Field(description="median of their levels")
@@ -43,7 +43,7 @@ class Peers(Table):
     leaves: bool = Field(description="whether it leaves them; at most 5 % of those that do are expected to be false")
 
 
-class Limit(Table):
+class Limit(TomlTable):
     """A limit and what follows from it."""
 
     size: float = Field(gt=0.0, description="maximum permissible size")
@@ -52,7 +52,7 @@ class Limit(Table):
     due: str | None = Field(description="ISO date on which the accepted risk is reached; null: beyond the horizon")
 
 
-class Quantity(Table):
+class VisitQuantity(TomlTable):
     """One quantity of one machine or gauge."""
 
     owner_kind: Literal["machine", "gauge"]
@@ -64,13 +64,13 @@ class Quantity(Table):
     rate: float = Field(description="in a year")
     u_rate: float = Field(ge=0.0)
     drifts: bool = Field(description="whether it is a finding among all rates: noise gives any in at most 5 % of feeds")
-    history: list[Point]
+    history: list[DatedLevel]
     changes: list[Change]
     peers: Peers | None
     limit: Limit | None
 
 
-class MachineDrift(Table):
+class MachineDrift(TomlTable):
     """A drift of what a machine showed with one gauge, as ``stepgauge history`` finds it in the same evaluations."""
 
     machine: str
@@ -83,14 +83,14 @@ class MachineDrift(Table):
     by_chance: float = Field(ge=0.0, le=1.0, description="probability that noise alone gives so large a drift")
 
 
-class Feed(Table):
+class Feed(TomlTable):
     """``watch.json``."""
 
     format: Literal["stepgauge fleet watch 1"]
     stepgauge: str = Field(description="version that wrote it")
     risk: float = Field(gt=0.0, lt=1.0, description="accepted probability of being out of limits")
     limits: dict[str, float]
-    quantities: list[Quantity]
+    quantities: list[VisitQuantity]
     histories: list[MachineDrift] = Field(default_factory=list)
     checksum: str = Field("", description="SHA-256 of the rest, as in every JSON file of stepgauge")
 
@@ -115,11 +115,12 @@ def make_feed(
     )
 
 
-def _quantity(one: Watched) -> Quantity:
+def _quantity(one: Watched) -> VisitQuantity:
     history = [
-        Point(date=date_text(day), level=level, u=u) for day, level, u in zip(one.days, one.level, one.u, strict=True)
+        DatedLevel(date=date_text(day), level=level, u=u)
+        for day, level, u in zip(one.days, one.level, one.u, strict=True)
     ]
-    return Quantity(
+    return VisitQuantity(
         owner_kind=one.owner_kind,
         owner=one.owner,
         quantity=one.quantity,

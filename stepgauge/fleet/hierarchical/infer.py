@@ -9,7 +9,7 @@ import numpy as np
 
 from stepgauge.files.arrays import Array
 from stepgauge.fleet.hierarchical import numbers
-from stepgauge.fleet.hierarchical.answer import FleetInference, Number
+from stepgauge.fleet.hierarchical.answer import ExplainedNumber, FleetInference
 from stepgauge.fleet.hierarchical.background import Background
 from stepgauge.fleet.hierarchical.causes import Cause, VisitCandidates
 from stepgauge.fleet.hierarchical.periodic import Periodic, find_periodic
@@ -135,7 +135,7 @@ def _period_told(one: Periodic) -> NamedCause:
     )
 
 
-def _slopes(fleet: Crossing, ladders: list[GaugeVisits], um: list[Array], priors: FleetPriors) -> Number:
+def _slopes(fleet: Crossing, ladders: list[GaugeVisits], um: list[Array], priors: FleetPriors) -> ExplainedNumber:
     """Causes that are a slope along the gauge."""
     unit = {
         key: share
@@ -155,10 +155,10 @@ def _slopes(fleet: Crossing, ladders: list[GaugeVisits], um: list[Array], priors
         expands = as_found
     left = value - sum((effect.fitted for effect in effects), np.zeros_like(value))
     halls = _halls(fleet, left, background, [one for one in found if one.kind == "temperature"], priors)
-    return Number([*found, *halls], value, unit, background, candidates, effects, _scatter(background, "um/m"))
+    return ExplainedNumber([*found, *halls], value, unit, background, candidates, effects, _scatter(background, "um/m"))
 
 
-def _sizes(fleet: Crossing, ladders: list[GaugeVisits], um: list[Array], priors: FleetPriors) -> Number:
+def _sizes(fleet: Crossing, ladders: list[GaugeVisits], um: list[Array], priors: FleetPriors) -> ExplainedNumber:
     """Causes that change the size of every block."""
     unit = {
         key: share for key, share in numbers.shares(fleet, numbers.machine_sizes(), numbers.SIZE).items() if share.any()
@@ -168,7 +168,7 @@ def _sizes(fleet: Crossing, ladders: list[GaugeVisits], um: list[Array], priors:
     candidates = numbers.size_candidates(fleet, unit, background, priors)
     effects = _found(value, candidates, background, fleet, priors)
     found = _as_told(effects, candidates, fleet, priors)
-    return Number(found, value, unit, background, candidates, effects, _scatter(background, "um"))
+    return ExplainedNumber(found, value, unit, background, candidates, effects, _scatter(background, "um"))
 
 
 def _found(

@@ -18,8 +18,8 @@ from stepgauge.effects.reversal import ReversalError
 from stepgauge.effects.scales import ScaleError
 from stepgauge.files.arrays import Array
 from stepgauge.files.dates import YEAR_DAYS
-from stepgauge.fleet.hierarchical.background import Background, Term
-from stepgauge.fleet.hierarchical.causes import Cause, Columns, VisitCandidates, courses, growth, of_owner
+from stepgauge.fleet.hierarchical.background import Background, RandomEffect
+from stepgauge.fleet.hierarchical.causes import CandidateColumns, Cause, VisitCandidates, courses, growth, of_owner
 from stepgauge.fleet.hierarchical.priors import FleetPriors
 from stepgauge.fleet.hierarchical.visits import Crossing, GaugeVisits
 
@@ -83,13 +83,15 @@ def by_owner(number: NDArray[np.intp], share: Array) -> sparse.csc_matrix:
     return columns[:, np.flatnonzero(np.diff(columns.indptr))]
 
 
-def of_lines(fleet: Crossing, name: str, shares_of: list[Array], sd: float, least: float) -> list[Term]:
+def of_lines(fleet: Crossing, name: str, shares_of: list[Array], sd: float, least: float) -> list[RandomEffect]:
     """Coefficients of machines; the machines of every line have a standard deviation of their own."""
     line, machine = fleet.owner["type"], fleet.owner["machine"]
     terms = []
     for number, words in enumerate(fleet.names["type"]):
         blocks = [by_owner(machine, np.where(line == number, share, 0.0)) for share in shares_of]
-        terms.append(Term(f"{name} of {words}", sparse.hstack(blocks, format="csc"), sd, least=least, pool=name))
+        terms.append(
+            RandomEffect(f"{name} of {words}", sparse.hstack(blocks, format="csc"), sd, least=least, pool=name)
+        )
     return terms
 
 
@@ -106,11 +108,11 @@ def slope_background(
     ]
     ones = np.ones(len(fleet))
     certified = np.array([max(certified_sd(ladder, SLOPE), 1e-3) for ladder in fleet.ladders])
-    terms.append(Term("gauge certificate", by_owner(own["gauge"], ones), certified, known=True))
+    terms.append(RandomEffect("gauge certificate", by_owner(own["gauge"], ones), certified, known=True))
     spread = np.array([ladder.gauge.table.expansion_uncertainty_per_K for ladder in fleet.ladders]) * 1e6
     columns = by_owner(own["gauge"], fleet.temperature_K)
     warm = np.unique(own["gauge"][np.flatnonzero(fleet.temperature_K)])
-    terms.append(Term("gauge expansion", columns, np.maximum(spread[warm], 1e-3), known=True))
+    terms.append(RandomEffect("gauge expansion", columns, np.maximum(spread[warm], 1e-3), known=True))
     terms += [_days(expands, fleet, hall, rows) for hall, rows in of_owner(own["hall"], fleet.names["hall"])]
     return Background(variance, terms, 1.0)
 
@@ -126,18 +128,18 @@ def per_K(fleet: Crossing, wrong: Mapping[str, float] | None = None) -> Array:
     return found
 
 
-def _days(expands: Array, fleet: Crossing, hall: str, rows: NDArray[np.intp]) -> Term:
+def _days(expands: Array, fleet: Crossing, hall: str, rows: NDArray[np.intp]) -> RandomEffect:
     """The common error of all visits in a hall on a day, K."""
     _, day = np.unique(np.floor(fleet.day[rows]), return_inverse=True)
     columns = sparse.csc_matrix((expands[rows], (rows, day.ravel())), shape=(len(fleet), int(day.max()) + 1))
-    return Term(f"days of {hall}", columns, 0.05, least=1e-3)
+    return RandomEffect(f"days of {hall}", columns, 0.05, least=1e-3)
 
 
 def slope_candidates(
     fleet: Crossing, unit: dict[tuple[str, str], Array], expands: Array, background: Background, priors: FleetPriors
 ) -> VisitCandidates:
     """Machines and lines by axis and plane, gauges as a whole and by temperature, halls by date and season."""
-    columns = Columns(len(fleet))
+    columns = CandidateColumns(len(fleet))
     for (kind, where), share in unit.items():
         _constant(columns, fleet, "machine", kind, where, share, priors)
         if kind in priors.kinds["type"]:
@@ -157,9 +159,9 @@ def size_background(
     own, least = fleet.owner, priors.legitimate.size_um
     terms = of_lines(fleet, "machine reversal", list(unit.values()), 0.5, least)
     ones = np.ones(len(fleet))
-    terms.append(Term("probe radius", by_owner(own["probe"], ones), 0.5, least=least))
+    terms.append(RandomEffect("probe radius", by_owner(own["probe"], ones), 0.5, least=least))
     certified = np.array([max(certified_sd(ladder, SIZE), 1e-3) for ladder in fleet.ladders])
-    terms.append(Term("gauge certificate", by_owner(own["gauge"], ones), certified, known=True))
+    terms.append(RandomEffect("gauge certificate", by_owner(own["gauge"], ones), certified, known=True))
     return Background(variance, terms, 0.3)
 
 
@@ -167,7 +169,7 @@ def size_candidates(
     fleet: Crossing, unit: dict[tuple[str, str], Array], background: Background, priors: FleetPriors
 ) -> VisitCandidates:
     """Reversal of machines by axis, radius of probes, worn fronts of gauges."""
-    columns = Columns(len(fleet))
+    columns = CandidateColumns(len(fleet))
     for (kind, where), share in unit.items():
         _constant(columns, fleet, "machine", kind, where, share, priors)
     _constant(columns, fleet, "probe", "radius", "", np.ones(len(fleet)), priors)
@@ -177,7 +179,7 @@ def size_candidates(
 
 
 def _each(
-    columns: Columns,
+    columns: CandidateColumns,
     fleet: Crossing,
     owner_kind: str,
     kind: str,
@@ -198,13 +200,25 @@ def _each(
 
 
 def _constant(
-    columns: Columns, fleet: Crossing, owner_kind: str, kind: str, where: str, share: Array, priors: FleetPriors
+    columns: CandidateColumns,
+    fleet: Crossing,
+    owner_kind: str,
+    kind: str,
+    where: str,
+    share: Array,
+    priors: FleetPriors,
 ) -> None:
     _each(columns, fleet, owner_kind, kind, where, share, priors, lambda day: courses(day, priors))
 
 
 def _always(
-    columns: Columns, fleet: Crossing, owner_kind: str, kind: str, share: Array, priors: FleetPriors, where: str = ""
+    columns: CandidateColumns,
+    fleet: Crossing,
+    owner_kind: str,
+    kind: str,
+    share: Array,
+    priors: FleetPriors,
+    where: str = "",
 ) -> None:
     """Causes that an owner is made with: they have no date."""
     _each(columns, fleet, owner_kind, kind, where, share, priors, _made_with)
@@ -214,7 +228,7 @@ def _made_with(day: Array) -> list[tuple[str, float, Array, float]]:
     return [("always", np.nan, np.ones(len(day)), 1.0)]
 
 
-def _wear(columns: Columns, fleet: Crossing, priors: FleetPriors) -> None:
+def _wear(columns: CandidateColumns, fleet: Crossing, priors: FleetPriors) -> None:
     begin = float(fleet.day.min())
     _each(
         columns,
@@ -228,7 +242,7 @@ def _wear(columns: Columns, fleet: Crossing, priors: FleetPriors) -> None:
     )
 
 
-def _seasons(columns: Columns, fleet: Crossing, expands: Array, priors: FleetPriors) -> None:
+def _seasons(columns: CandidateColumns, fleet: Crossing, expands: Array, priors: FleetPriors) -> None:
     """A temperature that follows the year, at some phases."""
 
     def phases(day: Array) -> list[tuple[str, float, Array, float]]:
@@ -243,7 +257,9 @@ def _seasons(columns: Columns, fleet: Crossing, expands: Array, priors: FleetPri
     _each(columns, fleet, "hall", "temperature", "", expands, priors, phases)
 
 
-def _alone(columns: Columns, fleet: Crossing, kind: str, share: Array, usual: float, priors: FleetPriors) -> None:
+def _alone(
+    columns: CandidateColumns, fleet: Crossing, kind: str, share: Array, usual: float, priors: FleetPriors
+) -> None:
     """Every visit may be wrong by itself."""
     for row, visit in enumerate(fleet.visits):
         cause = Cause("visit", str(row), kind, "", "once", visit.day)

@@ -9,13 +9,13 @@ from importlib.resources import files
 import numpy as np
 from pydantic import Field
 
-from stepgauge.files.config import Table, check_table
-from stepgauge.fleet.hierarchical.single_effects import Mixture
+from stepgauge.files.config import TomlTable, check_table
+from stepgauge.fleet.hierarchical.single_effects import SizeMixture
 
 FILE = "priors.toml"
 
 
-class Decision(Table):
+class StatingThresholds(TomlTable):
     """Probabilities from which causes are stated."""
 
     named: float = Field(ge=0.5, lt=1.0)
@@ -24,20 +24,20 @@ class Decision(Table):
     interval: float = Field(gt=0.5, lt=1.0)
 
 
-class SizePriors(Table):
+class EffectSizePrior(TomlTable):
     """Distribution of sizes over the usual one."""
 
     spread: float = Field(gt=1.0)
     steps: list[float] = Field(min_length=1)
 
-    def mixture(self) -> Mixture:
+    def mixture(self) -> SizeMixture:
         """As normal distributions with logarithmic weights."""
         steps = np.array(self.steps)
         weight = -0.5 * (np.log(steps) / np.log(self.spread)) ** 2
-        return Mixture(steps, weight - np.logaddexp.reduce(weight))
+        return SizeMixture(steps, weight - np.logaddexp.reduce(weight))
 
 
-class TimePriors(Table):
+class TimePriors(TomlTable):
     """When causes begin."""
 
     always: float = Field(gt=0.0, lt=1.0)
@@ -46,7 +46,7 @@ class TimePriors(Table):
     alone: float = Field(gt=0.0, lt=0.5)
 
 
-class Legitimate(Table):
+class Legitimate(TomlTable):
     """Least standard deviations of what is nothing wrong."""
 
     shape_um: float = Field(gt=0.0)
@@ -56,7 +56,7 @@ class Legitimate(Table):
     day_K: float = Field(gt=0.0)
 
 
-class CausePrior(Table):
+class CausePrior(TomlTable):
     """Prior odds and usual size of one kind of cause at one owner."""
 
     odds: float = Field(gt=0.0)
@@ -65,11 +65,11 @@ class CausePrior(Table):
     why: str = ""
 
 
-class FleetPriors(Table):
+class FleetPriors(TomlTable):
     """All values that are set by hand, see ``priors.toml``; ``kinds``: by kind of owner and kind of cause."""
 
-    decision: Decision
-    sizes: SizePriors
+    decision: StatingThresholds
+    sizes: EffectSizePrior
     time: TimePriors
     legitimate: Legitimate
     kinds: dict[str, dict[str, CausePrior]]

@@ -45,7 +45,7 @@ class Candidates(Protocol):
 
 
 @dataclass(frozen=True)
-class Mixture:
+class SizeMixture:
     """Prior of sizes over the usual one: normal distributions of standard deviation ``steps (t,)``."""
 
     steps: Array
@@ -65,7 +65,7 @@ class SingleEffect:
     fitted: Array = field(repr=False)
 
 
-def single_effect(residual: Array, candidates: Candidates, sizes: Mixture) -> SingleEffect:
+def single_effect(residual: Array, candidates: Candidates, sizes: SizeMixture) -> SingleEffect:
     """The posterior of one effect, given what all others leave."""
     z, q = candidates.score(residual), candidates.power
     sd2 = (candidates.usual[None, :] * sizes.steps[:, None]) ** 2
@@ -88,7 +88,7 @@ def single_effect(residual: Array, candidates: Candidates, sizes: Mixture) -> Si
 def find_effects(
     observed: Array,
     candidates: Candidates,
-    sizes: Mixture,
+    sizes: SizeMixture,
     stated: float,
     update: Callable[[Array], None] | None = None,
     begin: Sequence[SingleEffect] = (),
@@ -119,7 +119,7 @@ def find_effects(
 class _Search:
     """Effects so far, and the ways to change them."""
 
-    def __init__(self, observed: Array, candidates: Candidates, sizes: Mixture, stated: float) -> None:
+    def __init__(self, observed: Array, candidates: Candidates, sizes: SizeMixture, stated: float) -> None:
         self.observed, self.candidates, self.sizes, self.stated = observed, candidates, sizes, stated
         self.effects: list[SingleEffect] = []
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import special
 
 from stepgauge.files.arrays import Array
-from stepgauge.fleet.hierarchical.background import Background, Term
+from stepgauge.fleet.hierarchical.background import Background, RandomEffect
 from stepgauge.fleet.hierarchical.priors import fleet_priors
 
 STEPS, LARGEST = 60, 3.0
@@ -41,7 +41,7 @@ def believed(background: Background, um: Array) -> Background:
     return wide
 
 
-def _usual(term: Term) -> float | None:
+def _usual(term: RandomEffect) -> float | None:
     """Of machines and probes; the days of halls are many, and what a certificate states is known."""
     owner_kind, kind = term.name.split()[:2]
     prior = fleet_priors().kinds.get(owner_kind, {}).get(kind)

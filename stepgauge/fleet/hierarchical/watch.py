@@ -17,7 +17,7 @@ from scipy.special import ndtr
 
 from stepgauge.files.arrays import Array
 from stepgauge.files.dates import YEAR_DAYS
-from stepgauge.fleet.hierarchical.answer import FleetInference, Number
+from stepgauge.fleet.hierarchical.answer import ExplainedNumber, FleetInference
 from stepgauge.fleet.hierarchical.drifting import DriftPrior, DriftState, beyond, due_day, follow
 from stepgauge.fleet.hierarchical.priors import fleet_priors
 from stepgauge.fleet.hierarchical.spread import believed
@@ -99,7 +99,7 @@ def watch(found: FleetInference, limits: Mapping[str, float] | None = None, risk
 
 def _of_kind(
     found: FleetInference,
-    number: Number,
+    number: ExplainedNumber,
     owner_kind: Literal["machine", "gauge"],
     kinds: str,
     limits: Mapping[str, float],
@@ -112,7 +112,7 @@ def _of_kind(
     return _with_peers(said, found)
 
 
-def _usual(number: Number, owner_kind: str, kind: str, line: str) -> float:
+def _usual(number: ExplainedNumber, owner_kind: str, kind: str, line: str) -> float:
     """Standard deviation of first levels: of machines of a line with all that is wrong, of gauges as the priors say."""
     if owner_kind == "gauge":
         return fleet_priors().kinds["gauge"][kind].usual
@@ -121,7 +121,7 @@ def _usual(number: Number, owner_kind: str, kind: str, line: str) -> float:
     return float(np.sqrt(np.mean(np.square(own)) + (np.mean(np.square(sizes)) if sizes else 0.0)))
 
 
-def _components(number: Number, owner_kind: str, kinds: str) -> dict[tuple[str, str], Array]:
+def _components(number: ExplainedNumber, owner_kind: str, kinds: str) -> dict[tuple[str, str], Array]:
     if owner_kind == "machine":
         return dict(number.unit)
     one = np.ones(len(number.value))
@@ -129,7 +129,7 @@ def _components(number: Number, owner_kind: str, kinds: str) -> dict[tuple[str, 
 
 
 def _follow(
-    found: FleetInference, number: Number, owner_kind: Literal["machine", "gauge"], kinds: str, walk: float
+    found: FleetInference, number: ExplainedNumber, owner_kind: Literal["machine", "gauge"], kinds: str, walk: float
 ) -> Iterator[tuple[_Followed, float]]:
     """Every owner's states, with the logarithm of their density."""
     components = _components(number, owner_kind, kinds)
@@ -166,7 +166,7 @@ class _Others:
     weight: Array
 
     @classmethod
-    def of(cls, number: Number, owner_kind: str) -> _Others:
+    def of(cls, number: ExplainedNumber, owner_kind: str) -> _Others:
         """All terms but those of one kind of owner, by what causes leave."""
         background = number.background
         at = background.inverse @ (background.weighted.T @ (number.value - number.explained()))
@@ -187,7 +187,7 @@ class _Others:
         return np.einsum("kq,qr,kr->k", through, self.covariance[np.ix_(used, used)], through)
 
 
-def _own_wrong(number: Number, owner_kind: str, owner: str, line: str) -> Array:
+def _own_wrong(number: ExplainedNumber, owner_kind: str, owner: str, line: str) -> Array:
     """What an owner's own causes make of every visit; a machine answers for what is wrong with its line, too.
 
     An expansion is no length: it is taken off.
@@ -197,7 +197,7 @@ def _own_wrong(number: Number, owner_kind: str, owner: str, line: str) -> Array:
 
 
 def _changes(
-    number: Number, owner_kind: str, owner: str, own: Sequence[tuple[str, str]]
+    number: ExplainedNumber, owner_kind: str, owner: str, own: Sequence[tuple[str, str]]
 ) -> dict[int, tuple[float, float]]:
     """By component the days between which it changed, of causes that were named with a date."""
     dated = [one for one in number.found if (one.owner_kind, one.owner) == (owner_kind, owner) and one.begin]

@@ -19,7 +19,7 @@ from stepgauge.web.render import address, render, site_of
 from stepgauge.web.site import Site
 
 if TYPE_CHECKING:
-    from stepgauge.files.config import Table
+    from stepgauge.files.config import TomlTable
     from stepgauge.reports.certificate_file import Laboratory
 
 FILE = "certificate.toml"
@@ -47,7 +47,7 @@ def groups() -> dict[str, tuple[Field, ...]]:
     """The fields by table."""
     from stepgauge.reports.certificate_file import ResponsiblePerson, tables
 
-    models: dict[str, type[Table]] = {**tables(), "person": ResponsiblePerson}
+    models: dict[str, type[TomlTable]] = {**tables(), "person": ResponsiblePerson}
     found = {
         name: tuple(replace(one, required=one.name in REQUIRED) for one in fields_of(models[name], keys, name))
         for name, keys in KEYS.items()
