@@ -107,6 +107,28 @@ def test_the_error_after_is_below_a_tenth_of_that_before(name: str, kind: int, t
         assert left < max(0.1 * largest_um(sense, before, travel), resolution), (index, way, start)
 
 
+@pytest.mark.parametrize(("blocks", "size", "gap"), [(2, 20.0, 100.0), (2, 100.0, 20.0), (5, 10.0, 90.0), (12, 10, 10)])
+def test_a_skew_is_found_in_full_whatever_the_widths_of_blocks_and_gaps(blocks: int, size: float, gap: float) -> None:
+    """Against the definition: the indicated x is too large by 3e-4 of y. Its uncertainty covers what the noise does."""
+    gauge, misses = make_gauge(blocks, size, gap), []
+    for seed in range(12):
+        noise, parts = np.random.default_rng(seed), []
+        for number, side in enumerate((1.0, -1.0), 1):
+            direction = np.array([1.0, side, 0.0]) / np.sqrt(2.0)
+            face = np.tile(np.arange(1, gauge.n_faces + 1), 5)
+            forward = np.where(face % 2 == 1, 1.0, -1.0)
+            true = np.outer(gauge.position_mm[face - 1] - forward * RADIUS, direction)
+            indicated = true + np.outer(3e-4 * true[:, 1], [1.0, 0.0, 0.0]) + noise.normal(0.0, 1e-3, true.shape)
+            frame = pd.DataFrame({"placement": number, "cycle": np.arange(len(face)) // gauge.n_faces + 1, "face": face})
+            frame[["x_mm", "y_mm", "z_mm"]] = indicated
+            frame[["approach_i", "approach_j", "approach_k"]] = np.outer(forward, direction)
+            parts.append(Recording(frame, {}, "made.csv"))
+        found = find_skew(evaluation_to_dict(evaluate(join_recordings(parts), gauge)), "evaluation.json", "xy")
+        misses.append((found.alpha_rad - 3e-4) / found.u_rad)
+    assert abs(np.mean(misses)) < 3.0 / np.sqrt(12.0)
+    assert 0.5 < np.std(misses) < 1.8
+
+
 @pytest.mark.parametrize("firmware", SKEW_CONTROLS)
 @pytest.mark.parametrize("plane", ["xy", "xz", "yz"])
 def test_a_skew_measured_again_is_gone(firmware: str, plane: str) -> None:

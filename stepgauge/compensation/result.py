@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -90,14 +91,19 @@ class SkewCompensation(Summarized):
     def summary(self) -> str:
         """Notes, and the skew."""
         skew, plane = self.skew, self.skew.plane
-        found = f"{plane}: indicated {plane[0]} too large by {skew.alpha_rad * 1e6:+.1f} um per m of {plane[1]}"
+        u = "unknown: nothing was read twice" if math.isnan(skew.u_rad) else f"{skew.u_rad * 1e6:.1f} um per m"
+        found = (
+            f"{plane}: indicated {plane[0]} too large by {skew.alpha_rad * 1e6:+.1f} um per m of {plane[1]};"
+            f" standard uncertainty from repeatability {u}"
+        )
         return as_lines(*(f"note: {note}" for note in self.notes), found)
 
     def to_frame(self) -> pd.DataFrame:
-        """One row: the plane and its squareness error in urad."""
+        """One row: the plane, its squareness error and its standard uncertainty from repeatability in urad."""
         import pandas as pd
 
-        return pd.DataFrame([{"plane": self.skew.plane, "squareness_urad": self.skew.alpha_rad * 1e6}])
+        found = {"squareness_urad": self.skew.alpha_rad * 1e6, "u_urad": self.skew.u_rad * 1e6}
+        return pd.DataFrame([{"plane": self.skew.plane, **found}])
 
     def write(self, path: str | Path) -> list[Path]:
         """Write the commands; returns the path."""

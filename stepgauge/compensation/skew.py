@@ -19,6 +19,7 @@ from stepgauge import __version__
 from stepgauge.compensation.conventions import SKEW_CONVENTIONS
 from stepgauge.conditions import require_statement, stored_conditions
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Array
 from stepgauge.files.resources import folder
 from stepgauge.files.templating import check_printable, fill_template
 
@@ -29,10 +30,13 @@ SIDE_MM = 100.0
 
 @dataclass(frozen=True)
 class Skew:
-    """Squareness error of a plane: ``alpha_rad`` as above, from two placements by number."""
+    """Squareness error of a plane: ``alpha_rad`` as above with its standard uncertainty ``u_rad`` from repeatability
+    (NaN where nothing was read twice), from two placements by number.
+    """
 
     plane: str
     alpha_rad: float
+    u_rad: float
     placements: tuple[int, int]
 
 
@@ -50,7 +54,7 @@ def find_skew(evaluation: Mapping[str, Any], path: str | Path, plane: str) -> Sk
             if one["axis"][i] * one["axis"][j] > 0.0 > other["axis"][i] * other["axis"][j]:
                 turned = abs(_from_axis_deg(one["axis"], i, j) - _from_axis_deg(other["axis"], i, j))
                 if turned <= UNLIKE_DEG:
-                    return Skew(plane, _alpha(one, other, i, j), (one["placement"], other["placement"]))
+                    return Skew(plane, *_alpha(one, other, i, j), (one["placement"], other["placement"]))
     raise InputError(
         path,
         f"no two placements along the diagonals of {plane}",
@@ -67,16 +71,38 @@ def _from_axis_deg(axis: list[float], i: int, j: int) -> float:
     return math.degrees(math.atan2(abs(axis[j]), abs(axis[i])))
 
 
-def _alpha(one: Mapping[str, Any], other: Mapping[str, Any], i: int, j: int) -> float:
+def _alpha(one: Mapping[str, Any], other: Mapping[str, Any], i: int, j: int) -> tuple[float, float]:
+    """Skew and its standard uncertainty from repeatability (NaN where nothing was read twice), rad."""
     product = [placement["axis"][i] * placement["axis"][j] for placement in (one, other)]
-    return (_slope(one) - _slope(other)) * 1e-3 / (product[0] - product[1])
+    (first, u_first), (second, u_second) = _slope(one), _slope(other)
+    per_um = 1e-3 / (product[0] - product[1])
+    return (first - second) * per_um, math.hypot(u_first, u_second) * abs(per_um)
 
 
-def _slope(placement: Mapping[str, Any]) -> float:
-    """Of the mean error along the gauge, um per mm."""
-    rows = [(face["position_mm"], face["xm_um"]) for face in placement["faces"] if face["xm_um"] is not None]
-    position, error = np.array(rows, float).T
-    return float(np.polyfit(position, error, 1)[0])
+def _slope(placement: Mapping[str, Any]) -> tuple[float, float]:
+    """Scale error along the gauge and its standard uncertainty, um per mm: fronts and backs on parallel lines.
+
+    Not the slope of XM: the tip diameter holds the scale error of a block (Eq 1) and half of each XM is interpolated
+    from the neighbours (Eqs 8 to 11), which together take from the slope what gaps are wider than blocks. Between the
+    two lines lies whatever tip and reversal are.
+    """
+    sides = [_read_faces(placement, side) for side in ("f", "b")]
+    centred = [position - position.mean() for position, _, _ in sides]
+    total = sum(float(x @ x) for x in centred)
+    slope = sum(float(x @ error) for x, (_, error, _) in zip(centred, sides, strict=True)) / total
+    variance = sum(float(x**2 @ u**2) for x, (_, _, u) in zip(centred, sides, strict=True))
+    return slope, math.sqrt(variance) / total
+
+
+def _read_faces(placement: Mapping[str, Any], side: str) -> tuple[Array, Array, Array]:
+    """Position in mm, error and standard uncertainty of its mean in um of the faces that were read from one side."""
+    rows = [
+        (one["position_mm"], one[f"x{side}_um"], one[f"s{side}_um"], one["count"])
+        for one in placement["faces"]
+        if one["count"] and (one["face"] % 2 == 1) == (side == "f")
+    ]
+    position, error, deviation, count = np.array(rows, float).reshape(-1, 4).T
+    return position, error, deviation / np.sqrt(count)
 
 
 def render_skew(skew: Skew, firmware: str, evaluation: Mapping[str, Any], path: str | Path) -> str:
@@ -95,6 +121,7 @@ def render_skew(skew: Skew, firmware: str, evaluation: Mapping[str, Any], path: 
         "plane": skew.plane,
         "factor": factor,
         "ppm": skew.alpha_rad * 1e6,
+        "u_ppm": None if math.isnan(skew.u_rad) else skew.u_rad * 1e6,
         "ac_mm": diagonals[0],
         "bd_mm": diagonals[1],
         "side_mm": SIDE_MM,
