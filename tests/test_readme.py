@@ -14,7 +14,7 @@ from stepgauge.cli import cli
 from stepgauge.project.file import check_options, read_project
 from stepgauge.verbs.catalogue import VERBS
 from tests.conftest import ROOT
-from tests.shell import pages, run_blocks, shell_blocks
+from tests.shell import blocks_of, pages, run_page, shell_blocks
 
 
 @pytest.fixture
@@ -30,10 +30,8 @@ def clone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.skipif(os.name != "posix", reason="needs a POSIX shell with named pipes")
 def test_the_commands_run_in_order(clone: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
-    blocks = shell_blocks(ROOT / "docs/guide.md")
-    assert "\n".join(blocks).count("stepgauge ") > 40
-    done = run_blocks(blocks, tmp_path_factory.mktemp("pipes"))
-    assert done.returncode == 0, done.stderr
+    assert "\n".join(shell_blocks(ROOT / "docs/guide.md")).count("stepgauge ") > 40
+    run_page(ROOT / "docs/guide.md", tmp_path_factory.mktemp("pipes"))
     for made in ("report.pdf", "certificate.pdf", "certificate.xml", "iso10360/iso10360.pdf", "history/history.json"):
         assert (clone / made).stat().st_size > 0
     certificate = "".join(page.extract_text() for page in PdfReader(clone / "certificate.pdf").pages)
@@ -45,6 +43,25 @@ def test_the_commands_run_in_order(clone: Path, tmp_path_factory: pytest.TempPat
 
 def test_the_first_page_is_short_enough_to_be_read() -> None:
     assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 1200
+
+
+PLAIN = re.compile(
+    r"""(?: (?:stepgauge|python3?|pip|playwright|sphinx-build|cp|cd|mkdir|source)   # programs, and what both shells know
+        (?: \s+ (?: "[^"`$\\]*" | '[^'`$\\]*' | [\w./:=,+@%\[\]()~*-]+ ) )*        # words, plain or in quotes
+    )? \s* (?:\#.*)? """,
+    re.X,
+)
+"""A line that means the same in bash and in PowerShell: one program with its words, and a remark."""
+
+
+def test_commands_mean_the_same_in_bash_and_in_powershell() -> None:
+    """No loops, pipes, redirections, variables, continued lines; files that are written are shown as files."""
+    lines = 0
+    for page in (ROOT / "README.md", *pages(), *(ROOT / "examples").glob("*/README.md")):
+        for line in (line for one in blocks_of(page) if one.language == "sh" for line in one.text.splitlines()):
+            lines += 1
+            assert PLAIN.fullmatch(line.strip()), f"{page.relative_to(ROOT)}: {line}"
+    assert lines > 200
 
 
 def test_links_and_figures_of_the_documents_exist() -> None:

@@ -1,7 +1,4 @@
-"""What a page says of an evaluation: the decision by the limit of the project, and the conditions of the readings.
-
-Sentences are made here from keys and values, in the language of the page; nothing is translated from English.
-"""
+"""What a page says of an evaluation: the decision by the limit of the project."""
 
 from __future__ import annotations
 
@@ -13,7 +10,6 @@ from stepgauge.web.site import Site
 from stepgauge.web.texts import Words
 
 if TYPE_CHECKING:
-    from stepgauge.conditions import Condition
     from stepgauge.standards.budget_files import StoredBudget
     from stepgauge.standards.conformity import Conformity
     from stepgauge.standards.mpe import Mpe
@@ -21,8 +17,6 @@ if TYPE_CHECKING:
 
 LOOK = {"conforms": "good", "does not conform": "error", "not decidable": "warning", "no statement": "warning"}
 """How a decision is shown."""
-SHORT = 8
-"""A value of a condition up to so many words is shown in any language: it is mostly numbers."""
 
 
 def key_of(name: str) -> str:
@@ -51,19 +45,6 @@ def source_name(words: Words, what: str) -> str:
     """A source that a budget lacks, as the page calls it."""
     key = f"source.{key_of(what.split(' (')[0])}"
     return words(key) if words.has(key) else what
-
-
-def condition_line(words: Words, condition: Condition) -> str:
-    """A condition in a line: its sentence, or, in another language, its name, what it does, and the values found."""
-    if words.language == "en":
-        return condition.sentence
-    key = key_of(condition.name)
-    said = f"{words(f'condition.{key}')} – {words(f'condition_state.{condition.state}')}"
-    values = [("page.found", condition.found), ("page.expected", condition.expected)]
-    more = [f"{words(name)} {words.decimal(text)}" for name, text in values if text and len(text.split()) <= SHORT]
-    if condition.size_um is not None:
-        more.append(words("result.up_to", size=words.number(condition.size_um)))
-    return "; ".join([said, *more])
 
 
 def decided(

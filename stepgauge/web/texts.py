@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError, one_line, option_of
+from stepgauge.web.messages import in_german, said_in_german
 
 LANGUAGES = {"en": "English", "de": "Deutsch"}
 
@@ -70,15 +71,23 @@ class Words:
 
     def said(self, error: InputError) -> str:
         """What is wrong, in one line, with the fields of the page in place of arguments."""
-        where, what, found, expected = (None if one is None else str(one) for one in error.named(self.label))
+        where, *rest = (None if one is None else str(one) for one in error.named(self.label))
+        what, found, expected = (None if one is None else self.message(one) for one in rest)
         said = f"{where}: {what}" if where else str(what)
         more = [(self("page.found"), found), (self("page.expected"), expected)]
         return one_line(
             "; ".join([said, *(f"{word} {text}" for word, text in more if text is not None)]), error.longest
         )
 
-    def without_options(self, text: str) -> str:
-        """What a verb said, with the fields of the page in place of its options."""
+    def message(self, text: str) -> str:
+        """What the program says of its own accord, with the fields of the page in place of options."""
+        return self._without_options(in_german(text) if self.language == "de" else text)
+
+    def ended(self, line: str) -> str:
+        """The last line of a verb that failed."""
+        return self._without_options(said_in_german(line) if self.language == "de" else line)
+
+    def _without_options(self, text: str) -> str:
         return re.sub(r"--([a-z][a-z0-9-]*)", lambda found: self.label(found[1].replace("-", "_")), text)
 
     def decimal(self, text: str) -> str:

@@ -1,0 +1,121 @@
+"""What readers and verbs say, in the language of the page: templates of the code with their German (``messages.toml``).
+
+A message is recognized by the words between its gaps; what fills the gaps is put into the German words, itself
+translated where it is a message, and with the decimal mark of the language. What no template knows stays as it is.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+
+DEEPEST = 3
+"""Messages in the gaps of messages in the gaps."""
+_POINT = re.compile(r"(?<![\w./:'\"=-])(?<!= )([-+−]?\d+)\.(\d+)(?![\w./'\"])")
+_QUOTED = re.compile(r"""('[^']*'|"[^"]*")""")
+_DEGREES, _MICRO, _ROW = (
+    re.compile(r"(?<=\d) deg C\b"),
+    re.compile(r"(?<=\d )u(?=m\b|rad\b)"),
+    re.compile(r"\brow (?=\d)"),
+)
+_JOINTS = ("; ", ": ", ", ", " (")
+
+
+@cache
+def catalogue() -> Mapping[str, str]:
+    """German by English; ``{}`` stands for what is filled in."""
+    with Path(__file__).with_name("messages.toml").open("rb") as file:
+        german: dict[str, str] = tomllib.load(file)["german"]
+    return german
+
+
+@cache
+def unchanged() -> frozenset[str]:
+    """Texts that are the same in every language: keys, formats, names."""
+    with Path(__file__).with_name("messages.toml").open("rb") as file:
+        return frozenset(tomllib.load(file)["unchanged"])
+
+
+@cache
+def _by_length() -> tuple[tuple[tuple[str, ...], str], ...]:
+    """Templates with gaps as the words between them, those with most words first."""
+    whole = [(_one_gap(one), _one_gap(german)) for one, german in catalogue().items() if "{}" in one]
+    split = [(tuple(one.split("{}")), german) for one, german in whole]
+    return tuple(sorted(split, key=lambda one: -sum(map(len, one[0]))))
+
+
+def _one_gap(text: str) -> str:
+    """With one gap for those that stand side by side: where one ends, nobody can tell."""
+    return re.sub(r"({}){2,}", "{}", text)
+
+
+def in_german(text: str) -> str:
+    """A message of the program in German."""
+    return _with_commas(_ROW.sub("Zeile ", _translated(text, DEEPEST)))
+
+
+def said_in_german(line: str) -> str:
+    """The last line of a verb that failed, whose parts stand one behind the other (see :class:`InputError`)."""
+    line = line.removeprefix("stepgauge: error: ")
+    head, *more = re.split("; (?=found |expected )", line)
+    starts = [0, *(found.end() for found in re.finditer(": ", head))]
+    what = max(starts, key=lambda start: _known_words(head[start:]))  # the place stands in front, unless there is none
+    parts = [head[:what] + _translated(head[what:], DEEPEST)]
+    for one in more:
+        word, _, value = one.partition(" ")
+        parts.append(f"{'gefunden:' if word == 'found' else 'erwartet:'} {_translated(value, DEEPEST)}")
+    return _with_commas(_ROW.sub("Zeile ", "; ".join(parts)))
+
+
+def _translated(text: str, deep: int) -> str:
+    if text in catalogue():
+        return catalogue()[text]
+    if deep and not _QUOTED.fullmatch(text):
+        for words, german in _by_length():
+            gaps = _gaps(text, words)
+            if gaps is not None:
+                return _filled(german, [_translated(one, deep - 1) for one in gaps])
+        for joint in _JOINTS:
+            parts = [_translated(one, deep - 1) for one in text.split(joint)]
+            if len(parts) > 1:
+                return joint.join(parts)
+    return text
+
+
+def _filled(text: str, gaps: Sequence[str]) -> str:
+    """With the gaps filled; other braces are the text's own."""
+    words = text.split("{}")
+    return "".join(part for pair in zip(words, [*gaps, ""], strict=True) for part in pair)
+
+
+def _known_words(text: str) -> int:
+    """How much of a text is a template's own."""
+    if text in catalogue():
+        return len(text)
+    return next((sum(map(len, words)) for words, _ in _by_length() if _gaps(text, words) is not None), 0)
+
+
+def _gaps(text: str, words: tuple[str, ...]) -> list[str] | None:
+    """What stands in the gaps between ``words``; None where the text does not have these words in this order."""
+    first, *middle, last = words
+    if not (text.startswith(first) and text.endswith(last)) or len(text) < len(first) + len(last):
+        return None
+    at, end, gaps = len(first), len(text) - len(last), list[str]()
+    for one in middle:
+        there = text.find(one, at + 1, end)
+        if there < 0:
+            return None
+        gaps.append(text[at:there])
+        at = there + len(one)
+    gaps.append(text[at:end])
+    return gaps
+
+
+def _with_commas(text: str) -> str:
+    """Numbers with a decimal comma, and units as they are printed, outside of quotation marks."""
+    parts = _QUOTED.split(text)
+    parts[::2] = [_MICRO.sub("µ", _DEGREES.sub(" °C", _POINT.sub(r"\1,\2", one))) for one in parts[::2]]
+    return "".join(parts)
