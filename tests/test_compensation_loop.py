@@ -119,7 +119,8 @@ def test_a_skew_is_found_in_full_whatever_the_widths_of_blocks_and_gaps(blocks: 
             forward = np.where(face % 2 == 1, 1.0, -1.0)
             true = np.outer(gauge.position_mm[face - 1] - forward * RADIUS, direction)
             indicated = true + np.outer(3e-4 * true[:, 1], [1.0, 0.0, 0.0]) + noise.normal(0.0, 1e-3, true.shape)
-            frame = pd.DataFrame({"placement": number, "cycle": np.arange(len(face)) // gauge.n_faces + 1, "face": face})
+            cycle = np.arange(len(face)) // gauge.n_faces + 1
+            frame = pd.DataFrame({"placement": number, "cycle": cycle, "face": face})
             frame[["x_mm", "y_mm", "z_mm"]] = indicated
             frame[["approach_i", "approach_j", "approach_k"]] = np.outer(forward, direction)
             parts.append(Recording(frame, {}, "made.csv"))

@@ -46,7 +46,7 @@ def test_the_first_page_is_short_enough_to_be_read() -> None:
 
 
 PLAIN = re.compile(
-    r"""(?: (?:stepgauge|python3?|pip|playwright|sphinx-build|cp|cd|mkdir|source)   # programs, and what both shells know
+    r"""(?: (?:stepgauge|python3?|pip|playwright|sphinx-build|cp|cd|mkdir|source)  # programs, and what both know
         (?: \s+ (?: "[^"`$\\]*" | '[^'`$\\]*' | [\w./:=,+@%\[\]()~*-]+ ) )*        # words, plain or in quotes
     )? \s* (?:\#.*)? """,
     re.X,
