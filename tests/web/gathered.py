@@ -30,7 +30,10 @@ TEXTS: dict[str, tuple[int | str, ...]] = {
     "naming": ("words",),
 }
 """Arguments that are texts, by the end of a function's name."""
-TALKING = ("alignment/", "conditions/", "evaluation/", "history/", "importing/", "recording/")
+TALKING = (
+    *("alignment/", "conditions/", "evaluation/", "history/", "importing/", "project/status", "recording/"),
+    "diagnosis/design",
+)
 """Rooms whose every string of two words or more is one that a page may show."""
 MUTE = ("importing/vocabulary.py", "importing/tables/vocabulary.py", "labels.py", "history/store.py", "makes.py")
 """Files of words that are looked for, not said."""
