@@ -38,7 +38,7 @@ from stepgauge.live.journal import look, start
 from stepgauge.machine.file import read_machine
 from stepgauge.probes.qualification import read_qualification
 from stepgauge.standards.budget_files import read_budget
-from stepgauge.web.asked import Asked, read_asked
+from stepgauge.web.measurement_request import MeasurementRequest, read_request
 from tests.fleet.made import make_fleet
 
 
@@ -71,7 +71,9 @@ def make_kinds(place: Path) -> list[Kind]:
     archive.mkdir(parents=True)
     (archive / "evaluation.json").write_bytes((place / "result/evaluation.json").read_bytes())
     refresh_store(store, archive.parent)
-    Asked("r.csv", "gauge.toml", "machine.toml", "placement.toml", seed=7).write(place / "r.csv.asked.json")
+    MeasurementRequest("r.csv", "gauge.toml", "machine.toml", "placement.toml", seed=7).write(
+        place / "r.csv.request.json"
+    )
 
     def placed(path: Path) -> str:
         return repr(read_placement(path, gauge))
@@ -86,7 +88,7 @@ def make_kinds(place: Path) -> list[Kind]:
         ("qualification.json", [place / "qualification.json"], read_qualification),
         ("placement.toml", [place / "placement.toml"], placed),
         ("machine.diagnosed.toml", [place / "cause/machine.diagnosed.toml"], _read_machine_table),
-        ("measurement as asked", [place / "r.csv.asked.json"], read_asked),
+        ("measurement as asked", [place / "r.csv.request.json"], read_request),
         ("store of a fleet", _stored(fleet), lambda _: _all_of(fleet)),
     ]  # fmt: skip
     return [Kind(name, tuple(files), read) for name, files, read in kinds]

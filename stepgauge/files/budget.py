@@ -122,8 +122,12 @@ def _stdout_alone() -> Iterator[Any]:
 
 def file_budget(*paths: str | Path) -> ResourceBudget:
     """What the reading of somebody else's files may use: 2 minutes and 2 GB, and more of both for large ones."""
-    size = sum(os.path.getsize(path) for path in paths if os.path.isfile(path)) / MB
-    return ResourceBudget(FILE_SECONDS + 20.0 * size, FILE_MEMORY_MB + 100.0 * size, "this file")
+    return size_budget(sum(os.path.getsize(path) for path in paths if os.path.isfile(path)))
+
+
+def size_budget(size: int) -> ResourceBudget:
+    """The same for ``size`` bytes that are in no file."""
+    return ResourceBudget(FILE_SECONDS + 20.0 * size / MB, FILE_MEMORY_MB + 100.0 * size / MB, "this file")
 
 
 @contextmanager

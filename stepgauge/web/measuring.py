@@ -14,7 +14,7 @@ from typing import Any
 
 from stepgauge.errors import InputError
 from stepgauge.files.children import python_environment, python_line
-from stepgauge.web.asked import Asked, asked_of, read_asked
+from stepgauge.web.measurement_request import MeasurementRequest, read_request, request_file
 
 RUNNING = ("starting", "running", "paused", "stopping")
 WAIT_S = 10.0
@@ -25,7 +25,7 @@ WAIT_S = 10.0
 class Run:
     """A measurement. ``told``: by kind, the number of the newest message and its text; nothing older is kept."""
 
-    asked: Asked
+    asked: MeasurementRequest
     process: subprocess.Popen[bytes]
     said: Any
     told: dict[str, tuple[int, str]] = field(default_factory=dict)
@@ -95,7 +95,7 @@ class Runs:
         """Those that have not ended."""
         return [one for one in self._all.values() if one.is_running]
 
-    def start(self, asked: Asked) -> Run:
+    def start(self, asked: MeasurementRequest) -> Run:
         """Begin or go on; :class:`InputError` where the recording is there or being measured."""
         output = self._folder / asked.output
         with self._lock:
@@ -109,7 +109,7 @@ class Runs:
                     asked.output, "is begun and not finished", expected="another name, or to go on with it"
                 )
             output.parent.mkdir(parents=True, exist_ok=True)
-            replace(asked, resume=True).write(asked_of(output))
+            replace(asked, resume=True).write(request_file(output))
             self._all[asked.output] = self._begin(asked)
             return self._all[asked.output]
 
@@ -131,15 +131,15 @@ class Runs:
         journal = self._folder / f"{output}{SUFFIX}"
         if journal.is_file():
             journal.replace(journal.with_name(f"{journal.name}-{time.strftime('%Y%m%d-%H%M%S')}"))
-        asked_of(self._folder / output).unlink(missing_ok=True)
+        request_file(self._folder / output).unlink(missing_ok=True)
         self._all.pop(output, None)
 
-    def asked(self, output: str) -> Asked | None:
+    def asked(self, output: str) -> MeasurementRequest | None:
         """What an unfinished measurement was asked for, None where the page did not begin it."""
-        path = asked_of(self._folder / output)
-        return read_asked(path) if path.is_file() else None
+        path = request_file(self._folder / output)
+        return read_request(path) if path.is_file() else None
 
-    def _begin(self, asked: Asked) -> Run:
+    def _begin(self, asked: MeasurementRequest) -> Run:
         said = tempfile.TemporaryFile()  # noqa: SIM115  for as long as the process lives
         pipe = subprocess.PIPE
         process = subprocess.Popen(

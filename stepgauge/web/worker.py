@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
-from stepgauge.web.asked import Asked, asked_of, parse_asked
+from stepgauge.web.measurement_request import MeasurementRequest, parse_request, request_file
 
 if TYPE_CHECKING:
     from stepgauge.evaluation.evaluate import Evaluation
@@ -79,7 +79,7 @@ class Control:
 def main() -> None:
     """Measure what the first line asks for."""
     control = Control()
-    asked = parse_asked(sys.stdin.readline())
+    asked = parse_request(sys.stdin.readline())
     threading.Thread(target=control.listen, daemon=True).start()
     try:
         _measure(asked, control)
@@ -90,17 +90,17 @@ def main() -> None:
         control.say("status", state="stopped")
 
 
-def _forget_if_empty(asked: Asked) -> None:
+def _forget_if_empty(asked: MeasurementRequest) -> None:
     """A start that failed before its first point leaves nothing that one could go on with."""
     from stepgauge.live.journal import journal_of, look
 
     journal = journal_of(asked.output)
     if not asked.resume and not (journal.exists() and look(journal).rows):
         journal.unlink(missing_ok=True)
-        asked_of(Path(asked.output)).unlink(missing_ok=True)
+        request_file(Path(asked.output)).unlink(missing_ok=True)
 
 
-def _measure(asked: Asked, control: Control) -> None:
+def _measure(asked: MeasurementRequest, control: Control) -> None:
     import stepgauge as sg
     from stepgauge.live.journal import journal_of
     from stepgauge.recording import write_recording
@@ -133,11 +133,11 @@ def _measure(asked: Asked, control: Control) -> None:
         looking.join()
     write_recording(asked.output, recording)
     _tell(job, recording, control)
-    asked_of(Path(asked.output)).unlink(missing_ok=True)
+    request_file(Path(asked.output)).unlink(missing_ok=True)
     control.say("status", state="done", done=len(job), total=len(job), left_s=0.0)
 
 
-def _program(asked: Asked) -> str | Plan:
+def _program(asked: MeasurementRequest) -> str | Plan:
     import stepgauge as sg
 
     if asked.program:
@@ -145,7 +145,7 @@ def _program(asked: Asked) -> str | Plan:
     return sg.plan(asked.placement, asked.gauge, asked.machine, cycles=asked.cycles, blocks=asked.blocks or None)
 
 
-def _job(asked: Asked, program: str | Plan) -> Job:
+def _job(asked: MeasurementRequest, program: str | Plan) -> Job:
     """What the points of the journal mean."""
     import stepgauge as sg
     from stepgauge.live.measuring_job import make_job
@@ -158,7 +158,7 @@ def _job(asked: Asked, program: str | Plan) -> Job:
 
 
 @contextmanager
-def _server(asked: Asked) -> Iterator[str]:
+def _server(asked: MeasurementRequest) -> Iterator[str]:
     """The address of the machine; the virtual CMM listens for this process alone."""
     if asked.server:
         yield asked.server

@@ -15,7 +15,7 @@ import pytest
 from stepgauge.errors import InputError
 from stepgauge.live.journal import look
 from stepgauge.recording import read_recording
-from stepgauge.web.asked import Asked, read_asked
+from stepgauge.web.measurement_request import MeasurementRequest, read_request
 from tests.conftest import ROOT
 from tests.web.conftest import Served, Watched, make_project
 
@@ -78,13 +78,13 @@ def test_a_start_that_failed_stays_in_no_list(tmp_path: Path) -> None:
 
 
 def test_what_was_asked_is_read_as_it_was_written(tmp_path: Path) -> None:
-    asked = Asked("r.csv", "gauge.toml", "machine.toml", "placement.toml", cycles=3, speed=None, seed=7)
-    asked.write(tmp_path / "r.csv.asked.json")
-    assert read_asked(tmp_path / "r.csv.asked.json") == asked
-    text = (tmp_path / "r.csv.asked.json").read_text()
-    (tmp_path / "r.csv.asked.json").write_text(text.replace('"cycles": 3', '"cycles": 2'))
+    asked = MeasurementRequest("r.csv", "gauge.toml", "machine.toml", "placement.toml", cycles=3, speed=None, seed=7)
+    asked.write(tmp_path / "r.csv.request.json")
+    assert read_request(tmp_path / "r.csv.request.json") == asked
+    text = (tmp_path / "r.csv.request.json").read_text()
+    (tmp_path / "r.csv.request.json").write_text(text.replace('"cycles": 3', '"cycles": 2'))
     with pytest.raises(InputError, match=r"was changed after it was written"):
-        read_asked(tmp_path / "r.csv.asked.json")
+        read_request(tmp_path / "r.csv.request.json")
 
 
 def test_nothing_is_lost_when_the_server_is_killed(tmp_path: Path, watched: Watched) -> None:

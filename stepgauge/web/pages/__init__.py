@@ -12,13 +12,13 @@ from starlette.routing import BaseRoute
 
 PAGES = (
     *("project", "gauge", "machine", "locate", "plan", "run", "importing"),
-    *("result", "diagnosis", "probe", "history", "report", "certificate"),
+    *("result", "sources", "diagnosis", "probe", "history", "report", "certificate"),
 )
 """Modules of this package; ``nav.NAME`` is the text of each, ``/NAME`` its address, and the first is also ``/``."""
 
 
-NAVIGATION = tuple(name for name in PAGES if name not in ("probe", "certificate"))
-"""The probe is a part of the machine, and a certificate is a report: their pages lead to them."""
+NAVIGATION = tuple(name for name in PAGES if name not in ("sources", "probe", "certificate"))
+"""The sources of uncertainty are a part of the result, the probe one of the machine, and a certificate is a report."""
 
 
 def all_routes() -> list[BaseRoute]:

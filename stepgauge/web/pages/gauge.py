@@ -1,4 +1,4 @@
-"""Gauge: what its certificate says, typed, pasted or as a digital one (DCC), judged while it is typed."""
+"""Gauge: what its certificate says, typed, pasted or as a digital one (DCC), checked while it is typed."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from stepgauge.web.folder import free_name, relative
 from stepgauge.web.forms import Form, with_form
 from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
+from stepgauge.web.uploads import read_upload
 
 if TYPE_CHECKING:
     from stepgauge.dcc.face_table import FaceTable
@@ -46,6 +47,8 @@ UNIT_FIELDS = ("deviation_unit", "uncertainty_unit")
 STANDS_OUT = 6.0
 """A deviation so many times the usual distance from the line between its neighbours is shown to be looked at."""
 LEAST_SHOWN_UM = 1.0
+TABLE = "table"
+"""How messages call what was pasted or uploaded."""
 
 
 def fields() -> tuple[tuple[Field, ...], tuple[Field, ...]]:
@@ -56,7 +59,7 @@ def fields() -> tuple[tuple[Field, ...], tuple[Field, ...]]:
 
 
 @dataclass(frozen=True)
-class Judged:
+class CheckedGauge:
     """The table of a certificate as it was understood, with the gauge that it makes; ``error``: why it makes none."""
 
     table: FaceTable | None
@@ -113,12 +116,12 @@ def check(request: Request, form: Form) -> Response:
     return _render_table(request, _judge(form))
 
 
-def _render_table(request: Request, judged: Judged) -> Response:
+def _render_table(request: Request, checked: CheckedGauge) -> Response:
     from stepgauge.dcc.face_table import ROLES
 
-    table = judged.table
-    rows = [] if table is None or judged.gauge is None else _rows(judged.gauge)
-    return render(request, "gauge_table.html.j2", judged=judged, table=table, rows=rows, roles=ROLES)
+    table = checked.table
+    rows = [] if table is None or checked.gauge is None else _rows(checked.gauge)
+    return render(request, "gauge_table.html.j2", checked=checked, table=table, rows=rows, roles=ROLES)
 
 
 def _rows(gauge: Gauge) -> list[dict[str, Any]]:
@@ -145,14 +148,14 @@ def _rows(gauge: Gauge) -> list[dict[str, Any]]:
     ]
 
 
-def _judge(form: Form) -> Judged:
+def _judge(form: Form) -> CheckedGauge:
     """The table as far as it can be understood; what the rest of the form lacks does not hide what is in it."""
     table = None
     try:
         found, table = _found(form, with_usual=True)
-        return Judged(table, _gauge(found), None)
+        return CheckedGauge(table, _gauge(found), None)
     except InputError as error:
-        return Judged(table or _columns_alone(form), None, error)
+        return CheckedGauge(table or _columns_alone(form), None, error)
 
 
 def _columns_alone(form: Form) -> FaceTable | None:
@@ -161,7 +164,7 @@ def _columns_alone(form: Form) -> FaceTable | None:
 
     data = form.files.get("file") or form.text("table").encode()
     try:
-        return preview(_source(data), _roles(form)) if data else None
+        return read_upload(data, TABLE, preview, _source(data), _roles(form)) if data else None
     except InputError:
         return None
 
@@ -169,7 +172,7 @@ def _columns_alone(form: Form) -> FaceTable | None:
 def _source(data: bytes) -> Any:
     from stepgauge.importing.tables.source import Source
 
-    return Source("table", data)
+    return Source(TABLE, data)
 
 
 def _roles(form: Form) -> dict[int, str]:
@@ -188,7 +191,8 @@ def _found(form: Form, with_usual: bool = False) -> tuple[GaugeImport, FaceTable
     if not data:
         raise InputError(naming("table"), naming("empty"))
     units = {name.removesuffix("_unit"): form.text(name) for name in UNIT_FIELDS}
-    table = read_face_table(_source(data), _roles(form), {**units, "sign": form.text("deviations")})
+    said = {**units, "sign": form.text("deviations")}
+    table = read_upload(data, TABLE, read_face_table, _source(data), _roles(form), said)
     of_gauge, of_certificate = ({one.name: one for one in some} for some in fields())
     stated = _stated_fields(form, of_gauge, with_usual), _stated_fields(form, of_certificate, with_usual)
     rows = [(int(face), a, b, u) for face, a, b, u in table.values.tolist()]
@@ -227,10 +231,9 @@ def _of_dcc(data: bytes, form: Form) -> GaugeImport:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "certificate.xml"
         path.write_bytes(data)
+        own = StatedGauge(**{key: value for key, value in stated.items() if not _is_usual(key, value)})
         try:
-            return import_gauge(
-                path, StatedGauge(**{key: value for key, value in stated.items() if not _is_usual(key, value)})
-            )
+            return read_upload(data, TABLE, import_gauge, path, own)
         except InputError as error:
             raise error.at(error.where.replace(f"{folder}/", "")) from None
 

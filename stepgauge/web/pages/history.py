@@ -43,7 +43,7 @@ _kept: list[tempfile.TemporaryDirectory[str]] = []
 
 
 @dataclass(frozen=True)
-class Asked:
+class HistorySelection:
     """Which machine and gauge, the limits by quantity, and whether dates of files count."""
 
     machine: str
@@ -52,7 +52,7 @@ class Asked:
     file_date: bool
 
     @classmethod
-    def of(cls, form: Form) -> Asked:
+    def of(cls, form: Form) -> HistorySelection:
         """:class:`InputError` for a limit that is no positive number."""
         from stepgauge.history import QUANTITIES
 
@@ -74,22 +74,22 @@ class Asked:
         return ["history", ".", *said, *limits, "-o", OUTPUT]
 
 
-def _found(site: Site, asked: Asked) -> Refreshed:
+def _found(site: Site, asked: HistorySelection) -> Refreshed:
     from stepgauge.history import refresh_store
 
     return refresh_store(_store(site.folder), site.folder, "file" if asked.file_date else "record")
 
 
-def _entries(site: Site, found: Refreshed, asked: Asked) -> list[HistoryEntry]:
+def _entries(site: Site, found: Refreshed, asked: HistorySelection) -> list[HistoryEntry]:
     from stepgauge.history import of_one_machine
 
     return of_one_machine(found.entries, site.folder.name, asked.machine or None, asked.gauge or None)
 
 
-def _series(request: Request) -> tuple[Asked, list[HistoryEntry], list[Series]]:
+def _series(request: Request) -> tuple[HistorySelection, list[HistoryEntry], list[Series]]:
     from stepgauge.history import make_series
 
-    site, asked = site_of(request), Asked.of(asked_form(request))
+    site, asked = site_of(request), HistorySelection.of(asked_form(request))
     entries = _entries(site, _found(site, asked), asked)
     return asked, entries, make_series(entries)
 
@@ -99,7 +99,7 @@ def show(request: Request) -> Response:
     from stepgauge.history import QUANTITIES
 
     site, form = site_of(request), asked_form(request)
-    asked = Asked.of(form)
+    asked = HistorySelection.of(form)
     try:
         found: tuple[HistoryEntry, ...] = _found(site, asked).entries
     except InputError:  # there is no evaluation at all
@@ -119,7 +119,7 @@ def part(request: Request) -> Response:
     """Chart, warnings, and all evaluations by date."""
     from stepgauge.history import judge, make_series
 
-    site, asked = site_of(request), Asked.of(asked_form(request))
+    site, asked = site_of(request), HistorySelection.of(asked_form(request))
     found = _found(site, asked)
     entries = _entries(site, found, asked)
     series = make_series(entries)
@@ -152,7 +152,7 @@ def chart(request: Request) -> Response:
 
 def write(request: Request, form: Form) -> Response:
     """``stepgauge history``: its table, figure and store into the folder of results."""
-    asked, site = Asked.of(form), site_of(request)
+    asked, site = HistorySelection.of(form), site_of(request)
     work = site.works.start(asked.arguments(), f"/history?{asked.query()}")
     return render(request, "work.html.j2", work=work)
 

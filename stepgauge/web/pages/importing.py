@@ -18,6 +18,7 @@ from stepgauge.web.folder import existing, free_name, listed, relative
 from stepgauge.web.forms import Form, with_form
 from stepgauge.web.render import address, render, site_of
 from stepgauge.web.site import Site
+from stepgauge.web.uploads import read_upload
 
 if TYPE_CHECKING:
     from stepgauge.importing.result import Imported
@@ -106,7 +107,7 @@ def _imported(site: Site, form: Form, answers: Iterable[Answer]) -> Imported:
     data = form.files.get("file") or form.text("pasted").encode()
     source = io.BytesIO(data)
     source.name = form.names.get("file", "table.txt") if "file" in form.files else "table.txt"
-    return sg.import_recording(source, **given)
+    return read_upload(data, source.name, sg.import_recording, source, **given)
 
 
 def _typed(answer: Answer) -> Any:

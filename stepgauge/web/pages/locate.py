@@ -17,6 +17,7 @@ from stepgauge.web.forms import Form, with_form
 from stepgauge.web.pasting import as_points_file
 from stepgauge.web.render import json_answer, render, site_of
 from stepgauge.web.site import Site
+from stepgauge.web.uploads import read_upload
 
 if TYPE_CHECKING:
     from stepgauge.alignment.agreement import Agreement
@@ -36,7 +37,7 @@ def show(request: Request) -> Response:
 
 
 @dataclass(frozen=True)
-class Asked:
+class PointSet:
     """What is located: the points' file, its blocks, and whether the gauge is known to be turned."""
 
     points: str
@@ -52,7 +53,7 @@ def locate(request: Request, form: Form) -> Response:
     """The placement as ``stepgauge locate`` writes it, or what is wrong with the points, and which one."""
     site = site_of(request)
     name = _points_file(site, form)
-    asked = Asked(name, form.text("blocks"), form.has("turned"))
+    asked = PointSet(name, form.text("blocks"), form.has("turned"))
     error: InputError | None = None
     try:
         _write_placement(site, asked)
@@ -82,7 +83,7 @@ def _points_file(site: Site, form: Form) -> str:
     return REFUSED
 
 
-def _accepted(site: Site, asked: Asked) -> Asked:
+def _accepted(site: Site, asked: PointSet) -> PointSet:
     """The points that gave a placement, under a name by which they stay."""
     if asked.points != REFUSED:
         return asked
@@ -100,12 +101,12 @@ def _check_readable(data: bytes) -> None:
         path = Path(folder) / POINTS
         path.write_bytes(data)
         try:
-            read_sixteen(path)
+            read_upload(data, POINTS, read_sixteen, str(path))
         except InputError as error:
             raise error.at(error.where.replace(f"{folder}/", "")) from None
 
 
-def _write_placement(site: Site, asked: Asked) -> None:
+def _write_placement(site: Site, asked: PointSet) -> None:
     import stepgauge as sg
 
     placement = sg.locate(
@@ -119,7 +120,7 @@ def _write_placement(site: Site, asked: Asked) -> None:
         placement.write(site.placement)
 
 
-def _judged(site: Site, asked: Asked) -> Agreement | None:
+def _judged(site: Site, asked: PointSet) -> Agreement | None:
     from stepgauge.alignment.agreement import agreement
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.importing.sixteen import read_sixteen
@@ -164,7 +165,7 @@ def scene(request: Request) -> Response:
     suspects: tuple[int, ...] = ()
     if name := query.get("points"):
         points = read_sixteen(existing(site.folder, name))
-        judged = _judged(site, Asked(name, query.get("blocks", ""), bool(query.get("turned"))))
+        judged = _judged(site, PointSet(name, query.get("blocks", ""), bool(query.get("turned"))))
         lies, suspects = (None, ()) if judged is None else (judged.lies, judged.suspects)
     elif Path(site.placement).exists():
         lies = read_placement(site.placement, gauge)

@@ -46,13 +46,13 @@ FIELDS = (*CHOICES, "cycles", "blocks", *NUMBERS, "dialect")
 
 
 @dataclass(frozen=True)
-class Asked:
+class PlanSettings:
     """What the form says, by its fields; those that are empty are as usual."""
 
     texts: tuple[tuple[str, str], ...]
 
     @classmethod
-    def of(cls, site: Site, form: Form) -> Asked:
+    def of(cls, site: Site, form: Form) -> PlanSettings:
         """The form on top of what the project file states for the verb."""
         stated = site.project().table(("plan",)) if site.has_project else {}
         own = {key.replace("-", "_"): str(value) for key, value in stated.items()}
@@ -84,7 +84,7 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Drafted:
+class PlanDraft:
     """A path, refused or not: ``error`` says why; ``program`` has :data:`SHOWN_CYCLES` cycles at most."""
 
     program: Program
@@ -111,7 +111,7 @@ class Drafted:
 
 
 @lru_cache(8)
-def _drafted(asked: Asked, placement: str, gauge: str, machine: str, made_from: tuple[Stamp, ...]) -> Drafted:
+def _drafted(asked: PlanSettings, placement: str, gauge: str, machine: str, made_from: tuple[Stamp, ...]) -> PlanDraft:
     """The plan (:class:`InputError` where there is no path at all)."""
     import stepgauge as sg
     from stepgauge.planning.check import PathError
@@ -120,11 +120,11 @@ def _drafted(asked: Asked, placement: str, gauge: str, machine: str, made_from: 
     cycles = wanted["cycles"]
     try:
         plan = sg.plan(placement, gauge, machine, **wanted | {"cycles": min(cycles, SHOWN_CYCLES)})
-        return Drafted(plan.program, (), None, cycles)
+        return PlanDraft(plan.program, (), None, cycles)
     except PathError as error:
         if error.program is None:
             raise
-        return Drafted(error.program, tuple(_once(error.program, error.conflicts)), error, cycles)
+        return PlanDraft(error.program, tuple(_once(error.program, error.conflicts)), error, cycles)
 
 
 def _once(program: Program, conflicts: Sequence[Conflict]) -> Iterator[Conflict]:
@@ -139,18 +139,18 @@ def _once(program: Program, conflicts: Sequence[Conflict]) -> Iterator[Conflict]
             yield one
 
 
-def _draft(site: Site, asked: Asked) -> Drafted:
+def _draft(site: Site, asked: PlanSettings) -> PlanDraft:
     files = site.placement, site.stated("gauge"), site.stated("machine")
     if not Path(files[0]).exists():
         raise InputError(files[0], "there is no placement yet", expected="the 16 points located first")
     return _drafted(asked, *files, stamps(*files))
 
 
-def _asked(request: Request) -> Asked:
-    return Asked.of(site_of(request), asked_form(request))
+def _asked(request: Request) -> PlanSettings:
+    return PlanSettings.of(site_of(request), asked_form(request))
 
 
-def _program_name(asked: Asked) -> str:
+def _program_name(asked: PlanSettings) -> str:
     from stepgauge.programs import DIALECTS
 
     dialect = asked.values["dialect"]
@@ -225,7 +225,7 @@ def program(request: Request) -> Response:
 def write(request: Request, form: Form) -> Response:
     """``stepgauge plan``: the whole program, into the folder of the project."""
     site = site_of(request)
-    asked = Asked.of(site, form)
+    asked = PlanSettings.of(site, form)
     name = _program_name(asked)
     query: Mapping[str, str] = dict(asked.texts) | {"written": name}
     work = site.works.start(asked.arguments(relative(site.folder, site.placement), name), f"/plan?{urlencode(query)}")

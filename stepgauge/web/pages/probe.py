@@ -42,7 +42,7 @@ MOST_FILES = 200
 
 
 @dataclass(frozen=True)
-class Asked:
+class ProbeSelection:
     """Which probe or table, held how, on which grid, and what of it is shown."""
 
     probe: str
@@ -51,7 +51,7 @@ class Asked:
     quantity: str
 
     @classmethod
-    def of(cls, site: Site, form: Form) -> Asked:
+    def of(cls, site: Site, form: Form) -> ProbeSelection:
         """:class:`InputError` for what the page does not offer."""
         probes = list(_probes(site))
         asked = form.text("probe") or probes[0]
@@ -101,7 +101,7 @@ def _is_map(path: Path) -> bool:
         return False
 
 
-def _map(site: Site, asked: Asked) -> DirectionMap:
+def _map(site: Site, asked: ProbeSelection) -> DirectionMap:
     files = [site.stated("machine")] if asked.probe == OF_MACHINE else [_file(site, asked.probe)]
     return _mapped(asked.probe == OF_MACHINE, files[0], asked.held, asked.grid, stamps(*files))
 
@@ -135,7 +135,7 @@ def _mapped(of_machine: bool, name: str, held: str, grid: tuple[str, str], _: tu
 def show(request: Request) -> Response:
     """The controls; the body follows them."""
     site = site_of(request)
-    asked = Asked.of(site, asked_form(request))
+    asked = ProbeSelection.of(site, asked_form(request))
     return render(
         request,
         "probe.html.j2",
@@ -151,7 +151,7 @@ def show(request: Request) -> Response:
 def part(request: Request) -> Response:
     """Body, curves, and the numbers in words."""
     site = site_of(request)
-    asked = Asked.of(site, asked_form(request))
+    asked = ProbeSelection.of(site, asked_form(request))
     found = _map(site, asked)
     rows = [_row(found, name, unit) for name, unit in QUANTITIES.items()]
     known = bool(np.isfinite(getattr(found, asked.quantity)).any())
@@ -174,7 +174,7 @@ def _row(found: DirectionMap, name: str, unit: str) -> dict[str, Any]:
     return {"name": name, "unit": unit, "least": ends[0], "mean": ends[1], "most": ends[2]}
 
 
-def _command(asked: Asked) -> list[str]:
+def _command(asked: ProbeSelection) -> list[str]:
     """``stepgauge probe map`` as it makes this table; empty for the machine's own probe and for a table."""
     if asked.probe == OF_MACHINE or asked.probe.endswith(".csv"):
         return []
@@ -189,7 +189,7 @@ def chart(request: Request) -> Response:
     from stepgauge.figures.probe_body import probe_body, probe_curves
 
     site = site_of(request)
-    asked = Asked.of(site, asked_form(request))
+    asked = ProbeSelection.of(site, asked_form(request))
     draw = probe_curves if "curves" in request.query_params else probe_body
     return json_answer(request, json.dumps(draw(_map(site, asked), asked.quantity)))
 
@@ -197,7 +197,7 @@ def chart(request: Request) -> Response:
 def write(request: Request, form: Form) -> Response:
     """``stepgauge probe map``: the table as a file of the project."""
     site = site_of(request)
-    asked = Asked.of(site, form)
+    asked = ProbeSelection.of(site, form)
     command = _command(asked)
     if not command:
         raise InputError("probe", "this is no probe file", found=asked.probe, expected="a probe file or a shipped one")

@@ -12,9 +12,9 @@ from starlette.routing import Route
 
 from stepgauge.errors import InputError
 from stepgauge.web import concealed
-from stepgauge.web.asked import Asked
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, with_form
+from stepgauge.web.measurement_request import MeasurementRequest
 from stepgauge.web.measuring import Run
 from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
@@ -94,7 +94,7 @@ def start(request: Request, form: Form) -> Response:
     return render(request, "gone.html.j2", address=address("/run", recording=run.asked.output))
 
 
-def _asked(site: Site, form: Form) -> Asked:
+def _asked(site: Site, form: Form) -> MeasurementRequest:
     def file(name: str) -> str:
         given = form.text(name)
         return str(existing(site.folder, given).relative_to(site.folder)) if given else ""
@@ -108,7 +108,7 @@ def _asked(site: Site, form: Form) -> Asked:
     server = form.text("server") if live else ""
     if live and not server:
         raise InputError("server", "it is not stated", expected="HOST:PORT of an I++ DME server")
-    return Asked(
+    return MeasurementRequest(
         output=output,
         gauge=site.stated("gauge"),
         machine=site.stated("machine"),

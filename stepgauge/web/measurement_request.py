@@ -9,13 +9,13 @@ from pathlib import Path
 from stepgauge.errors import InputError
 from stepgauge.files.text import read_result, write_json
 
-SUFFIX = ".asked.json"
+SUFFIX = ".request.json"
 KIND = "measurement as asked"
 WRONG = "this is not what a measurement was asked for"
 
 
 @dataclass(frozen=True)
-class Asked:
+class MeasurementRequest:
     """A measurement; all paths as from the folder of the project.
 
     ``program``: empty where the path is planned now, with ``cycles`` and ``blocks``; ``server``: empty for the virtual
@@ -47,23 +47,23 @@ class Asked:
         write_json(path, {"format": f"stepgauge {KIND} 1", **asdict(self)}, at_once=True)
 
 
-def asked_of(output: Path) -> Path:
+def request_file(output: Path) -> Path:
     """Beside an unfinished recording: what it was asked for, so that it can go on."""
     return Path(f"{output}{SUFFIX}")
 
 
-def parse_asked(text: str) -> Asked:
-    """As :meth:`Asked.as_json` wrote it."""
+def parse_request(text: str) -> MeasurementRequest:
+    """As :meth:`MeasurementRequest.as_json` wrote it."""
     try:
-        return Asked(**json.loads(text))
+        return MeasurementRequest(**json.loads(text))
     except (ValueError, TypeError):
         raise InputError("asked", WRONG) from None
 
 
-def read_asked(path: Path) -> Asked:
-    """As :meth:`Asked.write` wrote it (:class:`InputError` where it is not as it was written)."""
+def read_request(path: Path) -> MeasurementRequest:
+    """As :meth:`MeasurementRequest.write` wrote it (:class:`InputError` where it is not as it was written)."""
     said = read_result(path, KIND, with_inputs=False)
     try:
-        return Asked(**{key: value for key, value in said.items() if key not in ("format", "checksum")})
+        return MeasurementRequest(**{key: value for key, value in said.items() if key not in ("format", "checksum")})
     except TypeError:
         raise InputError(path, WRONG) from None

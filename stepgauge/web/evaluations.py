@@ -1,0 +1,154 @@
+"""Evaluations of a project, as its files have them: which there are, what they were made from, what a request shows."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlencode
+
+from starlette.requests import Request
+
+from stepgauge.errors import InputError
+from stepgauge.web.folder import existing, inside, listed, relative
+from stepgauge.web.render import site_of
+from stepgauge.web.site import Site
+from stepgauge.web.stamps import Stamp, stamps
+
+if TYPE_CHECKING:
+    from stepgauge.recording import Recording
+    from stepgauge.standards.budget_files import StoredBudget
+
+ERRORS = ("xm", "xf", "xb", "xr")
+MOST_OVER = 4
+MOST_LISTED = 200
+MOST_BUDGETS = 10
+
+
+def evaluation_folders(site: Site) -> list[str]:
+    """Folders of the project with an ``evaluation.json``, the latest measurement first."""
+    found = []
+    for path in files_named(site, "evaluation.json"):
+        try:
+            said = json.loads(path.read_text("utf-8"))
+            when = str(said.get("measured_at") or "")
+        except (OSError, ValueError, AttributeError):
+            when = ""
+        found.append((when, path.stat().st_mtime, str(path.parent.relative_to(site.folder))))
+    return [name for _, _, name in sorted(found, reverse=True)]
+
+
+def files_named(site: Site, name: str) -> list[Path]:
+    """Files of this name below the project's folder, nothing hidden and no link that leads out."""
+    found = [site.folder / one for one in listed(site.folder, [Path(name).suffix], deep=20) if Path(one).name == name]
+    return [path for path in found if path.resolve().is_relative_to(site.folder)][:MOST_LISTED]
+
+
+def recording_files(site: Site) -> list[str]:
+    from stepgauge.project.create import RECORDINGS
+
+    folder = site.folder / RECORDINGS
+    there = sorted(folder.glob("*.csv")) + sorted(folder.glob("*.parquet")) if folder.is_dir() else []
+    return [str(path.relative_to(site.folder)) for path in there]
+
+
+def evaluation_file(site: Site, name: str) -> Path:
+    """The file of an evaluation, as one would type it."""
+    return existing(site.folder, f"{name}/evaluation.json").relative_to(site.folder)
+
+
+def read_evaluation(site: Site, name: str, with_inputs: bool = True) -> dict[str, Any]:
+    """An ``evaluation.json`` of the project, checked."""
+    place = evaluation_file(site, name)
+    return _read_file(str(place), with_inputs, stamps(place, *(_inputs_stated(place) if with_inputs else ())))
+
+
+@lru_cache(16)
+def _read_file(place: str, with_inputs: bool, _: tuple[Stamp, ...]) -> dict[str, Any]:
+    from stepgauge.reports.reading import read_checked_evaluation
+
+    return read_checked_evaluation(place, with_inputs)
+
+
+def _inputs_stated(place: Path) -> list[Path]:
+    """The files that it was made from, whatever has become of them."""
+    try:
+        said = json.loads(place.read_text("utf-8")).get("inputs", [])
+    except (ValueError, AttributeError):
+        return []
+    return [place.parent / str(one["file"]) for one in said if isinstance(one, dict) and "file" in one]
+
+
+@dataclass(frozen=True)
+class EvaluationView:
+    """What a request asks to see: an evaluation, a placement of it, and others laid over it."""
+
+    name: str
+    data: Mapping[str, Any]
+    index: int
+    over: tuple[str, ...]
+    error: str
+
+    @classmethod
+    def of(cls, request: Request) -> EvaluationView:
+        """:class:`InputError` for what the project does not have."""
+        site, query = site_of(request), request.query_params
+        name = relative(site.folder, query.get("evaluation", ""))
+        data = read_evaluation(site, name)
+        over = tuple(relative(site.folder, one) for one in query.getlist("over") if one and one != name)[:MOST_OVER]
+        numbers = [str(one["placement"]) for one in data["placements"]]
+        asked = query.get("placement") or numbers[0]
+        if asked not in numbers:
+            raise InputError("placement", "the evaluation does not have it", found=asked, expected=", ".join(numbers))
+        error = query.get("error", ERRORS[0])
+        if error not in ERRORS:
+            raise InputError("error", "not an error of an evaluation", found=error, expected=", ".join(ERRORS))
+        return cls(name, data, numbers.index(asked), over, error)
+
+    @property
+    def placement(self) -> Mapping[str, Any]:
+        """The placement asked for, as ``evaluation.json`` has it."""
+        found: Mapping[str, Any] = self.data["placements"][self.index]
+        return found
+
+    def query(self) -> str:
+        """As an address has it."""
+        pairs = [("evaluation", self.name), ("placement", str(self.placement["placement"])), ("error", self.error)]
+        return urlencode([*pairs, *(("over", one) for one in self.over)])
+
+
+def stored_budget(site: Site, shown: EvaluationView) -> StoredBudget | None:
+    """The budget of this evaluation that the project has; of several the one that lacks least."""
+    from stepgauge.standards.budget_files import check_budget, read_budget
+
+    there = []
+    for path in files_named(site, "budget.json")[:MOST_BUDGETS]:
+        try:
+            found = read_budget(path)
+            check_budget(found, dict(shown.data), path)
+        except InputError:
+            continue
+        there.append(found)
+    return min(there, key=lambda one: len(one.not_included), default=None)
+
+
+def recordings_and_gauge(site: Site, name: str) -> tuple[list[Path], str]:
+    """The recordings of an evaluation and its gauge; :class:`InputError` where one lies outside of the project."""
+    from stepgauge.reports.made_from import gauge_of, recordings_of
+
+    data, place = read_evaluation(site, name), evaluation_file(site, name)
+    recordings = [inside(site.folder, str(one)) for one in recordings_of(data, place)]
+    try:
+        return recordings, str(gauge_of(data, place))
+    except InputError:  # written by a program that said nothing of its gauge; whether it is this one is checked
+        return recordings, site.stated("gauge")
+
+
+def joined_recording(recordings: Sequence[Path]) -> Recording:
+    from stepgauge.recording import join_recordings, read_recording
+
+    tables = [read_recording(one) for one in recordings]
+    return tables[0] if len(tables) == 1 else join_recordings(tables)

@@ -1,0 +1,134 @@
+"""The uncertainty of a result by source: what no file states is tried with a slider, and stated on demand."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlencode
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from stepgauge.errors import InputError
+from stepgauge.web.evaluations import ERRORS, EvaluationView, joined_recording, recordings_and_gauge
+from stepgauge.web.folder import existing, relative
+from stepgauge.web.forms import Form, asked_form, with_form
+from stepgauge.web.judgement import source_name
+from stepgauge.web.render import render, site_of, words_of
+from stepgauge.web.site import Site
+from stepgauge.web.stamps import stamps
+
+if TYPE_CHECKING:
+    from stepgauge.standards.budget_files import StoredBudget, StoredLine
+    from stepgauge.standards.budget_trial import BudgetTrial
+    from stepgauge.web.texts import Words
+
+
+@lru_cache(4)
+def _trial(
+    recordings: tuple[Path, ...], gauge: str, machine: str, placement: str, choice: tuple[str, str], _: Any
+) -> BudgetTrial:
+    import stepgauge as sg
+    from stepgauge.montecarlo import ModelOptions
+    from stepgauge.standards.budget_sources import BudgetOptions
+    from stepgauge.standards.budget_trial import budget_trial
+
+    steps = sg.read_gauge(gauge)
+    lies = (sg.read_placement(placement, steps),) if placement else ()
+    options = ModelOptions(blocks=choice[0], origin="all" if choice[1] == "all" else "first")
+    return budget_trial([joined_recording(recordings)], sg.read_machine(machine), steps, BudgetOptions(lies), options)
+
+
+def _trial_of(site: Site, shown: EvaluationView) -> BudgetTrial:
+    recordings, gauge = recordings_and_gauge(site, shown.name)
+    machine = site.stated("machine")
+    one_placement = len(shown.data["placements"]) == 1 and Path(site.placement).exists()
+    placement = site.placement if one_placement else ""
+    first, last = shown.data["blocks"]
+    choice = f"{first}:{last}", str(shown.data["r_eff_origin"])
+    files: list[str | Path] = [*recordings, gauge, machine, *([placement] if placement else [])]
+    return _trial(tuple(recordings), gauge, machine, placement, choice, stamps(*files))
+
+
+def budget(request: Request) -> Response:
+    """The budget of one error at one face, by source, with the values that are tried; nothing is stated by trying."""
+    from stepgauge.standards.budget_trial import OPEN_SOURCES
+
+    shown, form = EvaluationView.of(request), asked_form(request)
+    trial = _trial_of(site_of(request), shown)
+    values = {name: form.number(name, 0.0, OPEN_SOURCES[name].most, 0.0) or 0.0 for name in trial.names}
+    tried = trial.with_values(values)
+    line = _line(tried, shown, form)
+    labels = {one.name: one.label for one in tried.sources}
+    shares = sorted(line.contributions_um.items(), key=lambda one: -one[1])
+    return render(
+        request,
+        "result_budget.html.j2",
+        line=line,
+        title=_title(words_of(request), line),
+        shares=[(labels[name], um, (um / line.u_um) ** 2 if line.u_um else 0.0) for name, um in shares],
+        values={name: u for name, u in values.items() if u > 0.0},
+        shown=shown,
+        missing=[source_name(words_of(request), one.what) for one in tried.not_included],
+        percent=tried.coverage_percent,
+    )
+
+
+def _title(words: Words, line: StoredLine) -> str:
+    """Which error of which face a budget is of."""
+    error = words(f"error_name.{line.quantity}")
+    position = words.number(line.position_mm, 0)
+    return words("result.at_face", error=error, face=line.face, position=position)
+
+
+def _line(tried: StoredBudget, shown: EvaluationView, form: Form) -> StoredLine:
+    from stepgauge.standards.budget_files import farthest
+
+    number = shown.placement["placement"]
+    face = form.whole("face", 1, 10_000)
+    line = tried.find(shown.error, number, face) if face else farthest(tried, number, shown.error)
+    if line is None:
+        raise InputError("face", "this error is not defined there", found=face, expected="another face")
+    return line
+
+
+def sliders(request: Request) -> Response:
+    """The controls of the budget: what is not stated, each with a slider."""
+    from stepgauge.standards.budget_trial import OPEN_SOURCES
+
+    shown = EvaluationView.of(request)
+    trial = _trial_of(site_of(request), shown)
+    faces = [one["face"] for one in shown.placement["faces"] if one[f"{shown.error}_um"] is not None]
+    sources = {name: OPEN_SOURCES[name] for name in trial.names}
+    return render(request, "result_sliders.html.j2", shown=shown, sources=sources, faces=faces, errors=ERRORS)
+
+
+def state(request: Request, form: Form) -> Response:
+    """Write the values that were tried into the machine file, and evaluate again with it."""
+    from stepgauge.files.text import write_text
+    from stepgauge.machine.file import read_machine
+    from stepgauge.standards.budget_trial import OPEN_SOURCES, machine_statement
+    from stepgauge.web.project_file import changed
+
+    site = site_of(request)
+    name = relative(site.folder, form.text("evaluation"))
+    place = existing(site.folder, site.stated("machine"))
+    recordings = [relative(site.folder, str(one)) for one in recordings_and_gauge(site, name)[0]]
+    values = {key: form.number(key, 0.0, one.most, 0.0) or 0.0 for key, one in OPEN_SOURCES.items()}
+    tables = tomllib.loads(machine_statement(read_machine(place), values))
+    text = changed(place, tables)
+    with site.writing():
+        write_text(place, text)
+        read_machine(place)
+    then = f"/result?{urlencode({'evaluation': name})}"
+    return render(request, "work.html.j2", work=site.works.start(["evaluate", *recordings, "-o", name], then))
+
+
+ROUTES = [
+    Route("/result/sliders", sliders),
+    Route("/result/budget", budget),
+    Route("/result/state", with_form(state), methods=["POST"]),
+]
