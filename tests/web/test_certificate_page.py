@@ -13,7 +13,7 @@ from stepgauge.live.faults import read_faults
 from stepgauge.reports.certificate_file import check_filled, read_laboratory
 from stepgauge.web import concealed
 from stepgauge.web.forms import Form
-from stepgauge.web.pages import certificate, result, run
+from stepgauge.web.pages import certificate, run, sources
 from stepgauge.web.texts import LANGUAGES, Words
 from stepgauge.web.work import WorkList
 from tests.web.conftest import Asked, make_project
@@ -114,11 +114,11 @@ def test_files_of_a_project_are_found_from_a_folder_beside_it(folder: Path, monk
 def test_values_that_were_tried_are_written_into_the_machine_file(
     folder: Path, begun: list[list[str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(result, "_inputs", lambda site, name: ([site.folder / "recordings/a.csv"], "gauge"))
+    monkeypatch.setattr(sources, "recordings_and_gauge", lambda site, name: ([site.folder / "recordings/a.csv"], "gauge"))
     path = folder / "machine/bridge-cmm.toml"
     before = path.read_text()
     values = {"gauge_temperature": "0,05", "scale_temperature": "0.1", "scale_expansion": "0.5"}
-    Asked(folder).post(result.state, {**values, "evaluation": "results/evaluation"})
+    Asked(folder).post(sources.state, {**values, "evaluation": "results/evaluation"})
     machine = sg.read_machine(path)
     assert machine.stated.gauge_temperature_K is not None
     assert {one.key: one.u for one in machine.uncertain} == pytest.approx(
