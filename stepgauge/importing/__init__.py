@@ -45,8 +45,8 @@ class LogFormat:
         return function
 
     def recognises(self, text: str) -> bool:
-        """Whether a text looks like this format; only its gist (:func:`gist`) is looked at."""
-        return bool(self._function("recognises")(gist(text)))
+        """Whether the gist of a text (:func:`gist`) looks like this format."""
+        return bool(self._function("recognises")(text))
 
     def read(self, text: str, path: str | Path) -> ProbeLog:
         """The rows of a log; :class:`InputError` names the line of what is not understood."""
@@ -138,7 +138,7 @@ def read_log(
         )
     text = content.decoded[0]
     known = FORMATS[source]
-    if not known.recognises(text):
+    if not known.recognises(gist(text)):
         lines = text.split("\n")
         first = next((number for number, line in enumerate(lines, 1) if line.strip()), 0)
         raise InputError(

@@ -72,9 +72,12 @@ def read_convention(lines: Iterable[str]) -> tuple[dict[str, str], tuple[str, ..
 
 def said_lines(text: str) -> list[str]:
     """The lines of a text that may speak of the whole file."""
-    lines = text.splitlines()
-    ends = lines if len(lines) <= 2 * SOME_LINES else [*lines[:SOME_LINES], *lines[-SOME_LINES:]]
-    return [*ends, *(one for one in lines[SOME_LINES:-SOME_LINES] if _DMIS.match(one))]
+    if text.count("\n") <= 2 * SOME_LINES:
+        return text.splitlines()
+    *head, rest = text.split("\n", SOME_LINES)
+    middle, *tail = rest.rsplit("\n", SOME_LINES)
+    dmis = middle.splitlines() if "TECOMP" in middle.upper() else ()
+    return [*head, *(one for one in dmis if _DMIS.match(one)), *tail]
 
 
 def _statements(lines: list[str]) -> Iterator[Statement]:

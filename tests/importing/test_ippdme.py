@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stepgauge.errors import InputError
-from stepgauge.importing import FORMATS
+from stepgauge.importing import FORMATS, gist
 from stepgauge.importing.log import ProbeLog
 
 SESSION = """# gauge_serial: T-1
@@ -40,7 +40,7 @@ SESSION = """# gauge_serial: T-1
 
 
 def read(text: str = SESSION) -> ProbeLog:
-    assert FORMATS["ippdme"].recognises(text)
+    assert FORMATS["ippdme"].recognises(gist(text))
     return FORMATS["ippdme"].read(text, "session.log")
 
 

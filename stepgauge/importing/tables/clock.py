@@ -6,6 +6,7 @@ import datetime
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,44 +16,24 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 
-_NUMBERED = ("%Y-%m-%d", "%Y/%m/%d", "%Y.%m.%d", "%d.%m.%Y", "%d.%m.%y", "%d/%m/%Y", "%m/%d/%Y", "%d-%m-%Y", "%Y%m%d")
-_NAMED = ("%d-%b-%Y", "%d %b %Y", "%b %d %Y", "%d-%b-%y", "%Y-%b-%d")
-_DAYS = (*_NUMBERED, *_NAMED, "%y:%m:%d", "%Y:%m:%d")
-_DATES = tuple(day for day in _DAYS if ":" not in day)
-"""Of rows without a time of day, which numbers with colons are."""
-_ZONED = tuple(f"%Y-%m-%d {time}%z" for time in ("%H:%M:%S.%f", "%H:%M:%S", "%H:%M"))
-"""With the offset from UTC, as in RFC 3339."""
-_ZONE = r"(Z|[+-]\d\d:?\d\d)?$"
-_TIMES = ("%H:%M:%S.%f", "%H:%M:%S", "%H:%M", "%I:%M:%S %p", "%I:%M %p")
-_BEHIND = (*(f"{time} {day}" for day in _NUMBERED for time in _TIMES[:3]), *(f"%b %d {t} %Y" for t in _TIMES[:2]))
-"""The day behind the time of day, or around it."""
-_STYLES = (
-    *_ZONED,
-    "%Y%m%d %H%M%S%z",
-    *(f"{day} {time}" for day in _DAYS for time in _TIMES),
-    *_TIMES,
-    *_DATES,
-    *_BEHIND,
-    "%Y%m%d %H%M%S",
-)
+_ZONE = r"(?:Z|[+-]\d\d:?\d\d)$"
+_OF_DAY = re.compile(r"(?<![\d:+-])\d{1,2}:\d\d(:\d\d(\.\d+)?)?(?: ?([AP]M))?(?![\d:]| \d{1,2}:)", re.IGNORECASE)
+_WORD = re.compile(r"(?<![%A-Za-z])(?!T%)[A-Za-z]+|\d+")
+"""Of a format in the making: what is no directive yet."""
+_ORDERS = {"Y--": "Ymd", "--Y": "dmY mdY", "---": "dmy mdy", "-bY": "dbY", "b-Y": "bdY", "-b-": "dby", "Yb-": "Ybd"}
+"""Orders of day, month and year: four digits are a year, a word is a month."""
 _STAMP = re.compile(
     r"(?<![\d.:])(?:\d{1,4}([-/.:])\d{1,2}\1\d{1,4}[T_ -]+)?"
     r"\d{1,2}:\d\d(?::\d\d(?:[.,]\d{1,6})?)?(?!\d|:\d)(?: ?[AP]M)?",
     re.ASCII,
 )
-_MOMENT = re.compile(
-    r"(?:\w{2,3},? )?(?:\d{1,4}([-/.])(?:\d{1,2}|[A-Za-zä]{3,9})\1\d{1,4}|\d{1,2}\.? [A-Za-zä]{3,9} \d{4})"
-    r"(?:[T_ -]+\d{1,2}:\d\d\S*(?: ?[AP]M)?(?: ?[+-]\d\d:?\d\d)?)?|\d{1,2}:\d\d(?::\d\d\S*)?(?: ?[AP]M)?"
-    r"(?:[ _]\d{1,4}([-/.])\d{1,2}\2\d{1,4})?|\d{8}[T_]\d{6}Z?|(?:\w{3} )?[A-Za-z]{3} +\d{1,2},? [\d:., ]+(?:[AP]M)?",
-    re.IGNORECASE,
-)
-"""What looks like a date, a time of day, or both."""
+_ENGLISH = frozenset("jan feb mar apr may jun jul aug sep oct nov dec".split())
 _MONTHS = {"mär": "mar", "mrz": "mar", "mai": "may", "okt": "oct", "dez": "dec", "juni": "jun", "juli": "jul"}
 _NO_DAY = datetime.datetime(1900, 1, 1)
 _EARLIEST = datetime.datetime(1980, 1, 2)
 """Clocks that were never set count from 1904, 1970 or 1980."""
-MANY = 5_000
-"""Texts from which pandas parses them; it knows fewer years, and is ten times as fast."""
+LONGEST = 40
+"""Characters of a moment."""
 
 
 @dataclass(frozen=True)
@@ -82,9 +63,12 @@ class _Reading:
     dated: bool
 
 
+@lru_cache(20_000)
 def is_moment(cell: object) -> bool:
-    """Whether a cell looks like a date or a time of day."""
-    return isinstance(cell, str) and len(cell) < 40 and _MOMENT.fullmatch(cell) is not None
+    """Whether a cell looks like a date or a time of day; digits alone are a number."""
+    if not isinstance(cell, str) or len(cell) > LONGEST or not any(map(str.isdigit, cell)) or cell.isdigit():
+        return False
+    return bool(_formats(_plain(cell)))
 
 
 def read_clock(cells: Sequence[object], at: Callable[[int], str], header: str) -> Clock:
@@ -140,45 +124,56 @@ def stamp_in(text: str) -> str | None:
 
 
 def _readings(cells: Sequence[object], at: Callable[[int], str], header: str) -> list[_Reading]:
-    """The moments of all cells in every style in which all of them are moments."""
-    if len(cells) > MANY and (plain := _read_many(cells)) is not None:
-        return plain
-    texts = [_plain(str(cell)) for cell in cells]
-    if any(re.search(r":\d\d\.\d+" + _ZONE, text) for text in texts):  # some clocks leave out a fraction that is 0
-        texts = [re.sub(r"(:\d\d:\d\d)" + _ZONE, r"\1.0\2", text) for text in texts]
-    few = texts[:: max(1, len(texts) // 50)]
-    styles = [style for style in _STYLES if _parse_all(few, style) is not None]
-    readings = [one for style in styles if (one := _parse_all(texts, style)) is not None]
+    """The moments of all cells in every format in which all of them are moments."""
+    texts = list(map(str, cells))
+    readings = [one for style in _formats(texts[0]) if (one := _parsed(texts, style)) is not None]
+    if readings:
+        return readings
+    texts = list(map(_plain, texts))
+    if any(re.search(r":\d\d\.\d", text) for text in texts):  # some clocks leave out a fraction that is 0
+        texts = [re.sub(r"(:\d\d:\d\d)(?![.\d])", r"\1.0", text) for text in texts]
+    styles = _formats(texts[0])
+    readings = [one for style in styles if (one := _parsed(texts, style)) is not None]
     if not readings:
-        row = next((i for i, text in enumerate(texts) if all(_parse_all([text], s) is None for s in _STYLES)), 0)
-        raise InputError(
-            at(row), f"column {header!r} is no time", found=repr(str(cells[row])), expected="e.g. 2026-03-02 10:11:12"
-        )
+        row = next((n for n, text in enumerate(texts) if all(_parsed([text], style) is None for style in styles)), 0)
+        found, expected = repr(str(cells[row])), "e.g. 2026-03-02 10:11:12"
+        raise InputError(at(row), f"column {header!r} is no time", found=found, expected=expected)
     return readings
 
 
-def _read_many(cells: Sequence[object]) -> list[_Reading] | None:
-    """The same of many cells that are written as a style has them; None where they are not, or not all."""
-    few = [str(cell) for cell in cells[:: len(cells) // 50]]
-    if [_plain(text) for text in few] != few:
-        return None
-    styles = [style for style in _STYLES if _parse_all(few, style) is not None]
-    readings = [_parse_all(cells, style) for style in styles]
-    return [one for one in readings if one is not None] or None
+@lru_cache(20_000)
+def _formats(text: str) -> list[str]:
+    """The formats of strptime that a text may have: a time of day, a day in a usual order, or both; else none."""
+    if re.fullmatch(r"\d{8}( \d{6}Z?)?", text):
+        return ["%Y%m%d %H%M%S%z"[: {8: 6, 15: 13}.get(len(text))]]
+    style, timed = _OF_DAY.subn(_time_format, text)
+    style = re.sub(f"(?<=[Sfp])(?:{_ZONE})", "%z", style) if timed else style
+    words = _WORD.findall(style)
+    kind = "".join("b" if one in _ENGLISH else {4: "Y", 1: "-", 2: "-"}.get(len(one), "?") for one in words)
+    orders = _ORDERS.get(kind, "").split() if words else [""] * timed
+    if kind == "---" and ":" in text[:3]:
+        orders = ["ymd"]
+    orders = [order for order in orders if order[-1:] != "y" or len(words[-1]) == 2]
+    orders = orders[:1] if re.match(r"\d+\.\d+\.", text) else orders
+    return [_WORD.sub(lambda _, left=iter(order): f"%{next(left)}", style) for order in orders]  # type: ignore[misc]
+
+
+def _time_format(clock: re.Match[str]) -> str:
+    seconds, fraction, half = clock.groups()
+    style = f"{'%I' if half else '%H'}:%M{':%S' if seconds else ''}{'.%f' if fraction else ''}"
+    return f"{style} %p" if half else style
 
 
 def _plain(text: str) -> str:
     """A blank between date and time, none before the zone, a point and six decimals, months as in English."""
     text = text.strip()
-    if any(letter.isalpha() for letter in text):
-        text = re.sub(
-            r"^(?:mon|tue|wed|thu|fri|sat|sun|mo|di|mi|do|fr|sa|so)\w{0,6},? +", "", text, flags=re.IGNORECASE
-        )
-        text = re.sub(r"[a-zä]{3,9}", _month, text, flags=re.IGNORECASE)
-        text = re.sub(r"(?<=[a-z]{3})( +\d{1,2}),", r"\1", text, flags=re.IGNORECASE).replace(". ", " ")
+    if any(map(str.isalpha, text)):
+        text = re.sub(r"(?i)^(?:mon|tue|wed|thu|fri|sat|sun|mo|di|mi|do|fr|sa|so)\w{0,6},? +", "", text)
+        text = re.sub(r"(?i)[a-zä]{3,9}", _month, text)
+        text = re.sub(r"(?<=[a-z]{3})( +\d{1,2}),", r"\1", text).replace(". ", " ")
     text = re.sub(r"(?<=\d)(?:T|_|-|, ?| )+(?=\d{1,2}:\d\d|\d{6}Z?$)", " ", text).replace("_", " ").replace(",", ".")
-    text = re.sub(r"(?<=\d) +" + _ZONE, r"\1", text)
-    return re.sub(r"(\.\d{6})\d+" + _ZONE, r"\1\2", text)
+    text = re.sub(f"(?<=\\d) +(?={_ZONE})", "", text)
+    return re.sub(r"(\.\d{6})\d+", r"\1", re.sub(r"(?<=\d)(?=[AP]M$)", " ", text, flags=re.IGNORECASE))
 
 
 def _month(match: re.Match[str]) -> str:
@@ -211,17 +206,13 @@ def _set_back(elapsed_s: Array, cells: Sequence[object], at: Callable[[int], str
     )
 
 
-def _parse_all(texts: Sequence[Any], style: str) -> _Reading | None:
-    if len(texts) > MANY:
-        moments = pd.to_datetime(pd.Series(texts, dtype=object), format=style, errors="coerce", utc="%z" in style)
-        if moments.isna().any():
-            return None
-        seconds = (moments - moments.iloc[0]).dt.total_seconds().to_numpy(float)
-        return _Reading(_past_midnight(seconds, dated="%d" in style), moments.iloc[0].to_pydatetime(), "%d" in style)
-    try:
-        return _taken([datetime.datetime.strptime(text, style) for text in texts])
-    except ValueError:
+def _parsed(texts: Sequence[str], style: str) -> _Reading | None:
+    moments = pd.to_datetime(pd.Index(texts, dtype=object), format=style, errors="coerce", utc="%z" in style)
+    if moments.hasnans:
         return None
+    seconds = (moments - moments[0]).total_seconds().to_numpy(float)
+    first = datetime.datetime.strptime(texts[0], style)
+    return _Reading(_past_midnight(seconds, dated="%d" in style), first, "%d" in style)
 
 
 def _taken(moments: Sequence[datetime.datetime]) -> _Reading:
