@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import calendar
 import datetime
 import re
 from collections.abc import Callable, Sequence
@@ -17,7 +18,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 
 _ZONE = r"(?:Z|[+-]\d\d:?\d\d)$"
-_OF_DAY = re.compile(r"(?<![\d:+-])\d{1,2}:\d\d(:\d\d(\.\d+)?)?(?: ?([AP]M))?(?![\d:]| \d{1,2}:)", re.IGNORECASE)
+_OF_DAY = re.compile(r"(?<![\d:+-])\d{1,2}:\d\d(:\d\d(\.\d+)?)?(?: ?([AP]M))?(?![\d:]|[ _]\d{1,2}:)", re.IGNORECASE)
 _WORD = re.compile(r"(?<![%A-Za-z])(?!T%)[A-Za-z]+|\d+")
 """Of a format in the making: what is no directive yet."""
 _ORDERS = {"Y--": "Ymd", "--Y": "dmY mdY", "---": "dmy mdy", "-bY": "dbY", "b-Y": "bdY", "-b-": "dby", "Yb-": "Ybd"}
@@ -27,7 +28,7 @@ _STAMP = re.compile(
     r"\d{1,2}:\d\d(?::\d\d(?:[.,]\d{1,6})?)?(?!\d|:\d)(?: ?[AP]M)?",
     re.ASCII,
 )
-_ENGLISH = frozenset("jan feb mar apr may jun jul aug sep oct nov dec".split())
+_ENGLISH = frozenset(month.lower() for month in calendar.month_abbr[1:])
 _MONTHS = {"mär": "mar", "mrz": "mar", "mai": "may", "okt": "oct", "dez": "dec", "juni": "jun", "juli": "jul"}
 _NO_DAY = datetime.datetime(1900, 1, 1)
 _EARLIEST = datetime.datetime(1980, 1, 2)
@@ -148,14 +149,15 @@ def _formats(text: str) -> list[str]:
         return ["%Y%m%d %H%M%S%z"[: {8: 6, 15: 13}.get(len(text))]]
     style, timed = _OF_DAY.subn(_time_format, text)
     style = re.sub(f"(?<=[Sfp])(?:{_ZONE})", "%z", style) if timed else style
-    words = _WORD.findall(style)
+    words = _WORD.findall(style) if timed < 2 else ["?"]
     kind = "".join("b" if one in _ENGLISH else {4: "Y", 1: "-", 2: "-"}.get(len(one), "?") for one in words)
     orders = _ORDERS.get(kind, "").split() if words else [""] * timed
     if kind == "---" and ":" in text[:3]:
         orders = ["ymd"]
     orders = [order for order in orders if order[-1:] != "y" or len(words[-1]) == 2]
     orders = orders[:1] if re.match(r"\d+\.\d+\.", text) else orders
-    return [_WORD.sub(lambda _, left=iter(order): f"%{next(left)}", style) for order in orders]  # type: ignore[misc]
+    between = _WORD.split(style)
+    return ["".join(a + b for a, b in zip(between, [*(f"%{c}" for c in order), ""], strict=True)) for order in orders]
 
 
 def _time_format(clock: re.Match[str]) -> str:
@@ -211,7 +213,7 @@ def _parsed(texts: Sequence[str], style: str) -> _Reading | None:
     if moments.hasnans:
         return None
     seconds = (moments - moments[0]).total_seconds().to_numpy(float)
-    first = datetime.datetime.strptime(texts[0], style)
+    first = datetime.datetime.strptime(re.sub(r"(\.\d{6})\d+", r"\1", texts[0]), style)
     return _Reading(_past_midnight(seconds, dated="%d" in style), first, "%d" in style)
 
 
