@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -21,6 +22,7 @@ from stepgauge.importing.tables.columns import (
     DEVIATIONS,
     DROPPED,
     FROM,
+    IGNORE,
     PLACEMENT,
     READING,
     TARGET,
@@ -35,7 +37,8 @@ from stepgauge.importing.tables.columns import (
 )
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.labels import LABEL, Label, parse_label, way_of
-from stepgauge.importing.tables.questions import Choice, Decisions
+from stepgauge.importing.tables.questions import Choice, Decisions, as_column, shown
+from stepgauge.importing.tables.rivals import called, one_of
 from stepgauge.importing.tables.values import beside, check_finite, clock_of, finite
 
 Whole = NDArray[np.int64]
@@ -75,7 +78,7 @@ def to_long(table: Table, roles: Sequence[Column], missing: bool, time_unit: str
 
     :class:`InputError` names the row and column of what is no number, and the option that settles what is ambiguous.
     """
-    columns = _value_columns(table, roles, decisions)
+    columns = _value_columns(table, roles, missing, decisions)
     roles = [replace(one, role=READING) if one.role is None and one in columns else one for one in roles]
     row, value, way, cycle = _taken(table, roles, columns, missing)
     target = _only(roles, TARGET)
@@ -165,31 +168,22 @@ def _rank(values: Whole) -> Whole:
     return np.asarray(pd.factorize(values)[0]).astype(np.int64)
 
 
-def _value_columns(table: Table, roles: Sequence[Column], decisions: Decisions) -> list[Column]:
+def _value_columns(table: Table, roles: Sequence[Column], missing: bool, decisions: Decisions) -> list[Column]:
     """The columns of readings: those of a wide table, or one; readings go before deviations, which follow from them."""
-    found: list[Column] = []
-    for wanted in (READING, *VALUE_ROLES):
-        found = [one for one in roles if one.role == wanted]
-        if found:
-            break
-    found = found or _only_length(table, roles)
+    by_role = ([one for one in roles if one.role == wanted] for wanted in (READING, *VALUE_ROLES))
+    found = next(filter(None, by_role), None) or _only_length(table, roles)
     if not found:
         named = [one for one in roles if one.header]
         free = [one for one in named if one.role is None and np.isfinite(table.numbers(one.place)).all()]
-        ways = [Choice("columns", f"{role}={one.header}") for one in free or named for role in (READING, DEVIATIONS[0])]
+        ways = [as_column(role, one.header) for one in free or named for role in (READING, DEVIATIONS[0])]
         names = ", ".join(one.header for one in named)
         decisions.ask(table.path, "no column is named as the reading", *ways, found=names)
         decisions.settle()
     if len(found) > 1 and any(one.label == LABEL for one in found):
-        if all(np.array_equal(table.numbers(one.place), table.numbers(found[0].place)) for one in found):
-            return found[:1]
-        names = " and ".join(repr(one.header) for one in found[:3])
-        what = f"several columns may be the {found[0].role}"
-        ways = [Choice("columns", f"{one.role}={one.header}") for one in found]
-        decisions.ask(table.path, what, *ways, found=names)
-        found = found[:1]
+        found = [one_of(table, found[0].role or READING, found, decisions)]
     _check_sign(table, found[0], decisions)
-    _check_labels(table, found)
+    if len(found) > 1:
+        _check_whole(table, found, missing, decisions)
     return sorted(found, key=lambda one: (one.label.cycle, one.place))
 
 
@@ -197,21 +191,27 @@ def _check_sign(table: Table, column: Column, decisions: Decisions) -> None:
     """The words of a name agree on the sign of its values."""
     if column.role == UNSIGNED:
         ways = [
-            Choice("columns", f"deviation={column.header}", "(reading minus target)"),
-            Choice("columns", f"correction={column.header}", "(target minus reading)"),
+            as_column("deviation", column.header, "(reading minus target)"),
+            as_column("correction", column.header, "(target minus reading)"),
         ]
         decisions.ask(table.path, "the name of a column contradicts itself", *ways, found=column.header)
 
 
-def _check_labels(table: Table, columns: Sequence[Column]) -> None:
-    """Every column of a wide table is a cycle and a direction of its own."""
-    seen: dict[Label, Column] = {}
-    for one in columns:
-        other = seen.setdefault(one.label, one)
-        if one.label.cycle and other is not one:
-            found = f"{other.header!r} and {one.header!r}"
-            expected = "cycle and direction in the name of every column, as +1 and -1, or 'Run 1 fwd' and 'Run 1 back'"
-            raise InputError(table.path, "two columns are the same cycle and direction", found=found, expected=expected)
+def _check_whole(table: Table, columns: Sequence[Column], missing: bool, decisions: Decisions) -> None:
+    """Every column of a wide table is a cycle and a direction of its own, and every direction has as many cycles."""
+    labels = Counter(one.label for one in columns)
+    twice = [one for one in columns if one.label.cycle and labels[one.label] > 1]
+    uncounted = [one for one in columns if not one.label.cycle]
+    ways = Counter(one.label.way for one in uncounted)
+    whole = not uncounted or (len(uncounted) == len(columns) and len(ways) == 2 and len(set(ways.values())) == 1)
+    if twice or not (whole or missing):
+        rivals = twice or uncounted
+        ignored = [as_column(IGNORE, called(one, columns)) for one in rivals]
+        ways_out = ignored if twice else [*ignored, Choice("accept", "missing", "where all are runs")]
+        what = (
+            "two columns are the same cycle and direction" if twice else "the columns are no whole runs there and back"
+        )
+        decisions.ask(table.path, what, *ways_out, found=shown([repr(one.header) for one in rivals], " and "))
 
 
 def _only_length(table: Table, roles: Sequence[Column]) -> list[Column]:

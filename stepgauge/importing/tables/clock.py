@@ -150,7 +150,8 @@ def _formats(text: str) -> list[str]:
     style, timed = _OF_DAY.subn(_time_format, text)
     style = re.sub(f"(?<=[Sfp])(?:{_ZONE})", "%z", style) if timed else style
     words = _WORD.findall(style) if timed < 2 else ["?"]
-    kind = "".join("b" if one in _ENGLISH else {4: "Y", 1: "-", 2: "-"}.get(len(one), "?") for one in words)
+    lengths = {4: "Y", 1: "-", 2: "-"}
+    kind = "".join(lengths.get(len(one), "?") if one.isdigit() else "b?"[one not in _ENGLISH] for one in words)
     orders = _ORDERS.get(kind, "").split() if words else [""] * timed
     if kind == "---" and ":" in text[:3]:
         orders = ["ymd"]
@@ -209,7 +210,7 @@ def _set_back(elapsed_s: Array, cells: Sequence[object], at: Callable[[int], str
 
 
 def _parsed(texts: Sequence[str], style: str) -> _Reading | None:
-    moments = pd.to_datetime(pd.Index(texts, dtype=object), format=style, errors="coerce", utc="%z" in style)
+    moments = pd.to_datetime(list(texts), format=style, errors="coerce", utc="%z" in style)
     if moments.hasnans:
         return None
     seconds = (moments - moments[0]).total_seconds().to_numpy(float)

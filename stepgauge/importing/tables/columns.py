@@ -186,7 +186,7 @@ def remainder(name: str) -> frozenset[str]:
 
 def _of_axis(columns: list[Column], chosen: Mapping[str, str]) -> list[Column]:
     columns = [_labelled(one, chosen) for one in columns]
-    columns = _one_place(_wide(columns))
+    columns = _wide(columns)
     if {FROM, TO} <= {one.role for one in columns}:  # a station may be called a target: its place is no position
         columns = [replace(one, role=None) if one.role in (TARGET, *DEVIATIONS, WAY) else one for one in columns]
     if not any(one.unit is not None and one.unit.quantity == "angle" for one in columns):
@@ -223,21 +223,6 @@ def _tells(stem: tuple[str, ...]) -> bool:
     """Whether what columns share is a reading, a deviation or a cycle, and not a temperature of several sensors."""
     of = (TARGET, "target beside", READING, "reading beside", DEVIATION, CORRECTION, CYCLE, WAY)
     return says(stem, *of) | (set(stem) & {"m", "x", "r", "pos", "forward", "backward"}) == set(stem)
-
-
-def _one_place(columns: list[Column]) -> list[Column]:
-    """A place is the target where no other column is one."""
-    values = [one for one in columns if one.role in VALUE_ROLES]
-    labelled = [one for one in columns if one.label != LABEL]
-    places = [
-        one.place
-        for one in columns
-        if one.role is None and words_of(one.name) and set(words_of(one.name)) <= WORDS["place"]
-        if one.label == LABEL or (words_of(one.name) == ("pos",) and labelled == [one])  # not the positive way of two
-    ]
-    if any(one.role == TARGET for one in columns) or len(places) != 1 or not values:
-        return columns
-    return [replace(one, role=TARGET, label=LABEL) if one.place == places[0] else one for one in columns]
 
 
 # points of three coordinates

@@ -7,7 +7,7 @@ that settle it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -47,6 +47,17 @@ class Choice:
         more = f" ({', '.join(self.suggestions[1:])}, ..)" if len(self.suggestions) > 1 else ""
         value = self.typed or f"{self.suggestions[0] if self.suggestions else ''}{more}"
         return " ".join(part for part in ("{}", value, self.words) if part)
+
+
+def as_column(role: str, header: str, words: str = "") -> Choice:
+    """The choice that a column is of a role."""
+    return Choice("columns", f"{role}={header}", words)
+
+
+def shown(texts: Sequence[str], between: str = ", ") -> str:
+    """The first of several texts, and how many there are more."""
+    more = len(texts) - MOST_SHOWN
+    return between.join(texts[:MOST_SHOWN]) + (f" and {more} more" if more > 0 else "")
 
 
 def named(choices: Iterable[Choice]) -> Naming:

@@ -1,6 +1,8 @@
 """The roles that names suggest, compared with one another and with the numbers: what stays open is a question.
 
-A choice by ``--column`` is not judged: it removes its rivals (:func:`.roles.AXIS, read_columns`).
+Every column is a hypothesis of its name. A rival is excluded by a reason (a copy, a name that goes with that of the
+reading, a choice by ``--column``), which is told, or it is asked. A table with targets, readings and deviations states
+every deviation twice; targets are set, so they are rounder than readings.
 """
 
 from __future__ import annotations
@@ -9,16 +11,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import looks_numeric
-from stepgauge.importing.tables.cells import Cell
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.columns import (
     AXIS,
+    CORRECTION,
     CYCLE,
+    DEVIATION,
     DROPPED,
     FROM,
+    IGNORE,
     PLACEMENT,
     READING,
     TARGET,
@@ -31,33 +36,71 @@ from stepgauge.importing.tables.columns import (
     read_columns,
     remainder,
 )
-from stepgauge.importing.tables.consistent import check_consistent
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.labels import LABEL, parse_label, way_of
-from stepgauge.importing.tables.questions import Choice, Decisions
+from stepgauge.importing.tables.questions import Choice, Decisions, as_column, shown
 from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.vocabulary import WORDS, says, split_name, words_of
 
+Chosen = Mapping[str, str]
 _COORDINATES = ("x", "y", "z", "height")
 MOST_OF_SPOT = 1.0
 """Span, in the unit of a table, of the readings of one spot where other coordinates stand beside them."""
-_KINDS_ASKED = "rows are of several kinds"
 NEAR = 0.01
 """Of a column that is the same in every row: readings that are as near to it may be those of one target."""
-MOST_SHOWN = 4
+FOLLOWS = 0.2
+"""Readings follow their targets with slope 1, within this in any unit of the same size."""
+AGREES = 0.02
+"""Of the span of the deviations, beside their last digits: what is told twice may differ by as much."""
+TEMPERATURES_C = (-80.0, 400.0)
+"""What a column of temperatures beside a measurement may hold."""
 
 
 def settled_roles(table: Table, layout: TableLayout, decisions: Decisions) -> list[Column]:
-    """The role of every column; what names and numbers leave open is asked."""
+    """The role of every column; what names and numbers leave open is asked. A choice by hand is not judged."""
     chosen = layout.columns
-    roles = read_columns(table.headers, table.units, chosen, AXIS)
-    roles = [_by_content(table, one) for one in roles]
+    roles = [_by_content(table, one) for one in read_columns(table.headers, table.units, chosen, AXIS)]
     roles = _without_copies(table, roles, decisions)
-    roles = _one_target(table, roles, chosen, decisions)
+    if TARGET not in chosen:
+        roles = _one_target(table, roles, decisions)
     roles = _one_coordinate(table, roles, decisions)
-    roles = _with_vacant(table, roles, chosen, decisions)
+    _check_vacant(table, roles, chosen, decisions)
     _check_kinds(table, roles, layout, decisions)
-    return check_consistent(table, roles, chosen, decisions)
+    if not chosen:
+        _check_told_twice(table, roles, decisions)
+    for one in roles:
+        if one.role is None:
+            _check_unnamed(table, one, roles, chosen, decisions)
+    return roles
+
+
+def one_of(
+    table: Table, role: str, rivals: Sequence[Column], decisions: Decisions, goes_with: Column | None = None
+) -> Column:
+    """The column of a role: the one whose name goes with another's, or the first where the others are its copies.
+
+    Any other rival is asked for.
+    """
+    paired = [] if goes_with is None else [one for one in rivals if remainder(one.name) == remainder(goes_with.name)]
+    first, why = (rivals[0], "") if len(paired) != 1 else (paired[0], f"{paired[0].header!r} goes with it by its name")
+    values = table.numbers(first.place)
+    others = [one for one in rivals if one is not first]
+    open_ = [one for one in others if not np.array_equal(table.numbers(one.place), values, equal_nan=True)]
+    if open_ and not why:
+        ways = [as_column(role, called(one, rivals)) for one in rivals]
+        found = shown([repr(one.header) for one in rivals], " and ")
+        decisions.ask(table.path, f"several columns may be the {role}", *ways, found=found)
+    for one in others:
+        decisions.reject(
+            f"column {one.place + 1}, {one.header!r}, as the {role}",
+            (why or "asked") if one in open_ else f"a copy of column {first.place + 1}",
+        )
+    return first
+
+
+def called(one: Column, among: Sequence[Column]) -> str:
+    """How a choice names a column: by its header, or by its place where another one has the same."""
+    return one.called if sum(other.header == one.header for other in among) == 1 else f"#{one.place + 1}"
 
 
 def is_text(table: Table, place: int) -> bool:
@@ -65,66 +108,98 @@ def is_text(table: Table, place: int) -> bool:
     middle = table.bulk.get(place)
     if middle is not None and middle.dtype.kind in "fi":
         return False
-    return any(isinstance(row[place], str) and row[place] and not looks_numeric(str(row[place])) for row in table.rows
-               if place < len(row))  # fmt: skip
+    cells = (row[place] for row in table.rows if place < len(row))
+    return any(isinstance(cell, str) and cell and not looks_numeric(cell) for cell in cells)
 
 
 def _by_content(table: Table, one: Column) -> Column:
     """A column of times or directions by its cells, where its name says nothing."""
-    if one.role is not None or one.unit is not None:
-        return one
     cells = [cell for cell in table.first_cells(one.place) if cell != ""]
+    if one.role is not None or one.unit is not None or not cells:
+        return one
     texts = [cell for cell in cells if isinstance(cell, str)]
-    if cells and not any(isinstance(cell, str | float) for cell in cells):
+    if not any(isinstance(cell, str | float) for cell in cells):
         return replace(one, role=TIME)
-    if texts and len(texts) == len(cells):
-        if all(way_of(text) for text in texts) and len({way_of(text) for text in texts}) == 2:
+    if len(texts) == len(cells):
+        if {way_of(text) for text in texts} == {1, -1}:
             return replace(one, role=WAY)
-        if all(is_moment(text) for text in texts):
+        if all(map(is_moment, texts)):
             return replace(one, role=TIME)
     return one
 
 
 def _without_copies(table: Table, roles: list[Column], decisions: Decisions) -> list[Column]:
     """Columns of one header and the same numbers are one column."""
-    seen: dict[str, Column] = {}
+    seen: dict[tuple[str, bytes], Column] = {}
     found = []
     for one in roles:
-        first = one if one.role in (None, DROPPED) else seen.setdefault(one.header.casefold(), one)
-        numbers = table.numbers(one.place) if first is not one else np.zeros(1)
-        if first is not one and not np.array_equal(numbers, table.numbers(first.place)):
-            first = one
+        again = one.role not in (None, DROPPED) and sum(other.header == one.header for other in roles) > 1
+        numbers = table.numbers(one.place) if again else np.empty(0)
+        key = (one.header.casefold(), numbers.tobytes() if np.isfinite(numbers).any() else one.place.to_bytes(4))
+        first = seen.setdefault(key, one)
         if first is not one:
             decisions.reject(f"column {one.place + 1}, {one.header!r}", f"a copy of column {first.place + 1}")
         found.append(one if first is one else replace(one, role=DROPPED))
     return found
 
 
-def _one_target(table: Table, roles: list[Column], chosen: Mapping[str, str], decisions: Decisions) -> list[Column]:
-    """The target: of several the one whose name goes with that of the reading, or whose numbers are the same."""
+def _one_target(table: Table, roles: list[Column], decisions: Decisions) -> list[Column]:
+    """The target: by its name, else a place that the readings follow, or whose unit is theirs."""
     targets = [one for one in roles if one.role == TARGET]
     values = [one for one in roles if one.role in VALUES]
-    if len(targets) < 2 or TARGET in chosen:
+    if not targets:
+        return _place_as_target(table, roles)
+    if len(targets) < 2:
         return roles
     ends = {remainder(one.name) for one in values}
-    paired = [one for one in targets if len(ends) == 1 and remainder(one.name) in ends]
-    first = paired[0] if len(paired) == 1 and len(targets) > 1 and ends != {frozenset()} else targets[0]
-    others = [one for one in targets if one is not first]
-    alike = all(np.array_equal(table.numbers(one.place), table.numbers(first.place), equal_nan=True) for one in others)
-    if len(paired) == 1 and ends != {frozenset()}:
-        why = f"{first.header!r} goes with {values[0].header!r}"
-    elif alike:
-        why = f"the same numbers as {first.header!r}"
-    elif len(ends) > 1 and all(remainder(one.name) in ends for one in targets):
-        why = "which one, shows with the reading"
+    if len(ends) > 1 and all(remainder(one.name) in ends for one in targets):  # which one, shows with the reading
+        first = targets[0]
     else:
-        why = "asked"
-        names = " and ".join(repr(one.header) for one in targets[:MOST_SHOWN])
-        ways = [Choice("columns", f"{TARGET}={one.called}") for one in targets]
-        decisions.ask(table.path, "several columns may be the target", *ways, found=names)
-    for one in others:
-        decisions.reject(f"{one.header!r} as the target", why)
-    return [replace(one, role=None) if one in others else one for one in roles]
+        with_name = values[0] if len(ends) == 1 and ends != {frozenset()} else None
+        first = one_of(table, TARGET, targets, decisions, with_name)
+    return [replace(one, role=None) if one in targets and one is not first else one for one in roles]
+
+
+def _place_as_target(table: Table, roles: list[Column]) -> list[Column]:
+    """A place is the target, where no other column is one and its unit, or its readings, say so."""
+    values = [one for one in roles if one.role in VALUE_ROLES]
+    labelled = [one for one in roles if one.label != LABEL]
+    places = [
+        one
+        for one in roles
+        if one.role is None and words_of(one.name) and set(words_of(one.name)) <= WORDS["place"]
+        if one.label == LABEL or (words_of(one.name) == ("pos",) and labelled == [one])  # not the positive way of two
+    ]
+    if len(places) != 1 or not values or any(one.role == FROM for one in roles):
+        return roles
+    if places[0].unit is None and all(one.role == READING for one in values):  # the name alone is not enough
+        numbers = table.numbers(places[0].place)
+        clocks = [table.numbers(one.place) for one in roles if one.role == TIME]
+        again = 2 * len(np.unique(numbers)) <= len(numbers) and not any(_may_be_minutes(numbers, one) for one in clocks)
+        if not again and not _follow(table.numbers(values[0].place), numbers):
+            return roles
+    return [replace(one, role=TARGET, label=LABEL) if one is places[0] else one for one in roles]
+
+
+def _follow(readings: Array, places: Array) -> bool:
+    """Whether readings go with places, one for one, or lie near to the only one."""
+    there = np.isfinite(readings) & np.isfinite(places)
+    if not there.any():
+        return False
+    readings, travel = readings[there], places[there] - places[there].mean()
+    if not np.ptp(travel):
+        return _are_near(readings, float(places[there][0]))
+    return abs(float(travel @ readings / (travel @ travel)) - 1.0) < FOLLOWS
+
+
+def _are_near(readings: Array, place: float) -> bool:
+    return bool(np.abs(readings - place).max() < NEAR * abs(place))
+
+
+def _may_be_minutes(numbers: Array, hours: Array) -> bool:
+    """Whether whole numbers below 60 may be the finer part of times that are told in whole numbers below 60."""
+    both = np.concatenate([numbers, hours])
+    return bool((both == np.floor(both)).all() and both.min() >= 0.0 and both.max() < 60.0)
 
 
 # roles that no name fills
@@ -140,25 +215,22 @@ def _one_coordinate(table: Table, roles: list[Column], decisions: Decisions) -> 
     if len(moving) != 1 or not spans[moving[0].place] < MOST_OF_SPOT:
         return roles
     decisions.take(f"{moving[0].header!r} is taken as the reading: the other coordinates are the same in every row")
-    fixed = {one.place for one in places} - {moving[0].place}
-    roles = [replace(one, role=READING) if one is moving[0] else one for one in roles]
-    return [replace(one, role=DROPPED) if one.place in fixed else one for one in roles]
+    taken = {one.place: READING if one is moving[0] else DROPPED for one in places}
+    return [replace(one, role=taken.get(one.place, one.role)) for one in roles]
 
 
-def _with_vacant(table: Table, roles: list[Column], chosen: Mapping[str, str], decisions: Decisions) -> list[Column]:
-    """Columns whose names say nothing, for the roles of target and reading where no name fills them."""
-    of_stations = any(one.role == FROM for one in roles)
+def _check_vacant(table: Table, roles: Sequence[Column], chosen: Chosen, decisions: Decisions) -> None:
+    """Readings without a target, beside a column that nothing names and that may be the target."""
     values = [one for one in roles if one.role in VALUE_ROLES]
-    targets = [one for one in roles if one.role == TARGET]
-    readings = table.numbers(values[0].place) if values else np.zeros(1)
+    if not values or TARGET in chosen or any(one.role in (TARGET, FROM) for one in roles):
+        return
+    readings = table.numbers(values[0].place)
     free = [one for one in roles if one.role is None and _may_be_place(table, one, readings)]
-    if values and not targets and not of_stations and free and TARGET not in chosen:
-        names = ", ".join(repr(one.called) for one in free[:MOST_SHOWN])
-        ways = [Choice("columns", f"{TARGET}={one.called}") for one in free]
-        ways.insert(1, Choice("columns", f"ignore={free[0].called}", "if it is something else"))
+    if free:
+        ways = [as_column(TARGET, one.called) for one in free]
+        ways.insert(1, as_column(IGNORE, free[0].called, "if it is something else"))
         what = "readings without a target, and a column that may be the target"
-        decisions.ask(table.path, what, *ways, found=names)
-    return roles
+        decisions.ask(table.path, what, *ways, found=shown([repr(one.called) for one in free]))
 
 
 def _may_be_place(table: Table, one: Column, readings: Array) -> bool:
@@ -167,20 +239,93 @@ def _may_be_place(table: Table, one: Column, readings: Array) -> bool:
     In no other unit, and no row numbers.
     """
     name, unit = split_name(one.header)
-    if (
-        (unit is not None and unit.quantity not in ("length", "angle"))
-        or is_known(name)
-        or (name != one.header and unit is None)
-    ):
-        return False
-    if name.endswith(("]", ")")):  # a unit that is none of length
+    other = unit is not None and unit.quantity not in ("length", "angle")
+    if other or is_known(name) or (name != one.header and unit is None) or name.endswith(("]", ")")):
         return False
     values = table.numbers(one.place)
     if not np.isfinite(values).all():
         return False
     if not np.ptp(values):
-        return bool(np.abs(readings - values).max() < NEAR * abs(values[0]))
+        return _are_near(readings, float(values[0]))
     return not (len(values) > 1 and (np.diff(values) == 1.0).all() and values[0] in (0.0, 1.0))
+
+
+def _check_unnamed(table: Table, one: Column, roles: Sequence[Column], chosen: Chosen, decisions: Decisions) -> None:
+    """Of what is recorded besides: temperatures can be some, and 1 and -1 alone may be the direction."""
+    ignored, values = as_column(IGNORE, one.called), table.numbers(one.place)
+    if one.unit is not None and one.unit.quantity == "temperature":
+        celsius = values[np.isfinite(values)] * one.unit.factor + one.unit.offset
+        if len(celsius) and not (TEMPERATURES_C[0] <= celsius.min() and celsius.max() <= TEMPERATURES_C[1]):
+            found = f"{celsius.min():g} to {celsius.max():g} deg C"
+            decisions.ask(table.path, f"{one.header!r} cannot be temperatures", ignored, found=found)
+    there = {other.role for other in roles}
+    if WAY in there or WAY in chosen or not there & set(VALUES) or split_name(one.header)[1] is not None:
+        return
+    if np.isin(values, (-1.0, 1.0)).all() and len(np.unique(values)) == 2:
+        what = f"{one.header!r} holds 1 and -1, and may be the direction of travel"
+        decisions.ask(table.path, what, as_column(WAY, one.called), ignored)
+
+
+# what a table says twice
+
+
+def _check_told_twice(table: Table, roles: Sequence[Column], decisions: Decisions) -> None:
+    """Targets, readings and deviations beside one another agree, and targets are the rounder ones."""
+    target, reading, deviation = (_only(roles, *names) for names in ((TARGET,), (READING,), (DEVIATION, CORRECTION)))
+    if target is None or reading is None:
+        return
+    places, values = table.numbers(target.place), table.numbers(reading.place)
+    if not (np.isfinite(places).all() and np.isfinite(values).all()):
+        return
+    if deviation is not None and np.isfinite(table.numbers(deviation.place)).all():
+        _check_difference(table, target, reading, deviation, decisions)
+    if _last_digit(places) >= 0.5 * _last_digit(values):
+        return
+    different = np.sort(pd.unique(values))
+    steps, fewer = np.diff(different), len(different) < len(pd.unique(places))
+    even = len(values) == len(different) > 2 and np.allclose(steps, steps[0], rtol=1e-9)
+    if fewer or even:
+        what = f"{target.header!r} has more digits than {reading.header!r}: are they exchanged?"
+        ways = (as_column(TARGET, target.header, "if not"), as_column(TARGET, reading.header, "if so"))
+        decisions.ask(table.path, what, *ways)
+
+
+def _only(roles: Sequence[Column], *names: str) -> Column | None:
+    found = [one for one in roles if one.role in names]
+    return found[0] if len(found) == 1 and found[0].label == LABEL else None
+
+
+def _check_difference(table: Table, target: Column, reading: Column, deviation: Column, decisions: Decisions) -> None:
+    """Deviations are reading minus target, or as their name says the other way round."""
+    columns = (target, reading, deviation)
+    places, values, stated = (table.numbers(one.place) for one in columns)
+    per = [None if one.unit is None else one.unit.factor for one in columns]
+    of_target = per[0] or per[1] or 1.0
+    told = values * (per[1] or of_target) - places * of_target
+    size = float(np.abs(stated).max(initial=0.0))
+    ratio = max(float(np.abs(told).max()), 1e-12) / (size or 1.0)
+    factor = per[2] or min((1.0, 1e-3, 1e3, 25.4e-3), key=lambda one: abs(np.log(ratio / one)))
+    if not size and not per[2]:
+        return
+    digits = _last_digit(values) * (per[1] or of_target)  # a target is as it is set
+    allowed = 2.0 * (digits + _last_digit(stated) * factor) + AGREES * float(np.ptp(told))
+    signed = stated * factor * (-1.0 if deviation.role == CORRECTION else 1.0)
+    off = np.abs(told - signed)
+    if (off <= allowed).all():
+        return
+    row = int(off.argmax())
+    what = f"{deviation.header!r} is not {reading.header!r} minus {target.header!r}"
+    what += ": its sign is the other one" if (np.abs(told + signed) <= allowed).all() else ""
+    found = f"{stated[row]:g} beside {values[row]:g} and {places[row]:g}"
+    ways = (as_column(READING, reading.header), as_column(DEVIATION, deviation.header))
+    decisions.ask(table.at(row), what, *ways, found=found)
+
+
+def _last_digit(values: Array) -> float:
+    """One of the last decimal that numbers are written with."""
+    few = values[:: max(1, len(values) // 200)]
+    digits = next((n for n in range(10) if np.allclose(few, np.round(few, n), rtol=0.0, atol=1e-12)), 10)
+    return float(10.0**-digits)
 
 
 # what tells rows apart
@@ -189,31 +334,21 @@ def _may_be_place(table: Table, one: Column, readings: Array) -> bool:
 def _check_kinds(table: Table, roles: Sequence[Column], layout: TableLayout, decisions: Decisions) -> None:
     """A column, or titles of blocks, by which rows are of different kinds: one recording is of one kind."""
     every = {one.removesuffix("=*").strip() for one in layout.rows if one.endswith("=*")}
+    ignored = layout.columns.get(IGNORE, "").casefold().split("\n")
     target = next((table.numbers(one.place) for one in roles if one.role == TARGET), None)
+    asked = False
     for one in roles:
-        if one.role not in (None, DROPPED) or one.place in _ignored(roles, layout.columns) or one.called in every:
-            continue
-        cells = _kinds_in(table, one)
+        taken = {one.header.casefold(), f"#{one.place + 1}"} & set(ignored) or one.called in every
+        cells = None if taken or one.role not in (None, DROPPED) else _kinds_in(table, one)
         if cells is not None and not _names_targets(cells, target):
             _ask_rows(table, repr(one.header), sorted(set(cells)), one.called, decisions)
-    asked = any(str(one.what).startswith(_KINDS_ASKED) for one in decisions.questions)
-    if len(table.titles) > 1 and "title" not in every and not asked:
-        _check_titles(table, roles, decisions)
-
-
-def _check_titles(table: Table, roles: Sequence[Column], decisions: Decisions) -> None:
-    """Lines above the blocks that are no runs and no directions say of what kind the rows below them are."""
+            asked = True
     numbers, sizes = np.unique(table.block, return_counts=True)
     titles = [table.titles[n] for n in numbers.tolist()]
     labelled = all(parse_label(title) != LABEL for title in titles if title)
-    known = any(one.role in (CYCLE, WAY, PLACEMENT) for one in roles)
+    known = asked or "title" in every or any(one.role in (CYCLE, WAY, PLACEMENT) for one in roles)
     if len(set(titles)) > 1 and not labelled and sizes.min() > 1 and not known:
         _ask_rows(table, "the lines above the blocks", list(dict.fromkeys(filter(None, titles))), "title", decisions)
-
-
-def _ignored(roles: Sequence[Column], chosen: Mapping[str, str]) -> set[int]:
-    names = chosen.get("ignore", "").casefold().split("\n")
-    return {one.place for one in roles if one.header.casefold() in names or f"#{one.place + 1}" in names}
 
 
 def _kinds_in(table: Table, one: Column) -> list[str] | None:
@@ -221,8 +356,7 @@ def _kinds_in(table: Table, one: Column) -> list[str] | None:
     named = bool(says(words_of(one.header), "kind"))
     if says(words_of(one.name), "besides") or not (named or is_text(table, one.place)):
         return None
-    cells: list[Cell] = table.cells(one.place)
-    texts = [f"{cell:g}" if isinstance(cell, float) else str(cell).strip() for cell in cells]
+    texts = [f"{cell:g}" if isinstance(cell, float) else str(cell).strip() for cell in table.cells(one.place)]
     filled = {text for text in texts if text}
     remark = 2 * texts.count("") >= len(texts)
     verdict = {text.casefold() for text in filled} <= WORDS["verdict"]
@@ -233,13 +367,11 @@ def _names_targets(texts: Sequence[str], target: Array | None) -> bool:
     """Whether a text is a name of the target: each has its own."""
     if target is None:
         return False
-    pairs = {(text, value) for text, value in zip(texts, target.tolist(), strict=True)}
+    pairs = set(zip(texts, target.tolist(), strict=True))
     return len(pairs) == len({text for text, _ in pairs}) == len({value for _, value in pairs})
 
 
 def _ask_rows(table: Table, where: str, texts: Sequence[str], name: str, decisions: Decisions) -> None:
-    what = f"{_KINDS_ASKED}, by {where}"
-    found = ", ".join(texts[:MOST_SHOWN]) + (f" and {len(texts) - MOST_SHOWN} more" if len(texts) > MOST_SHOWN else "")
     ways = [Choice("rows", text) for text in texts]
     ways.insert(1, Choice("rows", f"{name}=*", "for all of them"))
-    decisions.ask(table.path, what, *ways, found=found)
+    decisions.ask(table.path, f"rows are of several kinds, by {where}", *ways, found=shown(texts))
