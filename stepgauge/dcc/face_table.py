@@ -18,7 +18,7 @@ from stepgauge.files.arrays import Array
 from stepgauge.files.units import find_unit
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Decisions
-from stepgauge.importing.tables.read import TableLayout, read_file
+from stepgauge.importing.tables.read import TableLayout, only_table, read_file
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.importing.tables.vocabulary import signs_of, subtractions
 
@@ -88,9 +88,8 @@ def read_face_table(
     InputError
         no position and no deviation in it, no uncertainty, a unit that cannot be known
     """
-    source, decisions = read_source(given), Decisions()
-    table = read_file(source, TableLayout(), decisions).tables[0]
-    decisions.settle()
+    source = read_source(given)
+    table = only_table(source)
     columns = _columns(table, roles or {})
     _check_once(source.name, columns)
     values, columns, notes = _values(table, columns, units or {})

@@ -22,7 +22,8 @@ class ErrorMap(Effect):
     """One of the 18 errors of motion from a table: d = scale * error(x), linear between rows, constant beyond the ends.
 
     The CSV file has the columns ``coordinate_mm`` (increasing) and ``error``: um for the components x, y, z
-    (positioning or straightness), urad for rx, ry, rz (rotations, which act with the arm of :class:`AngularError`).
+    (positioning or straightness), urad for rx, ry, rz (rotations, which act with the arm of :class:`AngularError`), or
+    in the unit that its header states.
     """
 
     kind: ClassVar[str] = "error_map"
@@ -39,18 +40,19 @@ class ErrorMap(Effect):
     def prepared(self, where: str | Path) -> Self:
         """Finds the file beside the machine file and reads it."""
         path = file_beside(where, "effect.file", self.file).resolve()
-        read_map(str(path))
+        read_map(str(path), self.component)
         return self.model_copy(update={"file": str(path)})
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Interpolated in the coordinate of the travel."""
-        coordinate, error = read_map(self.file)
+        coordinate, error = read_map(self.file, self.component)
         amount = self.scale * np.interp(probings.axis_mm(self.axis), coordinate, error)
         return moved(probings, self.axis, self.component, um_or_mrad(amount, self.component), self.scale_at_mm)
 
 
 @lru_cache(maxsize=64)
-def read_map(path: str) -> tuple[Array, Array]:
-    """Coordinates and errors of a table; :class:`InputError` names the row that does not increase."""
-    table = read_numbers(path, COLUMNS)
+def read_map(path: str, component: Component) -> tuple[Array, Array]:
+    """Coordinates in mm and errors in um or urad; :class:`InputError` names the row that does not increase."""
+    unit = {"length": "um"} if len(component) == 1 else {"angle": "urad"}
+    table = read_numbers(path, COLUMNS, unit)
     return table.rising("coordinate_mm"), table["error"]

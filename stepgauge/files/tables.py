@@ -92,14 +92,16 @@ def read_rows(
     """A CSV table with at least the ``required`` columns, in any order; ``#`` lines are comments.
 
     One that is not UTF-8 with commas, or names no column as ours do, is read as a table of any make, its columns by
-    the words and units of their headers; ``plain``: the units in which further columns are wanted, by quantity.
-    ``others``: whether there may be such. :class:`InputError` for missing, repeated or unknown columns, rows of another
-    length (decimal commas, cut files), and tables without rows.
+    the words and units of their headers; ``plain``: the units, by quantity, in which columns are wanted whose names
+    have none. ``others``: whether there may be further columns. :class:`InputError` for missing, repeated or unknown
+    columns, rows of another length (decimal commas, cut files), rows of numbers beside the table, and tables without
+    rows.
     """
     try:
         return _read_own(path, required, others)
     except InputError as error:
-        if not (required and Path(path).is_file() and is_foreign(path, required)):
+        stated = plain and "is missing" in error.what  # perhaps under a name with its unit
+        if not (required and Path(path).is_file() and (stated or is_foreign(path, required))):
             raise
         from stepgauge.importing.tables.rows import foreign_rows  # which reads tables of any make
 
@@ -149,9 +151,9 @@ def _read_own(path: str | Path, required: Sequence[str], others: bool) -> Rows:
     return Rows(str(path), header, [cells for _, cells in body], [n for n, _ in body])
 
 
-def read_numbers(path: str | Path, columns: Sequence[str]) -> CsvTable:
-    """A CSV file with exactly these columns (in any order), all of them finite numbers; errors as :func:`read_rows`."""
-    rows = read_rows(path, columns, others=False)
+def read_numbers(path: str | Path, columns: Sequence[str], plain: Mapping[str, str] = MappingProxyType({})) -> CsvTable:
+    """A CSV file with exactly these columns (in any order), all of them finite numbers; as :func:`read_rows`."""
+    rows = read_rows(path, columns, others=False, plain=plain)
     values = rows.numbers(columns)
     return CsvTable(str(path), {name: values[:, i] for i, name in enumerate(columns)}, rows.lines)
 

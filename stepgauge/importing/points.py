@@ -38,7 +38,7 @@ from stepgauge.importing.tables.columns import (
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Choice, Decisions
 from stepgauge.importing.tables.read import TableLayout, choose_table, read_file, taken_columns
-from stepgauge.importing.tables.rivals import MOST_OF_SPOT
+from stepgauge.importing.tables.rivals import MOST_OF_SPOT, one_of
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.importing.tables.values import beside, clock_of, finite, scaled
 from stepgauge.importing.thermal import read_convention, said_lines
@@ -161,23 +161,17 @@ def _check(table: Table, columns: list[Column], layout: TableLayout, decisions: 
     if not set(POSITION) <= {one.role for one in columns}:
         _ask_points(table, columns, decisions)
         decisions.settle()
-    seen: dict[str, Column] = {}
-    for one in columns:
-        if one.role in (None, DROPPED) or (one.role == TIME and is_date(one.header)):
-            continue
-        first = seen.setdefault(one.role, one)
-        if first is not one and not np.array_equal(
-            table.numbers(first.place), table.numbers(one.place), equal_nan=True
-        ):
-            ways = [Choice("columns", f"{one.role}={other.called}") for other in (first, one)]
-            found = f"{first.header!r} and {one.header!r}"
-            decisions.ask(table.at(0), f"two columns may be {one.role}", *ways, found=found)
-        quantity = QUANTITY.get(one.role)
+    known = [one for one in columns if one.role not in (None, DROPPED)]
+    for role in dict.fromkeys(one.role for one in known):
+        rivals = [one for one in known if one.role == role and not (role == TIME and is_date(one.header))]
+        if role is not None and len(rivals) > 1:
+            one_of(table, role, rivals, decisions)
+    for one in known:
+        quantity = QUANTITY.get(one.role or "")
         if one.unit and one.unit.quantity not in (quantity, "none"):
             what, expected = f"column {one.header!r} cannot be {one.role}", f"a unit of {quantity}"
-            raise InputError(
-                table.at(0), what, found=f"unit {one.unit.name}", expected=expected if quantity else "no unit"
-            )
+            expected = expected if quantity else "no unit"
+            raise InputError(table.at(0), what, found=f"unit {one.unit.name}", expected=expected)
 
 
 def _ask_points(table: Table, columns: Sequence[Column], decisions: Decisions) -> None:

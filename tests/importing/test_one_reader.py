@@ -72,6 +72,7 @@ OPEN = {
     ),
     "targets and readings exchanged": rows(READINGS, TARGETS, header="Target [mm],Measured [mm]"),
     "a place that nothing names": rows(TARGETS, TARGETS * 1e-2, header="Foo [mm],Deviation [um]"),
+    "readings and deviations, and no target": rows(TARGETS, TARGETS * 1e-2, header="Value [mm],Nominal - Actual (um)"),
     "deviations in an unlikely unit": rows(TARGETS, TARGETS * 0.03, header="Target [mm],Deviation [mm]"),
     "two units": rows(TARGETS, TARGETS * 1e-2, header="Target,Deviation"),
     "axes in a column": rows(
@@ -126,6 +127,30 @@ def test_a_choice_removes_its_rivals(role: str) -> None:
     found = read(text, columns={role: header}).recording
     wanted = (READINGS - TARGETS) * 1e3 if role == "reading" else TARGETS * 1e-2
     np.testing.assert_allclose(found.deviation, wanted, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["old Hin [um]", "Hin [um]", "Hin 2 [um]"])
+def test_a_column_too_much_is_no_further_run(name: str) -> None:
+    """Runs there and back have as many columns each; a copy of one of them, with other numbers, is asked about."""
+    there, back = TARGETS * 1e-2, TARGETS * 1e-2 + 1.0
+    text = rows(TARGETS, there, back, there + 0.5, header=f"Target [mm],Hin [um],Rück [um],{name}")
+    said = asked(text).as_typed()
+    assert "no whole runs" in said
+    place = "#4" if name == "Hin [um]" else name
+    assert f'--column ignore="{place}"' in said
+    assert len(read(text, columns={"ignore": place}).recording) == 18
+    assert len(read(text, AxisOptions("laser", missing=True)).recording) == 27
+
+
+def test_a_place_is_no_target_by_its_name_alone() -> None:
+    """Minutes that are called a position: readings neither follow it nor come again at it."""
+    spot = 12.5 + 1e-3 * np.sin(TARGETS)
+    for numbers in (np.arange(5, 14), np.full(9, 20)):
+        text = rows(numbers, spot, header="Position,Reading [mm]")
+        if np.ptp(numbers):
+            assert '--column target="Position"' in asked(text).as_typed()
+        assert read(text, columns={"ignore": "Position"}).recording.form == "spot"
+    assert read(rows(TARGETS, READINGS, header="Position,Reading [mm]")).recording.form == "axis"
 
 
 def test_a_plate_of_three_pairs_needs_one_column_and_the_unit() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from stepgauge.effects.maps import read_map
 from stepgauge.errors import InputError
 from stepgauge.files.tables import read_numbers
 from stepgauge.gauge.certified import read_gauge
@@ -149,11 +150,36 @@ def test_a_recording_that_another_program_saved_is_evaluated(tmp_path: Path, nam
     assert saved.comments["operator"] == "Müller"
 
 
-def test_a_unit_that_a_name_does_not_have_is_refused(tmp_path: Path) -> None:
-    """The errors of a map are in the unit of its effect: a column in another one would be taken as that."""
+@pytest.mark.parametrize(
+    "text", ["Coordinate [mm];Error [mm]\n0;0,001\n10;0,002\n", "coordinate_mm,error_um\n0,1\n10,2\n"]
+)
+def test_an_error_map_is_read_in_the_unit_of_its_header(tmp_path: Path, text: str) -> None:
+    (tmp_path / "map.csv").write_text(text)
+    coordinate, error = read_map(str(tmp_path / "map.csv"), "x")
+    np.testing.assert_allclose([coordinate, error], [[0.0, 10.0], [1.0, 2.0]])
+    with pytest.raises(InputError, match="error"):
+        read_map(str(tmp_path / "map.csv"), "rx")  # a length is no rotation
+
+
+def test_rotations_of_an_error_map_in_arcseconds(tmp_path: Path) -> None:
+    (tmp_path / "map.csv").write_text("Coordinate [mm];Error [arcsec]\n0;1\n10;2\n")
+    np.testing.assert_allclose(read_map(str(tmp_path / "map.csv"), "ry")[1], np.radians([1.0, 2.0]) / 3600.0 * 1e6)
+
+
+def test_a_unit_that_nobody_asked_for_is_refused(tmp_path: Path) -> None:
     (tmp_path / "map.csv").write_text("Coordinate [mm];Error [mm]\n0;0,001\n10;0,002\n")
     with pytest.raises(InputError, match="not separated by commas"):
         read_numbers(tmp_path / "map.csv", ("coordinate_mm", "error"))
+
+
+@pytest.mark.parametrize("more", ["Mean;;10,0;0,3\n", "x2;20;20,1;0,3\n", "\nA;B [mm];C [mm];D\n1;2;3;4\n2;3;4;5\n"])
+def test_rows_of_numbers_that_are_none_of_the_table_are_told(tmp_path: Path, more: str) -> None:
+    """A command that cannot ask refuses what it would leave out; lines of words change no number."""
+    rows = "".join(f"{n};{20 * n - 20};{20 * n - 20},0;0,3\n" for n in range(1, 5))
+    text = f"Face;Nominal [mm];Position [mm];U [um]\n{rows}"
+    with pytest.raises(InputError, match=r"faces.csv:\d+: (a row of numbers is none of the table|column 'Face')"):
+        read_gauge(gauge_file(tmp_path, f"{text}{more}".encode()))
+    assert read_gauge(gauge_file(tmp_path, f"{text}\nMeasured at 20 deg C\n".encode())).n_faces == 4
 
 
 def test_a_damaged_file_of_ours_is_still_refused(tmp_path: Path) -> None:

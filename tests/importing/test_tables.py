@@ -281,7 +281,7 @@ def test_a_date_that_may_be_two_days_is_refused(tmp_path: Path) -> None:
     ("old", "new", "words"),
     [
         ("X;Y;Z", "X;Y;Y", "no row names the columns x, y and z"),
-        ("X;Y;Z", "X;Y;Z;X-Wert", "two columns may be x_mm; found 'X' and 'X-Wert'; expected columns"),
+        ("X;Y;Z", "X;Y;Z;X-Wert", "several columns may be the x_mm; found 'X' and 'X-Wert'; expected columns"),
         ("X;Y;Z", "X [°C];Y;Z", "column 'X \\[°C\\]' cannot be x_mm; found unit °C; expected a unit of length"),
         ("\n1", "\nabc", "points.csv:2: column 'X' is not a number; found 'abc"),
         ("\n1", "\n;1", "points.csv:2: the row has more cells than the header"),

@@ -51,8 +51,8 @@ class Table:
     ``headers``, ``units``: by column; ``rows``: the cells; ``lines``: row of the file of each; ``titles``: the lines
     above the blocks, empty for none, and ``block``: which of them is that of a row; ``decimal``: the decimal mark of
     numbers that are text; ``facts``: what the file states of itself; ``left_out``: what of the file was not used;
-    ``bulk``: the middle of a long table, as columns, and ``at``: the row before which it stands; ``below``: rows of
-    text and numbers after the last reading.
+    ``beside``: lines of rows with as many numbers that are none of its rows; ``bulk``: the middle of a long table, as
+    columns, and ``at_row``: the row before which it stands.
     """
 
     path: str
@@ -65,6 +65,7 @@ class Table:
     decimal: str
     facts: Mapping[str, str] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
+    beside: tuple[int, ...] = ()
     bulk: Mapping[int, NDArray[np.generic]] = field(default_factory=dict)
     at_row: int = 0
     known: dict[int, Array] = field(default_factory=dict, init=False, repr=False, compare=False)
@@ -221,6 +222,11 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
     texts = [cell for row in rows for cell in row if isinstance(cell, str) and cell and not is_moment(cell)]
     _check_widths(cells, headers, rows, lines)
     said = [f"{n} rows {where} the table" for n, where in ((above - start, "above"), (len(below), "below")) if n]
+    numbers = max(kind.count("n") / 2.0, 1.0)
+    inside = {*range(start, first), *body}
+    beside = [
+        n for n in range(start, len(cells.rows)) if n not in inside and _kind(cells.rows[n]).count("n") >= numbers
+    ]
     found = Table(
         cells.path,
         headers or [""] * len(kind),
@@ -232,6 +238,7 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
         decimal or mark_of(cells.path, texts, decisions),
         _facts([*cells.rows[:above], *below], cells.comments, titles),
         (f"dropped: {', '.join(said)}",) if said else (),
+        tuple(cells.lines[n] for n in beside),
     )
     return _with_bulk(found, cells, body)
 

@@ -112,6 +112,23 @@ def choose_table(
     return _kept(chosen, layout.rows)
 
 
+def only_table(source: Source) -> Table:
+    """The table of a file, for commands that ask nothing.
+
+    :class:`InputError` for what the file leaves open, for a second table, and for rows of numbers that are none of the
+    table: nothing that might change a result is left out unseen.
+    """
+    decisions = Decisions()
+    file = read_file(source, TableLayout(), decisions)
+    decisions.settle()
+    table = file.tables[0]
+    others = [one.at(0) for one in file.tables[1:]] + [f"{source.name}:{line}" for line in table.beside]
+    if others:
+        expected = "one table in the file, whose rows all have its columns"
+        raise InputError(others[0], "a row of numbers is none of the table", found=f"{len(others)}", expected=expected)
+    return table
+
+
 def _listed(tables: Sequence[Table]) -> str:
     return ", ".join(f"{n} ({len(one)} rows from line {one.lines[0]})" for n, one in enumerate(tables, 1))
 

@@ -21,6 +21,7 @@ from stepgauge.importing.tables.columns import (
     CORRECTION,
     CYCLE,
     DEVIATION,
+    DEVIATIONS,
     DROPPED,
     FROM,
     IGNORE,
@@ -220,9 +221,16 @@ def _one_coordinate(table: Table, roles: list[Column], decisions: Decisions) -> 
 
 
 def _check_vacant(table: Table, roles: Sequence[Column], chosen: Chosen, decisions: Decisions) -> None:
-    """Readings without a target, beside a column that nothing names and that may be the target."""
+    """Readings without a target, beside a column that may be it: one that nothing names, or one beside deviations."""
     values = [one for one in roles if one.role in VALUE_ROLES]
     if not values or TARGET in chosen or any(one.role in (TARGET, FROM) for one in roles):
+        return
+    deviation = next((one for one in values if one.role in DEVIATIONS), None)
+    reading = next((one for one in values if one.role == READING), None)
+    if deviation is not None and reading is not None:
+        ways = (as_column(TARGET, reading.called), as_column(IGNORE, deviation.called, "to have the readings alone"))
+        found = f"{reading.header!r} and {deviation.header!r}"
+        decisions.ask(table.path, "readings and deviations, and no target", *ways, found=found)
         return
     readings = table.numbers(values[0].place)
     free = [one for one in roles if one.role is None and _may_be_place(table, one, readings)]

@@ -27,8 +27,7 @@ from stepgauge.importing.tables.columns import (
     read_columns,
 )
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.questions import Decisions
-from stepgauge.importing.tables.read import TableLayout, read_file
+from stepgauge.importing.tables.read import only_table
 from stepgauge.importing.tables.source import read_source
 from stepgauge.importing.tables.vocabulary import says, signs_of, split_name, words_of
 from stepgauge.recording import APPROACH
@@ -41,22 +40,21 @@ _CERTIFIED = frozenset(["certified", "calibrated", "kalibriert", "position"])
 def foreign_rows(path: str | Path, required: Sequence[str], plain: Mapping[str, str]) -> Rows:
     """The table with the ``required`` columns, and the others under their names with the unit of their quantity.
 
-    ``plain``: the unit of other columns by quantity (``{"length": "um"}``). :class:`InputError` where a column is not
-    there or there twice, or where the file leaves something open.
+    ``plain``: the unit of columns without one in their name, by quantity (``{"length": "um"}``). :class:`InputError`
+    where a column is not there or there twice, where the file leaves something open, and for rows of numbers that are
+    none of the table.
     """
-    decisions = Decisions()
-    file = read_file(read_source(path), TableLayout(), decisions)
-    table = file.tables[0]
+    table = only_table(read_source(path))
     columns = read_columns(table.headers, table.units, {}, POINTS)
-    decisions.settle()
     found: dict[str, NDArray[np.float64]] = {}
     taken = set[int]()
     for name in required:
-        one, sign = _column(table, columns, name), 1.0
+        one, sign = _column(table, columns, name, plain), 1.0
         if one is None and name in APPROACH:  # a normal points out of the material
-            one, sign = _column(table, columns, NORMAL[APPROACH.index(name)]), -1.0
+            one, sign = _column(table, columns, NORMAL[APPROACH.index(name)], plain), -1.0
         if one is not None:
-            found[name] = _in_unit(table, one, None if name in APPROACH else split_name(name)[1]) * sign + 0.0
+            stated = None if name in APPROACH else split_name(name)[1]
+            found[name] = _in_unit(table, one, stated or _plain_unit(one, plain)) * sign + 0.0
             taken.add(one.place)
     if CERTIFIED in required and CERTIFIED not in found and NOMINAL in found:
         found[CERTIFIED] = found[NOMINAL] + _deviation_mm(table, columns, str(path))
@@ -66,17 +64,22 @@ def foreign_rows(path: str | Path, required: Sequence[str], plain: Mapping[str, 
         raise InputError(path, f"column {missing[0]} is missing", found=names[:200], expected=",".join(required))
     for one in columns:
         if one.place not in taken and one.header:
-            unit = find_unit(plain.get(one.unit.quantity, "")) if one.unit is not None else None
+            unit = _plain_unit(one, plain)
             stem = "_".join(one.name.split())
             found[f"{stem}_{unit.name}" if unit is not None and unit.name else stem] = _in_unit(table, one, unit)
     cells = [["" if np.isnan(value) else f"{value:.12g}" for value in row] for row in zip(*found.values(), strict=True)]
     return Rows(str(path), list(found), cells, table.lines.tolist())
 
 
-def _column(table: Table, columns: Sequence[Column], name: str) -> Column | None:
+def _plain_unit(one: Column, plain: Mapping[str, str]) -> Unit | None:
+    return find_unit(plain.get(one.unit.quantity, "")) if one.unit is not None else None
+
+
+def _column(table: Table, columns: Sequence[Column], name: str, plain: Mapping[str, str]) -> Column | None:
     """The column of a name: the same words, or a word that says the same; in a unit of the same quantity."""
     stem, unit = (name, None) if name in (*APPROACH, *NORMAL) else split_name(name)
-    fit = [one for one in columns if _quantity(one.unit) in (None, _quantity(unit))]
+    quantities = {None, _quantity(unit), *(plain if unit is None else ())}
+    fit = [one for one in columns if _quantity(one.unit) in quantities]
     alike = [
         one for one in fit if words_of(one.name) == words_of(stem) or one.role == name or _is_of_certificate(one, name)
     ]
