@@ -199,19 +199,16 @@ def _check_sign(table: Table, column: Column, decisions: Decisions) -> None:
 
 def _check_whole(table: Table, columns: Sequence[Column], missing: bool, decisions: Decisions) -> None:
     """Every column of a wide table is a cycle and a direction of its own, and every direction has as many cycles."""
-    labels = Counter(one.label for one in columns)
+    labels, ways = Counter(one.label for one in columns), Counter(one.label.way for one in columns)
     twice = [one for one in columns if one.label.cycle and labels[one.label] > 1]
-    uncounted = [one for one in columns if not one.label.cycle]
-    ways = Counter(one.label.way for one in uncounted)
-    whole = not uncounted or (len(uncounted) == len(columns) and len(ways) == 2 and len(set(ways.values())) == 1)
-    if twice or not (whole or missing):
-        rivals = twice or uncounted
-        ignored = [as_column(IGNORE, called(one, columns)) for one in rivals]
-        ways_out = ignored if twice else [*ignored, Choice("accept", "missing", "where all are runs")]
-        what = (
-            "two columns are the same cycle and direction" if twice else "the columns are no whole runs there and back"
-        )
-        decisions.ask(table.path, what, *ways_out, found=shown([repr(one.header) for one in rivals], " and "))
+    counted = all(one.label.cycle for one in columns)
+    even = not any(one.label.cycle for one in columns) and len(ways) == 2 and len(set(ways.values())) == 1
+    if twice or not (counted or even or missing):
+        rivals = twice or [one for one in columns if ways[one.label.way] == max(ways.values())]
+        settled = [as_column(IGNORE, called(one, columns)) for one in rivals]
+        settled += [] if twice else [Choice("accept", "missing", "where all are runs")]
+        what = "columns are the same cycle and direction" if twice else "the columns are no whole runs there and back"
+        decisions.ask(table.path, what, *settled, found=shown([repr(one.header) for one in rivals], " and "))
 
 
 def _only_length(table: Table, roles: Sequence[Column]) -> list[Column]:

@@ -228,7 +228,7 @@ def _check_vacant(table: Table, roles: Sequence[Column], chosen: Chosen, decisio
     deviation = next((one for one in values if one.role in DEVIATIONS), None)
     reading = next((one for one in values if one.role == READING), None)
     if deviation is not None and reading is not None:
-        ways = (as_column(TARGET, reading.called), as_column(IGNORE, deviation.called, "to have the readings alone"))
+        ways = [as_column(TARGET, reading.called), as_column(IGNORE, deviation.called, "to have the readings alone")]
         found = f"{reading.header!r} and {deviation.header!r}"
         decisions.ask(table.path, "readings and deviations, and no target", *ways, found=found)
         return
