@@ -197,11 +197,10 @@ def _of_axis(columns: list[Column], chosen: Mapping[str, str]) -> list[Column]:
 
 def _labelled(one: Column, chosen: Mapping[str, str]) -> Column:
     """A column whose name says a cycle or a direction: its own, or, as ``Run 3``, that of the readings below it."""
-    label = parse_label(one.name)
-    if label == LABEL or one.role in (TARGET, TIME, FROM, TO, U_TARGET, PLACEMENT):
+    label, by_hand = parse_label(one.name), _chosen(one.header, one.name, one.place, chosen)
+    if label == LABEL or by_hand == IGNORE or one.role in (TARGET, TIME, FROM, TO, U_TARGET, PLACEMENT):
         return one
-    of_readings = one.role in (CYCLE, WAY) and _chosen(one.header, one.name, one.place, chosen) is None
-    return replace(one, role=None if of_readings else one.role, label=label)
+    return replace(one, role=None if one.role in (CYCLE, WAY) and by_hand is None else one.role, label=label)
 
 
 def _wide(columns: list[Column]) -> list[Column]:

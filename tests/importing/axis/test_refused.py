@@ -26,7 +26,7 @@ OPEN = [
     (
         "target_mm;x+1 um;x-1 um\n" + NUMBERS.replace(",", ";"),
         [],
-        r"two columns are the same cycle and direction; found 'x\+1 um' and 'x-1 um'",
+        r"columns are the same cycle and direction; found 'x\+1 um' and 'x-1 um'",
     ),
     (PAIRS, [], 'no row above the numbers names the columns; .*expected --header "target_mm,reading_mm"'),
     ("target_mm,sensor A,sensor B\n" + NUMBERS, [], "no column is named as the reading; .*--column reading="),
