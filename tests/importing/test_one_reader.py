@@ -129,7 +129,7 @@ def test_a_choice_removes_its_rivals(role: str) -> None:
     np.testing.assert_allclose(found.deviation, wanted, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["old Hin [um]", "Hin [um]", "Hin 2 [um]"])
+@pytest.mark.parametrize("name", ["Hin [um]", "Hin 2 [um]"])
 def test_a_column_too_much_is_no_further_run(name: str) -> None:
     """Runs there and back have as many columns each; a copy of one of them, with other numbers, is asked about."""
     there, back = TARGETS * 1e-2, TARGETS * 1e-2 + 1.0
