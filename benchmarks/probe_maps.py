@@ -20,9 +20,9 @@ from scipy.optimize import brentq
 
 from stepgauge.diagnosis.maps.candidates import ProbeChange, candidates_for
 from stepgauge.diagnosis.maps.data import MapData, Measured
-from stepgauge.diagnosis.maps.engine import diagnose_map
+from stepgauge.diagnosis.maps.diagnose import diagnose_map
 from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel, predict
-from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis
+from stepgauge.diagnosis.maps.result import MapDiagnosis
 from stepgauge.probes import probe_from_table
 
 Array = NDArray[np.float64]
@@ -229,7 +229,7 @@ def with_outliers(size: float, seeds: int, draw: int = 0) -> Iterator[tuple[str,
                 bad = rng.choice(len(data), 2, replace=False)
                 data = spoiled(data, bad, 15.0)
                 found = diagnosed(plan, data)
-                rows = next((f.rows for f in found.findings if f.kind == OUTLIERS), ())
+                rows = np.flatnonzero(~found.kept)
                 right = any(truth.candidate.kind in {f.kind, *f.confounded_with} for f in found.findings)
                 yield truth.candidate.label, right, set(rows) == set(map(int, bad))
 

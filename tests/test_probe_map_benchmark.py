@@ -37,4 +37,4 @@ def test_a_change_left_out_of_the_candidates_is_unknown_and_not_another_one(kind
     others = [c for c in maps.candidates_for(plan.table, plan.quantities) if c.kind != truth.candidate.kind]
     found = maps.diagnosed(plan, maps.made(plan, np.random.default_rng(3), off), others)
     assert found.verdict == "unknown"
-    assert any(one.covariate in ("azimuth_deg", "direction") for one in found.unexplained)
+    assert any(one.covariate in ("azimuth", "direction") for one in found.unexplained)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.diagnosis.maps.data import MapData, read_map_data
-from stepgauge.diagnosis.maps.engine import diagnose_map
+from stepgauge.diagnosis.maps.diagnose import diagnose_map
 from stepgauge.diagnosis.maps.model import MapModel
 from stepgauge.diagnosis.maps.output import PROBE_FILE, write_map_diagnosis
 from stepgauge.diagnosis.maps.result import MapDiagnosis

@@ -61,7 +61,7 @@ class FindingMember:
     kind: str
     label: str
     share: float
-    effect: Effect
+    effect: Effect | None
     choices: dict[str, object]
     parameters: dict[str, Estimate]
 

@@ -161,10 +161,11 @@ def panels(found: MapDiagnosis) -> list[Panel]:
     by_label = {term.candidate.label: term for term in found.terms}
     drawn = []
     for finding in found.findings:
-        strength = {name: rms(share) / by_name[name].noise for name, share in finding.share.items()}
+        shares = found.shares(finding)
+        strength = {name: rms(share) / by_name[name].noise for name, share in shares.items()}
         largest = max(strength.values(), default=0.0)
         drawn += [
-            Panel(finding.label.replace("_", " "), by_name[name], finding.share[name], by_label[finding.label])
+            Panel(finding.label.replace("_", " "), by_name[name], shares[name], by_label[finding.label])
             for name, value in strength.items()
             if value > SHARE_SEEN * largest
         ]

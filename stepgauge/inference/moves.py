@@ -151,8 +151,9 @@ class Moves:
         refined = law.refine(atom, self._unexplained(hypothesis))
         if refined is None:
             return grid
-        log_prior = law.log_odds + proposal.volume_of(atom) + refined.gain
-        return self._narrowed(hypothesis, Term(law, atom, refined.columns, proposal.sd, log_prior, refined.shape), grid)
+        volume = 0.0 if refined.by_size else proposal.volume_of(atom) + refined.gain
+        term = Term(law, atom, refined.columns, proposal.sd, law.log_odds + volume, refined.shape)
+        return self._with(hypothesis, term) if refined.by_size else self._narrowed(hypothesis, term, grid)
 
     def _unexplained(self, hypothesis: Hypothesis) -> Array:
         """Residuals without the terms of a hypothesis; what nuisance parameters took of them is left in."""

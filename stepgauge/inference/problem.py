@@ -45,12 +45,14 @@ class AmplitudePrior:
 class Refined:
     """A signature between the points of a grid: ``columns (d, n)`` and its shape parameters.
 
-    ``gain``: logarithm of its prior over that of the point of the grid.
+    ``gain``: logarithm of its prior over that of the point of the grid. ``by_size``: whether the shape follows from the
+    amplitude alone, as of a law that is not linear in its size: its prior is that of the amplitude, and of no shapes.
     """
 
     columns: Array
     shape: Any
     gain: float = 0.0
+    by_size: bool = False
 
 
 Refine = Callable[[int, Array], Refined | None]

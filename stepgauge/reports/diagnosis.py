@@ -123,13 +123,6 @@ def told_story(said: Said, figures: Sequence[str] = (), pictures: Mapping[str, s
     return (axis_story if "axis" in said else diagnosis_story)(said, figures, pictures)
 
 
-def told_effects(said: Said) -> list[dict[str, Any]]:
-    """The findings of any diagnosis, each with its set."""
-    from stepgauge.reports.probe_diagnosis import plain_of
-
-    return list((plain_of(said) if "map" in said["inputs"] else said)["effects"])
-
-
 def story(
     said: Said, title: str, sentence: str, parts: Sequence[dict[str, Any]], example: bool = False
 ) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from stepgauge.diagnosis.wording.headline import headline
 from stepgauge.diagnosis.wording.limits import QUANTITIES, map_limits
-from stepgauge.diagnosis.wording.notation import members_of, name_of, plus_minus, probability_of, significant
+from stepgauge.diagnosis.wording.notation import name_of, plus_minus, probability_of, significant
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
 from stepgauge.reports.diagnosis import check_blocks, located_row, odds_blocks, shown_figures, story, trail_blocks
 from stepgauge.reports.findings import Words, do_first, first_lines, found_part
@@ -25,31 +25,25 @@ def map_story(said: Said, figures: Sequence[str] = (), pictures: Mapping[str, st
     """The content of a page; parameters as :func:`stepgauge.reports.diagnosis.diagnosis_story`."""
     shown = shown_figures(figures, pictures)
     drawn = [figure(name, _caption(name, said), pictures or {}) for name in shown]
-    probe, plain, told = said["inputs"]["probe"], plain_of(said), _words(said)
+    probe, told = said["inputs"]["probe"], _words(said)
     parts = [
-        do_first(plain, told),
-        found_part(plain, told, *drawn[:1]),
-        part("Evidence", *_evidence(plain, drawn[1:])),
-        part("Appendix", *_appendix(plain)),
+        do_first(said, told),
+        found_part(said, told, *drawn[:1]),
+        part("Evidence", *_evidence(said, drawn[1:])),
+        part("Appendix", *_appendix(said)),
     ]
     return story(said, f"Diagnosis: {probe['name'] or probe['path']} by its map", headline(said), parts)
 
 
 def first_of(said: Said) -> list[str]:
     """What to do first, in lines for a terminal."""
-    return first_lines(plain_of(said), _words(said))
+    return first_lines(said, _words(said))
 
 
 def _words(said: Said) -> Words:
     lacking = [f"The map lacks: {one}" for one in said["lacking"]]
     compare = "After any change, measure the map again and diagnose it."
     return Words(lacking, _name, of="map", compare=compare if said["effects"] or said["unexplained"] else "")
-
-
-def plain_of(said: Said) -> dict[str, Any]:
-    """The diagnosis of a map with its forms and sets as those of recordings are."""
-    forms = {key: _without_unit(said[key]) for key in ("located", "unexplained")}
-    return {**said, **forms, "effects": [{**effect, "set": _set(effect)} for effect in said["effects"]]}
 
 
 def _caption(name: str, said: Said) -> str:
@@ -60,19 +54,6 @@ def _caption(name: str, said: Said) -> str:
 
 def _name(effect: Said) -> str:
     return name_of(effect["label"])
-
-
-def _without_unit(forms: Sequence[Said]) -> list[dict[str, Any]]:
-    return [{**one, "covariate": one["covariate"].replace("_deg", "")} for one in forms]
-
-
-def _set(effect: Said) -> list[Said]:
-    """A cause and its rivals, each with its own values, as the sets of recordings have them."""
-    rivals = list(effect.get("rivals", ()))
-    told = {one[key] for one in rivals for key in ("kind", "label")}
-    bare: Said = {"parameters": {}, "in_practice": "The data do not discriminate.", "share": None}
-    rivals += [{"kind": one, "label": one, **bare} for one in effect["confounded_with"] if one not in told]
-    return [*members_of(effect), *rivals] if rivals else []
 
 
 def _evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:

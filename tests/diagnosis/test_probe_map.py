@@ -143,10 +143,12 @@ def test_probe_that_is_as_its_file_says_is_adequate(table):
 def test_lever_and_contact_radius_are_one_set_that_a_longer_stylus_separates(table):
     found = diagnose_map(MapModel(table, "probe", measured(changed(table, carrier_mm=6.0)))).findings[0]
     assert list(found.confounded_with) == ["contact_radius"]
-    (rival,) = found.rivals
+    own, rival = found.members
+    assert own.parameters == found.parameters
     radius = rival.parameters["contact_radius_mm"].value
     assert radius - 16.34 == pytest.approx(rival.parameters["mm"].value)
-    assert 0.05 < rival.share < found.own / found.probability < 1.0
+    assert 0.05 < rival.share < own.share < 1.0
+    assert own.share + rival.share == pytest.approx(1.0)
     assert 50.0 / radius == pytest.approx((50.0 + found.parameters["mm"].value) / 16.34, rel=1e-3)
     assert "ratio of lever to contact radius" in found.reason
     assert "longer" in found.separate_by
@@ -158,7 +160,7 @@ def test_forces_alone_do_not_tell_another_stylus_from_another_lever(table, seed)
     data = measured(changed(table, stylus=OTHER), quantities=("trigger_force_N",), seed=seed)
     found = diagnose_map(MapModel(table, "probe", data)).findings[0]
     assert {found.kind, *found.confounded_with} == {"lever_arm", "stylus_length", "contact_radius"}
-    by_kind = {one.kind: one.parameters for one in found.rivals}
+    by_kind = {one.kind: one.parameters for one in found.members}
     assert by_kind["stylus_length"]["stylus_length_mm"].value == pytest.approx(100.0, rel=0.01)
     assert "deflection" in found.separate_by
 
@@ -185,7 +187,7 @@ def test_structure_outside_the_construction_is_unknown_and_described(table):
     found = diagnose_map(MapModel(table, "probe", MapData("map", data.polar_deg, data.azimuth_deg, waved, 0)))
     assert found.verdict == "unknown"
     assert not found.findings
-    assert any(each.covariate == "azimuth_deg" and "two lobes" in each.where for each in found.unexplained)
+    assert any(each.covariate == "azimuth" and "two lobes" in each.where for each in found.unexplained)
 
 
 def test_same_verdict_with_rows_shuffled(table):

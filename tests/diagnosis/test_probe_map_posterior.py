@@ -7,11 +7,11 @@ import pytest
 
 from stepgauge.diagnosis.maps.candidates import candidates_for
 from stepgauge.diagnosis.maps.model import MapModel
-from stepgauge.diagnosis.maps.problem import MapRows, make_problem
 from stepgauge.diagnosis.maps.scatter import estimate_scatter
-from stepgauge.diagnosis.maps.search import SizedSearch
+from stepgauge.diagnosis.maps.signatures import MapRows, make_problem
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.probe_map import diagnose_map
+from stepgauge.inference.search import Search
 from tests.diagnosis.test_probe_map import changed, measured, probe_file, table  # noqa: F401
 
 FORCE = ("trigger_force_N",)
@@ -20,8 +20,8 @@ FORCE = ("trigger_force_N",)
 def search_of(table, data, quantities=FORCE):  # noqa: F811
     model = MapModel(table, "probe", data)
     rows = MapRows(model, estimate_scatter(data, model.residuals(())).sigma)
-    problem = make_problem(rows, candidates_for(table, quantities), shipped_priors(), np.zeros(len(rows.um)), {})
-    return SizedSearch(problem, shipped_priors().scatter, rows)
+    problem = make_problem(rows, candidates_for(table, quantities), shipped_priors(), np.zeros(len(rows.um)))
+    return Search(problem, shipped_priors().scatter)
 
 
 def added(search, label):

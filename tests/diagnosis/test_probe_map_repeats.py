@@ -184,14 +184,14 @@ class TestOutliers:
         found = diagnosed(off_by(made(law, repeats), rows, [3.0, -40.0, 900.0]))
         assert found.verdict == "effects"
         assert [finding.kind for finding in found.findings] == [*kinds, "outliers"]
-        assert found.findings[-1].rows == tuple(rows)
+        assert found.findings[-1].choices["rows"] == tuple(row + 1 for row in rows)
         assert found.fits[0].rms_described == pytest.approx(SIGMA_UM, rel=0.25)
 
     def test_bad_rows_do_not_hide_structure(self):
         found = diagnosed(off_by(made(two_lobes, 1), [10, 30], [-5.0, 60.0]))
         assert found.verdict == "unknown"
         assert "two lobes" in found.unexplained[0].where
-        assert found.findings[0].rows == (10, 30)
+        assert found.findings[0].choices["rows"] == (11, 31)
 
     def test_a_direction_that_is_off_in_all_repeats_is_no_outlier(self):
         data = made()

@@ -35,7 +35,7 @@ class ProbeChange:
 
     ``shape``: dependence on the knobs: on one (``line``), on two as the components of a vector (``plane``), linear
     (``linear``), linear in the first and by the phase of the lobes (``lobes``). ``prior``: its key among the priors;
-    ``nominal``: the usual size is a share of this.
+    ``nominal``: the usual size is a share of this. ``formula``: of an empirical one.
     """
 
     kind: str
@@ -45,6 +45,7 @@ class ProbeChange:
     shape: Shape = "line"
     prior: str = ""
     nominal: float = 1.0
+    formula: str = ""
 
     @property
     def label(self) -> str:
@@ -218,4 +219,5 @@ def empirical(quantity: str, unit: str, terms: Sequence[str], form: str) -> Prob
         law = {"quantity": quantity, "formula": formula, "coefficients": dict(zip(names, values, strict=True))}
         table["empirical"] = [*table.get("empirical", []), law]
 
-    return ProbeChange(EMPIRICAL, tuple(ProbeParameter(name, unit, 0.0, -1e6, 1e6) for name in names), change, form)
+    knobs = tuple(ProbeParameter(name, unit, 0.0, -1e6, 1e6) for name in names)
+    return ProbeChange(EMPIRICAL, knobs, change, form, formula=formula)

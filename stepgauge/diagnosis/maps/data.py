@@ -25,6 +25,10 @@ _FINEST_DECIMALS = 6
 _COARSEST_DECIMALS = -1
 
 
+FEWEST_ROWS, FEWEST_DIRECTIONS, FEWEST_AZIMUTHS = 8, 6, 3
+"""Least numbers from which a map is judged."""
+
+
 @dataclass(frozen=True)
 class Measured:
     """One quantity of a map: name, unit, values (n,), and the resolution of the printed values (0 = not seen)."""
@@ -183,3 +187,25 @@ def quantum_of(values: Array) -> float:
 
 def _index(keys: Array) -> NDArray[np.intp]:
     return np.unique(np.round(keys, 6), axis=0, return_inverse=True)[1].ravel()
+
+
+def lacking(data: MapData) -> tuple[str, ...]:
+    """What an insufficient map lacks; empty if nothing is missing."""
+    directions, azimuths = int(data.direction.max()) + 1, int(data.spokes.max()) + 1
+    found = []
+    if len(data) < FEWEST_ROWS or directions < FEWEST_DIRECTIONS:
+        found.append(
+            f"at least {FEWEST_ROWS} rows in {FEWEST_DIRECTIONS} directions, better several polar angles and azimuths:"
+            f" the map has {len(data)} rows in {directions} directions"
+        )
+    if azimuths < FEWEST_AZIMUTHS:
+        found.append(
+            f"at least {FEWEST_AZIMUTHS} azimuths, better a full turn: the map has {azimuths}, and what changes about"
+            " the stylus (lobes, their phase, eccentricity) passes for what is the same all around"
+        )
+    if all(np.ptp(m.values) == 0.0 for m in data.measured):
+        found.append(
+            "values that differ: all are the same to the last digit, so they are printed too coarsely, copied or"
+            " simulated, and their scatter cannot be judged"
+        )
+    return tuple(found)

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.maps.data import MapData, Measured
-from stepgauge.diagnosis.maps.problem import MapRows
 from stepgauge.diagnosis.maps.result import QuantityFit
+from stepgauge.diagnosis.maps.signatures import MapRows
 from stepgauge.diagnosis.result import rms
 from stepgauge.files.arrays import Array
 

@@ -59,7 +59,7 @@ def _head(found: MapDiagnosis) -> str:
     for finding in found.findings:
         values = ", ".join(f"{name} = {_short(p)}" for name, p in finding.parameters.items())
         if finding.kind == OUTLIERS:
-            lines.append(f"# rows of the map left out as outliers: {len(finding.rows)}")
+            lines.append(f"# rows of the map left out as outliers: {int((~found.kept).sum())}")
             continue
         where = "the force gauge's, not in this file" if finding.kind in GAUGE_KINDS else "changed here"
         lines.append(f"# {finding.label.replace('_', ' ')}: {values} ({where})")

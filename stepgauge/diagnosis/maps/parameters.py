@@ -9,8 +9,8 @@ import numpy as np
 
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.candidates import Table
-from stepgauge.diagnosis.maps.fit import FittedChanges
 from stepgauge.diagnosis.maps.model import ChangeTerm, changed_table
+from stepgauge.diagnosis.maps.stated_map import FittedChanges
 from stepgauge.files.arrays import Array
 from stepgauge.physics import stylus
 from stepgauge.probes.schema import SectionTable

@@ -26,32 +26,6 @@ OUTLIERS = "outliers"
 
 
 @dataclass(frozen=True)
-class MapRival:
-    """A change that may be there in the place of a stated one, with its own values; ``share`` of the probability."""
-
-    kind: str
-    label: str
-    choice: str
-    share: float
-    parameters: dict[str, Estimate]
-
-
-@dataclass(frozen=True, kw_only=True)
-class MapFinding(Finding):
-    """A change of the construction, or the outliers.
-
-    ``choice``: which one of a kind; ``share``: its influence on each quantity, (n,) by name; ``rivals``: changes that
-    this map cannot discriminate from it; ``rows``: indices of outliers.
-    """
-
-    choice: str = ""
-    share: dict[str, Array] = field(default_factory=dict)
-    rivals: tuple[MapRival, ...] = ()
-    commands: tuple[str, ...] = ()
-    rows: tuple[int, ...] = ()
-
-
-@dataclass(frozen=True)
 class EmpiricalMapLaw:
     """A form as an empirical law of the probe file; ``share (n,)`` in the unit of the quantity."""
 
@@ -92,9 +66,9 @@ class QuantityFit:
 class MapDiagnosis(Diagnosis):
     """The diagnosis of the map of a probe.
 
-    ``data`` has all rows, ``kept (n,)`` marks those that are not outliers; ``terms`` are the changes found, with the
-    empirical laws, ``probe`` is the original ``[probe]`` table, ``table`` that with the changes, ``probe_path`` the
-    file that was judged.
+    ``share_um`` of the findings has all quantities one after the other, each in its own unit. ``data`` has all rows,
+    ``kept (n,)`` marks those that are not outliers; ``terms`` are the changes found, with the empirical laws, ``probe``
+    is the original ``[probe]`` table, ``table`` that with the changes, ``probe_path`` the file that was judged.
     """
 
     drawn_by: ClassVar[str] = "probe_diagnosis.draw_residuals"
@@ -108,7 +82,7 @@ class MapDiagnosis(Diagnosis):
     probe: dict[str, Any]
     table: dict[str, Any]
     terms: Terms = ()
-    findings: tuple[MapFinding, ...] = ()
+    findings: tuple[Finding, ...] = ()
     located: tuple[Located, ...] = ()
     unexplained: tuple[Located, ...] = ()
     laws: tuple[EmpiricalMapLaw, ...] = ()
@@ -121,6 +95,11 @@ class MapDiagnosis(Diagnosis):
     probe_path: str = ""
 
     path: str = ""
+
+    def shares(self, finding: Finding) -> dict[str, Array]:
+        """What a finding adds to each quantity, ``(n,)`` by name, in the unit of the quantity."""
+        names = [fit.name for fit in self.fits]
+        return dict(zip(names, np.split(finding.share_um, len(names)), strict=True))
 
     @cached_property
     def said(self) -> dict[str, Any]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
@@ -32,9 +31,8 @@ def _of(fit: QuantityFit, number: int, found: MapDiagnosis) -> pd.DataFrame:
     frame["position_deg"], frame["polar_deg"] = data.azimuth_deg, data.polar_deg
     frame["used"] = found.kept.astype(int)
     frame[f"before_{UNIT}"], frame[f"after_{UNIT}"] = fit.before / noise, fit.described / noise
-    none = np.zeros(len(data))
     for place, one in enumerate(found.findings, 1):
-        frame[f"{FINDING}_{place}_{UNIT}"] = one.share.get(fit.name, none) / noise
+        frame[f"{FINDING}_{place}_{UNIT}"] = found.shares(one)[fit.name] / noise
     for place, law in enumerate(found.laws, 1):
-        frame[f"{FORM}_{place}_{UNIT}"] = (law.share if law.quantity == fit.name else none) / noise
+        frame[f"{FORM}_{place}_{UNIT}"] = law.share * (law.quantity == fit.name) / noise
     return frame

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,9 +12,9 @@ import numpy as np
 
 from stepgauge import __version__
 from stepgauge.diagnosis.maps.data import MapData
-from stepgauge.diagnosis.maps.result import OUTLIERS, EmpiricalMapLaw, MapDiagnosis, MapFinding, MapRival, QuantityFit
+from stepgauge.diagnosis.maps.result import OUTLIERS, EmpiricalMapLaw, MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.output.files import FORMAT, estimate_json, evidence_json, without_nan
-from stepgauge.diagnosis.result import rms
+from stepgauge.diagnosis.result import Finding, FindingMember, rms
 from stepgauge.diagnosis.wording.probe import probe_meaning
 from stepgauge.files.checksum import file_sha256
 
@@ -46,41 +47,41 @@ def as_json(found: MapDiagnosis, probe_path: str, folder: str | Path = ".") -> d
     return dict(without_nan(said))
 
 
-def _effect(finding: MapFinding, found: MapDiagnosis, folder: Path) -> dict[str, Any]:
+def _effect(finding: Finding, found: MapDiagnosis, folder: Path) -> dict[str, Any]:
+    shares = found.shares(finding)
+    separate_by = _in_folder(finding.separate_by, folder)
     said: dict[str, Any] = {
         "kind": finding.kind,
         "label": finding.label,
-        **({"choice": finding.choice} if finding.choice else {}),
         "parameters": {name: estimate_json(p) for name, p in finding.parameters.items()},
         "probability": finding.probability,
         "own_probability": finding.own,
         "confounded_with": list(finding.confounded_with),
-        "instead": {
-            one.kind: {name: p.value for name, p in one.parameters.items()}
-            for one in reversed(finding.rivals)  # of several of a kind the most probable stays
-            if one.kind != finding.kind
-        },
-        "rivals": [_rival(one) for one in finding.rivals],
         "alternatives": list(finding.alternatives),
+        "set": [_member(one) for one in finding.members],
+        "several": [
+            {"labels": list(one.laws), "others": list(one.others), "odds": one.odds} for one in finding.several
+        ],
+        "where": finding.where,
         "reason": finding.reason,
-        "separate_by": finding.separate_by,
-        "commands": [_in_folder(command, folder) for command in finding.commands],
+        "separate_by": separate_by,
+        "commands": re.findall(r"stepgauge probe map .+", separate_by),
         "in_practice": probe_meaning(finding),
-        "rms": {name: rms(share) for name, share in finding.share.items()},
-        "largest": {name: float(np.abs(share).max(initial=0.0)) for name, share in finding.share.items()},
+        "rms": {name: rms(share) for name, share in shares.items()},
+        "largest": {name: float(np.abs(share).max(initial=0.0)) for name, share in shares.items()},
     }
     if finding.kind == OUTLIERS:
-        said["rows"] = [_outlier(row, found) for row in finding.rows]
+        said["rows"] = [_outlier(int(row), found) for row in np.flatnonzero(~found.kept)]
     return said
 
 
-def _rival(rival: MapRival) -> dict[str, Any]:
+def _member(one: FindingMember) -> dict[str, Any]:
     return {
-        "kind": rival.kind,
-        "label": rival.label,
-        "share": rival.share,
-        "parameters": {name: estimate_json(p) for name, p in rival.parameters.items()},
-        "in_practice": probe_meaning(rival),
+        "kind": one.kind,
+        "label": one.label,
+        "share": one.share,
+        "parameters": {name: estimate_json(p) for name, p in one.parameters.items()},
+        "in_practice": probe_meaning(one),
     }
 
 

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from stepgauge.diagnosis.maps.result import OUTLIERS, MapFinding, MapRival
+from stepgauge.diagnosis.maps.result import OUTLIERS
+from stepgauge.diagnosis.result import Finding, FindingMember
 from stepgauge.diagnosis.wording.notation import size
 
 Values = Mapping[str, float]
 
 
-def probe_meaning(finding: MapFinding | MapRival) -> str:
+def probe_meaning(finding: Finding | FindingMember) -> str:
     """A finding, or what may be there in its place, in a sentence with its size."""
-    if isinstance(finding, MapFinding) and finding.kind == OUTLIERS:
-        return _outliers(len(finding.rows))
     values = {name: estimate.value for name, estimate in finding.parameters.items()}
-    sentence = _SENTENCES.get((finding.kind, finding.choice)) or _SENTENCES[(finding.kind, "")]
+    if finding.kind == OUTLIERS:
+        return _outliers(round(values["rows"]))
+    choice = finding.label.removeprefix(finding.kind).strip()
+    sentence = _SENTENCES.get((finding.kind, choice)) or _SENTENCES[(finding.kind, "")]
     return sentence(values)
 
 

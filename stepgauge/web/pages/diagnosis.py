@@ -48,13 +48,13 @@ def show(request: Request) -> Response:
 
 def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
     """What the page says of a diagnosis, from its file."""
-    from stepgauge.reports.diagnosis import read_said, told_effects, told_story
+    from stepgauge.reports.diagnosis import read_said, told_story
 
     said, _ = read_said(existing(site.folder, name))
     story = told_story(said, ())
     of_map = "map" in said["inputs"]
     unit = next((key.removeprefix("noise_") for key in said["fit"] if key.startswith("noise_")), "")
-    effects = [_finding(number, effect, words) for number, effect in enumerate(told_effects(said), 1)]
+    effects = [_finding(number, effect, words) for number, effect in enumerate(said["effects"], 1)]
     steps = [block for block in story["parts"][0]["blocks"] if block["kind"] != "code"]
     english = words.language == "en"
     return {

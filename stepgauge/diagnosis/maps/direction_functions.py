@@ -19,7 +19,7 @@ from stepgauge.files.arrays import Array
 from stepgauge.inference.problem import Candidate, GaussianProcess, Law
 from stepgauge.probes.empirical import directions, parse
 
-ALL, POLAR, AZIMUTH, DIRECTION = "all directions", "polar_deg", "azimuth_deg", "direction"
+ALL, POLAR, AZIMUTH, DIRECTION = "all directions", "polar", "azimuth", "direction"
 SMOOTH, IRREGULAR = "free shape", "irregular"
 MOST_LOBES = 8
 SEEN = 0.75
@@ -38,7 +38,7 @@ _LOBES = ("one lobe", "two lobes", "three lobes", "four lobes", "five lobes", "s
 
 
 @dataclass(frozen=True)
-class DirectionForm:
+class DirectionFunction:
     """A form over a covariate, with the words and the terms of the formula of each shape.
 
     ``weight``: of each term, the standard deviation of its amplitude over that of the form; ``quantity``: index of
@@ -53,7 +53,7 @@ class DirectionForm:
     quantity: int = field(default=0)
 
 
-def form_candidates(data: MapData, priors: Priors, ones: Array) -> list[Candidate]:
+def direction_candidates(data: MapData, priors: Priors, ones: Array) -> list[Candidate]:
     """All forms of every quantity that the directions of a map can show; amplitudes in units of the scatter.
 
     ``ones (1, m)``: the share of a law in every row, the same for all candidates.
@@ -71,10 +71,10 @@ def form_candidates(data: MapData, priors: Priors, ones: Array) -> list[Candidat
 
 
 def _candidate(
-    form: DirectionForm, values: Array, quantity: int, odds: float, data: MapData, priors: Priors, ones: Array
+    form: DirectionFunction, values: Array, quantity: int, odds: float, data: MapData, priors: Priors, ones: Array
 ) -> Candidate:
     """``values (shapes, d, n)`` of one quantity as a candidate over the rows of all."""
-    own = DirectionForm(form.covariate, form.name, form.words, form.terms, form.weight, quantity)
+    own = DirectionFunction(form.covariate, form.name, form.words, form.terms, form.weight, quantity)
     name = data.measured[quantity].name
     kind, label, sizes = f"{form.covariate} {name}", f"{form.name} {form.covariate} {name}", priors.forms.about(1.0)
     rows = np.zeros((*values.shape[:2], len(data.measured), len(data)))
@@ -93,19 +93,19 @@ def _irregular(quantity: int, odds: float, data: MapData, priors: Priors, ones: 
     if count > MOST_DIRECTIONS or len(data) < 2 * count:
         return
     words = "differs from direction to direction by more than the repeats scatter, in no regular form"
-    form = DirectionForm(DIRECTION, IRREGULAR, (words,), ((),), (1.0,) * count)
+    form = DirectionFunction(DIRECTION, IRREGULAR, (words,), ((),), (1.0,) * count)
     yield _candidate(form, (index == np.arange(count)[:, None]).astype(float)[None], quantity, odds, data, priors, ones)
 
 
-def _columns(form: DirectionForm, data: MapData) -> Array:
+def _columns(form: DirectionFunction, data: MapData) -> Array:
     """Values ``(shapes, d, n)`` of a form's terms over the rows of a map, times their weights."""
     at = directions(data.normals)
     values = [[np.broadcast_to(parse(term)(at), (len(data),)) for term in terms] for terms in form.terms]
     return np.asarray(values, float) * (np.array(form.weight)[:, None] if form.weight else 1.0)
 
 
-def _forms(data: MapData) -> Iterator[DirectionForm]:
-    yield DirectionForm(ALL, "offset", ("the same in all directions",), (("1",),))
+def _forms(data: MapData) -> Iterator[DirectionFunction]:
+    yield DirectionFunction(ALL, "offset", ("the same in all directions",), (("1",),))
     yield from _over_polar(data)
     yield from _over_azimuth(data)
     yield from _sectors(data)
@@ -113,24 +113,26 @@ def _forms(data: MapData) -> Iterator[DirectionForm]:
     yield from _surface(data)
 
 
-def _over_polar(data: MapData) -> Iterator[DirectionForm]:
+def _over_polar(data: MapData) -> Iterator[DirectionFunction]:
     angles = np.unique(data.polar_deg)
     if len(angles) < 2:
         return
     centred = f"(polar_deg - {data.polar_deg.mean():.6g})"
-    yield DirectionForm(POLAR, "trend", ("a trend over the polar angle",), ((centred,),))
+    yield DirectionFunction(POLAR, "trend", ("a trend over the polar angle",), ((centred,),))
     if len(angles) > 2:
-        yield DirectionForm(POLAR, "bow", ("a bow over the polar angle",), ((centred, f"{centred}**2 / 30"),))
+        yield DirectionFunction(POLAR, "bow", ("a bow over the polar angle",), ((centred, f"{centred}**2 / 30"),))
     if len(angles) > 3:
         edges = (angles[:-1] + angles[1:]) / 2.0
         steps = [("1", f"(polar_deg >= {edge:.6g})") for edge in edges]
-        yield DirectionForm(
+        yield DirectionFunction(
             POLAR, "step", tuple(f"a step at a polar angle of {e:.4g} deg" for e in edges), tuple(steps)
         )
         most = min(len(angles) - 1, 6)
         waves = tuple(f"cos({k} * polar_rad)" for k in range(1, most + 1))
         weight = tuple(1.0 / k for k in range(1, most + 1))
-        yield DirectionForm(POLAR, SMOOTH, ("a smooth function of the polar angle",), (("1", *waves),), (1.0, *weight))
+        yield DirectionFunction(
+            POLAR, SMOOTH, ("a smooth function of the polar angle",), (("1", *waves),), (1.0, *weight)
+        )
 
 
 def _wave(order: int) -> tuple[str, str]:
@@ -149,7 +151,7 @@ def _seen_orders(data: MapData) -> list[int]:
     ]
 
 
-def _over_azimuth(data: MapData) -> Iterator[DirectionForm]:
+def _over_azimuth(data: MapData) -> Iterator[DirectionFunction]:
     """Lobes of one height at all polar angles, or as high as the lateral component of the approach; any shape."""
     orders, rings = _seen_orders(data), int(data.rings.max()) + 1
     for order in orders:
@@ -157,14 +159,14 @@ def _over_azimuth(data: MapData) -> Iterator[DirectionForm]:
         if rings > 1:
             shapes.append((f"sin(polar_rad) * {_wave(order)[0]}", f"sin(polar_rad) * {_wave(order)[1]}"))
             words.append(f"{words[0]}, higher across the stylus")
-        yield DirectionForm(AZIMUTH, f"harmonic {order}", tuple(words), tuple(shapes))
+        yield DirectionFunction(AZIMUTH, f"harmonic {order}", tuple(words), tuple(shapes))
     if len(orders) > 2:
         waves = tuple(wave for order in orders for wave in _wave(order))
         weight = tuple(1.0 / order for order in orders for _ in range(2))
-        yield DirectionForm(AZIMUTH, SMOOTH, ("a smooth function of the azimuth",), (waves,), weight)
+        yield DirectionFunction(AZIMUTH, SMOOTH, ("a smooth function of the azimuth",), (waves,), weight)
 
 
-def _sectors(data: MapData) -> Iterator[DirectionForm]:
+def _sectors(data: MapData) -> Iterator[DirectionFunction]:
     """A step up at one azimuth and down at another."""
     spokes = np.unique(np.round(data.azimuth_deg % 360.0, 6))
     edges = (spokes + np.roll(spokes, -1) + 360.0 * (np.arange(len(spokes)) == len(spokes) - 1)) / 2.0 % 360.0
@@ -176,7 +178,7 @@ def _sectors(data: MapData) -> Iterator[DirectionForm]:
     words = tuple(f"a step at azimuths of {low:.4g} and {high:.4g} deg" for low, high in pairs)
     terms = tuple(("1", f"(azimuth_deg >= {low:.6g}) * (azimuth_deg < {high:.6g})") for low, high in pairs)
     if pairs:
-        yield DirectionForm(AZIMUTH, "step", words, terms)
+        yield DirectionFunction(AZIMUTH, "step", words, terms)
 
 
 def _some(count: int, most: int, data: MapData) -> NDArray[np.intp]:
@@ -190,7 +192,7 @@ def _enough(part: Array) -> bool:
     return min(float((part**2).sum()), float(((1.0 - part) ** 2).sum())) >= FEWEST_ROWS / 2.0
 
 
-def _spots(data: MapData) -> Iterator[DirectionForm]:
+def _spots(data: MapData) -> Iterator[DirectionFunction]:
     """A peak about one direction, symmetric about it; with repeats also one in this direction alone."""
     index = data.direction
     count = int(index.max()) + 1
@@ -203,7 +205,7 @@ def _spots(data: MapData) -> Iterator[DirectionForm]:
     shapes = [(polar, azimuth, width) for polar, azimuth in places for width in widths]
     terms = tuple((_spot(*shape),) for shape in shapes)
     words = tuple(f"a rise about polar {p:.4g}, azimuth {a:.4g} deg, {width:g} deg wide" for p, a, width in shapes)
-    yield DirectionForm(DIRECTION, "spot", words, terms)
+    yield DirectionFunction(DIRECTION, "spot", words, terms)
 
 
 def _spot(polar: float, azimuth: float, width_deg: float) -> str:
@@ -212,7 +214,7 @@ def _spot(polar: float, azimuth: float, width_deg: float) -> str:
     return f"exp(({cosine} - 1) / {np.radians(width_deg) ** 2:.6f})"
 
 
-def _surface(data: MapData) -> Iterator[DirectionForm]:
+def _surface(data: MapData) -> Iterator[DirectionFunction]:
     """Lobes whose height changes with the polar angle."""
     orders, rings = [k for k in _seen_orders(data) if k <= 5], int(data.rings.max()) + 1
     if rings < 3 or not orders:
@@ -221,7 +223,7 @@ def _surface(data: MapData) -> Iterator[DirectionForm]:
     pairs = [(k, j) for k in orders for j in powers]
     terms = tuple(_times(j, wave) for k, j in pairs for wave in _wave(k))
     weight = tuple(1.0 / np.sqrt(k * (1.0 + j)) for k, j in pairs for _ in range(2))
-    yield DirectionForm(DIRECTION, SMOOTH, ("lobes whose height changes with the polar angle",), (terms,), weight)
+    yield DirectionFunction(DIRECTION, SMOOTH, ("lobes whose height changes with the polar angle",), (terms,), weight)
 
 
 def _times(order: int, wave: str) -> str:

@@ -1,41 +1,42 @@
 """The residuals of a map as a problem: all quantities one after the other, each over the scatter of one reading.
 
-The signature of a law is the difference of the predictions with and without the change, over the change. It depends on
-the size of the change, so the shapes of a law are sizes; a fitted size is one of them exactly.
+The signature of a change of the probe is the difference of the predictions with and without it, over its size. It
+depends on the size, so that the shapes on the grid are sizes, and the size that fits is computed exactly.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.diagnosis.maps.candidates import ProbeChange
-from stepgauge.diagnosis.maps.data import MapData
-from stepgauge.diagnosis.maps.forms import form_candidates
+from stepgauge.diagnosis.maps.direction_functions import direction_candidates
 from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel
 from stepgauge.diagnosis.maps.scatter import surface
 from stepgauge.diagnosis.priors import KindPrior, Priors
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
+from stepgauge.inference.nonlinear import Model, NonlinearFit, Parameters, fit_nonlinear
 from stepgauge.inference.problem import Law, Problem, Refined
 
 SIZES = (0.2, 1.0, 4.0)
-"""Sizes of a change that are tried, over the usual size."""
+"""Sizes of a change on the grid, over the usual size."""
 TURNS = 12
-"""Directions in which a vector is tried."""
+"""Directions of a vector on the grid."""
 PHASES_DEG = np.arange(-58.0, 60.0, 4.0)
 LOBES = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 """Amplitudes of triangular lobes of one phase: their height, and a constant."""
-PARTS = 8
-"""Steps between neighbouring sizes, so that computed signatures can be used again."""
+DIGITS = 3
+"""Digits of a fitted size, so that computed signatures are used again."""
+STEPS = 6
+"""Most steps of the fit of a size."""
 VARIES = 0.5
 """Least range over the largest value at which scatter may grow with the value."""
 FAR = 10.0
-"""Residuals larger than so many times their median are not used to fit a shape: outliers."""
+"""Residuals larger than so many times their median are not used to fit a size: outliers."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +55,6 @@ class Point:
         """Values of the knobs, within their bounds."""
         found = np.array(self.base) + amplitudes @ np.array(self.step)
         return tuple(float(np.clip(v, k.low, k.high)) for v, k in zip(found, self.candidate.knobs, strict=True))
-
-
-Atom = tuple[Point, Array]
-"""A point and its signature ``(d, m)``."""
 
 
 class MapRows:
@@ -107,30 +104,18 @@ def usual_of(candidate: ProbeChange, priors: Priors) -> tuple[KindPrior, float]:
     return prior, prior.usual * candidate.nominal
 
 
-def make_problem(
-    rows: MapRows,
-    candidates: Sequence[ProbeChange],
-    priors: Priors,
-    remainder: Array,
-    fitted: Mapping[str, Sequence[Point]],
-) -> Problem:
+def make_problem(rows: MapRows, candidates: Sequence[ProbeChange], priors: Priors, interaction: Array) -> Problem:
     """The problem of a map.
 
-    Parameters
-    ----------
-    rows : the map's rows
-    candidates : changes of the construction
-    priors : the table of priors
-    remainder : joint influence of several changes minus the sum of their single ones, ``(m,)``
-    fitted : sizes of changes, by kind, that are tried in addition to the grid
+    ``interaction (m,)``: what the changes that were found do together minus the sum of what each does alone.
     """
     data, n = rows.data, len(rows.data)
     ones = np.ones((1, len(rows.um)))
     of_gauge = np.kron(np.eye(len(rows.sigma)), np.ones(n)) * rows.nothing
     index = np.concatenate([data.direction + q * (int(data.direction.max()) + 1) for q in range(len(rows.sigma))])
-    laws = _laws(rows, candidates, priors, fitted, ones)
+    laws = _laws(rows, candidates, priors, ones)
     return Problem(
-        residual_um=rows.um - remainder,
+        residual_um=rows.um - interaction,
         scale_um=1.0,
         certified=of_gauge,
         certified_u=np.full(len(of_gauge), priors.maps.gauge_share),
@@ -140,48 +125,50 @@ def make_problem(
         growing=rows.growing,
         step_um=0.0,
         group=index,
-        candidates=(*laws, *form_candidates(data, priors, ones)),
+        candidates=(*laws, *direction_candidates(data, priors, ones)),
     )
 
 
-def _laws(
-    rows: MapRows,
-    candidates: Sequence[ProbeChange],
-    priors: Priors,
-    fitted: Mapping[str, Sequence[Point]],
-    ones: Array,
-) -> Iterator[Law]:
+@dataclass(frozen=True)
+class _Grid:
+    """The points of a law and their signatures ``(atoms, depth, m)``."""
+
+    points: tuple[Point, ...]
+    pattern: Array
+
+    @property
+    def positive(self) -> bool:
+        """Whether its size cannot be negative."""
+        return all(p.size > 0.0 and p.candidate.knobs[0].none == p.candidate.knobs[0].low for p in self.points)
+
+
+def _laws(rows: MapRows, candidates: Sequence[ProbeChange], priors: Priors, ones: Array) -> Iterator[Law]:
     """One law for all changes of one prior and kind: laws that exclude each other are shapes of one law."""
     by_name: dict[str, list[ProbeChange]] = {}
     for one in candidates:
         by_name.setdefault(one.prior or one.kind, []).append(one)
-    for name, group in by_name.items():
-        prior, usual = usual_of(group[0], priors)
-        atoms = [atom for one in group for atom in _grid(rows, one, usual)]
-        atoms += [atom for point in fitted.get(name, ()) for atom in signature(rows, point)]
-        if not atoms:
-            continue
-        depth = max(len(columns) for _, columns in atoms)
-        pattern = np.array([np.vstack([c, np.zeros((depth - len(c), c.shape[1]))]) for _, c in atoms])
-        odds = float(np.log(priors.maps.laws.odds * prior.odds))
-        points = [point for point, _ in atoms]
-        positive = all(p.size > 0.0 and p.candidate.knobs[0].none == p.candidate.knobs[0].low for p in points)
-        label = group[0].label if len(group) == 1 else group[0].kind
-        refine = partial(_between, rows, points, pattern)
-        yield Law(
-            group[0].kind,
-            label,
-            True,
-            odds,
-            priors.sizes.about(usual),
-            points,
-            pattern=pattern,
-            shares=ones,
-            log_weight=_weights(points),
-            positive=positive,
-            least=prior.least * group[0].nominal,
-            refine=refine,
-        )
+    for group in by_name.values():
+        grid = _grid(rows, group, priors)
+        if grid.points:
+            yield _law(rows, group, grid, priors, ones)
+
+
+def _law(rows: MapRows, group: Sequence[ProbeChange], grid: _Grid, priors: Priors, ones: Array) -> Law:
+    prior, usual = usual_of(group[0], priors)
+    return Law(
+        group[0].kind,
+        group[0].label if len(group) == 1 else group[0].kind,
+        True,
+        float(np.log(priors.maps.laws.odds * prior.odds)),
+        priors.sizes.about(usual),
+        grid.points,
+        pattern=grid.pattern,
+        shares=ones,
+        log_weight=_weights(grid.points),
+        positive=grid.positive,
+        least=prior.least * group[0].nominal,
+        refine=partial(_refined, rows, grid, priors),
+    )
 
 
 def _weights(points: Sequence[Point]) -> Array:
@@ -190,9 +177,16 @@ def _weights(points: Sequence[Point]) -> Array:
     return -np.log([labels.count(label) * len(set(labels)) for label in labels])
 
 
-def _grid(rows: MapRows, candidate: ProbeChange, usual: float) -> Iterator[Atom]:
-    for point in _points(candidate, usual):
-        yield from signature(rows, point)
+def _grid(rows: MapRows, group: Sequence[ProbeChange], priors: Priors) -> _Grid:
+    points = [point for one in group for point in _points(one, usual_of(group[0], priors)[1])]
+    atoms = [atom for point in points for atom in signature(rows, point)]
+    depth = max((len(columns) for _, columns in atoms), default=0)
+    return _Grid(tuple(point for point, _ in atoms), np.array([_deep(columns, depth) for _, columns in atoms]))
+
+
+def _deep(columns: Array, depth: int) -> Array:
+    """Columns ``(d, m)`` with as many of zeros as make ``depth``."""
+    return np.vstack([columns, np.zeros((depth - len(columns), columns.shape[1]))])
 
 
 def _points(candidate: ProbeChange, usual: float) -> Iterator[Point]:
@@ -218,7 +212,7 @@ def _both_ways(candidate: ProbeChange, usual: float) -> list[tuple[float, float]
     return [(sign, s) for sign, s in tried if knob.low <= knob.none + sign * s * usual <= knob.high]
 
 
-def signature(rows: MapRows, point: Point) -> Iterator[Atom]:
+def signature(rows: MapRows, point: Point) -> Iterator[tuple[Point, Array]]:
     """The signature of a point; none if the construction is impossible or has no influence."""
     unit = np.eye(len(point.step))
     moved = [rows.moved((ChangeTerm(point.candidate, point.values(one * point.size)),)) for one in unit]
@@ -227,66 +221,48 @@ def signature(rows: MapRows, point: Point) -> Iterator[Atom]:
         yield point, columns
 
 
-def _between(rows: MapRows, points: Sequence[Point], pattern: Array, atom: int, left_um: Array) -> Refined | None:
-    """The signature in the best direction or phase between two neighbours, to an eighth of a step."""
-    used = np.abs(left_um) <= FAR * float(np.median(np.abs(left_um)))
-    point = _mixed_with_a_neighbour(points, pattern, atom, left_um, used)
-    found = [] if point is points[atom] else list(signature(rows, point))
-    return Refined(found[0][1], point) if found else None
+def _refined(rows: MapRows, law: _Grid, priors: Priors, atom: int, left: Array) -> Refined | None:
+    """The signature at the size, direction or phase that fits best: bounded least squares of the statics."""
+    point, columns = law.points[atom], law.pattern[atom]
+    candidate = point.candidate
+    if candidate.shape == "linear":
+        return None
+    used = np.abs(left) <= FAR * float(np.median(np.abs(left)))
+    amplitudes = np.linalg.lstsq(columns[: len(point.step), used].T, left[used], rcond=None)[0]
+    start = (ChangeTerm(candidate, point.values(amplitudes)),)
+    found = fit_changes(start, rows, lambda um: um[..., used], priors, left, STEPS)
+    moved = (float(f"{value - none:.{DIGITS}g}") for value, none in zip(found.values, candidate.none, strict=True))
+    near = point_of(ChangeTerm(candidate, tuple(none + off for none, off in zip(candidate.none, moved, strict=True))))
+    if near.size == 0.0:
+        return None
+    for exact, own in signature(rows, near):
+        return Refined(_deep(own, len(columns)), exact, by_size=candidate.shape == "line")
+    return None
 
 
-def _mixed_with_a_neighbour(
-    points: Sequence[Point], pattern: Array, atom: int, left_um: Array, used: NDArray[np.bool_]
-) -> Point:
-    """The point between an atom and its neighbour at which a mixture of both signatures fits best."""
-    here, beside = points[atom], pattern[atom][1:]
-    best = (np.inf, here)
-    for other in (atom - 1, atom + 1):
-        if not 0 <= other < len(points) or not _neighbours(here, points[other]):
-            continue
-        columns = np.vstack([*(pattern[i][0] * points[i].size for i in (atom, other)), *beside])
-        share = np.linalg.lstsq(columns[:, used].T, left_um[used], rcond=None)[0]
-        rest = left_um[used] - share @ columns[:, used]
-        if min(share[:2]) > 0.0 and rest @ rest < best[0]:
-            best = float(rest @ rest), _mixed(here, points[other], float(share[1] / share[:2].sum()))
-    return best[1]
+def point_of(term: ChangeTerm) -> Point:
+    """A change as the point of its own size, for which its signature is exact."""
+    candidate, moved = term.candidate, np.array(term.values) - np.array(term.candidate.none)
+    if candidate.shape == "lobes":
+        return Point(candidate, (0.0, term.values[1], 0.0), LOBES)
+    size = float(np.linalg.norm(moved)) * (1.0 if len(moved) > 1 else float(np.sign(moved[0])))
+    return Point(candidate, candidate.none, (tuple(map(float, moved / (size or 1.0))),), size)
 
 
-def _neighbours(one: Point, other: Point) -> bool:
-    """Whether shapes between two points are approximately a mixture of both."""
-    return one.candidate is other.candidate and one.candidate.shape in ("plane", "lobes") and one.size == other.size
+def fit_changes(
+    terms: Sequence[ChangeTerm], rows: MapRows, metric: Model, priors: Priors, left: Array, steps: int = 30
+) -> NonlinearFit:
+    """All knobs of some changes fitted together to residuals ``left (m,)``, from their values."""
+    knobs = [knob for term in terms for knob in term.candidate.knobs]
+    none, low, high = (np.array([getattr(k, name) for k in knobs]) for name in ("none", "low", "high"))
+    scale = np.array([usual_of(term.candidate, priors)[1] for term in terms for _ in term.candidate.knobs])
+    start = np.array([value for term in terms for value in term.values])
+    known = Parameters(none, low, high, scale)
+    return fit_nonlinear(lambda x: rows.moved(with_values(terms, x)), left, start, known, metric, steps)
 
 
-def _mixed(one: Point, other: Point, share: float) -> Point:
-    t = round(share * PARTS) / PARTS
-    size = (1.0 - t) * one.size + t * other.size
-    base = (1.0 - t) * np.array(one.base) + t * np.array(other.base)
-    step = ((1.0 - t) * np.array(one.step) * one.size + t * np.array(other.step) * other.size) / size
-    return Point(one.candidate, tuple(map(float, base)), tuple(tuple(map(float, row)) for row in step), float(size))
-
-
-def lacking(data: MapData) -> tuple[str, ...]:
-    """What an insufficient map lacks; empty if nothing is missing."""
-    directions, azimuths = int(data.direction.max()) + 1, int(data.spokes.max()) + 1
-    found = []
-    if len(data) < FEWEST_ROWS or directions < FEWEST_DIRECTIONS:
-        found.append(
-            f"at least {FEWEST_ROWS} rows in {FEWEST_DIRECTIONS} directions, better several polar angles and azimuths:"
-            f" the map has {len(data)} rows in {directions} directions"
-        )
-    if azimuths < FEWEST_AZIMUTHS:
-        found.append(
-            f"at least {FEWEST_AZIMUTHS} azimuths, better a full turn: the map has {azimuths}, and what changes about"
-            " the stylus (lobes, their phase, eccentricity) passes for what is the same all around"
-        )
-    if all(np.ptp(m.values) == 0.0 for m in data.measured):
-        found.append(
-            "values that differ: all are the same to the last digit, so they are printed too coarsely, copied or"
-            " simulated, and their scatter cannot be judged"
-        )
-    return tuple(found)
-
-
-FEWEST_ROWS = 8
-FEWEST_DIRECTIONS = 6
-FEWEST_AZIMUTHS = 3
+def with_values(terms: Sequence[ChangeTerm], values: Array) -> tuple[ChangeTerm, ...]:
+    """Changes with other values, those of all knobs one after the other ``(k,)``."""
+    cuts = np.cumsum([len(term.values) for term in terms])[:-1]
+    parts = np.split(np.asarray(values, float), cuts)
+    return tuple(ChangeTerm(t.candidate, tuple(map(float, p))) for t, p in zip(terms, parts, strict=True))

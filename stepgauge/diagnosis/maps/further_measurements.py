@@ -9,15 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from stepgauge.diagnosis.maps.candidates import Table
-from stepgauge.diagnosis.maps.fit import FittedChanges
 from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel, build_probe, changed_table, predict, read_gauge
+from stepgauge.diagnosis.maps.stated_map import FittedChanges
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
+from stepgauge.inference.design import entropy, expected_information_gain
 from stepgauge.probes import Probe
 from stepgauge.probes.directions_map import normals_of
 
-CLEAR = 5.0
-"""A measurement separates rivals if their predictions differ by this many times the scatter, all rows together."""
+LEAST_SHARE, NEARLY = 0.5, 0.9
+"""Share of what is not known that a measurement must tell; and share of the best one's gain that is as good."""
 _COARSE = (0.02, 0.2)
 """Assumed scatter of a quantity that the map does not have: N and um."""
 
@@ -59,30 +60,35 @@ def reason(first: str, second: str) -> str:
     return known or f"over the directions measured, {first} and {second} change the values in the same way"
 
 
-def separate(model: MapModel, sigma: Sequence[Array], rivals: Sequence[FittedChanges]) -> tuple[str, tuple[str, ...]]:
-    """The measurement that best separates the two most probable rivals, in words, and the command that predicts it.
+def best_measurement(
+    model: MapModel, sigma: Sequence[Array], rivals: Sequence[FittedChanges], weights: Sequence[float]
+) -> str:
+    """The measurement that is expected to tell most about which of several rivals holds, with the command that predicts
+    it; empty for a single one.
 
-    Both are empty for a single change.
+    ``weights``: in proportion to the probability of each rival.
     """
     if len(rivals) < 2:
-        return "", ()
-    gaps = [(_gap(each, model.table, rivals[0], rivals[1]), each) for each in _feasible(model, sigma)]
-    (best, together), chosen = max(gaps, key=lambda pair: pair[0])
-    if together < CLEAR:
-        return "no measurement with this probe separates them; open it and measure its seat", ()
-    words = f"{chosen.words} (the two most probable differ there by {best:.1f} times the scatter)"
-    return words, (chosen.command,) if chosen.command else ()
+        return ""
+    p = np.array(weights) / sum(weights)
+    feasible = _feasible(model, sigma)
+    gains = [expected_information_gain(p, _distances(one, model.table, rivals)) for one in feasible]
+    if max(gains) < LEAST_SHARE * entropy(p):
+        return "no measurement with this probe separates them; open it and measure its seat"
+    # among those that are worth nearly as much the one that is the least trouble
+    chosen = next(one for one, gain in zip(feasible, gains, strict=True) if gain >= NEARLY * max(gains))
+    words = f"{chosen.words} (expected information {max(gains):.1f} of {entropy(p):.1f} nats)"
+    return f"{words}: {chosen.command}" if chosen.command else words
 
 
-def _gap(measurement: Measurement, table: Table, first: FittedChanges, second: FittedChanges) -> tuple[float, float]:
-    """Difference of the predictions of two models over the scatter, rms and total; 0 if one has no prediction."""
+def _distances(measurement: Measurement, table: Table, rivals: Sequence[FittedChanges]) -> Array:
+    """Chi-square distances ``(h, h)`` of what the rivals predict; 0 if one has no prediction."""
     try:
-        one, two = (measurement.values(changed_table(table, f.terms), f.terms) for f in (first, second))
+        values = np.array([measurement.values(changed_table(table, one.terms), one.terms) for one in rivals])
     except InputError:
-        return 0.0, 0.0
-    difference = (one - two)[np.isfinite(one) & np.isfinite(two)]
-    together = float(np.linalg.norm(difference))
-    return together / max(float(np.sqrt(difference.size)), 1.0), together
+        return np.zeros((len(rivals), len(rivals)))
+    values = values[:, np.isfinite(values).all(axis=0)]
+    return np.asarray(((values[:, None] - values) ** 2).sum(axis=2))
 
 
 def _feasible(model: MapModel, sigma: Sequence[Array]) -> list[Measurement]:
@@ -92,13 +98,13 @@ def _feasible(model: MapModel, sigma: Sequence[Array]) -> list[Measurement]:
     found = [
         _on_grid("map more polar angles", (20.0, 40.0, 60.0, 90.0), range(0, 120, 15), model, sigma),
         _on_grid("map all azimuths at 60 and 90 deg", (60.0, 90.0), range(0, 360, 15), model, sigma),
-        _longer(f"measure the same directions with a stylus longer by {length:g} mm", length, model, sigma),
-        Measurement("measure the force that lifts the stylus along its axis", "", _spring(model, sigma)),
         Measurement("load the force gauge with a known weight of about 1 N", "", _dead_weight(model, sigma)),
+        Measurement("measure the force that lifts the stylus along its axis", "", _spring(model, sigma)),
     ]
+    longer = _longer(f"measure the same directions with a stylus longer by {length:g} mm", length, model, sigma)
     missing = {"trigger_force_N", "deflection_um"} - {m.name for m in model.data.measured}
     words = {"trigger_force_N": "trigger force", "deflection_um": "deflection of the tip"}
-    return [*found, *(_also(name, f"measure the {words[name]} too", model) for name in sorted(missing))]
+    return [*found, *(_also(name, f"measure the {words[name]} too", model) for name in sorted(missing)), longer]
 
 
 def _scatter(model: MapModel, sigma: Sequence[Array]) -> dict[str, float]:

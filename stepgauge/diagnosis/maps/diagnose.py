@@ -1,0 +1,129 @@
+"""From a map and a probe file to the statements: the search, and the same rules as for recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.maps.candidates import ProbeChange, candidates_for
+from stepgauge.diagnosis.maps.data import lacking
+from stepgauge.diagnosis.maps.findings import (
+    empirical_map_laws,
+    kept_rows,
+    located_alone,
+    map_findings,
+    map_remarks,
+    map_structure,
+)
+from stepgauge.diagnosis.maps.holdout import Stage, fits_of
+from stepgauge.diagnosis.maps.model import MapModel, Terms, changed_table, check_model
+from stepgauge.diagnosis.maps.result import MapDiagnosis
+from stepgauge.diagnosis.maps.scatter import MapScatter, estimate_scatter
+from stepgauge.diagnosis.maps.signatures import MapRows
+from stepgauge.diagnosis.maps.stated_map import StatedMap, stated_map
+from stepgauge.diagnosis.priors import Priors, shipped_priors
+from stepgauge.diagnosis.result import Verdict
+from stepgauge.diagnosis.statements import conclude
+from stepgauge.files.arrays import Array
+
+HALF_A_DIGIT = 0.5 + 1e-6
+SIX_DIGITS = 5.1e-6
+"""Relative resolution of six printed digits."""
+
+
+def diagnose_map(
+    model: MapModel, candidates: Sequence[ProbeChange] | None = None, priors: Priors | None = None
+) -> MapDiagnosis:
+    """The diagnosis of a map; without ``candidates`` all possible changes of the model of the probe are tried.
+
+    Raises :class:`InputError` for a probe file that does not give the measured quantities.
+    """
+    check_model(model)
+    scatter = estimate_scatter(model.data, model.residuals(()))
+    missing = lacking(model.data)
+    if missing:
+        return _as_it_is("insufficient", model, scatter, missing)
+    if _reproduced(model):
+        return _as_it_is("adequate", model, scatter)
+    if candidates is None:
+        candidates = candidates_for(model.table, [m.name for m in model.data.measured])
+    return _told(stated_map(model, candidates, scatter, priors or shipped_priors()), scatter)
+
+
+def _reproduced(model: MapModel) -> bool:
+    """Whether the probe file gives every printed value: the residuals are rounding and no scatter."""
+    pairs = zip(model.data.measured, model.residuals(()), strict=True)
+    return all((np.abs(r) <= np.maximum(HALF_A_DIGIT * m.quantum, SIX_DIGITS * m.values)).all() for m, r in pairs)
+
+
+def _as_it_is(verdict: Verdict, model: MapModel, scatter: MapScatter, missing: tuple[str, ...] = ()) -> MapDiagnosis:
+    """The unchanged residuals; the scatter is known from repeats or not at all."""
+    kept, rows = np.ones(len(model.data), bool), MapRows(model, scatter.sigma)
+    known = scatter.repeats or not missing
+    none = np.zeros((0, len(rows.um)))
+    by_row = [np.full(len(kept), s if known else np.nan) for s in scatter.sigma]
+    fits = fits_of(rows, [(rows.um, none)] * 3, kept, by_row)
+    chi2 = float(np.mean(rows.um**2)) if known else np.nan
+    return MapDiagnosis(verdict, fits, chi2, chi2, scatter, model.data, kept, model.table, model.table, lacking=missing)
+
+
+def _told(found: StatedMap, scatter: MapScatter) -> MapDiagnosis:
+    model, kept, by_row = found.rows.model, kept_rows(found), _by_row(found, scatter)
+    laws, columns = empirical_map_laws(found)
+    slight = [one.lead.candidate.label for one in found.slight]
+    findings, left = list(map_findings(found, by_row)), list(map_structure(found))
+    concluded = conclude(found.answer, findings, left, found.priors.decision, slight)
+    terms: Terms = (*found.fitted.terms, *(term for term, _ in laws))
+    stages = _stages(found, terms, columns)
+    return MapDiagnosis(
+        concluded.verdict,
+        fits_of(found.rows, stages, kept, by_row),
+        _chi2_dof(found, stages[0], kept, by_row),
+        _chi2_dof(found, stages[1], kept, by_row),
+        _grown(found, scatter),
+        model.data,
+        kept,
+        model.table,
+        changed_table(model.table, terms),
+        terms,
+        concluded.findings,
+        tuple(located_alone(found, concluded.structure)),
+        concluded.structure,
+        tuple(law for _, law in laws),
+        tuple(found.search.trail),
+        tuple(map_remarks(found)),
+        odds=concluded.table,
+        checks=found.checks,
+    )
+
+
+def _stages(found: StatedMap, terms: Terms, columns: Array) -> list[Stage]:
+    """Residuals without changes, with the named changes, and with the structure ``columns (k, m)`` in addition."""
+    rows, slopes = found.rows, found.fitted.slopes
+    named = rows.um - rows.moved(found.fitted.terms)
+    return [(rows.um, slopes[:0]), (named, slopes), (rows.um - rows.moved(terms), np.vstack([slopes, columns]))]
+
+
+def _chi2_dof(found: StatedMap, stage: Stage, kept: NDArray[np.bool_], by_row: Sequence[Array]) -> float:
+    um, slopes = stage
+    white = um * np.repeat(found.rows.sigma, len(kept)) / np.concatenate(by_row)
+    used = np.tile(kept, len(found.rows.sigma))
+    return float((white[used] ** 2).sum()) / max(int(used.sum()) - len(slopes), 1)
+
+
+def _grown(found: StatedMap, scatter: MapScatter) -> MapScatter:
+    grows = found.answer.probability_of_scatter("growth") >= found.priors.decision.stated
+    return replace(scatter, grows=grows and found.state.noise.growth is not None)
+
+
+def _by_row(found: StatedMap, scatter: MapScatter) -> list[Array]:
+    """Standard deviation of every ordinary row of each quantity: the mean over repeats, else that of the model."""
+    state, sigma = found.state, found.rows.sigma
+    relative = np.sqrt(found.search.noise_models.variance(state.noise) * state.noise.weight)
+    found_by = [part * s for part, s in zip(np.split(relative, len(sigma)), sigma, strict=True)]
+    if not scatter.repeats:
+        return [one * state.sigma_um for one in found_by]
+    return [one * s / float(np.sqrt(np.mean(one**2))) for one, s in zip(found_by, scatter.sigma, strict=True)]

@@ -1,0 +1,211 @@
+"""What is stated of a map: the search of :mod:`stepgauge.inference`, and the changes that it finds fitted together.
+
+Changes of one construction do not add up exactly. What those that were found do together beside the sum of what each
+does alone is subtracted, and the search repeated until that does not change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from stepgauge.diagnosis.checks import predictive_checks, widening
+from stepgauge.diagnosis.credible import StatedTerm, answer_of, sign_is_sure, stated_terms
+from stepgauge.diagnosis.maps.candidates import ProbeChange
+from stepgauge.diagnosis.maps.direction_functions import DirectionFunction
+from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel, Terms
+from stepgauge.diagnosis.maps.scatter import MapScatter
+from stepgauge.diagnosis.maps.signatures import MapRows, Point, fit_changes, make_problem, with_values
+from stepgauge.diagnosis.priors import Priors
+from stepgauge.diagnosis.result import Check, rms
+from stepgauge.files.arrays import Array
+from stepgauge.inference.hypothesis import Hypothesis
+from stepgauge.inference.metric import Metric
+from stepgauge.inference.posterior import Member, Posterior
+from stepgauge.inference.problem import Term
+from stepgauge.inference.search import Search
+
+PASSES = 4
+SETTLED = 0.1
+"""Rms change of what changes do together, over the scatter of a reading, below which the search is not repeated."""
+SAME_SCATTER = 1.15
+
+
+@dataclass(frozen=True)
+class FittedChanges:
+    """Terms with fitted values, their covariance ``(k, k)`` and the derivatives by each knob, ``(k, m)``."""
+
+    terms: Terms
+    covariance: Array
+    slopes: Array
+
+    def covariance_of(self, place: int) -> Array:
+        """Covariance of the knobs of one term."""
+        first = sum(len(term.values) for term in self.terms[:place])
+        own = slice(first, first + len(self.terms[place].values))
+        return self.covariance[own, own]
+
+    @property
+    def significance(self) -> list[float]:
+        """What the sum of squares rises by without each term, to first order."""
+        return [self._significance(place) for place in range(len(self.terms))]
+
+    def _significance(self, place: int) -> float:
+        off = np.array(self.terms[place].values) - np.array(self.terms[place].candidate.none)
+        return float(off @ np.linalg.pinv(self.covariance_of(place)) @ off)
+
+
+@dataclass(frozen=True)
+class StatedMap:
+    """The hypothesis that is stated of a map: ``laws`` with the terms of ``fitted``, and ``forms``.
+
+    ``vague``: laws whose size is not determined; ``slight``: terms that explain so little of the residuals that inexact
+    statics may cause them; ``moved_by_slight``: their influence on the values of each law as a factor on uncertainties;
+    ``wider``: factor on uncertainties from the predictive ``checks``; ``metric``: of the scatter, beside all terms that
+    are not named.
+    """
+
+    rows: MapRows
+    answer: Posterior
+    state: Hypothesis
+    laws: tuple[StatedTerm, ...]
+    forms: tuple[StatedTerm, ...]
+    vague: tuple[StatedTerm, ...]
+    slight: tuple[StatedTerm, ...]
+    fitted: FittedChanges
+    moved_by_slight: Array
+    metric: Metric
+    priors: Priors
+    checks: tuple[Check, ...]
+    wider: float
+
+    @property
+    def search(self) -> Search:
+        """The search of the last pass."""
+        return self.answer.search
+
+    @property
+    def interaction(self) -> Array:
+        """What the changes do together minus the sum of what each does alone ``(m,)``."""
+        alone = (self.rows.moved((term,)) for term in self.fitted.terms)
+        return self.rows.moved(self.fitted.terms) - sum(alone, np.zeros(len(self.rows.um)))
+
+    def in_place(self, place: int, rival: Member) -> FittedChanges:
+        """All changes fitted together, with a rival in the place of one."""
+        terms = list(self.fitted.terms)
+        terms[place] = _change(rival.hypothesis, rival.candidate.label, rival.proposal.term())
+        return fitted_together(terms, self.rows, self.metric, self.priors)
+
+    def metric_beside(self, nuisances: Sequence[StatedTerm] = ()) -> Metric:
+        """That of the scatter, beside other terms."""
+        return _metric(self.search, self.state, nuisances)
+
+
+def fitted_together(terms: Sequence[ChangeTerm], rows: MapRows, metric: Metric, priors: Priors) -> FittedChanges:
+    """All knobs of some changes fitted together by the statics of the probe, from their values."""
+    if not terms:
+        return FittedChanges((), np.zeros((0, 0)), np.zeros((0, len(rows.um))))
+    found = fit_changes(terms, rows, metric, priors, rows.um)
+    return FittedChanges(with_values(terms, found.values), found.covariance, found.slopes)
+
+
+@threadpool_limits.wrap(limits=1, user_api="blas")
+def stated_map(model: MapModel, candidates: Sequence[ProbeChange], scatter: MapScatter, priors: Priors) -> StatedMap:
+    """What is stated of a map, with what the changes do together."""
+    rows = MapRows(model, scatter.sigma)
+    interaction = np.zeros(len(rows.um))
+    for _ in range(PASSES):
+        search = Search(make_problem(rows, candidates, priors, interaction), priors.scatter)
+        found = _stated(rows, search, priors)
+        sigma = _sigma(rows, found.state, scatter)
+        change = np.array(sigma) / np.array(rows.sigma)
+        if rms(found.interaction - interaction) < SETTLED and change.max() / change.min() < SAME_SCATTER:
+            break
+        interaction = rows.stacked(MapRows(model, sigma).parts(found.interaction))
+        rows = MapRows(model, sigma)
+    return found
+
+
+def _sigma(rows: MapRows, state: Hypothesis, scatter: MapScatter) -> tuple[float, ...]:
+    """Scatter of each quantity: that of its repeats, or that of the residuals of the hypothesis."""
+    if scatter.repeats or len(rows.sigma) == 1:
+        return rows.sigma
+    left = np.split(state.noise.weight * state.residual_um**2, len(rows.sigma))
+    least = [m.rounding for m in rows.data.measured]
+    return tuple(max(s * float(np.sqrt(one.mean())), m) for s, one, m in zip(rows.sigma, left, least, strict=True))
+
+
+def _stated(rows: MapRows, search: Search, priors: Priors) -> StatedMap:
+    answer = answer_of(search, priors.decision)
+    state, every = stated_terms(search, answer, priors.decision.stated)
+    plain = _metric(search, state)
+    checks = predictive_checks(search.problem, state, plain)
+    wider = widening(checks, search.problem, state, plain)
+    forms = [one for one in every if not one.named]
+    sure = [one for one in every if one.named and sign_is_sure(one, state, answer, priors.decision, wider)]
+    vague = [one for one in every if one.named and one not in sure]
+    slight = list[StatedTerm]()
+    least = priors.maps.slight * _square(plain(rows.um))
+    while True:
+        metric = _metric(search, state, (*forms, *vague))
+        fitted = fitted_together([_change(state, *_own(one)) for one in sure], rows, metric, priors)
+        first = int(np.argmin(fitted.significance)) if sure else 0
+        if sure and fitted.significance[first] < priors.decision.determined**2:
+            vague.append(sure.pop(first))
+        elif len(sure) > 1 and fitted.significance[first] < least:
+            slight.append(sure.pop(first))
+        else:
+            break
+    moved = _moved_by(fitted, rows, _metric(search, state, (*forms, *vague, *slight)), priors) if slight else None
+    slight += [one for one in forms if _square(plain(_contribution(one, state))) < least]
+    forms = [one for one in forms if one not in slight]
+    told = (tuple(sure), tuple(forms), tuple(vague), tuple(slight))
+    factor = np.ones(len(sure)) if moved is None else moved
+    return StatedMap(rows, answer, state, *told, fitted, factor, metric, priors, checks, wider)
+
+
+def _metric(search: Search, state: Hypothesis, nuisances: Sequence[StatedTerm] = ()) -> Metric:
+    beside = [one.term.nuisance for one in nuisances]
+    return Metric(search.problem, state.noise, search.noise_models, state.sigma_um, beside)
+
+
+def _moved_by(fitted: FittedChanges, rows: MapRows, beside: Metric, priors: Priors) -> Array:
+    """Factors on uncertainties for the shift of the values if slight terms are included, one to a term."""
+    other = fitted_together(fitted.terms, rows, beside, priors)
+    found = []
+    for place, (one, two) in enumerate(zip(fitted.terms, other.terms, strict=True)):
+        variance = np.maximum(np.diag(fitted.covariance_of(place)), 1e-300)
+        found.append(float(np.sqrt(1.0 + (np.subtract(one.values, two.values) ** 2 / variance).max())))
+    return np.array(found)
+
+
+def _contribution(said: StatedTerm, state: Hypothesis) -> Array:
+    return state.contribution_um(state.index(said.term.candidate))
+
+
+def _square(values: Array) -> float:
+    return float(values @ values)
+
+
+def _own(said: StatedTerm) -> tuple[str, Term]:
+    return said.lead.candidate.label, said.term
+
+
+def _change(state: Hypothesis | None, label: str, term: Term) -> ChangeTerm:
+    """A law of a hypothesis as a change of the probe, with its amplitudes there; of its own size without one."""
+    place = None if state is None else next((i for i, t in enumerate(state.terms) if t.candidate.label == label), None)
+    if state is None or place is None:
+        point: Point = term.candidate.source[term.atom]
+        return ChangeTerm(point.candidate, point.values(np.full(len(point.step), point.size)))
+    chosen = state.terms[place]
+    point = chosen.shape if isinstance(chosen.shape, Point) else chosen.candidate.source[chosen.atom]
+    return ChangeTerm(point.candidate, point.values(state.amplitudes(place)[0][: len(point.step)]))
+
+
+def function_of(said: StatedTerm) -> tuple[DirectionFunction, int]:
+    """The function of the direction that is stated, and the index of its shape."""
+    function: DirectionFunction = said.source
+    return function, said.term.atom
