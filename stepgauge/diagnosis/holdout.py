@@ -50,19 +50,34 @@ def holdout_rms(data: Residuals, sigma_um: Array, columns: Array, folds: Folds) 
     together with the origins of the placements and the errors of the faces against the certificate (within its
     uncertainty).
     """
-    errors = np.full(len(data), np.nan)
     design = np.column_stack([data.origins.T, columns])
     full, prior = _with_faces(data, design)
-    for fold in range(folds.count):
-        held = folds.fold == fold
-        train = ~held & np.isfinite(sigma_um)
-        if train.sum() > design.shape[1]:
-            weighted = full[train] / sigma_um[train][:, None]
-            normal = weighted.T @ weighted + np.diag(prior)
-            coefficients = np.linalg.solve(normal, weighted.T @ (data.um[train] / sigma_um[train]))
-            errors[held] = data.um[held] - full[held] @ coefficients
+    errors = held_out_errors(data.um, sigma_um, full, prior, folds, design.shape[1])
     used = np.isfinite(errors) & np.isfinite(sigma_um)
     return float(np.sqrt((errors[used] ** 2).mean())) if used.any() else float("nan")
+
+
+def held_out_errors(values: Array, sigma: Array, columns: Array, prior: Array, folds: Folds, fewest: int = 0) -> Array:
+    """Values minus their prediction by a fit of the columns without them, ``(n,)``; NaN where too few rows are left.
+
+    Parameters
+    ----------
+    values : residuals ``(n,)``
+    sigma : their standard deviations ``(n,)``, infinite for rows that are not used
+    columns, prior : of the model ``(n, d)``, and the prior weight of each coefficient ``(d,)``
+    folds : which rows are held out together
+    fewest : number of rows that must be left at least
+    """
+    errors = np.full(len(values), np.nan)
+    for fold in range(folds.count):
+        held = folds.fold == fold
+        train = ~held & np.isfinite(sigma)
+        if train.sum() > fewest:
+            weighted = columns[train] / sigma[train][:, None]
+            normal = weighted.T @ weighted + np.diag(prior)
+            coefficients = np.linalg.solve(normal, weighted.T @ (values[train] / sigma[train]))
+            errors[held] = values[held] - columns[held] @ coefficients
+    return errors
 
 
 def _with_faces(data: Residuals, design: Array) -> tuple[Array, Array]:

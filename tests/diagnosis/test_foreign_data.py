@@ -48,10 +48,10 @@ def test_fea_gives_the_carrier_and_the_compliance_within_their_uncertainties(fea
 def test_fea_forces_come_from_tens_of_percent_to_under_one(fea):
     force, deflection = fea[0].fits
     assert len(force.before) == 63
-    assert 0.28 < force.worst_before < 0.30
+    assert 0.28 < force.worst("before") < 0.30
     assert force.worst_after < 0.01
-    assert max(after for _, after in force.holdout.values()) < 0.005 < 0.2 < force.rms_before
-    assert deflection.rms_after < 1.2 * 0.1 / np.sqrt(12.0) < 1.0 < deflection.rms_before
+    assert max(after for _, after, _ in force.holdout.values()) < 0.005 < 0.2 < force.rms("before")
+    assert deflection.rms("after") < 1.2 * 0.1 / np.sqrt(12.0) < 1.0 < deflection.rms("before")
 
 
 def test_fea_says_that_only_the_ratio_of_lever_to_contact_radius_counts(fea):
@@ -142,7 +142,7 @@ def test_triangular_law_is_named_probe_lobing_with_its_size(rings):
     constant, phase = (found.findings[0].parameters[name] for name in ("constant_um", "phase_deg"))
     assert abs(constant.value - 12.0) < 4.0 * constant.u
     assert abs(phase.value - 20.0) < 4.0 * phase.u
-    assert found.fits[0].rms_after == pytest.approx(0.2, rel=0.25)
+    assert found.fits[0].rms("after") == pytest.approx(0.2, rel=0.25)
 
 
 def test_statics_of_a_tripod_are_named_probe_lobing_too():
@@ -155,7 +155,7 @@ def test_statics_of_a_tripod_are_named_probe_lobing_too():
     data = pretravel_map(law)
     found = against_a_constant(data, float(data.measured[0].values.mean()))
     assert "probe_lobing" in [each.kind for each in found.findings]
-    assert found.fits[0].rms_after < 0.25 * found.fits[0].rms_before
+    assert found.fits[0].rms("after") < 0.25 * found.fits[0].rms("before")
 
 
 @pytest.mark.parametrize(("mean_um", "kinds"), [(12.0, []), (13.0, ["effective_radius"])])

@@ -111,7 +111,7 @@ def test_single_change_is_named_with_its_size(table, label, change, parameter, t
     assert within(found.findings[0].parameters[parameter], truth)
     assert 0.8 < found.chi2_dof_after < 1.2
     for fit in found.fits:
-        assert all(after < 1.1 * fit.rms_after for _, after in fit.holdout.values())
+        assert all(after < 1.1 * fit.rms("after") for _, after, _ in fit.holdout.values())
 
 
 @pytest.mark.parametrize(

@@ -132,7 +132,7 @@ class TestUnknown:
         assert found.verdict == "unknown"
         assert not found.findings
         assert words in found.unexplained[0].where
-        assert found.fits[0].rms_described == pytest.approx(SIGMA_UM, rel=0.25)
+        assert found.fits[0].rms("described") == pytest.approx(SIGMA_UM, rel=0.25)
 
     def test_lobes_are_given_with_amplitude_and_place(self, tmp_path, probe_file):
         diagnose_probe_map(written(tmp_path, made(two_lobes)), probe_file, tmp_path / "out")
@@ -185,7 +185,7 @@ class TestOutliers:
         assert found.verdict == "effects"
         assert [finding.kind for finding in found.findings] == [*kinds, "outliers"]
         assert found.findings[-1].choices["rows"] == tuple(row + 1 for row in rows)
-        assert found.fits[0].rms_described == pytest.approx(SIGMA_UM, rel=0.25)
+        assert found.fits[0].rms("described") == pytest.approx(SIGMA_UM, rel=0.25)
 
     def test_bad_rows_do_not_hide_structure(self):
         found = diagnosed(off_by(made(two_lobes, 1), [10, 30], [-5.0, 60.0]))

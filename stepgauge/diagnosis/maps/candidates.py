@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from math import atan2, cos, degrees, hypot, radians, sin
 from typing import Any, Literal
 
+from stepgauge.physics import stylus
+from stepgauge.probes.schema import SectionTable
+
 Table = dict[str, Any]
 Change = Callable[[Table, Sequence[float]], None]
 Shape = Literal["line", "plane", "linear", "lobes"]
@@ -30,12 +33,23 @@ class ProbeParameter:
 
 
 @dataclass(frozen=True)
+class Total:
+    """What a change of one knob makes of the probe: name, unit, the value for that of the knob, and its derivative."""
+
+    name: str
+    unit: str
+    value: Callable[[float], float]
+    slope: float = 1.0
+
+
+@dataclass(frozen=True)
 class ProbeChange:
     """A change of the construction, of the force gauge, or of the map only, with its parameters (knobs).
 
     ``shape``: dependence on the knobs: on one (``line``), on two as the components of a vector (``plane``), linear
     (``linear``), linear in the first and by the phase of the lobes (``lobes``). ``prior``: its key among the priors;
-    ``nominal``: the usual size is a share of this. ``formula``: of an empirical one.
+    ``nominal``: the usual size is a share of this. ``formula``: of an empirical one;
+    ``total``: what is told besides the knobs.
     """
 
     kind: str
@@ -46,6 +60,7 @@ class ProbeChange:
     prior: str = ""
     nominal: float = 1.0
     formula: str = ""
+    total: Total | None = None
 
     @property
     def label(self) -> str:
@@ -69,7 +84,12 @@ def candidates_for(table: Table, quantities: Sequence[str]) -> list[ProbeChange]
         return _of_laws(table)
     if "seat" not in table:
         return []
-    found = [*_of_seat(table["seat"]), _stylus_length(table["stylus"]), _compliance(), _tip_friction(table)]
+    found = [
+        *_of_seat(table["seat"]),
+        _stylus_length(table["stylus"]),
+        _compliance(table["stylus"]),
+        _tip_friction(table),
+    ]
     return [*found, *_of_gauge()] if "trigger_force_N" in quantities else found
 
 
@@ -95,16 +115,18 @@ def _seat_key(
     def change(table: Table, values: Sequence[float]) -> None:
         table["seat"][key] = before + values[0]
 
-    return ProbeChange(kind, (ProbeParameter(unit, unit, 0.0, low - before, high - before),), change, nominal=nominal)
+    knobs = (ProbeParameter(unit, unit, 0.0, low - before, high - before),)
+    return ProbeChange(kind, knobs, change, nominal=nominal, total=Total(key, unit, lambda v: before + v))
 
 
 def _lobing_phase(before_deg: float) -> ProbeChange:
     """Three arms repeat after 120 deg."""
+    azimuth = Total("arm_azimuth_deg", "deg", lambda v: (before_deg + v + 60.0) % 120.0 - 60.0)
 
     def change(table: Table, values: Sequence[float]) -> None:
-        table["seat"]["arm_azimuth_deg"] = (before_deg + values[0] + 60.0) % 120.0 - 60.0
+        table["seat"]["arm_azimuth_deg"] = azimuth.value(values[0])
 
-    return ProbeChange("lobing_phase", (ProbeParameter("deg", "deg", 0.0, -90.0, 90.0),), change)
+    return ProbeChange("lobing_phase", (ProbeParameter("deg", "deg", 0.0, -90.0, 90.0),), change, total=azimuth)
 
 
 def _eccentricity(seat: Table) -> ProbeChange:
@@ -153,19 +175,22 @@ def _stylus_length(sections: Sequence[Table]) -> ProbeChange:
         table["stylus"][stem]["length_mm"] = before + values[0]
         table.pop("stylus_length_mm", None)  # follows from the sections
 
-    return ProbeChange(
-        "stylus_length", (ProbeParameter("mm", "mm", 0.0, SHORTEST_STEM_MM - before, LONGEST_STEM_MM - before),), change
-    )
+    whole = sum(float(one["length_mm"]) for one in sections)
+    knobs = (ProbeParameter("mm", "mm", 0.0, SHORTEST_STEM_MM - before, LONGEST_STEM_MM - before),)
+    return ProbeChange("stylus_length", knobs, change, total=Total("stylus_length_mm", "mm", lambda v: whole + v))
 
 
-def _compliance() -> ProbeChange:
+def _compliance(stem: Sequence[Table]) -> ProbeChange:
     """A factor on the compliance of the stylus, the same for all sections and both directions."""
+    sections = [stylus.StylusSection(**SectionTable.model_validate(one).model_dump()) for one in stem]
+    lateral = 1e3 * stylus.lateral_compliance_mm_per_N(sections)
 
     def change(table: Table, values: Sequence[float]) -> None:
         for section in table["stylus"]:
             section["modulus_GPa"] = section["modulus_GPa"] / values[0]
 
-    return ProbeChange("compliance", (ProbeParameter("factor", "1", 1.0, 0.25, 20.0),), change)
+    total = Total("lateral_um_per_N", "um/N", lambda v: lateral * v, lateral)
+    return ProbeChange("compliance", (ProbeParameter("factor", "1", 1.0, 0.25, 20.0),), change, total=total)
 
 
 def _of_gauge() -> list[ProbeChange]:

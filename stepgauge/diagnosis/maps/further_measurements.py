@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -14,13 +15,17 @@ from stepgauge.diagnosis.maps.stated_map import FittedChanges
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.inference.design import entropy, expected_information_gain
-from stepgauge.probes import Probe
 from stepgauge.probes.directions_map import normals_of
 
 LEAST_SHARE, NEARLY = 0.5, 0.9
 """Share of what is not known that a measurement must tell; and share of the best one's gain that is as good."""
-_COARSE = (0.02, 0.2)
+COARSE = {"trigger_force_N": 0.02, "deflection_um": 0.2, "pretravel_um": 0.2}
 """Assumed scatter of a quantity that the map does not have: N and um."""
+OTHERS = {"trigger_force_N": "trigger force", "deflection_um": "deflection of the tip"}
+GRIDS = (
+    ("map more polar angles", (20.0, 40.0, 60.0, 90.0), range(0, 120, 15)),
+    ("map all azimuths at 60 and 90 deg", (60.0, 90.0), range(0, 360, 15)),
+)
 
 REASONS = {
     frozenset(
@@ -42,16 +47,20 @@ REASONS = {
 }
 
 
+Predicted = Mapping[str, Array]
+"""Values of quantities by name."""
+
+
 @dataclass(frozen=True)
 class Measurement:
-    """A feasible further measurement: in words, the command that predicts it, and the prediction of a model.
+    """A feasible further measurement: in words, and what a changed table and its changes predict for it.
 
-    ``values`` takes the changed table, the terms and the model; it returns predictions over their scatter.
+    ``command``: the one that predicts it.
     """
 
     words: str
-    command: str
-    values: Callable[[Table, Sequence[ChangeTerm]], Array]
+    values: Callable[[Table, Sequence[ChangeTerm]], Predicted]
+    command: str = ""
 
 
 def reason(first: str, second: str) -> str:
@@ -71,8 +80,9 @@ def best_measurement(
     if len(rivals) < 2:
         return ""
     p = np.array(weights) / sum(weights)
-    feasible = _feasible(model, sigma)
-    gains = [expected_information_gain(p, _distances(one, model.table, rivals)) for one in feasible]
+    scatter = COARSE | {m.name: float(np.median(s)) for m, s in zip(model.data.measured, sigma, strict=True)}
+    feasible = list(_feasible(model))
+    gains = [expected_information_gain(p, _distances(one, model.table, rivals, scatter)) for one in feasible]
     if max(gains) < LEAST_SHARE * entropy(p):
         return "no measurement with this probe separates them; open it and measure its seat"
     # among those that are worth nearly as much the one that is the least trouble
@@ -81,95 +91,51 @@ def best_measurement(
     return f"{words}: {chosen.command}" if chosen.command else words
 
 
-def _distances(measurement: Measurement, table: Table, rivals: Sequence[FittedChanges]) -> Array:
+def _distances(
+    measurement: Measurement, table: Table, rivals: Sequence[FittedChanges], scatter: Mapping[str, float]
+) -> Array:
     """Chi-square distances ``(h, h)`` of what the rivals predict; 0 if one has no prediction."""
     try:
-        values = np.array([measurement.values(changed_table(table, one.terms), one.terms) for one in rivals])
+        every = [measurement.values(changed_table(table, one.terms), one.terms) for one in rivals]
     except InputError:
         return np.zeros((len(rivals), len(rivals)))
-    values = values[:, np.isfinite(values).all(axis=0)]
+    over = [np.concatenate([values.ravel() / scatter[name] for name, values in one.items()]) for one in every]
+    values = np.array(over)[:, np.isfinite(over).all(axis=0)]
     return np.asarray(((values[:, None] - values) ** 2).sum(axis=2))
 
 
-def _feasible(model: MapModel, sigma: Sequence[Array]) -> list[Measurement]:
-    if "seat" not in model.table:
-        return [_on_grid("map all azimuths at 60 and 90 deg", (60.0, 90.0), range(0, 360, 15), model, sigma)]
-    length = sum(section["length_mm"] for section in model.table["stylus"])
-    found = [
-        _on_grid("map more polar angles", (20.0, 40.0, 60.0, 90.0), range(0, 120, 15), model, sigma),
-        _on_grid("map all azimuths at 60 and 90 deg", (60.0, 90.0), range(0, 360, 15), model, sigma),
-        Measurement("load the force gauge with a known weight of about 1 N", "", _dead_weight(model, sigma)),
-        Measurement("measure the force that lifts the stylus along its axis", "", _spring(model, sigma)),
-    ]
-    longer = _longer(f"measure the same directions with a stylus longer by {length:g} mm", length, model, sigma)
-    missing = {"trigger_force_N", "deflection_um"} - {m.name for m in model.data.measured}
-    words = {"trigger_force_N": "trigger force", "deflection_um": "deflection of the tip"}
-    return [*found, *(_also(name, f"measure the {words[name]} too", model) for name in sorted(missing)), longer]
+def _feasible(model: MapModel) -> Iterator[Measurement]:
+    """What can be measured, what is less trouble first."""
+    names = [m.name for m in model.data.measured]
+    seat = "seat" in model.table
+    for words, polar, azimuth in GRIDS if seat else GRIDS[1:]:
+        angles = f"--polar {','.join(f'{p:g}' for p in polar)} --azimuth {azimuth.start}:{azimuth[-1]}:{azimuth.step}"
+        command = f"stepgauge probe map probe.diagnosed.toml {angles} -o planned-map.csv"
+        yield Measurement(words, partial(_at, model, names, normals_of(list(polar), list(azimuth)), 0.0), command)
+    if seat:
+        yield Measurement("load the force gauge with a known weight of about 1 N", lambda _, terms: _force(terms, 1.0))
+        yield Measurement("measure the force that lifts the stylus along its axis", _lifting)
+        for name in sorted({*OTHERS} - {*names}):
+            yield Measurement(f"measure the {OTHERS[name]} too", partial(_at, model, [name], model.data.normals, 0.0))
+        length = sum(section["length_mm"] for section in model.table["stylus"])
+        words = f"measure the same directions with a stylus longer by {length:g} mm"
+        yield Measurement(words, partial(_at, model, names, model.data.normals, length))
 
 
-def _scatter(model: MapModel, sigma: Sequence[Array]) -> dict[str, float]:
-    found = {"trigger_force_N": _COARSE[0], "deflection_um": _COARSE[1], "pretravel_um": _COARSE[1]}
-    return found | {m.name: float(np.median(s)) for m, s in zip(model.data.measured, sigma, strict=True)}
+def _at(
+    model: MapModel, names: Sequence[str], normals: Array, longer_mm: float, table: Table, terms: Sequence[ChangeTerm]
+) -> Predicted:
+    """What the probe gives in some directions, with a stylus that is longer."""
+    if longer_mm:
+        table = deepcopy(table)
+        table["stylus"][-1]["length_mm"] += longer_mm
+        table.pop("stylus_length_mm", None)
+    return dict(zip(names, predict(build_probe(table, model.where), terms, normals, names), strict=True))
 
 
-def _predicted(probe: Probe, terms: Sequence[ChangeTerm], normals: Array, scatter: dict[str, float]) -> Array:
-    parts = predict(probe, terms, normals, list(scatter))
-    return np.concatenate([part.ravel() / s for part, s in zip(parts, scatter.values(), strict=True)])
+def _lifting(table: Table, terms: Sequence[ChangeTerm]) -> Predicted:
+    return _force(terms, float(table["seat"]["preload_N"]))
 
 
-def _measured_only(model: MapModel, sigma: Sequence[Array]) -> dict[str, float]:
-    scatter = _scatter(model, sigma)
-    return {m.name: scatter[m.name] for m in model.data.measured}
-
-
-def _on_grid(
-    words: str, polar: Sequence[float], azimuth: range, model: MapModel, sigma: Sequence[Array]
-) -> Measurement:
-    normals, scatter = normals_of(list(polar), list(azimuth)), _measured_only(model, sigma)
-    angles = f"--polar {','.join(f'{p:g}' for p in polar)} --azimuth {azimuth.start}:{azimuth[-1]}:{azimuth.step}"
-    command = f"stepgauge probe map probe.diagnosed.toml {angles} -o planned-map.csv"
-
-    def values(table: Table, terms: Sequence[ChangeTerm]) -> Array:
-        return _predicted(build_probe(table, model.where), terms, normals, scatter)
-
-    return Measurement(words, command, values)
-
-
-def _longer(words: str, extra_mm: float, model: MapModel, sigma: Sequence[Array]) -> Measurement:
-    scatter = _measured_only(model, sigma)
-
-    def values(table: Table, terms: Sequence[ChangeTerm]) -> Array:
-        longer = deepcopy(table)
-        longer["stylus"][-1]["length_mm"] += extra_mm
-        longer.pop("stylus_length_mm", None)
-        return _predicted(build_probe(longer, model.where), terms, model.data.normals, scatter)
-
-    return Measurement(words, "", values)
-
-
-def _spring(model: MapModel, sigma: Sequence[Array]) -> Callable[[Table, Sequence[ChangeTerm]], Array]:
-    scatter = _scatter(model, sigma)["trigger_force_N"]
-
-    def values(table: Table, terms: Sequence[ChangeTerm]) -> Array:
-        return read_gauge(terms, np.array([table["seat"]["preload_N"]])) / scatter
-
-    return values
-
-
-def _dead_weight(model: MapModel, sigma: Sequence[Array]) -> Callable[[Table, Sequence[ChangeTerm]], Array]:
-    scatter = _scatter(model, sigma)["trigger_force_N"]
-
-    def values(table: Table, terms: Sequence[ChangeTerm]) -> Array:
-        del table
-        return read_gauge(terms, np.ones(1)) / scatter
-
-    return values
-
-
-def _also(name: str, words: str, model: MapModel) -> Measurement:
-    scatter = {name: _COARSE[name.endswith("_um")]}
-
-    def values(table: Table, terms: Sequence[ChangeTerm]) -> Array:
-        return _predicted(build_probe(table, model.where), terms, model.data.normals, scatter)
-
-    return Measurement(words, "", values)
+def _force(terms: Sequence[ChangeTerm], force_N: float) -> Predicted:
+    return {"trigger_force_N": read_gauge(terms, np.array([force_N]))}

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.maps.data import MapData
+from stepgauge.diagnosis.maps.data import MapData, Measured
 from stepgauge.diagnosis.maps.model import Terms
 from stepgauge.diagnosis.maps.scatter import MapScatter
-from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Verdict
+from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Verdict, rms
 from stepgauge.files.arrays import Array
 from stepgauge.files.outputs import open_set
 from stepgauge.inference.search import Step
@@ -39,27 +39,46 @@ class EmpiricalMapLaw:
 
 @dataclass(frozen=True)
 class QuantityFit:
-    """One quantity before and after: rms, largest relative residual, held-out rms.
+    """One quantity of a map: its residuals, and what they are without outliers.
 
-    ``noise``: rms of the scatter of the rows; ``quantum``: resolution of the printed values, 0 if none was seen;
-    ``holdout``: groups held out -> rms before and after. ``after`` is with the named changes, ``described`` also with
-    the empirical laws; no rms includes outliers.
+    ``noise``: rms of the scatter of the rows; ``before``: residuals ``(n,)``; ``after``: with the named changes;
+    ``described``: also with the empirical laws; ``kept (n,)``: rows that are no outliers; ``holdout``: groups held out
+    -> rms of each of the three.
     """
 
-    name: str
-    unit: str
+    measured: Measured
     noise: float
-    quantum: float
-    rms_before: float
-    rms_after: float
-    rms_described: float
-    worst_before: float
-    worst_after: float
-    holdout: dict[str, tuple[float, float]]
-    holdout_described: dict[str, float]
     before: Array
     after: Array
     described: Array
+    kept: NDArray[np.bool_]
+    holdout: dict[str, tuple[float, float, float]]
+
+    @property
+    def name(self) -> str:
+        """Of the quantity, with its unit."""
+        return self.measured.name
+
+    @property
+    def unit(self) -> str:
+        """Of the quantity."""
+        return self.measured.unit
+
+    @property
+    def stages(self) -> dict[str, Array]:
+        """The residuals without outliers, by stage."""
+        stages = {"before": self.before, "after": self.after, "described": self.described}
+        return {name: values[self.kept] for name, values in stages.items()}
+
+    def rms(self, stage: str) -> float:
+        """Rms of the residuals ``before``, ``after`` or ``described``."""
+        return rms(self.stages[stage])
+
+    def worst(self, stage: str) -> float:
+        """Largest residual as a share of the measured value."""
+        values = self.measured.values[self.kept]
+        positive = values > 0.0
+        return float(np.max(np.abs(self.stages[stage][positive]) / values[positive], initial=0.0))
 
 
 @dataclass(frozen=True, repr=False)

@@ -24,7 +24,7 @@ def map_row_table(found: MapDiagnosis) -> pd.DataFrame:
 
 
 def _of(fit: QuantityFit, number: int, found: MapDiagnosis) -> pd.DataFrame:
-    data, noise = found.data, fit.noise or fit.quantum or 1.0
+    data, noise = found.data, fit.noise or fit.measured.quantum or 1.0
     frame = pd.DataFrame({"recording": Path(data.path).name, "row": data.row_numbers, "placement": number}, copy=True)
     frame["cycle"] = pd.Series(data.direction).groupby(data.direction).cumcount().to_numpy() + 1
     frame["face"] = data.direction + 1

@@ -152,23 +152,20 @@ def _quantity(fit: QuantityFit) -> dict[str, Any]:
     return {
         "unit": fit.unit,
         "noise": fit.noise,
-        "printed_digit": fit.quantum if fit.quantum else None,
-        "rms_before": fit.rms_before,
-        "rms_after": fit.rms_after,
-        "worst_before_percent": 100.0 * fit.worst_before,
-        "worst_after_percent": 100.0 * fit.worst_after,
-        "holdout_rms_before": max((b for b, _ in held), default=math.nan),
-        "holdout_rms_after": max((a for _, a in held), default=math.nan),
-        "holdout": {by: {"rms_before": b, "rms_after": a} for by, (b, a) in fit.holdout.items()},
+        "printed_digit": fit.measured.quantum or None,
+        "rms_before": fit.rms("before"),
+        "rms_after": fit.rms("after"),
+        "worst_before_percent": 100.0 * fit.worst("before"),
+        "worst_after_percent": 100.0 * fit.worst("after"),
+        "holdout_rms_before": max((before for before, _, _ in held), default=math.nan),
+        "holdout_rms_after": max((after for _, after, _ in held), default=math.nan),
+        "holdout": {by: {"rms_before": before, "rms_after": after} for by, (before, after, _) in fit.holdout.items()},
     }
 
 
 def _with_empirical(fit: QuantityFit) -> dict[str, Any]:
-    return {
-        "unit": fit.unit,
-        "rms_after": fit.rms_described,
-        "holdout_rms_after": dict(fit.holdout_described),
-    }
+    held = {by: described for by, (_, _, described) in fit.holdout.items()}
+    return {"unit": fit.unit, "rms_after": fit.rms("described"), "holdout_rms_after": held}
 
 
 def _noise(found: MapDiagnosis) -> dict[str, Any]:
@@ -187,7 +184,7 @@ def _noise(found: MapDiagnosis) -> dict[str, Any]:
             "sigma": fit.noise,
             "u": u,
             "unit": fit.unit,
-            "printed_digit": fit.quantum if fit.quantum else None,
+            "printed_digit": fit.measured.quantum or None,
         }
     return said
 
