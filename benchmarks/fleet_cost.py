@@ -79,7 +79,7 @@ def make_recording(gauge: Gauge, number: int) -> Recording:
         "time_s": np.arange(n) * 3.0,
         "gauge_temperature_C": celsius,
     }
-    return Recording.of_columns(columns, {"tip_radius_mm": "2"}, f"{number}.csv")
+    return Recording(columns, {"tip_radius_mm": "2"}, f"{number}.csv")
 
 
 def owners(number: int) -> dict[str, str | None]:

@@ -13,7 +13,7 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
-from stepgauge.files.templating import fixed
+from stepgauge.files.controls import fixed
 from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.planning.plan import ORDERS, ROUTES, PlanOptions, make_program
 from stepgauge.programs import DIALECTS, Dialect, read_program, recognise

@@ -21,8 +21,10 @@ from stepgauge.alignment.slips import check_points
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.tables import read_numbers
+from stepgauge.files.text import read_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import STANDING_COS, Placement, has_yaw, make_placement
+from stepgauge.recording.lines import is_beside
 
 POINT_COLUMNS = ("point", "x_mm", "y_mm", "z_mm")
 FARTHEST_MM = 1e5
@@ -34,6 +36,18 @@ TURNED_DEG, STEEP_DEG = 30.0, 50.0
 such angles for every lying gauge, up to 0.6 rad of pitch."""
 ROLL_RESIDUAL_MM = 0.2
 """Misfit of width and height above which a rotation about the axis is considered."""
+
+
+def is_point_table(path: str | Path) -> bool:
+    """Whether :func:`read_points` reads a file, or says what is wrong with it: there is none, or its header has one of
+    our columns; what others write has other names."""
+    if not Path(path).is_file():
+        return True
+    try:
+        lines = [line for line in read_text(path).splitlines() if line.strip() and not is_beside(line)]
+    except InputError:
+        return False
+    return not lines or bool({*POINT_COLUMNS} & {*lines[0].replace(" ", "").split(",")})
 
 
 def read_points(path: str | Path) -> Array:

@@ -11,10 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.axis.sensors import SENSORS
@@ -25,6 +24,9 @@ from stepgauge.files.shown import Plotted, as_lines
 from stepgauge.files.text import read_text, write_text
 from stepgauge.recording import PROBINGS, comment_lines
 from stepgauge.recording.lines import is_beside, lines_beside, row_lines
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FORMS = ("axis", "spot", "distances")
 FORM = "recording"
@@ -113,6 +115,8 @@ def places_of(target: Array) -> NDArray[np.intp]:
     span, and those between places, at least :data:`APART` times as long; and that makes repeats of targets that have
     none. A dense scan, whose distances are of one kind, has as many places as positions.
     """
+    import pandas as pd
+
     codes, found = pd.factorize(target)
     values = np.sort(found)
     place = np.searchsorted(values, found)[codes]
@@ -192,6 +196,8 @@ def join_axis_recordings(recordings: Sequence[AxisRecording]) -> AxisRecording:
 
     :class:`InputError` for recordings of another kind, and for one that is there twice: it is no second measurement.
     """
+    import pandas as pd
+
     first, frames, taken = recordings[0], list[pd.DataFrame](), 0
     for one in recordings:
         if (one.form, one.units, one.sensor) != (first.form, first.units, first.sensor):
@@ -241,6 +247,8 @@ def _names(units: AxisUnits) -> dict[str, str]:
 
 
 def _table(path: str | Path, over: Sequence[int]) -> pd.DataFrame:
+    import pandas as pd
+
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)  # pandas would drop what has no column
@@ -259,6 +267,8 @@ def _plain_columns(frame: pd.DataFrame, units: AxisUnits) -> pd.DataFrame:
 
 def _check(frame: pd.DataFrame, form: str, path: str | Path, lines: Sequence[int], stated: str | None) -> None:
     """The columns of the form, numbers without gaps, and all rows that the file says it has."""
+    import pandas as pd
+
     needed = {"axis": ["target", "reading"], "spot": ["reading"], "distances": [*STATIONS, "reading"]}[form]
     missing = [name for name in needed if name not in frame]
     if missing or frame.empty:

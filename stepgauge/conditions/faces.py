@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from statistics import NormalDist
 
 import numpy as np
-from scipy.special import betaincinv
+from numpy.typing import NDArray
 
 from stepgauge.conditions.condition import Condition
 from stepgauge.conditions.outliers import odd_blocks, odd_faces
@@ -18,6 +19,8 @@ BY_CHANCE = 1e-3
 """Probability that any face of a recording of normal scatter is remarked."""
 LEAST_2S_UM = 1.0
 """No smaller 2s is remarked, however well the other faces repeat."""
+NEAR = 0.7
+"""Share of the limit from which a normal score, which is known nearly only, is worked out exactly."""
 SHOWN = 10
 
 
@@ -48,19 +51,39 @@ def _scatter(seen: FaceStatistics) -> Iterator[Condition]:
     square = np.nan_to_num(seen.deviation_mm) ** 2
     rest = freedom.sum() - freedom
     others = np.maximum((freedom * square).sum() - freedom * square, 0.0) / np.maximum(rest, 1.0)
-    limit = _fisher_limit(BY_CHANCE / float(often.sum()), np.maximum(freedom, 1.0), np.maximum(rest, 1.0)) * others
     two_s_um = 2e3 * np.sqrt(square)
-    rows = np.flatnonzero(often & (square > limit) & (two_s_um > LEAST_2S_UM))
+    suspect = np.flatnonzero(often & (two_s_um > LEAST_2S_UM) & (square > 0.0))
+    above, below = np.maximum(freedom, 1.0)[suspect], np.maximum(rest, 1.0)[suspect]
+    rows = suspect[_exceeds(square[suspect], others[suspect], above, below, BY_CHANCE / float(often.sum()))]
     if rows.size and rows.size <= often.sum() / 4:
         shown = ", ".join(f"face {seen.faces[i]} ({rounded(two_s_um[i], 3)} um)" for i in rows[:SHOWN])
         words = f"2s larger than at the other faces ({rounded(2e3 * float(seen.pooled_mm), 3)} um over all): {shown}"
         yield Condition("scatter", "contribution", words, size_um=float(two_s_um[rows].max()))
 
 
+def _exceeds(square: Array, others: Array, above: Array, below: Array, chance: float) -> NDArray[np.bool_]:
+    """Whether variances of ``above`` degrees of freedom are larger than others of ``below`` by more than a chance."""
+    if not (_normal_score(square, others, above, below) > NEAR * NormalDist().inv_cdf(1.0 - chance)).any():
+        return np.zeros(len(square), np.bool_)
+    return np.asarray(square > _fisher_limit(chance, above, below) * others)
+
+
+def _normal_score(square: Array, others: Array, above: Array, below: Array) -> Array:
+    """A ratio of variances as a normal deviate, nearly (Paulson 1942; Abramowitz 26.6.15)."""
+    a, b = 2.0 / (9.0 * above), 2.0 / (9.0 * below)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.cbrt(square / others)
+        score = ((1.0 - b) * root - (1.0 - a)) / np.sqrt(b * root**2 + a)
+    return np.where(others > 0.0, score, np.inf)
+
+
 def _fisher_limit(chance: float, above: Array, below: Array) -> Array:
     """What a ratio of two variances with these degrees of freedom exceeds with a probability (Abramowitz 26.5.28).
 
-    By the incomplete beta function itself: the module of distributions takes a second to load.
+    The incomplete beta function takes longer to load than to evaluate a recording, so that it is asked only where
+    :func:`_normal_score` is near the limit.
     """
+    from scipy.special import betaincinv
+
     share = betaincinv(below / 2.0, above / 2.0, chance)
     return np.asarray(below / above * (1.0 / share - 1.0))

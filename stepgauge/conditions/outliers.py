@@ -11,12 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
-from stepgauge.physics.robust import TO_SIGMA, mad_sigma
+from stepgauge.physics.robust import TO_SIGMA, group_medians, mad_sigma
 from stepgauge.recording.by_face import ByFace
 
 Rows = NDArray[np.int64]
@@ -121,12 +120,11 @@ def find_outliers(readings: ByFace, cycle: Rows, resolution_mm: float = 0.0) -> 
 
 def _from_middle(off_mm: Array, face: Rows, cycle: Rows) -> Array:
     """Every reading minus the median of its face and minus what moves its whole cycle, ``(n,)``."""
-    value = pd.Series(off_mm)
-    rest = value - value.groupby(face).transform("median")
-    by_cycle = rest.groupby(cycle)
-    moved = by_cycle.transform("median").where(by_cycle.transform("size") >= OF_CYCLE, 0.0)
-    value = value - moved
-    return np.asarray(value - value.groupby(face).transform("median"))
+    rest = off_mm - group_medians(off_mm, face)
+    cycle = np.unique(cycle, return_inverse=True)[1].ravel()
+    moved = np.where(np.bincount(cycle)[cycle] >= OF_CYCLE, group_medians(rest, cycle), 0.0)
+    value = off_mm - moved
+    return np.asarray(value - group_medians(value, face))
 
 
 def _near_mm(from_middle: Array, face: Rows, one: int) -> float:

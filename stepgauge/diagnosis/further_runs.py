@@ -232,7 +232,7 @@ def with_run(run: FurtherRun, data: Residuals) -> Residuals:
         more["time_s"] = before["time_s"].max() + run.wait_s + _touch_s(data) * np.arange(len(face))
         more |= _gone_on(more["time_s"], before)
     both = {name: np.concatenate([values, more[name]]) for name, values in before.items()}
-    return unchecked_residuals(Recording.of_columns(both, {}), data.gauge, data.machine)
+    return unchecked_residuals(Recording(both, {}), data.gauge, data.machine)
 
 
 def _touch_s(data: Residuals) -> float:

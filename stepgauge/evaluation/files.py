@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from stepgauge import __version__
 from stepgauge.evaluation.evaluate import Evaluation, PlacementResult
@@ -18,6 +17,9 @@ from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import read_result, write_json, write_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording.conventions import convention_words
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 CSV_COLUMNS = (
     "face",
@@ -125,6 +127,8 @@ def face_rows(result: PlacementResult) -> list[dict[str, Any]]:
 
 def face_frame(evaluation: Evaluation) -> pd.DataFrame:
     """The faces of all placements: the columns of :func:`face_rows` after the placement, NaN where undefined."""
+    import pandas as pd
+
     rows = [{"placement": one.placement, **row} for one in evaluation.results for row in face_rows(one)]
     return pd.DataFrame(rows).astype(dict.fromkeys(UM, float))
 

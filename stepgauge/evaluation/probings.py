@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import pandas as pd
 
 from stepgauge.conditions.readings import project_readings
 from stepgauge.evaluation.evaluate import Evaluation, PlacementResult
 from stepgauge.recording import POSITION, Recording
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 TEMPERATURES = (
     "gauge_temperature_C",

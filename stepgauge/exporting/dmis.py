@@ -9,7 +9,7 @@ from urllib.parse import quote
 from stepgauge import __version__
 from stepgauge.errors import InputError, naming
 from stepgauge.exporting.options import DECIMALS, Export, ExportOptions, left_out, run_comments, tip_radius_mm
-from stepgauge.files.templating import fixed, plain
+from stepgauge.files.controls import fixed, plain
 from stepgauge.files.units import LENGTH_MM
 from stepgauge.programs.dmis import ENCODED
 from stepgauge.recording import Recording

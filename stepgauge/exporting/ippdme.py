@@ -17,7 +17,7 @@ from stepgauge.exporting.options import (
     tip_centres_in_mm,
     tip_radius_mm,
 )
-from stepgauge.files.templating import fixed
+from stepgauge.files.controls import fixed
 from stepgauge.recording import Recording
 
 STATES = ["speed_mm_s", *(f"scale_temperature_{axis}_C" for axis in "xyz")]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.exporting.options import Export, ExportOptions, left_out, one_placement, run_comments, tip_centres_in_mm
-from stepgauge.files.templating import fixed
+from stepgauge.files.controls import fixed
 from stepgauge.recording import Recording
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from stepgauge.errors import InputError, naming
 from stepgauge.exporting.options import DECIMALS, Export, ExportOptions
+from stepgauge.files.controls import fixed
 from stepgauge.files.tables import csv_text
-from stepgauge.files.templating import fixed
 from stepgauge.files.units import LENGTH_MM
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, Recording
 

@@ -22,7 +22,7 @@ Vector3 = Annotated[tuple[float, float, float], Field(strict=False)]
 class TomlTable(BaseModel):
     """A TOML table: unknown keys, numbers in quotes, NaN and infinities are refused."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
 
 
 Model = TypeVar("Model", bound=TomlTable)

@@ -6,7 +6,6 @@ anything. A user's own template runs in a process of its own (:mod:`stepgauge.fi
 
 from __future__ import annotations
 
-import re
 import traceback
 from collections import namedtuple
 from collections.abc import Mapping
@@ -19,10 +18,8 @@ from jinja2 import meta
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from stepgauge.errors import InputError
+from stepgauge.files.controls import fixed, plain, signed
 from stepgauge.files.resources import folder
-
-MOST_DECIMALS = 17
-"""A double has no more significant digits."""
 
 
 def render_text(text: str, source: str, kind: str, values: Mapping[str, Any], most_characters: float) -> str:
@@ -110,25 +107,6 @@ def _environment(kind: str) -> jinja2.Environment:
     )
     environment.filters.update(fixed=fixed, signed=signed, plain=plain)
     return environment
-
-
-def fixed(value: float, decimals: int) -> str:
-    """A number with a fixed count of decimals, without exponent and without a negative zero."""
-    if not 0 <= decimals <= MOST_DECIMALS:
-        raise ValueError(f"fixed({decimals}): 0 to {MOST_DECIMALS} decimals")
-    text = f"{float(value):.{decimals}f}"
-    return text.removeprefix("-") if float(text) == 0.0 else text
-
-
-def signed(value: float, decimals: int) -> str:
-    """As :func:`fixed`, with the sign that some controls want before every number."""
-    text = fixed(value, decimals)
-    return text if text.startswith("-") else f"+{text}"
-
-
-def plain(text: object) -> str:
-    """Text that every controller takes in a comment or a file name."""
-    return re.sub(r"[^A-Za-z0-9 ._-]", "_", str(text))
 
 
 def template_line(error: Exception) -> int:

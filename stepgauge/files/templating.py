@@ -26,10 +26,7 @@ import numpy as np
 from stepgauge.errors import InputError
 from stepgauge.files.budget import MB, ResourceBudget, work_within
 from stepgauge.files.resources import folder
-from stepgauge.files.sandbox import fixed, plain, render_task, render_text
 from stepgauge.files.text import read_text
-
-__all__ = ["check_printable", "fill_template", "fixed", "plain"]
 
 
 def fill_template(source: Path, kind: str, context: Mapping[str, object]) -> str:
@@ -38,6 +35,8 @@ def fill_template(source: Path, kind: str, context: Mapping[str, object]) -> str
     :class:`InputError` names the line of a template that fails: syntax, an unknown name, something the sandbox forbids;
     and a template that is out of its budget.
     """
+    from stepgauge.files.sandbox import render_task, render_text  # Jinja is long to load
+
     text, values = read_text(source), {name: _values(value) for name, value in context.items()}
     if source.resolve().is_relative_to(folder("templates").resolve()):
         return render_text(text, str(source), kind, values, float("inf"))

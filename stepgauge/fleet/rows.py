@@ -121,7 +121,7 @@ class Stored:
 
     def recording(self) -> Recording:
         """As it came in (:class:`InputError` where it is not the one that the key names)."""
-        found = Recording.of_columns(self.columns, self.comments, self.name)
+        found = Recording(self.columns, self.comments, self.name)
         if recording_key(found) != self.key:
             raise InputError(self.name, "the store has another recording under this key", found=self.key)
         return found

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
@@ -28,6 +28,9 @@ from stepgauge.recording import APPROACH, OPTIONAL, POSITION, Recording
 from stepgauge.recording.columns import near_miss
 from stepgauge.recording.identity import LARGEST_RADIUS_MM, axis_from_approaches, stated_serials
 from stepgauge.recording.temperatures import no_temperature
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _OURS = ("import", "points", "probings", "log", "tip_radius_mm")
 """Comments that an exported recording carries and that are made anew."""
@@ -109,6 +112,8 @@ def _build_matched(
 
 def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) -> Imported:
     """A log that states cycle, face and direction of every row needs nothing else."""
+    import pandas as pd
+
     lacking = [name for name in ("cycle", "face") if name not in log.columns]
     if lacking or log.approach is None:
         raise InputError(
@@ -294,6 +299,8 @@ def _radius(radius: float | None, log: ProbeLog) -> float:
 
 
 def _frame(log: ProbeLog, matched: Match, options: ImportOptions, surface_radius: float | None) -> pd.DataFrame:
+    import pandas as pd
+
     expected, point, row = matched.expected, matched.point, matched.row
     approach = expected.approach[point] if log.approach is None else log.approach[row]
     position = log.position_mm[row]

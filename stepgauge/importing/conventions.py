@@ -13,7 +13,6 @@ from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
@@ -130,6 +129,8 @@ def _shift_mm(log: ProbeLog, gauge: Gauge, placement: Placement, program: Progra
         off[0] = off[0] - np.mean(gauge.position_mm[[0, -1]]) if beyond else 0.0
         return np.asarray(off @ [placement.axis, placement.side, placement.up])
     target, search = program.position_mm[program.is_measure], program.settings.search_mm
+    from scipy.spatial import KDTree  # long to load, and only a log with a program asks for it
+
     shift = _middle(log.position_mm) - _middle(target)
     here, there = (KDTree(target).query(log.position_mm - off)[0] <= search for off in (0.0, shift))
     return shift if here.mean() < 0.5 and there.mean() >= MOST else np.zeros(3)

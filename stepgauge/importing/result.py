@@ -6,9 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
-
-import pandas as pd
+from typing import TYPE_CHECKING, TypeVar
 
 from stepgauge.axis.recording import AxisRecording, write_axis_recording
 from stepgauge.axis.sensors import SENSORS
@@ -16,6 +14,9 @@ from stepgauge.errors import InputError
 from stepgauge.files.shown import Summarized, as_lines
 from stepgauge.importing.tables.questions import Choice, Decisions, OpenQuestionsError, Question, TakenColumn
 from stepgauge.recording import Recording, write_recording
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _VALUES = {
     "columns": re.compile(r' (\w+="(?!HEADER")[^"]+")'),
@@ -72,6 +73,8 @@ class Imported(Summarized):
 
     def to_frame(self) -> pd.DataFrame:
         """A row per column of the table: its place, header, what it was taken for, its unit and its first cells."""
+        import pandas as pd
+
         rows = [(one.place, one.header, one.taken, one.unit, ", ".join(one.cells[:3])) for one in self.columns]
         return pd.DataFrame(rows, columns=["column", "header", "taken for", "unit", "first cells"])
 

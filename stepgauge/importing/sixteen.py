@@ -7,11 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.alignment import POINT_COLUMNS, read_points
+from stepgauge.alignment import is_point_table, read_points
 from stepgauge.errors import InputError
-from stepgauge.files.text import read_text
 from stepgauge.importing import TABLES, read_log, recognise_log
-from stepgauge.recording.lines import is_beside
 
 NUMBERS = np.arange(1, 17)
 WANTED = "a table with the columns point, x_mm, y_mm, z_mm, or the log of the program of stepgauge plan --teach"
@@ -27,7 +25,7 @@ def read_sixteen(path: str | Path) -> NDArray[np.float64]:
         source = recognise_log(path)
     except InputError:
         source = TABLES[0]  # the reader of points says what is wrong with it
-    if source == TABLES[0] and not _is_foreign(path):
+    if source == TABLES[0] and is_point_table(path):
         return read_points(path)
     try:
         log = read_log(path, source)
@@ -41,14 +39,3 @@ def read_sixteen(path: str | Path) -> NDArray[np.float64]:
         expected = "the 16 tip centres, by number or in order, as in a table or the log of stepgauge plan --teach"
         raise InputError(path, "these are not the 16 points of a placement", found=found, expected=expected)
     return log.position_mm[np.argsort(counts[0])] if counts else log.position_mm
-
-
-def _is_foreign(path: str | Path) -> bool:
-    """Whether the header of a table names other columns than ours, and more than one."""
-    if not Path(path).is_file():
-        return False
-    try:
-        lines = [line for line in read_text(path).splitlines() if line.strip() and not is_beside(line)]
-    except InputError:
-        return True
-    return bool(lines) and not {*POINT_COLUMNS} & {*lines[0].replace(" ", "").split(",")}

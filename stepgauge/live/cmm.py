@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from stepgauge.effects import Effect, Probings, Setting, total_displacement_um
 from stepgauge.effects.totals import scatter_um
@@ -297,7 +296,8 @@ class LiveCmm:
                 return um + sigma * self._random.standard_normal() * approach
             self._remembers = True  # effects ask at every probing or at none: no earlier one is missed
         self._rows.append(row)
-        um, sigma = self._sums(Probings(pd.DataFrame(list(self._rows)), self._setting))
+        columns = {name: np.array([one[name] for one in self._rows]) for name in row}
+        um, sigma = self._sums(Probings(columns, self._setting))
         return um + sigma * self._random.standard_normal() * approach
 
     def _sums(self, probings: Probings) -> tuple[Array, float]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from stepgauge.effects import Effect, Probings, along_approach_um, make_effects, total_displacement_um
 from stepgauge.effects.scatter import Outliers
@@ -15,6 +15,9 @@ from stepgauge.effects.totals import scatter_um
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.machine.file import Machine
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SHARE = "share_{}_um"
 TOTAL_SHARE = SHARE.format("total")
@@ -38,6 +41,8 @@ class ReadOut:
 
         The total is the projection of what was added to the coordinates, not the sum of the other columns.
         """
+        import pandas as pd
+
         shares: dict[str, Array] = {}
         steps = scatter_um(self.effects, self.probings, self.repeatability_um)
         for effect, before, after in zip(self.effects, steps[:-1], steps[1:], strict=True):

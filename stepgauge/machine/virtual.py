@@ -7,12 +7,11 @@ real machine.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path as FilePath
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.effects import Probings, Setting
@@ -31,6 +30,9 @@ from stepgauge.motion.moves import Path, ProbingSettings, Program, trace
 from stepgauge.recording import APPROACH, POSITION, Recording, write_recording
 from stepgauge.recording.conventions import KEY as CONVENTION
 from stepgauge.recording.simulated import SIMULATED_COMMENT
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -95,18 +97,18 @@ class Run(Plotted):
         """The recording with the shares as further columns."""
         if self.shares is None:
             return self.recording
-        return replace(self.recording, frame=pd.concat([self.recording.frame, self.shares], axis=1))
+        return self.recording.with_columns(**{str(name): um.to_numpy() for name, um in self.shares.items()})
 
 
 @dataclass(frozen=True)
 class Execution:
     """An executed program, before the effects of the machine.
 
-    ``frame``: the columns of a recording, with the true tip centres at the trigger; ``setting``: further data for
+    ``columns``: those of a recording, ``(n,)``, with the true tip centres at the trigger; ``setting``: further data for
     effects; the rest as in :class:`Run`.
     """
 
-    frame: pd.DataFrame
+    columns: dict[str, NDArray[Any]]
     setting: Setting
     path: Path
     duration_s: float
@@ -116,7 +118,7 @@ class Execution:
     @property
     def probings(self) -> Probings:
         """The rows as input of effects."""
-        return Probings(self.frame, self.setting)
+        return Probings(self.columns, self.setting)
 
 
 def run_program(
@@ -145,8 +147,8 @@ def run_program(
     """
     executed = execute(program, machine, gauge, placement, conditions)
     reading = read_out(executed.probings, machine, np.random.default_rng(seed))
-    frame = executed.frame.copy()
-    frame[POSITION] = frame[POSITION].to_numpy() + reading.displacement_um * 1e-3
+    moved_mm = reading.displacement_um.T * 1e-3
+    indicated = {name: executed.columns[name] + moved for name, moved in zip(POSITION, moved_mm, strict=True)}
     comments = {
         "program": program.name,
         "machine": machine.table.name,
@@ -160,7 +162,7 @@ def run_program(
     }
     if executed.stop is not None:
         comments["stopped"] = str(executed.stop)
-    recording = Recording(frame, comments)
+    recording = Recording({**executed.columns, **indicated}, comments)
     shares = reading.shares_um() if explain else None
     notes = rows_beyond(reading.effects, len(recording), machine.path)
     return Run(recording, executed.path, executed.duration_s, executed.stop, executed.stop_piece, shares, notes)
@@ -199,11 +201,9 @@ def execute(
     searching = np.flatnonzero(path.measuring)
     kept = searching < (len(path.measuring) if stop is None else stop.piece)
     time_s = _times(path, program)
-    frame = _frame(program, conditions, trigger, approach, face, time_s[searching])[kept].reset_index(drop=True)
-    for axis in "xyz":
-        frame[f"scale_temperature_{axis}_C"] = machine.table.temperature_C
+    columns = _columns(program, conditions, trigger, approach, face, time_s[searching], machine.table.temperature_C)
     return Execution(
-        frame,
+        {name: values[kept] for name, values in columns.items()},
         Setting.of(machine, gauge, {conditions.placement: placement.axis}),
         path,
         float(time_s[-1] if stop is None else time_s[stop.piece]),
@@ -244,15 +244,33 @@ def _times(path: Path, program: Program) -> Array:
     return np.cumsum(path.length_mm / speed)
 
 
-def _frame(
-    program: Program, conditions: RunConditions, trigger: Array, approach: Array, face: NDArray[np.int64], time_s: Array
-) -> pd.DataFrame:
+def _columns(
+    program: Program,
+    conditions: RunConditions,
+    trigger: Array,
+    approach: Array,
+    face: NDArray[np.int64],
+    time_s: Array,
+    scales_C: float,
+) -> dict[str, NDArray[Any]]:
     """The true probings, before the errors of the machine."""
-    frame = pd.DataFrame({"placement": conditions.placement, "face": face})
-    frame.insert(1, "cycle", frame.groupby("face").cumcount() + 1)  # the n-th visit to a face is cycle n
-    frame[POSITION] = trigger
-    frame[APPROACH] = approach
-    frame["time_s"] = time_s + conditions.start_s
-    frame["speed_mm_s"] = program.settings.measuring_speed_mm_s
-    frame["gauge_temperature_C"] = conditions.gauge_temperature_C
-    return frame
+    same = {"speed_mm_s": program.settings.measuring_speed_mm_s, "gauge_temperature_C": conditions.gauge_temperature_C}
+    same |= {f"scale_temperature_{axis}_C": scales_C for axis in "xyz"}
+    return {
+        "placement": np.full(len(face), conditions.placement),
+        "cycle": _visits(face),
+        "face": face,
+        **dict(zip(POSITION, trigger.T, strict=True)),
+        **dict(zip(APPROACH, approach.T, strict=True)),
+        "time_s": time_s + conditions.start_s,
+        **{name: np.full(len(face), value) for name, value in same.items()},
+    }
+
+
+def _visits(face: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The how many-th visit to its face every probing is, from 1, ``(n,)``: visit n to a face is cycle n."""
+    order = np.argsort(face, kind="stable")
+    first = np.searchsorted(face[order], face[order])  # where the visits to this face begin
+    visit = np.empty(len(face), np.int64)
+    visit[order] = np.arange(1, len(face) + 1) - first
+    return visit

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -337,7 +336,7 @@ def program_model(
     executed = execute(program, machine, gauge, placement, conditions)
     if executed.stop is not None:
         raise executed.stop
-    recording = Recording(executed.frame, {}, program.name)
+    recording = Recording(executed.columns, {}, program.name)
     inputs = collect_inputs(machine, gauge, u_gauge_temperature_K)
     nominal = evaluate(recording, gauge, None, origin)
     return _model(recording, nominal, machine, executed.setting, inputs, 1.0)
@@ -415,11 +414,10 @@ def _part(
     scales_C: float,
 ) -> PlacementReadings:
     if readings.kept is not None:
-        recording = replace(recording, frame=recording.frame.iloc[readings.kept])
+        recording = recording.of_rows(readings.kept)
     if sign < 0:
         one = readings.by_face
         means = ByFace.of(one.mean_mm[one.face], one.face, len(one.count))
         readings = replace(readings, by_face=means)  # the noise of the recording is drawn anew
-    columns: dict[str, Any] = {name: recording.frame[name].to_numpy() for name in recording.frame.columns}
     warmer = np.broadcast_to(warmer_K(recording, gauge), (len(readings.face),))
-    return PlacementReadings(number, columns, readings, warmer, scales_C, first_row)
+    return PlacementReadings(number, recording.columns, readings, warmer, scales_C, first_row)

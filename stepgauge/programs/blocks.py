@@ -44,8 +44,15 @@ class Block:
         return next((code.when for code in self.codes if code.when), self.form.when)
 
 
+_READ: dict[DialectGrammar, tuple[str, list[Block]]] = {}
+"""The last text of every table: a program that was made is read back, and read again for its log."""
+
+
 def read_blocks(text: str, table: DialectGrammar, reader: Reader) -> list[Block]:
     """The blocks of a text; :class:`stepgauge.errors.InputError` names line, word, and what is in the table instead."""
+    text_before, before = _READ.get(table, ("", []))
+    if text_before and text_before == text:
+        return before
     blocks: list[Block] = []
     check_lines(text, reader.path, table.longest)
     check_signs(text, reader)
@@ -53,6 +60,7 @@ def read_blocks(text: str, table: DialectGrammar, reader: Reader) -> list[Block]
     for line, raw in joined_lines(text, table.continued, comment, reader):
         reader.line = line
         blocks += _Line(raw, table, reader).blocks()
+    _READ[table] = text, blocks
     return blocks
 
 
@@ -95,7 +103,7 @@ class _Line:
         """What belongs to the statement; comments are looked at and put aside."""
         kind = str(piece.lastgroup)
         if not kind.startswith("comment"):
-            return "" if kind == "code" and self.table.blanks_ignored and piece[0].isspace() else piece[0]
+            return "".join(piece[0].split()) if kind == "code" and self.table.blanks_ignored else piece[0]
         if any(one.text.startswith("(") and pattern.fullmatch(piece[0]) for one, pattern in self.table.patterns):
             self.active.append(piece[0])
             return ""

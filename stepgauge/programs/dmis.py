@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 from typing import ClassVar
 
-from stepgauge.files.templating import fixed
+from stepgauge.files.controls import fixed
 from stepgauge.programs.blocks import Block, joined_lines
 from stepgauge.programs.dialect import AUTOMATIC, Dialect
 from stepgauge.programs.execution import Control

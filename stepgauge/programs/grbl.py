@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from typing import ClassVar
 
-from stepgauge.files.templating import fixed
+from stepgauge.files.controls import fixed
 from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.gcode import MOTION, GCode, modal, not_executed

@@ -93,7 +93,7 @@ class Comment:
     source: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DialectGrammar:
     """The closed grammar of a dialect.
 
@@ -168,4 +168,5 @@ class DialectGrammar:
         for place, one in enumerate(self.comments):
             inside = rf"[^{re.escape(one.begins + one.ends)}]*{re.escape(one.ends)}" if one.ends else ".*"
             kinds.append(rf"(?P<comment{place}>{re.escape(one.begins)}{inside})")
-        return re.compile("|".join([*kinds, r"(?P<code>.)"]))
+        first = re.escape("".join([self.quote[:1], *(one.begins[:1] for one in self.comments)]))
+        return re.compile("|".join([*kinds, rf"(?P<code>[^{first}]+|.)"]))

@@ -4,16 +4,8 @@ from __future__ import annotations
 
 from stepgauge.recording.columns import APPROACH, COUNTS, OPTIONAL, POSITION, REQUIRED
 from stepgauge.recording.lines import comment_lines
-from stepgauge.recording.table import (
-    PROBINGS,
-    Recording,
-    is_recording_file,
-    join_recordings,
-    read_recording,
-    read_recordings,
-    recording_of_frame,
-    write_recording,
-)
+from stepgauge.recording.read import is_recording_file, read_recording, read_recordings, recording_of_frame
+from stepgauge.recording.table import PROBINGS, Recording, join_recordings, write_recording
 
 __all__ = [
     "APPROACH",

@@ -188,10 +188,10 @@ def check_seeds(recordings: Sequence[Recording]) -> None:
 
 def _taken_twice(recording: Recording) -> NDArray[np.bool_]:
     """Rows that share placement, cycle and face with another one, (n,); counted, for that is faster than sorting."""
-    frame, keys = recording.frame, [recording.columns[name] for name in ("placement", "cycle", "face")]
+    keys = [recording.columns[name] for name in ("placement", "cycle", "face")]
     slots = [int(key.max()) + 1 for key in keys]
-    if math.prod(slots) > 20 * len(frame) + 1e6:  # counts far apart: too many slots to count in
-        return frame.duplicated(["placement", "cycle", "face"], keep=False).to_numpy()
+    if math.prod(slots) > 20 * len(recording) + 1e6:  # counts far apart: too many slots to count in
+        return recording.frame.duplicated(["placement", "cycle", "face"], keep=False).to_numpy()
     slot = keys[0] * slots[1]
     slot += keys[1]
     slot *= slots[2]

@@ -109,10 +109,14 @@ def locate(
 def _tip_centres(points: "File | ArrayLike | pd.DataFrame") -> "np.ndarray":
     import numpy as np
 
+    from stepgauge.alignment import is_point_table, read_points
     from stepgauge.errors import InputError
-    from stepgauge.importing.sixteen import read_sixteen
 
     if isinstance(points, File):
+        if is_point_table(points):
+            return read_points(points)
+        from stepgauge.importing.sixteen import read_sixteen  # what others write
+
         return read_sixteen(points)
     columns = ["x_mm", "y_mm", "z_mm"]
     numbers = points[columns] if set(columns) <= set(getattr(points, "columns", ())) else points  # type: ignore[index]

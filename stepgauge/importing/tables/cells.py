@@ -10,9 +10,9 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
@@ -21,6 +21,9 @@ from stepgauge.files.units import find_unit
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.questions import Choice, Decisions
 from stepgauge.importing.tables.source import Source
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Cell = str | float | datetime.datetime | datetime.time | datetime.timedelta
 DELIMITERS = {"semicolon": ";", "tab": "\t", "bar": "|", "comma": ","}
@@ -179,6 +182,8 @@ def _parted(text: str) -> tuple[list[str], str, list[str]]:
 
 def _bulk(middle: str, mark: str, cells: Sequence[Sequence[Cell]], at: int, line: int) -> Bulk | None:
     """The middle as columns of numbers; None where it is something else as well."""
+    import pandas as pd
+
     width = Counter(map(len, cells)).most_common(1)[0][0]
     if mark in (FIXED, SPACES["spaces"]) or "|" in mark:
         return None

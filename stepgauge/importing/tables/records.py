@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from stepgauge.errors import InputError
 from stepgauge.importing.tables.cells import LONG, Bulk, Cell, Cells
@@ -40,6 +39,8 @@ def read_json_cells(source: Source) -> Cells:
 
 def frame_cells(source: Source) -> Cells:
     """The rows of a DataFrame below its header, numbered from 0; an index with a name is a column."""
+    import pandas as pd
+
     frame = source.frame
     assert frame is not None
     frame = frame if frame.index.names == [None] else frame.reset_index()
@@ -121,6 +122,8 @@ def _plain(values: list[Any]) -> bool:
 
 
 def _cell(value: Any) -> Cell:
+    import pandas as pd
+
     if value is None or value is pd.NaT or (isinstance(value, float) and np.isnan(value)):
         return ""
     if isinstance(value, pd.Timestamp):

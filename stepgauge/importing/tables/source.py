@@ -7,11 +7,12 @@ import zipfile
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import IO, Any
-
-import pandas as pd
+from typing import IO, TYPE_CHECKING, Any, TypeAlias, cast
 
 from stepgauge.files.text import any_text, read_bytes
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 LARGEST_BYTES = 400_000_000
 """Of a table: some ten million rows."""
@@ -50,7 +51,7 @@ class Source:
         return any_text(self.data, self.name)
 
 
-Given = str | Path | IO[Any] | pd.DataFrame | Source
+Given: TypeAlias = "str | Path | IO[Any] | pd.DataFrame | Source"
 """What the reader takes."""
 
 
@@ -58,8 +59,8 @@ def read_source(given: Given) -> Source:
     """The content of what was given; :class:`InputError` where there is none."""
     if isinstance(given, Source):
         return given
-    if isinstance(given, pd.DataFrame):
-        return Source("DataFrame", b"", given)
+    if hasattr(given, "iloc"):
+        return Source("DataFrame", b"", cast("pd.DataFrame", given))
     if isinstance(given, str | Path):
         return Source(str(given), read_bytes(given, LARGEST_BYTES))
     content = given.read()
