@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -184,3 +186,32 @@ def test_joined_recordings_number_their_placements_on(tmp_path: Path) -> None:
     assert len(joined.of_placement(2)) == 3
     own = Recording(two.frame.assign(placement=5), two.comments)
     assert join_recordings([one, own]).placements == [1, 5]
+
+
+def test_a_small_table_is_read_as_a_large_one_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without pandas and with it: the same columns, kinds of numbers and values."""
+    path = tmp_path / "r.csv"
+    path.write_text("cycle,face,x_mm,y_mm,z_mm,approach_i,approach_j,approach_k,stylus,air_C\n" + ROWS)
+    plain = read_recording(path)
+    monkeypatch.setattr("stepgauge.recording.read.PLAIN_BYTES", 0)
+    whole = read_recording(path)
+    assert {name: column.dtype.kind for name, column in plain.columns.items()} == {
+        name: column.dtype.kind for name, column in whole.columns.items()
+    }
+    for name, column in whole.columns.items():
+        np.testing.assert_allclose(plain.columns[name], column, rtol=1e-15)
+
+
+ROWS = "1,1,1.25,-2.5e1,3,1,0,0,1,20.125\n1,2,0.1,0.2,0.3,-1.0,0.0,0.0,2,19.5\n"
+
+
+def test_reading_and_writing_a_recording_loads_no_pandas(tmp_path: Path) -> None:
+    path = tmp_path / "r.csv"
+    path.write_text("cycle,face,x_mm,y_mm,z_mm,approach_i,approach_j,approach_k,stylus,air_C\n" + ROWS)
+    code = (
+        "import sys; from stepgauge.recording import read_recording, write_recording;"
+        f"r = read_recording({str(path)!r}); write_recording({str(path)!r} + '.again.csv', r);"
+        "print({'pandas', 'scipy', 'jinja2'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"

@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stepgauge.conditions.faces import _exceeds, _fisher_limit
 from stepgauge.evaluation.evaluate import Evaluation, evaluate
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import read_machine
 from stepgauge.montecarlo import recording_model
+from stepgauge.physics.robust import group_medians
 from stepgauge.recording import Recording
 from stepgauge.standards.budget import make_budget
 from tests.standards.made import made
@@ -81,3 +83,24 @@ def test_one_u_of_the_effective_radius() -> None:
     both = [line.contribution[name] for name in ("certificate", "repeatability")]
     assert 1e3 * found.results[0].radius.u_mm == pytest.approx(np.hypot(*both), rel=1e-9)
     assert found.results[0].radius.r_eff_mm == pytest.approx(1.997, abs=0.0006)
+
+
+def test_the_medians_of_groups_are_those_of_each_group() -> None:
+    random = np.random.default_rng(3)
+    group, values = random.integers(0, 40, 500), random.normal(size=500)
+    found = group_medians(values, group)
+    for one in np.unique(group):
+        assert np.all(found[group == one] == np.median(values[group == one]))
+    assert np.array_equal(group_medians(values, group + 10**8), found)
+
+
+def test_the_near_score_leaves_no_variance_out_that_the_exact_limit_names() -> None:
+    """Whatever the freedoms: where the F limit is passed, the score that is asked first is above its share of it."""
+    for above in (1.0, 2.0, 4.0, 9.0, 30.0):
+        for below in (2.0, 5.0, 40.0, 400.0):
+            for chance in (3e-4, 2e-5, 1e-6):
+                limit = float(_fisher_limit(chance, np.array([above]), np.array([below]))[0])
+                one = [np.array([value]) for value in (1.001 * limit, 1.0, above, below)]
+                assert _exceeds(*one, chance)[0], (above, below, chance)
+                one[0] = np.array([0.999 * limit])
+                assert not _exceeds(*one, chance)[0]
