@@ -202,7 +202,7 @@ def test_a_small_table_is_read_as_a_large_one_is(tmp_path: Path, monkeypatch: py
         np.testing.assert_allclose(plain.columns[name], column, rtol=1e-15)
 
 
-ROWS = "1,1,1.25,-2.5e1,3,1,0,0,1,20.125\n1,2,0.1,0.2,0.3,-1.0,0.0,0.0,2,19.5\n"
+ROWS = "1,1,1.25,-2.5e1,3,1,0,0,1,20.125\n1,2,0.1,0.2,0.3,-1,0,0,2,19.5\n"
 
 
 def test_reading_and_writing_a_recording_loads_no_pandas(tmp_path: Path) -> None:

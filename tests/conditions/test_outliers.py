@@ -95,10 +95,14 @@ def test_the_medians_of_groups_are_those_of_each_group() -> None:
 
 
 def test_the_near_score_leaves_no_variance_out_that_the_exact_limit_names() -> None:
-    """Whatever the freedoms: where the F limit is passed, the score that is asked first is above its share of it."""
+    """Whatever the freedoms: where the F limit is passed, the score that is asked first is above its share of it.
+
+    Of n faces every one has a chance of 1e-3 / n, and the others at least n - 1 degrees of freedom.
+    """
     for above in (1.0, 2.0, 4.0, 9.0, 30.0):
-        for below in (2.0, 5.0, 40.0, 400.0):
-            for chance in (3e-4, 2e-5, 1e-6):
+        for faces in (3, 6, 20, 100, 400):
+            for below in (faces - 1.0, 4.0 * faces, 40.0 * faces):
+                chance = 1e-3 / faces
                 limit = float(_fisher_limit(chance, np.array([above]), np.array([below]))[0])
                 one = [np.array([value]) for value in (1.001 * limit, 1.0, above, below)]
                 assert _exceeds(*one, chance)[0], (above, below, chance)

@@ -209,6 +209,8 @@ def _set_back(elapsed_s: Array, cells: Sequence[object], at: Callable[[int], str
 
 
 def _parsed(texts: Sequence[str], style: str) -> _Reading | None:
+    import pandas as pd
+
     moments = pd.to_datetime(list(texts), format=style, errors="coerce", utc="%z" in style)
     if moments.hasnans:
         return None

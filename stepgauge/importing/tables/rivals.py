@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import looks_numeric
@@ -279,6 +278,8 @@ def _check_unnamed(table: Table, one: Column, roles: Sequence[Column], chosen: C
 
 def _check_told_twice(table: Table, roles: Sequence[Column], decisions: Decisions) -> None:
     """Targets, readings and deviations beside one another agree, and targets are the rounder ones."""
+    import pandas as pd
+
     target, reading, deviation = (_only(roles, *names) for names in ((TARGET,), (READING,), (DEVIATION, CORRECTION)))
     if target is None or reading is None:
         return
