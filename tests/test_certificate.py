@@ -38,7 +38,7 @@ from stepgauge.reports.render import render_html, render_pdf
 from stepgauge.reports.result import result_table
 from stepgauge.reports.sources import read_sources
 from stepgauge.standards.budget_files import StoredGap
-from stepgauge.standards.conformity import conformity
+from stepgauge.standards.conformity import conformity, limit_of
 from stepgauge.standards.decision import decide
 from stepgauge.standards.mpe import Mpe
 from tests.conftest import ROOT
@@ -562,3 +562,30 @@ def test_no_certificate_of_readings_off_the_stated_axis(tmp_path: Path) -> None:
         found = evaluation_to_dict(evaluate(replace(recording, frame=tilted), gauge))
         with pytest.raises(InputError, match=r"5\.00 mrad off the axis") if refused else nullcontext():
             assert read_sources(found, gauge, laboratory=SAID).laboratory is not None
+
+
+# the limit
+
+
+def test_one_limit_for_whoever_judges() -> None:
+    """That of now, of the certificate, of the evaluation, of the machine file; two that differ: refused."""
+    machine = shipped()[1]
+    machine = replace(machine, table=machine.table.model_copy(update={"mpe": "4 + L/100"}))
+    texts = {"asked": "min(1 + L/350, 3)", "certified": "2 + L/300", "stored": "3 + L/200"}
+    for name in ("certified", "stored"):
+        left = {key: text for key, text in texts.items() if key in (name, "stored")}
+        assert limit_of({}, machine, **left) == Mpe.parse(texts[name])
+    assert limit_of({}, machine, asked=texts["asked"], stored=texts["stored"]) == Mpe.parse("min(1 + L/350, 3)")
+    assert limit_of({}, machine, asked="2 + L/300 um", certified=texts["certified"]) == Mpe.parse("2 + L/300")
+    with pytest.raises(InputError, match=r"certificate states another limit; found 1 \+ L/350; expected 2 \+ L/300"):
+        limit_of({}, machine, asked="1 + L/350", certified=texts["certified"])
+    assert limit_of({}, machine) == Mpe.parse("4 + L/100")
+    assert limit_of({}, None) is None
+
+
+def test_a_report_judges_by_the_limit_of_the_evaluation() -> None:
+    """An evaluation that says ``fail`` beside a report that passes by another limit is two answers."""
+    evaluation, _ = evaluated(1)
+    sources = read_sources({**evaluation, "mpe": "0.01"})
+    assert sources.mpe == Mpe.parse("0.01")
+    assert "MPE = ± 0.01 µm" in make_content(evaluation, UserStatements(DAY), sources)["overall"]

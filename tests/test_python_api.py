@@ -46,7 +46,7 @@ diagnose(recordings, gauge=None, machine=None, *, further_styli=(), probe=None, 
     without=(), priors=None, progress=None)
 diagnose_fleet(store, *, without=(), priors=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
 evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff_origin="first", measured_at=None,
-    machine_name=None, temperature_convention=None, correct_drift=False, mpe=None, mpe_cap_um=None, machine=None)
+    machine_name=None, temperature_convention=None, correct_drift=False, mpe=None, machine=None)
 evaluate_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None, **choice)
 export_fleet(store, output, *, where="true")
 export_gauge_dcc(gauge, *, certificate, schema=None)
@@ -65,7 +65,7 @@ investigate(placement, gauge, machine, output, *, ask, server=None, simulate=Fal
     minutes=60.0, odds=20.0, within_mm=None, level=False, hands_minutes=5.0, further_styli=(), cycles=2, without=(),
     priors=None, resume=False, yes=False, homing=False, tool="StepGaugeProbe", figure="png", tell=None,
     progress=None, stop=None)
-iso10360(recordings, gauge, *, mpe, mpe_cap_um=None, mpe_repeatability_um=None, machine=None, placements=(),
+iso10360(recordings, gauge, *, mpe, mpe_repeatability_um=None, machine=None, placements=(),
     offset_recordings=(), mpe_offset=None, offset_machine=None, normal=None, normal_gauge=None,
     tip_diameter_mm=None, u_tip_diameter_um=None, unidirectional="fronts", lengths_mm=None,
     u_gauge_temperature_K=None, u_alignment_mrad=None, u_fixture_um=None, also=(), coverage_factor=2.0,

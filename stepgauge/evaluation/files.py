@@ -73,6 +73,7 @@ def evaluation_to_dict(evaluation: Evaluation) -> dict[str, Any]:
             "example": certificate.example,
         },
         "blocks": list(evaluation.blocks),
+        "mpe": None if evaluation.limit is None else str(evaluation.limit),
         "r_eff_mm": float(radii.mean()),
         "u_r_eff_mm": _number(float(np.sqrt((u**2).sum()) / len(u))),
         "r_eff_origin": evaluation.r_eff_origin,

@@ -91,6 +91,7 @@ class EvaluationTable(_Stored):
     comments: dict[str, str] = Field(description="what the recording says of itself")
     gauge: GaugeRow = Field(description="the gauge and its certificate")
     blocks: list[int] = Field(min_length=2, max_length=2, description="first and last used block")
+    mpe: str | None = Field(None, description="limit that it was compared with")
     r_eff_mm: float = Field(description="effective radius")
     u_r_eff_mm: float | None = Field(description="its standard uncertainty; none without repeats")
     r_eff_origin: str = Field(description="first or all")

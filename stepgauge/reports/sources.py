@@ -11,7 +11,6 @@ from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, read_placement
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.reports.certificate_file import (
-    Laboratory,
     check_days,
     check_filled,
     check_item,
@@ -29,7 +28,7 @@ from stepgauge.reports.reading import (
 )
 from stepgauge.standards.budget_files import StoredBudget, check_budget, read_budget
 from stepgauge.standards.budget_given import check_given
-from stepgauge.standards.mpe import Mpe
+from stepgauge.standards.conformity import limit_of
 
 
 def read_sources(
@@ -75,11 +74,6 @@ def read_sources(
         check_days(said, evaluation)
         check_simulated(said, evaluation)
         check_room(said, evaluation)
-    return Sources(steps, cmm, lies, sure, said, _mpe(said, mpe, cmm))
-
-
-def _mpe(said: Laboratory | None, mpe: str | None, machine: Machine | None) -> Mpe | None:
-    """The limit that a certificate states, else the one asked for, else that of the machine file."""
-    texts = (said.statements.mpe if said else None, mpe, machine.table.mpe if machine else None)
-    text = next((one for one in texts if one), None)
-    return None if text is None else Mpe.parse(text)
+    certified = None if said is None else said.statements.mpe
+    limit = limit_of(evaluation["comments"], cmm, asked=mpe, certified=certified, stored=evaluation.get("mpe"))
+    return Sources(steps, cmm, lies, sure, said, limit)

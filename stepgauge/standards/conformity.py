@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.conditions import Conditions, gate, stored_conditions
+from stepgauge.errors import InputError, naming
 from stepgauge.files.notation import quantity
 from stepgauge.machine.file import Machine, check_recorded
 from stepgauge.standards.decision import DECISION_SOURCE, Outcome, conformity_probability, decide, together
@@ -86,12 +87,27 @@ def _percent(share: float) -> str:
     return "above 99.9 %" if share > 0.999 else "below 0.1 %" if share < 0.001 else f"{100.0 * share:.1f} %"
 
 
-def machine_limit(machine: Machine, comments: Mapping[str, str]) -> Mpe | None:
-    """Maximum permissible error that a machine file states; None where it states none.
+def limit_of(
+    comments: Mapping[str, str],
+    machine: Machine | None,
+    *,
+    asked: str | None = None,
+    certified: str | None = None,
+    stored: str | None = None,
+) -> Mpe | None:
+    """The one limit that an evaluation is judged by, wherever that is done; None where nobody states one.
 
-    Errors as :func:`~stepgauge.machine.file.check_recorded` where it states one.
+    ``asked`` now or ``certified`` in a certificate file (:class:`InputError` where they differ), else ``stored`` in the
+    evaluation, else that of the machine file, which must be of the machine of the recording (``comments``).
     """
-    if machine.table.mpe is None:
+    limits = [Mpe.parse(text) for text in (asked, certified) if text is not None]
+    if len(limits) == 2 and limits[0] != limits[1]:
+        raise InputError(naming("mpe"), "the certificate states another limit", found=asked, expected=certified)
+    if limits:
+        return limits[0]
+    if stored is not None:
+        return Mpe.parse(stored)
+    if machine is None or machine.table.mpe is None:
         return None
     check_recorded(comments, machine)
     return Mpe.parse(machine.table.mpe)

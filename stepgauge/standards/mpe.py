@@ -31,26 +31,17 @@ class Mpe:
     cap_um: float = np.inf
 
     @classmethod
-    def parse(cls, text: str, cap_um: float | None = None) -> Mpe:
+    def parse(cls, text: str) -> Mpe:
         """``1.8 + L/350``, ``2 + 3L/1000``, ``2.5``, ``min(1.8 + L/350, 3)``; um at the end may stand.
 
-        ``cap_um`` is a cap stated beside the text. :class:`InputError` for anything else, and where nothing would be
-        permitted.
+        :class:`InputError` for anything else, and where nothing would be permitted.
         """
         compact = re.sub(r"\s+|[uµμ]m", "", text)
         capped = re.fullmatch(rf"min\((.+),({_NUMBER})\)", compact, re.I)
         match = _FORM.fullmatch(capped[1] if capped else compact)
         if match is None:
             raise InputError(naming("mpe"), "this is no maximum permissible error", found=repr(text), expected=EXPECTED)
-        if capped and cap_um is not None:
-            raise InputError(
-                naming("mpe_cap"),
-                naming("mpe", words="{} has a cap already"),
-                found=repr(text),
-                expected="one of the two",
-            )
-        if capped:
-            cap_um = float(capped[2])
+        cap_um = float(capped[2]) if capped else np.inf
         constant = match["constant"] or "0"
         factor, divisor = (
             float(match["factor"] or match["times"] or 1.0),
@@ -58,7 +49,7 @@ class Mpe:
         )
         if 0.0 in (factor, divisor, cap_um) or (float(constant) == 0.0 and np.isinf(divisor)):
             raise InputError(naming("mpe"), "a limit of zero or without bound", found=repr(text), expected=EXPECTED)
-        return cls(float(constant), divisor / factor, np.inf if cap_um is None else cap_um)
+        return cls(float(constant), divisor / factor, cap_um)
 
     def at_um(self, length_mm: ArrayLike) -> NDArray[np.float64]:
         """The limit for lengths (their size counts), um, of the same shape."""

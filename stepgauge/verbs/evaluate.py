@@ -15,7 +15,6 @@ from stepgauge.verbs.shared import (
     MachineName,
     MeasuredAt,
     Mpe,
-    MpeCap,
     OutputFolder,
     Placements,
     Recordings,
@@ -69,7 +68,6 @@ def evaluate(
     temperature_convention: Convention = None,
     correct_drift: CorrectDrift = False,
     mpe: Mpe = None,
-    mpe_cap_um: MpeCap = None,
     machine: MachineIfNeeded = None,
 ) -> "Evaluation":
     """Errors of the machine from recordings of the step gauge.
@@ -80,7 +78,8 @@ def evaluate(
 
     Parameters
     ----------
-    mpe : maximum permissible error "A + L/K", um with L in mm, to compare with; default: that of ``machine``
+    mpe : maximum permissible error "A + L/K" or "min(A + L/K, B)", um with L in mm, to compare with;
+        default: that of ``machine``
     machine : machine file, for the maximum permissible error that it states and the travel of figures
 
     Returns
@@ -103,10 +102,10 @@ def evaluate(
     from stepgauge.evaluation.evaluate import evaluate as evaluate_recording
     from stepgauge.recording import join_recordings
     from stepgauge.recording.conventions import state_convention
-    from stepgauge.standards.conformity import machine_limit
-    from stepgauge.verbs.inputs import as_blocks, as_gauge, as_limit, as_machine, as_placements, as_recordings
+    from stepgauge.standards.conformity import limit_of
+    from stepgauge.verbs.inputs import as_blocks, as_gauge, as_machine, as_placements, as_recordings
 
-    limit = as_limit(mpe, mpe_cap_um)
+    cmm = None if machine is None else as_machine(machine)
     steps = as_gauge(gauge)
     section = as_blocks(blocks, steps)
     lies = as_placements(placements, steps)
@@ -115,9 +114,7 @@ def evaluate(
     whole = state_convention(whole, temperature_convention)
     whole = whole.with_comments(measured_at=measured_at, machine=machine_name)
     found = evaluate_recording(whole, steps, section, cast("REffOrigin", r_eff_origin), lies, correct_drift)
-    cmm = None if machine is None else as_machine(machine)
-    if limit is None and cmm is not None:
-        limit = machine_limit(cmm, found.comments)
+    limit = limit_of(found.comments, cmm, asked=mpe)
     judged = "" if limit is None else _judged(found, limit)
     return replace(found, limit=limit, judged=judged, recording=whole, machine=cmm)
 

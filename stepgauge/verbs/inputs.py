@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from stepgauge.machine.virtual import Run
     from stepgauge.motion.moves import Program
     from stepgauge.recording import Recording
-    from stepgauge.standards.mpe import Mpe
 
 File = str | Path
 Blocks = str | Sequence[int] | None
@@ -162,15 +161,6 @@ def as_block_list(blocks: Blocks, gauge: Gauge) -> tuple[tuple[int, int], tuple[
         return parse_blocks(f"{blocks[0]}:{blocks[1]}", gauge), None
     only = parse_block_list(blocks if isinstance(blocks, str) else ",".join(map(str, blocks)), gauge)
     return (only[0], only[-1]), only
-
-
-def as_limit(mpe: str | None, cap_um: float | None = None) -> Mpe | None:
-    """The maximum permissible error that is stated; :class:`InputError` for a cap of none."""
-    from stepgauge.standards.mpe import Mpe
-
-    if mpe is None and cap_um is not None:
-        raise InputError(naming("mpe_cap_um"), naming("mpe", words="is the cap of {}, which is missing"))
-    return None if mpe is None else Mpe.parse(mpe, cap_um)
 
 
 def several(given: Any) -> list[Any]:

@@ -81,8 +81,8 @@ def report(
     budget : budget.json of stepgauge budget, or its folder: adds uncertainties; default: the one in RESULT
     certificate : certificate.toml: makes the report a calibration certificate in the order of ISO/IEC 17025; it states
         number, operator, customer, location, date and remarks itself
-    mpe : maximum permissible error "A + L/K", um with L in mm: pass, fail or undecidable by ISO 14253-1; default: that
-        of the certificate, else of the machine file
+    mpe : maximum permissible error "A + L/K" or "min(A + L/K, B)", um with L in mm: pass, fail or undecidable by
+        ISO 14253-1; default: that of the certificate, else that of the evaluation, else of the machine file
     interactive : a page (.html, one file, no network): click a face or a finding to see its probings
     recordings : of an evaluation whose single probings such a page shows, in order; default: those that it was made
         from

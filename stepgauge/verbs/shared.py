@@ -94,8 +94,7 @@ MeasuredAt = Annotated[
     str | None, Moment(), "when it was measured, 2026-03-02 or with time, where the recording does not say"
 ]
 MachineName = Annotated[str | None, Text("NAME"), "machine that measured it, where the recording does not say"]
-Mpe = Annotated[str | None, Text("LIMIT"), 'maximum permissible error "A + L/K", um with L in mm']
-MpeCap = Annotated[float | None, Number("um", above=0.0), "the limit of ``mpe`` is never above this"]
+Mpe = Annotated[str | None, Text("LIMIT"), 'maximum permissible error "A + L/K" or "min(A + L/K, B)", um with L in mm']
 TipRadius = Annotated[float | None, Number("mm", above=0.0), "nominal tip radius"]
 TipDiameter = Annotated[
     float | None, Number("mm", above=0.0), "effective tip diameter as the machine's qualification gave it"

@@ -54,25 +54,23 @@ def decided(
     from stepgauge.standards.conformity import conformity
 
     try:
-        limit = stated_limit(site, evaluation["comments"])
+        limit = stated_limit(site, evaluation)
     except InputError as error:
         return None, error
     return (None if limit is None else conformity(evaluation, budget, limit)), None
 
 
-def stated_limit(site: Site, comments: Mapping[str, str]) -> Mpe | None:
-    """The limit of the project file, as ``evaluate`` takes it from there, else that of the project's machine file.
+def stated_limit(site: Site, evaluation: Mapping[str, Any]) -> Mpe | None:
+    """The limit that ``report`` takes: of the project, of the evaluation, of the project's machine file, in this order.
 
-    :class:`InputError` for what is no limit, and for a machine that is not the one of the recording (``comments``).
+    :class:`InputError` for what is no limit, and for a machine that is not the one of the recording.
     """
     from stepgauge.machine.file import read_machine
-    from stepgauge.standards.conformity import machine_limit
-    from stepgauge.standards.mpe import Mpe
+    from stepgauge.standards.conformity import limit_of
 
     if not site.has_project:
         return None
     project = site.project()
-    stated = {**project.common, **project.table(("evaluate",))}
-    if "mpe" in stated:
-        return Mpe.parse(str(stated["mpe"]), stated.get("mpe-cap"))
-    return machine_limit(read_machine(site.stated("machine")), comments) if "machine" in stated else None
+    stated = {**project.common, **project.table(("report",))}
+    machine = read_machine(site.stated("machine")) if "machine" in stated else None
+    return limit_of(evaluation["comments"], machine, asked=stated.get("mpe"), stored=evaluation.get("mpe"))

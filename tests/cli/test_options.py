@@ -45,7 +45,7 @@ def test_every_option_says_what_it_is_and_what_holds_without_it(verb: str, optio
         unit = {"DEG": "deg", "C": "deg C", "S": "s"}.get(option.metavar, option.metavar)
         # k is a factor without a unit; K also abbreviates kelvin
         assert option.name == "coverage_factor" or unit.lower() in option.help.lower(), option.help
-    limits = {"mpe_cap", "mpe_repeatability", "u_tip_diameter", "tip_diameter"}  # nothing holds without them
+    limits = {"mpe_repeatability", "u_tip_diameter", "tip_diameter"}  # nothing holds without them
     if number and option.name not in limits | {"block_width_mm", "block_height_mm", "placement_number"}:
         assert known or verb == "dcc import-gauge", option.help
 
@@ -80,11 +80,6 @@ def test_the_help_lists_the_verbs_by_task(run: Run) -> None:
     assert places == sorted(places)
     for (heading, own), start, end in zip(TASKS.items(), places, [*places[1:], len(text)], strict=True):
         assert all(f"\n  {verb} " in text[start:end] for verb in own), heading
-
-
-def test_a_cap_needs_a_limit(run: Run, tmp_path: Path) -> None:
-    result = run("evaluate", "r.csv", "-g", "step-gauge-420", "--mpe-cap", "3", "-o", tmp_path / "r")
-    assert (result.code, "--mpe-cap: is the cap of --mpe" in result.err) == (2, True)
 
 
 def test_the_uncertainty_of_a_temperature_has_one_bound(run: Run, files: Path) -> None:

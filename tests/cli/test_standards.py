@@ -41,7 +41,8 @@ def text_of(path: Path) -> str:
 def test_iso10360_writes_everything_and_says_what_is_open(run: Run, recording: Path, tmp_path: Path) -> None:
     out = tmp_path / "result"
     result = run(
-        "test", "iso10360", recording, *G, *MPE, "--mpe-cap", 3.0, "--mpe-repeatability", 1.0, "-m", "bridge-cmm",
+        "test", "iso10360", recording, *G, "--mpe", "min(1.8 + L/350, 3)",
+        "--mpe-repeatability", 1.0, "-m", "bridge-cmm",
         "--tip-diameter", 3.994, "--u-gauge-temperature", 0.05, "--u-alignment", 0.1, "--u-fixture", 0.1,
         "--number", "N-7", "--operator", "Op",
         "--figure", "svg", "-o", out,

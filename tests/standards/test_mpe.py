@@ -27,13 +27,10 @@ def test_the_ways_of_writing_it(text: str, at_700: float) -> None:
     assert float(Mpe.parse(text).at_um(700.0)) == pytest.approx(at_700)
 
 
-def test_a_cap_may_stand_beside_it_but_not_twice() -> None:
+def test_a_cap_holds_from_where_it_is_reached() -> None:
     """Hand: 1.8 + L/350 reaches 3 um at 420 mm."""
-    capped = Mpe.parse("1.8 + L/350", 3.0)
+    capped = Mpe.parse("min(1.8 + L/350, 3)")
     assert capped.at_um([0.0, 350.0, 420.0, 1000.0]) == pytest.approx([1.8, 2.8, 3.0, 3.0])
-    assert capped == Mpe.parse("min(1.8 + L/350, 3)")
-    with pytest.raises(InputError, match="mpe_cap: mpe has a cap already"):
-        Mpe.parse("min(1.8 + L/350, 3)", 3.0)
 
 
 def test_units_are_printed_where_they_matter() -> None:

@@ -11,7 +11,6 @@ from stepgauge.verbs.shared import (
     File,
     GaugeLike,
     MachineIfNeeded,
-    MpeCap,
     Placements,
     Recordings,
     TipDiameter,
@@ -35,7 +34,6 @@ def iso10360(
     gauge: GaugeLike,
     *,
     mpe: Annotated[str, Text("LIMIT")],
-    mpe_cap_um: MpeCap = None,
     mpe_repeatability_um: Annotated[float | None, Number("um", above=0.0)] = None,
     machine: MachineIfNeeded = None,
     placements: Placements = (),
@@ -71,7 +69,7 @@ def iso10360(
 
     Parameters
     ----------
-    mpe : E0,MPE: maximum permissible error of length measurement "A + L/K", um with L in mm
+    mpe : E0,MPE: maximum permissible error of length measurement "A + L/K" or "min(A + L/K, B)", um with L in mm
     mpe_repeatability_um : R0,MPL: limit of the range R0; default: no decision
     machine : machine file or shipped name: its travel tells whether positions and lengths are those asked
     offset_recordings : recording with the stylus tip 150 mm off the axis of the ram: E150; once per position, two of
@@ -106,9 +104,9 @@ def iso10360(
     from stepgauge.standards.iso10360 import Choices, Specification, length_test
     from stepgauge.standards.iso10360_series import E150, NORMAL
     from stepgauge.standards.length_uncertainty import TestConditions
+    from stepgauge.standards.mpe import Mpe
     from stepgauge.verbs.inputs import (
         as_gauge,
-        as_limit,
         as_machine,
         as_placements,
         joined_recordings,
@@ -121,8 +119,7 @@ def iso10360(
     stated_together("offset_recordings", others or None, "mpe_offset", mpe_offset, both=True)
     stated_together("normal", normal, "normal_gauge", normal_gauge, both=True)
     steps, cmm = as_gauge(gauge), None if machine is None else as_machine(machine)
-    limit = as_limit(mpe, mpe_cap_um)
-    assert limit is not None
+    limit = Mpe.parse(mpe)
     uncertain = TestConditions(
         u_gauge_temperature_K, u_alignment_mrad, u_fixture_um, u_tip_diameter_um, coverage_factor
     )
@@ -138,6 +135,6 @@ def iso10360(
         further.append(length_test(one, beside, Specification(limit), uncertain, bare, cmm, (), NORMAL))
     if others and mpe_offset is not None:
         stylus = cmm if offset_machine is None else as_machine(offset_machine)
-        offset = Specification(as_limit(mpe_offset))  # type: ignore[arg-type]
+        offset = Specification(Mpe.parse(mpe_offset))
         further.append(length_test(joined_recordings(others), steps, offset, uncertain, bare, stylus, (), E150))
     return length_outcome(test, cmm, further)
