@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
-from stepgauge.diagnosis.credible import (
-    LEAST_ODDS,
-    StatedTerm,
-    credible_laws,
-    joined_kinds,
-    replacements,
-    set_probability,
-    spread_factor,
-)
-from stepgauge.diagnosis.fits.solve import Estimate, Solved, solve, widened
+from stepgauge.diagnosis.credible import StatedTerm, credible_laws
+from stepgauge.diagnosis.credible_finding import FittedCause, credible_finding
+from stepgauge.diagnosis.fits.solve import Solved, solve
 from stepgauge.diagnosis.laws.geometry import moved_um
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Finding, FindingMember, Replacement
+from stepgauge.diagnosis.result import Finding
 from stepgauge.diagnosis.stated_model import Model, law_of_expected_size, law_of_size
 from stepgauge.effects import Effect
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.posterior import AlternativeHypothesis, Member, Posterior
+from stepgauge.inference.posterior import Member, Posterior
 from stepgauge.recording import APPROACH, POSITION
 
 ANYWHERE, SAME = 60, 1.0 - 1e-9
@@ -36,45 +30,23 @@ ANYWHERE, SAME = 60, 1.0 - 1e-9
 
 def findings(model: Model, answer: Posterior, data: Residuals, priors: Priors, wider: float) -> Iterator[Finding]:
     """The laws that are stated; ``wider``: factor on uncertainties from the predictive check."""
-    several = answer.alternatives(LEAST_ODDS)
-    for said, solved in zip(model.laws, model.fitted.solved, strict=True):
+    for said in model.laws:
         every = credible_laws(said, priors.decision)
         fits = {one.candidate.label: _in_place(one, said, model, data) for one in every if not one.candidate.combined}
         # the stated one was possible when the others were told, and stays
         rivals = [
             one for one in every if one is said.lead or one.candidate.combined or fits[one.candidate.label].is_possible
         ]
-        rivals = _different(rivals, fits, data)
-        label = said.lead.candidate.label
-        combined = replacements(several, label, solved.family.kind, priors.decision)
-        probability = set_probability(answer, every, combined)
-        alone = set_probability(answer, every, []) / max(probability, 1e-300)
-        possible = sum(one.probability for one in rivals) / sum(one.probability for one in every)
-        kinds = tuple(dict.fromkeys(one.candidate.kind for one in rivals if one.candidate.kind != solved.family.kind))
-        same = tuple(
-            dict.fromkeys(
-                one.candidate.source.label
-                for one in rivals
-                if one.candidate.kind == solved.family.kind and one.candidate.source.label != solved.family.label
-            )
-        )
-        wide = widened(solved.parameters, spread_factor(answer, model.state, label, priors.decision.in_set) * wider)
-        yield Finding(
-            solved.family.kind,
-            solved.family.label,
-            solved.effect,
-            choices_of(solved),
-            wide,
-            probability,
-            solved.displacement_um(data),
-            own=min(answer.probability([label]) / possible, probability),
-            confounded_with=tuple(dict.fromkeys((*kinds, *joined_kinds(combined)))),
-            alternatives=same,
-            members=tuple(_members(rivals, fits, alone, wide)),
-            several=_replacements(several, label),
-            where=solved.effect.when or "",
-        )
-    yield from (_of_geometry(one, several, model, answer, data, priors, wider) for one in model.geometry)
+        causes = {label: _cause(solved, data) for label, solved in fits.items()}
+        different = _different(rivals, fits, data)
+        yield credible_finding(said, causes, different, answer, model.state, priors.decision, wider)
+    yield from (_of_geometry(one, model, answer, data, priors, wider) for one in model.geometry)
+
+
+def _cause(solved: Solved, data: Residuals) -> FittedCause:
+    family = solved.family
+    moved_um = solved.displacement_um(data)
+    return FittedCause(family.kind, family.label, solved.parameters, moved_um, solved.effect, choices_of(solved))
 
 
 def _different(laws: Sequence[Member], fits: Mapping[str, Solved], data: Residuals) -> list[Member]:
@@ -119,67 +91,21 @@ def _scattered(data: Residuals) -> Probings:
     return Probings(pd.DataFrame(columns), data.probings.setting)
 
 
-def _replacements(several: list[AlternativeHypothesis], label: str) -> tuple[Replacement, ...]:
-    """Combinations of laws in place of one and perhaps of others, the most probable first."""
-    found: dict[tuple[tuple[str, ...], tuple[str, ...]], float] = {}
-    for one in several:
-        if label in one.gone and all(c.named for c in one.come):
-            come = tuple(sorted(c.source.label for c in one.come))
-            others = tuple(sorted(other.partition(" #")[0] for other in one.gone if other != label))
-            found[come, others] = max(found.get((come, others), 0.0), one.odds)
-    ranked = sorted(found.items(), key=lambda item: -item[1])
-    return tuple(Replacement(come, odds, others) for (come, others), odds in ranked)
-
-
 def _of_geometry(
-    said: StatedTerm,
-    several: list[AlternativeHypothesis],
-    model: Model,
-    answer: Posterior,
-    data: Residuals,
-    priors: Priors,
-    wider: float,
+    said: StatedTerm, model: Model, answer: Posterior, data: Residuals, priors: Priors, wider: float
 ) -> Finding:
     """All geometric errors at once, as the readings without the other laws tell them."""
-    term, state, geometry, decision = said.term, model.state, said.source, priors.decision
+    term, state, geometry = said.term, model.state, said.source
     left_um = data.um - sum((solved.displacement_um(data) for solved in model.fitted.solved), np.zeros(len(data)))
     search, beside = answer.search, [one.term.nuisance for one in model.forms]
     metric = Metric(search.problem, state.noise, search.noise_models, state.sigma_um, beside)
     sizes, covariance = geometry.posterior(metric, left_um, term.sd)
     effects, estimates = geometry.made(sizes), geometry.estimates(sizes, covariance)
-    label, rivals = term.candidate.label, credible_laws(said, decision)
-    combined = replacements(several, label, label, decision)
-    return Finding(
-        geometry.kind,
-        label,
-        None,
-        {},
-        widened(estimates, spread_factor(answer, state, label, decision.in_set) * wider),
-        set_probability(answer, rivals, combined),
-        moved_um(effects, data),
-        own=answer.probability([label]),
-        confounded_with=tuple(dict.fromkeys((*(one.candidate.kind for one in rivals[1:]), *joined_kinds(combined)))),
-        effects=effects,
-    )
-
-
-def _members(
-    rivals: list[Member], fits: dict[str, Solved], alone: float, own: dict[str, Estimate]
-) -> Iterator[FindingMember]:
-    """All laws of a set, each with its own values from a fit in its place; none for a set of one.
-
-    The stated one is first and has its ``own`` values; ``alone``: their share of the probability of the finding, of
-    which combinations have the rest.
-    """
-    if len(rivals) < 2:
-        return
-    total = sum(one.probability for one in rivals)
-    for one in (one for one in rivals if not one.candidate.combined):
-        solved = fits[one.candidate.label]
-        parameters, share = own if one is rivals[0] else solved.parameters, alone * one.probability / total
-        yield FindingMember(
-            solved.family.kind, solved.family.label, share, solved.effect, choices_of(solved), parameters
-        )
+    label = term.candidate.label
+    cause = {label: FittedCause(geometry.kind, label, estimates, moved_um(effects, data))}
+    rivals = credible_laws(said, priors.decision)
+    found = credible_finding(said, cause, rivals, answer, state, priors.decision, wider)
+    return replace(found, effects=effects, members=(), several=())
 
 
 def _in_place(rival: Member, said: StatedTerm, model: Model, data: Residuals) -> Solved:

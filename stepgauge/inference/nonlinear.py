@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 Array = NDArray[np.float64]
-Model = Callable[[Array], Array]
+Response = Callable[[Array], Array]
 """From parameters ``(k,)`` to what they add to the readings ``(n,)``; not finite where the model is impossible."""
 STEP = 1e-3
 """Step of a parameter for its derivative, in units of its scale."""
@@ -47,13 +47,13 @@ class NonlinearFit:
 
 
 def fit_nonlinear(
-    model: Model, residual: Array, start: Array, known: Parameters, metric: Model, steps: int = 30
+    model: Response, residual: Array, start: Array, known: Parameters, metric: Response, steps: int = 30
 ) -> NonlinearFit:
     """Parameters for which the model explains residuals best, within their bounds.
 
     Parameters
     ----------
-    model : see :data:`Model`
+    model : see :data:`Response`
     residual : ``(n,)``
     start : parameters to begin with ``(k,)``
     known : of the parameters
@@ -78,7 +78,7 @@ def fit_nonlinear(
     return NonlinearFit(found.x * known.scale, covariance, _slopes(moved, found.x, high) / known.scale[:, None])
 
 
-def _slopes(moved: Model, x: Array, high: Array) -> Array:
+def _slopes(moved: Response, x: Array, high: Array) -> Array:
     """Derivatives ``(k, n)`` in units of the scale, by one-sided differences away from the bound."""
     here, columns = moved(x), []
     for place in range(len(x)):

@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.credible import (
-    LEAST_ODDS,
-    SURE_OUTLIER,
-    credible_laws,
-    joined_kinds,
-    replacements,
-    set_probability,
-    spread_factor,
-    structure_alone,
-)
-from stepgauge.diagnosis.fits.solve import Estimate, widened
+from stepgauge.diagnosis.credible import SURE_OUTLIER, credible_laws, structure_alone
+from stepgauge.diagnosis.credible_finding import FittedCause, credible_finding
+from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS, empirical
 from stepgauge.diagnosis.maps.direction_functions import DIRECTION, DirectionFunction, quantity_words
 from stepgauge.diagnosis.maps.further_measurements import best_measurement, reason
@@ -25,81 +18,54 @@ from stepgauge.diagnosis.maps.model import ChangeTerm
 from stepgauge.diagnosis.maps.parameters import estimates
 from stepgauge.diagnosis.maps.result import OUTLIERS, EmpiricalMapLaw
 from stepgauge.diagnosis.maps.stated_map import FittedChanges, StatedMap, function_of
-from stepgauge.diagnosis.result import Finding, FindingMember, Located, Replacement
+from stepgauge.diagnosis.result import Finding, Located
 from stepgauge.diagnosis.wording.notation import name_of
 from stepgauge.diagnosis.wording.structure import UNDETERMINED
 from stepgauge.files.arrays import Array
 from stepgauge.inference.noise_models import OUTLYING
-from stepgauge.inference.posterior import AlternativeHypothesis, Member
 
 
 def map_findings(found: StatedMap, by_row: Sequence[Array]) -> Iterator[Finding]:
     """The changes that are stated, then the outliers; ``by_row (n,)``: scatter of the rows of each quantity."""
-    several, decision = found.answer.alternatives(LEAST_ODDS), found.priors.decision
     for place, said in enumerate(found.laws):
-        label = said.lead.candidate.label
-        spread = spread_factor(found.answer, found.state, label, decision.in_set)
-        wider = max(spread, float(found.moved_by_slight[place])) * found.wider
-        own = widened(estimates(found.rows.model.table, found.fitted)[place], wider)
-        kind = found.fitted.terms[place].candidate.kind
-        yield _finding(found, place, own, replacements(several, label, kind, decision), by_row)
+        every = credible_laws(said, found.priors.decision)
+        fits = [found.fitted, *(found.in_place(place, one) for one in every[1:])]
+        causes = [_cause(found, fitted, place) for fitted in fits]
+        by_label = {one.candidate.label: cause for one, cause in zip(every, causes, strict=True)}
+        slight = float(found.moved_by_slight[place])
+        one = credible_finding(
+            said, by_label, every, found.answer, found.state, found.priors.decision, found.wider, slight
+        )
+        kinds = [cause.kind for cause in causes]
+        why, further = _why_and_next(found, kinds, fits, [member.probability for member in every], by_row)
+        yield replace(one, reason=why, separate_by=further)
     yield from _outliers(found)
 
 
-def _finding(
+def _cause(found: StatedMap, fitted: FittedChanges, place: int) -> FittedCause:
+    term = fitted.terms[place]
+    values = estimates(found.rows.model.table, fitted)[place]
+    return FittedCause(term.candidate.kind, term.candidate.label, values, moved_by(found, fitted, term))
+
+
+def _why_and_next(
     found: StatedMap,
-    place: int,
-    own: dict[str, Estimate],
-    combined: Sequence[AlternativeHypothesis],
+    kinds: Sequence[str],
+    fits: Sequence[FittedChanges],
+    probability: Sequence[float],
     by_row: Sequence[Array],
-) -> Finding:
-    said, term = found.laws[place], found.fitted.terms[place]
-    every = credible_laws(said, found.priors.decision)
-    fits = [found.fitted, *(found.in_place(place, one) for one in every[1:])]
-    changes = [one.terms[place].candidate for one in fits]
-    kinds = tuple(dict.fromkeys(one.kind for one in changes if one.kind != term.candidate.kind))
-    same = tuple(one.label for one in changes[1:] if one.kind == term.candidate.kind)
-    others = [one for one, change in zip(fits, changes, strict=True) if change.kind != term.candidate.kind]
-    weights = [1.0, *(one.probability / every[0].probability for one in every if one.candidate.kind in kinds)]
-    probability = set_probability(found.answer, every, combined)
-    return Finding(
-        term.candidate.kind,
-        term.candidate.label,
-        None,
-        {},
-        own,
-        probability,
-        moved_by(found, term),
-        own=found.answer.probability([said.lead.candidate.label]),
-        confounded_with=(*kinds, *joined_kinds(combined)),
-        alternatives=same,
-        members=tuple(_members(found, place, every, fits, own)),
-        several=tuple(_replacement(one, said.lead.candidate.label) for one in combined),
-        reason="; ".join(dict.fromkeys(reason(term.candidate.kind, kind) for kind in kinds)),
-        separate_by=best_measurement(found.rows.model, by_row, [found.fitted, *others], weights),
-    )
+) -> tuple[str, str]:
+    """Why the kinds of a set are not separated, and the measurement that does."""
+    others = [i for i, kind in enumerate(kinds) if i == 0 or kind != kinds[0]]
+    why = dict.fromkeys(reason(kinds[0], kinds[i]) for i in others[1:])
+    rivals, weights = [fits[i] for i in others], [probability[i] for i in others]
+    return "; ".join(why), best_measurement(found.rows.model, by_row, rivals, weights)
 
 
-def _replacement(one: AlternativeHypothesis, label: str) -> Replacement:
-    come = tuple(sorted(candidate.label for candidate in one.come))
-    return Replacement(come, one.odds, tuple(other for other in one.gone if other != label))
-
-
-def _members(
-    found: StatedMap, place: int, every: Sequence[Member], fits: Sequence[FittedChanges], own: dict[str, Estimate]
-) -> Iterator[FindingMember]:
-    """All changes of a set, each with its own values from a fit in its place; none for a set of one."""
-    total = sum(one.probability for one in every)
-    for one, fitted in zip(every, fits, strict=True) if len(every) > 1 else ():
-        change = fitted.terms[place].candidate
-        values = own if fitted is found.fitted else estimates(found.rows.model.table, fitted)[place]
-        yield FindingMember(change.kind, change.label, one.probability / total, None, {}, values)
-
-
-def moved_by(found: StatedMap, term: ChangeTerm) -> Array:
+def moved_by(found: StatedMap, fitted: FittedChanges, term: ChangeTerm) -> Array:
     """What a change does beside the others, in the units of the quantities, one after the other ``(m,)``."""
-    rows, without = found.rows, tuple(one for one in found.fitted.terms if one is not term)
-    return np.concatenate(rows.parts(rows.moved(found.fitted.terms) - rows.moved(without)))
+    rows, without = found.rows, tuple(one for one in fitted.terms if one is not term)
+    return np.concatenate(rows.parts(rows.moved(fitted.terms) - rows.moved(without)))
 
 
 def kept_rows(found: StatedMap) -> NDArray[np.bool_]:

@@ -19,7 +19,7 @@ from stepgauge.diagnosis.maps.scatter import surface
 from stepgauge.diagnosis.priors import KindPrior, Priors
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
-from stepgauge.inference.nonlinear import Model, NonlinearFit, Parameters, fit_nonlinear
+from stepgauge.inference.nonlinear import NonlinearFit, Parameters, Response, fit_nonlinear
 from stepgauge.inference.problem import Law, Problem, Refined
 
 SIZES = (0.2, 1.0, 4.0)
@@ -130,9 +130,10 @@ def make_problem(rows: MapRows, candidates: Sequence[ProbeChange], priors: Prior
 
 
 @dataclass(frozen=True)
-class _Grid:
-    """The points of a law and their signatures ``(atoms, depth, m)``."""
+class ProbeLaw:
+    """All changes of one kind as one law: its points and their signatures ``(atoms, depth, m)``."""
 
+    label: str
     points: tuple[Point, ...]
     pattern: Array
 
@@ -153,15 +154,15 @@ def _laws(rows: MapRows, candidates: Sequence[ProbeChange], priors: Priors, ones
             yield _law(rows, group, grid, priors, ones)
 
 
-def _law(rows: MapRows, group: Sequence[ProbeChange], grid: _Grid, priors: Priors, ones: Array) -> Law:
+def _law(rows: MapRows, group: Sequence[ProbeChange], grid: ProbeLaw, priors: Priors, ones: Array) -> Law:
     prior, usual = usual_of(group[0], priors)
     return Law(
         group[0].kind,
-        group[0].label if len(group) == 1 else group[0].kind,
+        grid.label,
         True,
         float(np.log(priors.maps.laws.odds * prior.odds)),
         priors.sizes.about(usual),
-        grid.points,
+        grid,
         pattern=grid.pattern,
         shares=ones,
         log_weight=_weights(grid.points),
@@ -177,11 +178,14 @@ def _weights(points: Sequence[Point]) -> Array:
     return -np.log([labels.count(label) * len(set(labels)) for label in labels])
 
 
-def _grid(rows: MapRows, group: Sequence[ProbeChange], priors: Priors) -> _Grid:
+def _grid(rows: MapRows, group: Sequence[ProbeChange], priors: Priors) -> ProbeLaw:
     points = [point for one in group for point in _points(one, usual_of(group[0], priors)[1])]
     atoms = [atom for point in points for atom in signature(rows, point)]
     depth = max((len(columns) for _, columns in atoms), default=0)
-    return _Grid(tuple(point for point, _ in atoms), np.array([_deep(columns, depth) for _, columns in atoms]))
+    label = group[0].label if len(group) == 1 else group[0].kind
+    return ProbeLaw(
+        label, tuple(point for point, _ in atoms), np.array([_deep(columns, depth) for _, columns in atoms])
+    )
 
 
 def _deep(columns: Array, depth: int) -> Array:
@@ -221,7 +225,7 @@ def signature(rows: MapRows, point: Point) -> Iterator[tuple[Point, Array]]:
         yield point, columns
 
 
-def _refined(rows: MapRows, law: _Grid, priors: Priors, atom: int, left: Array) -> Refined | None:
+def _refined(rows: MapRows, law: ProbeLaw, priors: Priors, atom: int, left: Array) -> Refined | None:
     """The signature at the size, direction or phase that fits best: bounded least squares of the statics."""
     point, columns = law.points[atom], law.pattern[atom]
     candidate = point.candidate
@@ -250,7 +254,7 @@ def point_of(term: ChangeTerm) -> Point:
 
 
 def fit_changes(
-    terms: Sequence[ChangeTerm], rows: MapRows, metric: Model, priors: Priors, left: Array, steps: int = 30
+    terms: Sequence[ChangeTerm], rows: MapRows, metric: Response, priors: Priors, left: Array, steps: int = 30
 ) -> NonlinearFit:
     """All knobs of some changes fitted together to residuals ``left (m,)``, from their values."""
     knobs = [knob for term in terms for knob in term.candidate.knobs]

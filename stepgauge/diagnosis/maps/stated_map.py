@@ -198,10 +198,10 @@ def _change(state: Hypothesis | None, label: str, term: Term) -> ChangeTerm:
     """A law of a hypothesis as a change of the probe, with its amplitudes there; of its own size without one."""
     place = None if state is None else next((i for i, t in enumerate(state.terms) if t.candidate.label == label), None)
     if state is None or place is None:
-        point: Point = term.candidate.source[term.atom]
+        point: Point = term.candidate.source.points[term.atom]
         return ChangeTerm(point.candidate, point.values(np.full(len(point.step), point.size)))
     chosen = state.terms[place]
-    point = chosen.shape if isinstance(chosen.shape, Point) else chosen.candidate.source[chosen.atom]
+    point = chosen.shape if isinstance(chosen.shape, Point) else chosen.candidate.source.points[chosen.atom]
     return ChangeTerm(point.candidate, point.values(state.amplitudes(place)[0][: len(point.step)]))
 
 

@@ -1,0 +1,126 @@
+"""A law that is stated as a finding: its set, values, and probability; for machines, axes and probe maps alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from stepgauge.diagnosis.credible import (
+    LEAST_ODDS,
+    StatedTerm,
+    credible_laws,
+    joined_kinds,
+    replacements,
+    set_probability,
+    spread_factor,
+)
+from stepgauge.diagnosis.fits.solve import Estimate, widened
+from stepgauge.diagnosis.priors import Decision
+from stepgauge.diagnosis.result import Finding, FindingMember, Replacement
+from stepgauge.effects import Effect
+from stepgauge.files.arrays import Array
+from stepgauge.inference.hypothesis import Hypothesis
+from stepgauge.inference.posterior import AlternativeHypothesis, Member, Posterior
+
+
+@dataclass(frozen=True)
+class FittedCause:
+    """A law with its values as fitted in the place of a stated one, beside the others.
+
+    ``share_um (n,)``: what it moves; ``effect``: ready for a machine file; ``choices``: axis, face, ...
+    """
+
+    kind: str
+    label: str
+    parameters: dict[str, Estimate]
+    share_um: Array
+    effect: Effect | None = None
+    choices: dict[str, object] = field(default_factory=dict)
+
+
+def credible_finding(
+    said: StatedTerm,
+    fits: Mapping[str, FittedCause],
+    rivals: Sequence[Member],
+    answer: Posterior,
+    state: Hypothesis,
+    decision: Decision,
+    wider: float,
+    least_wider: float = 1.0,
+) -> Finding:
+    """The finding of a place.
+
+    Parameters
+    ----------
+    said : the statement
+    fits : by the label of the candidate; of all rivals that are single laws, or of the stated one alone
+    rivals : those of the credible laws that are told, the stated one first
+    answer, state : the posterior, and the hypothesis that is stated
+    decision : limits from which something is stated
+    wider : factor on uncertainties from the predictive check
+    least_wider : least factor for what other hypotheses say of the values
+    """
+    label, every, several = said.lead.candidate.label, credible_laws(said, decision), answer.alternatives(LEAST_ODDS)
+    own = fits[label]
+    combined = replacements(several, label, own.kind, decision)
+    probability = set_probability(answer, every, combined)
+    possible = sum(one.probability for one in rivals) / sum(one.probability for one in every)
+    kinds = [_kind(one, fits) for one in rivals if _kind(one, fits) != own.kind]
+    same = [_label(one, fits) for one in rivals if _kind(one, fits) == own.kind and _label(one, fits) != own.label]
+    factor = max(spread_factor(answer, state, label, decision.in_set), least_wider) * wider
+    values = widened(own.parameters, factor)
+    alone = set_probability(answer, every, []) / max(probability, 1e-300)
+    return Finding(
+        own.kind,
+        own.label,
+        own.effect,
+        own.choices,
+        values,
+        probability,
+        own.share_um,
+        own=min(answer.probability([label]) / possible, probability),
+        confounded_with=tuple(dict.fromkeys((*kinds, *joined_kinds(combined)))),
+        alternatives=tuple(dict.fromkeys(same)),
+        members=tuple(_members(rivals, fits, alone, values)),
+        several=_replacements(several, label),
+        where=(own.effect.when or "") if own.effect is not None else "",
+    )
+
+
+def _kind(one: Member, fits: Mapping[str, FittedCause]) -> str:
+    fitted = fits.get(one.candidate.label)
+    return one.candidate.kind if fitted is None else fitted.kind
+
+
+def _label(one: Member, fits: Mapping[str, FittedCause]) -> str:
+    fitted = fits.get(one.candidate.label)
+    return str(one.candidate.source.label) if fitted is None else fitted.label
+
+
+def _members(
+    rivals: Sequence[Member], fits: Mapping[str, FittedCause], alone: float, own: dict[str, Estimate]
+) -> Iterator[FindingMember]:
+    """All laws of a set, each with its own values from a fit in its place; none for a set of one.
+
+    The stated one is first and has its ``own`` values; ``alone``: their share of the probability of the finding, of
+    which combinations have the rest.
+    """
+    if len(rivals) < 2:
+        return
+    total = sum(one.probability for one in rivals)
+    for one in (one for one in rivals if one.candidate.label in fits):
+        fitted, share = fits[one.candidate.label], alone * one.probability / total
+        values = own if one is rivals[0] else fitted.parameters
+        yield FindingMember(fitted.kind, fitted.label, share, fitted.effect, fitted.choices, values)
+
+
+def _replacements(several: Sequence[AlternativeHypothesis], label: str) -> tuple[Replacement, ...]:
+    """Combinations of laws in place of one and perhaps of others, the most probable first."""
+    found: dict[tuple[tuple[str, ...], tuple[str, ...]], float] = {}
+    for one in several:
+        if label in one.gone and all(c.named for c in one.come):
+            come = tuple(sorted(c.source.label for c in one.come))
+            others = tuple(sorted(other.partition(" #")[0] for other in one.gone if other != label))
+            found[come, others] = max(found.get((come, others), 0.0), one.odds)
+    ranked = sorted(found.items(), key=lambda item: -item[1])
+    return tuple(Replacement(come, odds, others) for (come, others), odds in ranked)
