@@ -147,7 +147,8 @@ def _others(points: Array, gauge: Gauge, blocks: tuple[int, int], explains: Expl
         others = f" (and {len(fitting) - 1} other pairs as far apart)" if len(fitting) > 1 else ""
         ideas.append(f"blocks {fitting[0][0]} and {fitting[0][1]}{others}; state them with {{}}")
     whole, part = list[str](), list[str]()  # a gauge whose first and last block fit is likelier than one of many pairs
-    for other in gauges_at_hand(gauge):
+    own_fits = _fits(points, gauge, blocks)  # then the distance says nothing for another gauge
+    for other in gauges_at_hand(gauge) if not own_fits else ():
         ends = (1, other.n_blocks)
         pair = ends if _fits(points, other, ends) else next(iter(_fitting(points, other)), None)
         if pair and explains(points, pair, other):

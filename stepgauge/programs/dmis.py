@@ -300,7 +300,7 @@ class Dmis(Control):
 DIALECTS = (
     Dialect(
         "dmis",
-        "DMIS 5.2",
+        "DMIS 5.2 (PC-DMIS, Calypso, ..)",
         ".dmi",
         Dmis,
         recognises,

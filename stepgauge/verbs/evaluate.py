@@ -80,7 +80,8 @@ def evaluate(
     ----------
     mpe : maximum permissible error "A + L/K" or "min(A + L/K, B)", um with L in mm, to compare with;
         default: that of ``machine``
-    machine : machine file, for the maximum permissible error that it states and the travel of figures
+    machine : machine file, for its maximum permissible error, whether it corrects its readings to 20 deg C, and the
+        travel of figures
 
     Returns
     -------
@@ -101,7 +102,7 @@ def evaluate(
 
     from stepgauge.evaluation.evaluate import evaluate as evaluate_recording
     from stepgauge.recording import join_recordings
-    from stepgauge.recording.conventions import state_convention
+    from stepgauge.recording.conventions import state_convention, with_convention
     from stepgauge.standards.conformity import limit_of
     from stepgauge.verbs.inputs import as_blocks, as_gauge, as_machine, as_placements, as_recordings
 
@@ -111,7 +112,7 @@ def evaluate(
     lies = as_placements(placements, steps)
     tables = as_recordings(recordings)
     whole = tables[0] if len(tables) == 1 else join_recordings(tables)
-    whole = state_convention(whole, temperature_convention)
+    whole = with_convention(state_convention(whole, temperature_convention), None if cmm is None else cmm.table)
     whole = whole.with_comments(measured_at=measured_at, machine=machine_name)
     found = evaluate_recording(whole, steps, section, cast("REffOrigin", r_eff_origin), lies, correct_drift)
     limit = limit_of(found.comments, cmm, asked=mpe)

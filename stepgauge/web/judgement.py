@@ -33,6 +33,8 @@ def verdict(words: Words, judged: Conformity) -> dict[str, Any]:
         words("result.mpe_is", mpe=words.decimal(judged.mpe.with_units())),
         words("result.worst", face=worst.face, u=u, **numbers),
     ]
+    if judged.prevented:
+        lines.append(words.message(judged.prevented))
     if judged.missing and not judged.prevented:
         lines.append(words("result.lacking", what=", ".join(source_name(words, one) for one in judged.missing)))
     probabilities = [one.probability for one in judged.faces if one.probability is not None]

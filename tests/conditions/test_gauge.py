@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import stepgauge as sg
 from stepgauge.conditions import Conditions, State
 from stepgauge.conditions.certificate import table_conditions
 from stepgauge.conditions.drift import drift_rate
@@ -86,6 +87,17 @@ def test_a_cmm_that_corrects_to_20_is_a_question_until_somebody_says_so() -> Non
     np.testing.assert_allclose(as_read.xm_um, asked.xm_um)
     last = np.flatnonzero(np.isfinite(own.xm_um))[-1]
     assert as_read.xm_um[last] - own.xm_um[last] == pytest.approx(-23e-6 * as_read.position_mm[last] * 1e3, abs=0.2)
+
+
+def test_evaluate_takes_the_convention_of_the_machine_file() -> None:
+    """As the message that asks for it says."""
+    good, machine = at(measured(3, 5), 22.0), make_machine()
+    asked = sg.evaluate(good, GAUGE, machine=machine)
+    assert asked.results[0].conditions.preventing
+    table = machine.table.model_copy(update={"temperature_convention": "corrected_to_20"})
+    said = sg.evaluate(good, GAUGE, machine=replace(machine, table=table))
+    assert not said.results[0].conditions.preventing
+    np.testing.assert_allclose(said.results[0].xm_um, result(measured(3, 5)).xm_um, atol=1e-6)
 
 
 def test_nominal_differential_expansion_corrects_scales_and_gauge() -> None:

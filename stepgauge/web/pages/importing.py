@@ -58,6 +58,7 @@ class Answer:
 def show(request: Request) -> Response:
     """The form; what it leads to follows as soon as there is something to read."""
     from stepgauge.axis.sensors import SENSORS
+    from stepgauge.recording.conventions import CONVENTIONS
 
     site = site_of(request)
     ready = site.has_project and Path(site.placement).exists()
@@ -66,6 +67,7 @@ def show(request: Request) -> Response:
         "importing.html.j2",
         ready=ready,
         sensors=SENSORS,
+        conventions=CONVENTIONS,
         name=relative(site.folder, str(free_name(site.folder, FIRST_NAME))),
         programs=listed(site.folder, PROGRAMS, deep=1),
         saved=request.query_params.get("saved", ""),
@@ -131,6 +133,8 @@ def _known(site: Site, form: Form) -> Iterable[tuple[str, Any]]:
         yield "program", str(existing(site.folder, form.text("program")))
     if form.has("gauge_temperature"):
         yield "gauge_temperature_C", form.number("gauge_temperature", -20.0, 60.0)
+    if form.text("temperature_convention"):
+        yield "temperature_convention", form.text("temperature_convention")
 
 
 def save(request: Request, form: Form) -> Response:

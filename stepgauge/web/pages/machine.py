@@ -31,7 +31,6 @@ KINDS: Mapping[str, Mapping[str, Any]] = {
         "pretravel_um": 3.0,
         "stylus_length_mm": 50.0,
         "stylus_diameter_mm": 2.5,
-        "mpe": (2.0, 300.0),
     },
     "gantry": {
         "travel": ((0, 3000), (0, 5000), (0, 2000)),
@@ -42,7 +41,6 @@ KINDS: Mapping[str, Mapping[str, Any]] = {
         "pretravel_um": 6.0,
         "stylus_length_mm": 100.0,
         "stylus_diameter_mm": 5.0,
-        "mpe": (5.0, 200.0),
     },
     "machine_tool": {
         "travel": ((-400, 400), (-250, 250), (0, 500)),
@@ -53,7 +51,6 @@ KINDS: Mapping[str, Mapping[str, Any]] = {
         "pretravel_um": 9.0,
         "stylus_length_mm": 50.0,
         "stylus_diameter_mm": 4.0,
-        "mpe": None,
     },
     "small_mill": {
         "travel": ((0, 300), (0, 300), (-80, 0)),
@@ -64,10 +61,10 @@ KINDS: Mapping[str, Mapping[str, Any]] = {
         "pretravel_um": 10.0,
         "stylus_length_mm": 30.0,
         "stylus_diameter_mm": 1.2,
-        "mpe": None,
     },
 }
-"""Kinds of machines with values as such machines have them: to begin with, each shown and to be changed."""
+"""Kinds of machines with values as such machines have them, each shown and to be changed; none has a limit: what the
+maker of a machine permits is not that of its kind, and pass or fail would rest on it."""
 OF_MACHINE = ("name", "serial", "repeatability_um", "measuring_speed_mm_s", "travel_speed_mm_s")
 THERMAL = ("temperature_C", "scale_expansion_per_K", "temperature_convention")
 OF_PROBE = ("tip_radius_mm", "pretravel_um", "stylus_length_mm", "stylus_diameter_mm")
@@ -144,8 +141,7 @@ def values_of_kind(kind: str, fields: Mapping[str, tuple[Field, ...]]) -> dict[s
         for axis, pair in zip("xyz", usual["travel"], strict=True)
         for end, value in zip(("low", "high"), pair, strict=True)
     }
-    limit = dict(zip(("mpe_constant", "mpe_divisor"), usual["mpe"] or ("", ""), strict=True))
-    known = {**usual, **low_high, **limit, "temperature_C": 20.0, "scale_expansion_per_K": 11.5e-6}
+    known = {**usual, **low_high, "temperature_C": 20.0, "scale_expansion_per_K": 11.5e-6}
     return {one.name: one.shown(known.get(one.name)) for some in fields.values() for one in some}
 
 

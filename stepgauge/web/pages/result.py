@@ -53,13 +53,18 @@ def show(request: Request) -> Response:
         evaluation_file(site, chosen)
     elif names:
         chosen = names[0]
-    placements = [one["placement"] for one in read_evaluation(site, chosen)["placements"]] if chosen else []
+    placements, stale = [], None
+    try:
+        placements = [one["placement"] for one in read_evaluation(site, chosen)["placements"]] if chosen else []
+    except InputError as error:
+        stale = error
     return render(
         request,
         "result.html.j2",
         names=names,
         chosen=chosen,
         placements=placements,
+        stale=stale,
         errors=ERRORS,
         recordings=recording_files(site),
     )
@@ -205,6 +210,18 @@ def evaluate(request: Request, form: Form) -> Response:
     return render(request, "work.html.j2", work=work)
 
 
+def evaluate_again(request: Request, form: Form) -> Response:
+    """``stepgauge evaluate`` of the recordings of an evaluation, whose files have changed since, into its folder."""
+    from stepgauge.reports.made_from import recordings_of
+
+    site = site_of(request)
+    name = relative(site.folder, form.text("evaluation"))
+    made_from = recordings_of(read_evaluation(site, name, with_inputs=False), evaluation_file(site, name))
+    recordings = [relative(site.folder, str(one)) for one in made_from]
+    then = f"/result?{urlencode({'evaluation': name})}"
+    return render(request, "work.html.j2", work=site.works.start(["evaluate", *recordings, "-o", name], then))
+
+
 def _own_folder(site: Site, verb: str, kind: str, recording: str) -> str:
     """Where the result of a recording goes: the usual folder, or one of its own where that is taken."""
     from stepgauge.project.create import OUTPUTS, RESULTS
@@ -231,5 +248,6 @@ ROUTES = [
     Route("/result/probings.json", probings_json),
     Route("/result/diagnose", with_form(diagnose), methods=["POST"]),
     Route("/result/evaluate", with_form(evaluate), methods=["POST"]),
+    Route("/result/again", with_form(evaluate_again), methods=["POST"]),
     Route("/result/budget", with_form(write_budget), methods=["POST"]),
 ]
