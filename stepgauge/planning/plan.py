@@ -23,6 +23,8 @@ ROUTES = ("side", "over")
 ORDERS = ("blocks", "fronts-backs", "up-down")
 LIFT_MM = 20.0
 """Extra height of the point above the gauge where a program starts and ends unless a home is given."""
+MOST_BEFORE_MM = 25.0
+"""How far before the first face a program starts at most: a bar of two blocks far apart has a pitch of its length."""
 
 
 @dataclass(frozen=True)
@@ -175,11 +177,11 @@ class _Planner:
         return self._contact(face) - np.array([_direction(face) * self.settings.standoff_mm, 0.0, 0.0])
 
     def _before_first(self, face: int) -> Array:
-        """First position above the gauge: one block pitch before the first stand-off."""
+        """First position above the gauge: one block pitch before the first stand-off, of wide gaps less."""
         front = self.gauge.position_mm[0::2]
         block = (face - 1) // 2
         pitch = front[block] - front[block - 1] if block else front[1] - front[0]
-        return self._standoff(face) - np.array([pitch, 0.0, 0.0])
+        return self._standoff(face) - np.array([min(pitch, MOST_BEFORE_MM), 0.0, 0.0])
 
     def _aside(self) -> Array:
         table, ball = self.gauge.table, self.settings.tip_radius_mm + self.options.clearance_mm
