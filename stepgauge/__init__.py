@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from stepgauge.errors import InputError as InputError
     from stepgauge.errors import ProgramStoppedError as ProgramStoppedError
     from stepgauge.evaluation.evaluate import Evaluation as Evaluation
+    from stepgauge.files.stored import StoredResult as StoredResult
     from stepgauge.fleet.hierarchical.answer import FleetInference as FleetInference
     from stepgauge.fleet.hierarchical.watching import FleetWatch as FleetWatch
     from stepgauge.gauge.certified import Gauge as Gauge
@@ -71,6 +72,7 @@ if TYPE_CHECKING:
     from stepgauge.verbs.probe import qualify_probe as qualify_probe
     from stepgauge.verbs.reading import read_evaluation as read_evaluation
     from stepgauge.verbs.reading import read_placement as read_placement
+    from stepgauge.verbs.reading import read_result as read_result
     from stepgauge.verbs.report import report as report
     from stepgauge.verbs.serve import serve as serve
     from stepgauge.verbs.simulate import simulate as simulate
@@ -133,6 +135,7 @@ _PLACES = {
     "read_placement": "verbs.reading",
     "read_probe_map": "probes.directions_map",
     "read_recording": "recording",
+    "read_result": "verbs.reading",
     "report": "verbs.report",
     "simulate": "verbs.simulate",
     "watch_fleet": "verbs.fleet_work",
@@ -152,6 +155,7 @@ _PLACES = {
     "Recording": "recording",
     "Run": "machine.virtual",
     "StoredBudget": "standards.budget_files",
+    "StoredResult": "files.stored",
 }
 """Every public name, and the module that has it."""
 __all__ = ["__version__", "inference", *_PLACES]

@@ -107,6 +107,7 @@ read_machine(name)
 read_placement(path, gauge)
 read_probe_map(path)
 read_recording(path)
+read_result(path)
 report(results, output, *, gauge=None, placements=(), machine=None, budget=None, certificate=None, mpe=None,
     interactive=False, recordings=(), **statement)
 serve(machine, gauge, placement, *, faults=None, speed=1.0, port=1294, host="127.0.0.1", further_styli=(),
@@ -138,6 +139,7 @@ Evaluation.plot(self, axes=None, placement=None, *, before=None)
 Evaluation.write(self, folder, figure="png")
 FleetInference.summary(self)
 FleetInference.to_frame(self)
+FleetInference.plot(self, axes=None)
 FleetInference.write(self, path)
 FleetWatch.summary(self)
 FleetWatch.to_frame(self)
@@ -168,6 +170,9 @@ StoredBudget.summary(self)
 StoredBudget.to_frame(self)
 StoredBudget.plot(self, axes=None, placement=None)
 StoredBudget.write(self, folder, figure="png")
+StoredResult.summary(self)
+StoredResult.to_frame(self)
+StoredResult.plot(self, axes=None)
 """
 
 

@@ -15,6 +15,7 @@ from stepgauge.conditions import stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Plotted, Summarized, as_lines, figures
+from stepgauge.files.stored import result_shown
 from stepgauge.files.text import write_text
 from stepgauge.recording.simulated import is_simulated
 
@@ -63,7 +64,7 @@ class Compensation(Plotted):
 
     def write(self, path: str | Path) -> list[Path]:
         """Write the controller's file and ``<name>.json``; returns their paths."""
-        with open_set():
+        with open_set(lambda: result_shown(self)):
             return write_table(path, self.text, self.table, self.known)
 
     def draw(self, path: str | Path) -> list[Path]:

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from stepgauge.compensation.result import Compensation
 from stepgauge.compensation.table import CompensationTable
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
 
@@ -44,15 +45,25 @@ def compensation_figure(table: CompensationTable) -> Figure:
         errors = figure.subplots(
             2 if both else 1, 1, sharex=True, squeeze=False, height_ratios=[3, 1] if both else [1]
         )[0, 0]
-        errors.axhline(0.0, color=GREY, linewidth=0.7)
-        for curve in _curves(table):
-            _draw(errors, table.position_mm, curve)
-        _mark_zero(errors, table.zero_at_mm)
+        _draw_errors(errors, table)
         if both:
             _draw_reversal(figure.axes[1], table)
         _label(figure.axes, table)
         _add_legend(figure, _curves(table))
     return figure
+
+
+def draw_table(axes: Axes, compensation: Compensation) -> None:
+    """Draw the errors of a table by coordinate and direction of travel, with two standard uncertainties, on axes."""
+    _draw_errors(axes, compensation.table)
+    _label([axes], compensation.table)
+
+
+def _draw_errors(axes: Axes, table: CompensationTable) -> None:
+    axes.axhline(0.0, color=GREY, linewidth=0.7)
+    for curve in _curves(table):
+        _draw(axes, table.position_mm, curve)
+    _mark_zero(axes, table.zero_at_mm)
 
 
 def _marks(curves: Sequence[Curve]) -> tuple[tuple[Line2D, ...], tuple[Patch, ...]]:

@@ -16,6 +16,7 @@ from matplotlib.patches import Patch
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
 from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.history.entries import QUANTITIES
+from stepgauge.history.result import History
 from stepgauge.history.series import Series
 
 WIDTH_MM, PANEL_MM, HEAD_MM = 170.0, 38.0, 26.0
@@ -36,6 +37,22 @@ def draw_history(path: str | Path, series: Sequence[Series], limits: Mapping[str
     save_figure(history_figure(series, limits, machine), path, simulated)
 
 
+def draw_scale(axes: Axes, history: History) -> None:
+    """Draw the scale errors by date on axes, a colour and a marker per direction of the gauge, with their limit."""
+    _draw_quantity(axes, "scale_ppm", history.series, history.limits)
+    _dates(axes)
+
+
+def _draw_quantity(axes: Axes, name: str, series: Sequence[Series], limits: Mapping[str, float]) -> None:
+    directions = sorted({one.direction for one in series})
+    for one in series:
+        if one.quantity == name:
+            _draw(axes, one, directions.index(one.direction))
+    _limits(axes, limits.get(name), QUANTITIES[name].signed)
+    axes.set_ylabel(LABELS[name])
+    axes.spines[["top", "right"]].set_visible(False)
+
+
 def history_figure(series: Sequence[Series], limits: Mapping[str, float], machine: str) -> Figure:
     """One panel per quantity, a colour and a marker per direction of the gauge."""
     directions = sorted({one.direction for one in series})
@@ -44,12 +61,7 @@ def history_figure(series: Sequence[Series], limits: Mapping[str, float], machin
         figure = new_figure(WIDTH_MM, HEAD_MM + PANEL_MM * len(QUANTITIES) * (0.5 if single else 1.0))
         panels = figure.subplots(len(QUANTITIES), 1, sharex=True)
         for axes, name in zip(panels, QUANTITIES, strict=True):
-            for one in series:
-                if one.quantity == name:
-                    _draw(axes, one, directions.index(one.direction))
-            _limits(axes, limits.get(name), QUANTITIES[name].signed)
-            axes.set_ylabel(LABELS[name])
-            axes.spines[["top", "right"]].set_visible(False)
+            _draw_quantity(axes, name, series, limits)
         if single:
             _single_date(panels, series)
         else:

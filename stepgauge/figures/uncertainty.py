@@ -10,6 +10,7 @@ import numpy as np
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
 from stepgauge.files.arrays import Array
 from stepgauge.montecarlo.model import MonteCarloModel, PlacementReadings
+from stepgauge.montecarlo.result import MonteCarloBudget
 from stepgauge.montecarlo.summary import Summary
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.budget_sources import LABELS
@@ -37,6 +38,12 @@ def draw_uncertainty(folder: str | Path, model: MonteCarloModel, summary: Summar
             save_figure(figure, path, model.sign < 0 and is_simulated(model.nominal.comments))
         paths.append(path)
     return paths
+
+
+def draw_distribution(axes: Axes, budget: MonteCarloBudget) -> None:
+    """Draw the mean error XM of the first placement with its interval along the gauge on axes."""
+    _draw_interval(axes, budget.model, budget.distributions, budget.model.parts[0])
+    axes.set_xlabel("position along the gauge (mm)")
 
 
 def _of_xm(summary: Summary, values: Array, part: PlacementReadings) -> Array:

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from stepgauge.errors import InputError, PartlyDoneError
 from stepgauge.files.checksum import file_digest
@@ -49,8 +50,8 @@ PLAIN_NAMES = {
 class OutputSet:
     """Files that are written aside (``staged``: by the place they will take), and those that were ``read`` for them.
 
-    ``sources``: what the results among those were made from; ``afterwards``: what is done once they have taken their
-    places.
+    ``sources``: what the results among those were made from; ``said``: lines and table of the result that is written;
+    ``afterwards``: what is done once they have taken their places.
     """
 
     process: int = field(default_factory=os.getpid)
@@ -58,6 +59,7 @@ class OutputSet:
     made: list[Path] = field(default_factory=list)
     read: dict[Path, str | None] = field(default_factory=dict)
     sources: set[Path] = field(default_factory=set)
+    said: Callable[[], dict[str, Any]] | None = None
     afterwards: list[Callable[[], None]] = field(default_factory=list)
 
     def commit(self) -> None:
@@ -125,10 +127,25 @@ def one_set() -> Iterator[OutputSet]:
 
 
 @contextmanager
-def open_set() -> Iterator[None]:
-    """The set of the verb that runs; one of its own where a program writes a result without a verb."""
+def open_set(said: Callable[[], dict[str, Any]] | None = None) -> Iterator[None]:
+    """The set of the verb that runs; one of its own where a program writes a result without a verb.
+
+    ``said``: what the JSON file of the result says besides, to be read back (:mod:`stepgauge.files.stored`).
+    """
     with nullcontext() if _current() is not None else one_set():
-        yield
+        files = _current()
+        assert files is not None
+        before, files.said = files.said, said
+        try:
+            yield
+        finally:
+            files.said = before
+
+
+def shown_of_result() -> dict[str, Any]:
+    """Lines and table of the result that is written now; nothing where it is read back in another way."""
+    files = _current()
+    return {} if files is None or files.said is None else files.said()
 
 
 @contextmanager

@@ -50,10 +50,10 @@ class Plotted(Summarized):
     """What can also be drawn.
 
     ``drawn_by`` names the function of :mod:`stepgauge.figures` that draws the result on given axes: figures stand above
-    the results, so it is imported when a figure is asked for.
+    the results, so it is imported when a figure is asked for. By default it is the table that is drawn.
     """
 
-    drawn_by: ClassVar[str]
+    drawn_by: ClassVar[str] = "table.draw_table"
 
     def plot(self, axes: Axes | None = None) -> Axes:
         """Draw the result on ``axes``, or on new ones of pyplot; returns the axes."""

@@ -10,7 +10,7 @@ from typing import Any
 
 from stepgauge.errors import InputError, reader, reading
 from stepgauge.files.checksum import check_text, file_digest, is_whole, seal_text, with_checksum
-from stepgauge.files.outputs import inputs, is_source, one_set, place_of, replacing, was_read
+from stepgauge.files.outputs import inputs, is_source, one_set, place_of, replacing, shown_of_result, was_read
 
 __all__ = [
     "as_text",
@@ -141,7 +141,7 @@ def write_json(path: str | Path, data: Any, at_once: bool = False) -> None:
     if isinstance(data, dict) and "format" in data:
         made_from = [_input(place, sha256, Path(path)) for place, sha256 in inputs().items()]
         key = "made_from" if "inputs" in data else "inputs"  # a Monte Carlo has inputs of another sort
-        data = {**data, **({key: made_from} if made_from else {})}
+        data = {**data, **shown_of_result(), **({key: made_from} if made_from else {})}
     write_text(path, result_text(data), at_once=at_once)
 
 

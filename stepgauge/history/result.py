@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar
 from stepgauge.errors import InputError
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Plotted, figures
+from stepgauge.files.stored import result_shown
 from stepgauge.history.entries import QUANTITIES, DateFrom, HistoryEntry, of_one_machine
 from stepgauge.history.files import write_history
 from stepgauge.history.series import Alert, Series, false_warning_words, judge, make_series
@@ -46,7 +47,7 @@ class History(Plotted):
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``history.json``, ``history.csv`` and the figure into a folder; returns the paths, the store's too."""
         drawing = Path(folder) / f"history.{figure}"
-        with open_set():
+        with open_set(lambda: result_shown(self)):
             written = write_history(folder, self.series, self.warnings, self.limits)
             figures("history").draw_history(drawing, self.series, self.limits, self.entries[0].machine)
         return [*written, drawing, *([self.store] if self.store else [])]

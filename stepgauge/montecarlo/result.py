@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Plotted, as_lines, figures
+from stepgauge.files.stored import result_shown
 from stepgauge.montecarlo.files import summary_to_dict, write_summary
 from stepgauge.montecarlo.model import MonteCarloModel
 from stepgauge.montecarlo.run import Progress, run_monte_carlo
@@ -60,7 +61,7 @@ class MonteCarloBudget(Plotted):
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``uncertainty.json``, ``uncertainty.csv`` and a figure per placement; returns the paths."""
-        with open_set():
+        with open_set(lambda: result_shown(self)):
             drawn = figures("uncertainty").draw_uncertainty(folder, self.model, self.distributions, figure)
             return [*write_summary(folder, self.model, self.distributions), *drawn]
 

@@ -101,6 +101,7 @@ def _row(push: BenchSeries, events: Events) -> list[object]:
 def session_to_dict(session: BenchSession, coverage_factor: float) -> dict[str, Any]:
     """Directions, anisotropy and uncertainty as JSON types."""
     return {
+        "format": "stepgauge bench 1",
         "directions": [dataclasses.asdict(result) for result in session.directions],
         "anisotropy": dataclasses.asdict(session.anisotropy),
         "uncertainty": _uncertainty(session, coverage_factor),

@@ -24,7 +24,7 @@ WITH_TIP = naming("tip_diameter_mm", words="a qualification made with {}")
 LARGEST_PRETRAVEL_SHARE = 0.1
 """Pre-travel over tip radius above which a stated diameter must be wrong."""
 KIND = "qualification"
-_ABOUT = ("format", "stepgauge", "inputs", "checksum")
+_ABOUT = ("format", "stepgauge", "inputs", "result", "checksum")
 Method = Literal["lobed", "mean"]
 Positive = Annotated[float, Field(gt=0.0)]
 

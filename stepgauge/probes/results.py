@@ -13,7 +13,8 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.dates import moment_now
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Summarized, figures
+from stepgauge.files.shown import Plotted, figures
+from stepgauge.files.stored import result_shown
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_text
 from stepgauge.physics.directions import evenly_spread_points, iso_10360_5_points
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class SpherePoints(Summarized):
+class SpherePoints(Plotted):
     """Tip centres in mm and approaches, ``rows`` of shape ``(n, 6)``, of a probe on a sphere at the origin."""
 
     rows: Array
@@ -77,7 +78,7 @@ def probed_sphere(probe: Probe, diameter_mm: float, count: int, scatter_um: floa
 
 
 @dataclass(frozen=True, repr=False)
-class Qualified(Summarized):
+class Qualified(Plotted):
     """A ``qualification``, and the directions in which the sphere was approached, ``(n, 3)``."""
 
     qualification: Qualification
@@ -120,7 +121,8 @@ class Qualified(Summarized):
 
     def write(self, path: str | Path) -> None:
         """Write the qualification (JSON), which ``read_qualification`` reads."""
-        write_qualification(path, self.qualification)
+        with open_set(lambda: result_shown(self)):
+            write_qualification(path, self.qualification)
 
     def draw(self, path: str | Path) -> None:
         """Residuals before and after, as a figure in a file."""
@@ -128,7 +130,7 @@ class Qualified(Summarized):
 
 
 @dataclass(frozen=True, repr=False)
-class Compensated(Summarized):
+class Compensated(Plotted):
     """Points without the pre-travel, and the spheres through them where they lie on one."""
 
     points: CompensatedPoints
@@ -181,7 +183,7 @@ def compensated(
 
 
 @dataclass(frozen=True, repr=False)
-class BenchResult(Summarized):
+class BenchResult(Plotted):
     """The pushes of a bench and what they give by direction."""
 
     session: BenchSession
@@ -208,7 +210,7 @@ class BenchResult(Summarized):
 
     def write(self, path: str | Path) -> list[Path]:
         """Write one row per push (CSV), and directions and budget (JSON); returns the paths."""
-        with open_set():
+        with open_set(lambda: result_shown(self)):
             return write_bench(path, self.session, self.coverage_factor)
 
     def draw(self, path: str | Path) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Summarized, as_lines
+from stepgauge.files.stored import result_shown
 from stepgauge.reports.page import UserStatements
 
 if TYPE_CHECKING:
@@ -55,5 +56,5 @@ class StandardTest(Summarized):
         """Write JSON, CSV, figures and the report (PDF) into a folder; returns the paths, and notes on the report."""
         import datetime
 
-        with open_set():
+        with open_set(lambda: result_shown(self)):
             return self.reported(Path(folder), stated or UserStatements(datetime.date.today()), template, figure)

@@ -47,6 +47,35 @@ def read_evaluation(path: File, gauge: File | Gauge) -> Evaluation:
     return Evaluation(steps, (first, last), data["r_eff_origin"], results, data["recording"], data["comments"])
 
 
+def read_result(path: File) -> Any:
+    """Read any result from its file, or from the folder that holds one, whatever verb wrote it.
+
+    Parameters
+    ----------
+    path : the JSON file of a result, or its folder
+
+    Returns
+    -------
+    A diagnosis or a budget as :func:`read_diagnosis` and :func:`read_budget` give it; of any other verb a
+    ``StoredResult`` with the same ``summary()`` and ``to_frame()``, and ``values``, all that the file states.
+
+    Raises
+    ------
+    InputError
+        a file that is no result, that was changed, or that needs its gauge (``read_evaluation``)
+    """
+    from stepgauge.diagnosis.result import read_diagnosis
+    from stepgauge.errors import InputError
+    from stepgauge.files.stored import read_stored, stored_kind
+    from stepgauge.standards.budget_files import read_budget
+
+    kind, file = stored_kind(path)
+    if kind == "evaluation":
+        raise InputError(path, "an evaluation is read with its gauge", expected="read_evaluation(path, gauge)")
+    own = {"diagnosis": read_diagnosis, "budget": read_budget}
+    return own[kind](file) if kind in own else read_stored(file)
+
+
 def _result(stored: dict[str, Any]) -> PlacementResult:
     """One placement of ``evaluation.json``."""
     rows = stored["faces"]

@@ -1,0 +1,89 @@
+"""A result that is read back from its JSON file: what was said of it, and its table.
+
+Whoever writes a result gives ``open_set`` its :func:`result_shown`; whatever the result was, :func:`read_stored` gives
+it back with the same lines and the same table.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stepgauge.errors import InputError
+from stepgauge.files.shown import Plotted, Summarized
+from stepgauge.files.text import read_json, read_result
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+RESULT, SUMMARY, TABLE = "result", "summary", "table"
+"""Key in the file of a result, with its lines and its table by column."""
+
+
+def result_shown(result: Summarized) -> dict[str, Any]:
+    """Lines and table of a result in JSON types: undefined numbers as null, dates as text."""
+    frame = result.to_frame()
+    table = {str(name): [_plain(value) for value in frame[name].tolist()] for name in frame.columns}
+    return {RESULT: {SUMMARY: result.summary().split("\n"), TABLE: table}}
+
+
+def _plain(value: Any) -> Any:
+    if value is None or isinstance(value, bool | int | str | list | dict):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value.isoformat() if hasattr(value, "isoformat") else str(value)
+
+
+@dataclass(frozen=True, repr=False)
+class StoredResult(Plotted):
+    """A result as its file has it: its ``kind`` and its ``values`` by key."""
+
+    kind: str
+    values: Mapping[str, Any]
+
+    def summary(self) -> str:
+        """The lines that were printed when it was made."""
+        return "\n".join(self.values[RESULT][SUMMARY])
+
+    def to_frame(self) -> pd.DataFrame:
+        """The table that the result had; NaN where a number is undefined."""
+        import pandas as pd
+
+        columns = self.values[RESULT][TABLE]
+        numeric = {name for name, cells in columns.items() if any(isinstance(one, float) for one in cells)}
+        return pd.DataFrame(columns).astype(dict.fromkeys(numeric, float))
+
+    def __repr__(self) -> str:
+        """As that of every result, with the kind in front."""
+        return f"{self.kind}: {super().__repr__()}"
+
+
+def stored_kind(path: str | Path) -> tuple[str, Path]:
+    """The noun of the result that a file, or the only one of a folder, holds (:class:`InputError` if there is none)."""
+    place = Path(path)
+    files = sorted(place.glob("*.json")) if place.is_dir() else [place]
+    known = {file: kind for file in files if (kind := _kind(file))}
+    if len(known) != 1:
+        found = ", ".join(file.name for file in known) or "none"
+        raise InputError(path, "not one result of stepgauge", found=found, expected="a folder with one, or the file")
+    ((file, kind),) = known.items()
+    return kind, file
+
+
+def _kind(path: Path) -> str:
+    data = read_json(path)
+    stated = str(data.get("format", "")) if isinstance(data, dict) else ""
+    return stated.removeprefix("stepgauge ").removesuffix(" 1") if stated.startswith("stepgauge ") else ""
+
+
+def read_stored(path: str | Path) -> StoredResult:
+    """A result from its file or folder; :class:`InputError` for one that was changed, or does not say its table."""
+    kind, file = stored_kind(path)
+    data = read_result(file, kind)
+    if RESULT not in data:
+        raise InputError(file, f"this {kind} does not say its table", expected="a result that is read back")
+    return StoredResult(kind, data)
