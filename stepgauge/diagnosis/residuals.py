@@ -19,6 +19,7 @@ from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import machine_effects
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.columns import STYLUS
+from stepgauge.recording.conventions import with_convention
 from stepgauge.recording.identity import axis_from_approaches, certified_mm, check_recording
 
 FEWEST_ROWS = 12
@@ -170,12 +171,13 @@ def make_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Resi
             found=f"{len(frame)} probings",
             expected=f"at least {FEWEST_ROWS} probings",
         )
-    check_recording(recording, gauge)
+    check_recording(with_convention(recording, machine.table), gauge)
     return unchecked_residuals(recording, gauge, machine)
 
 
 def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Residuals:
     """The same for a recording that is known to be of this gauge."""
+    recording = with_convention(recording, machine.table)
     frame = recording.frame.reset_index(drop=True)
     face = frame["face"].to_numpy()
     numbers, placement = np.unique(frame["placement"].to_numpy(), return_inverse=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any, cast
 
@@ -22,15 +22,29 @@ from stepgauge.fleet.store import Fleet
 from stepgauge.fleet.working import Progress, work_in_batches
 from stepgauge.history.entries import make_entry
 from stepgauge.planning.plan import parse_blocks
+from stepgauge.recording.conventions import state_convention, with_convention
 
 _UNKNOWN = datetime.datetime(1, 1, 1)
+
+
+@dataclass(frozen=True)
+class EvaluationChoices:
+    """How the recordings of a store are evaluated; what each field means is the verb ``evaluate``'s to say.
+
+    ``blocks``: ``"1:21"``, None: what each recording measured. A convention that a recording states and that is another
+    one is an error of that recording.
+    """
+
+    blocks: str | None = None
+    r_eff_origin: str = "first"
+    temperature_convention: str | None = None
+    correct_drift: bool = False
 
 
 def evaluate_fleet(
     fleet: Fleet,
     engine: Engine,
-    blocks: str | None = None,
-    r_eff_origin: str = "first",
+    choices: EvaluationChoices | None = None,
     progress: Progress | None = None,
 ) -> list[str]:
     """Evaluate the recordings that have no evaluation with these options; returns why some cannot be, a line each.
@@ -41,26 +55,30 @@ def evaluate_fleet(
     Parameters
     ----------
     fleet, engine : the store, and who does the work
-    blocks : first and last block of the used section, ``"1:21"``; default: what each recording measured
-    r_eff_origin : effective radius from the ``"first"`` used block or from ``"all"``
+    choices : how each is evaluated; default: as usual
     progress : told how many of how many recordings are done
     """
-    table = Results(fleet, "evaluations", {"blocks": blocks, "r_eff_origin": r_eff_origin})
-    return work_in_batches(table, engine, partial(evaluate_batch, blocks=blocks, r_eff_origin=r_eff_origin), progress)
+    chosen = choices or EvaluationChoices()
+    table = Results(fleet, "evaluations", asdict(chosen))
+    return work_in_batches(table, engine, partial(evaluate_batch, choices=chosen), progress)
 
 
-def evaluate_batch(given: Batch | StoredBatch, blocks: str | None, r_eff_origin: str) -> Any:
+def evaluate_batch(given: Batch | StoredBatch, choices: EvaluationChoices) -> Any:
     """The evaluations of a batch as an Arrow table of :data:`~stepgauge.fleet.schema.EVALUATIONS`."""
     batch = opened(given)
-    rows = [row for one in batch.stored for row in _evaluated(batch, one, blocks, cast(REffOrigin, r_eff_origin))]
+    rows = [row for one in batch.stored for row in _evaluated(batch, one, choices)]
     return arrow_library().Table.from_pylist(rows, arrow_schema(EVALUATIONS))
 
 
-def _evaluated(batch: Batch, one: Stored, blocks: str | None, r_eff_origin: REffOrigin) -> Iterator[dict[str, Any]]:
+def _evaluated(batch: Batch, one: Stored, choices: EvaluationChoices) -> Iterator[dict[str, Any]]:
     try:
         gauge = batch.gauge(one)
-        section = parse_blocks(blocks, gauge) if blocks else None
-        found = evaluate(one.recording(), gauge, section, r_eff_origin, batch.placements(one))
+        section = parse_blocks(choices.blocks, gauge) if choices.blocks else None
+        recording = state_convention(one.recording(), choices.temperature_convention)
+        if one.machine_file is not None:
+            recording = with_convention(recording, batch.machine(one).table)
+        origin = cast(REffOrigin, choices.r_eff_origin)
+        found = evaluate(recording, gauge, section, origin, batch.placements(one), choices.correct_drift)
         require_statement(found.conditions.without("dates"), found.path)
     except InputError as error:
         yield {"recording": one.key, "placement": 0, "error": error.as_typed(), "notes": [], "face": []}

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 LIMITS = ("scale", "squareness", "reversal", "certificate_scale", "wear")
 """Written out so that --help needs no numpy; a test compares it with what is watched."""
+EVALUATION = ("blocks", "r_eff_origin", "temperature_convention", "correct_drift")
+"""What is chosen for an evaluation beside the files; a test compares it with what a store keeps of it."""
 
 
 @verb(partly=True)
@@ -28,7 +30,7 @@ def evaluate_fleet(
     scheduler: Scheduler = None,
     memory_MB: Memory = None,
     progress: Progress = None,
-    **choice: Annotated[Any, Of(evaluate, "blocks", "r_eff_origin")],
+    **choice: Annotated[Any, Of(evaluate, *EVALUATION)],
 ) -> "Worked":
     """Evaluate the recordings of a store that have no evaluation with these options.
 
@@ -47,10 +49,12 @@ def evaluate_fleet(
     """
     from stepgauge.executors.choice import engine_of
     from stepgauge.fleet.done import Worked
+    from stepgauge.fleet.evaluating import EvaluationChoices
     from stepgauge.fleet.evaluating import evaluate_fleet as evaluate_stored
     from stepgauge.fleet.store import Fleet
 
-    errors = evaluate_stored(Fleet(store), engine_of(jobs, scheduler, memory_MB), **choice, progress=progress)
+    chosen, engine = EvaluationChoices(**choice), engine_of(jobs, scheduler, memory_MB)
+    errors = evaluate_stored(Fleet(store), engine, chosen, progress)
     return Worked(errors, "evaluated", store)
 
 

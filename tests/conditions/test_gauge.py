@@ -14,6 +14,7 @@ from stepgauge.conditions import Conditions, State
 from stepgauge.conditions.certificate import table_conditions
 from stepgauge.conditions.drift import drift_rate
 from stepgauge.conditions.resolution import step_of
+from stepgauge.diagnosis.residuals import unchecked_residuals
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import PlacementResult, evaluate
 from stepgauge.gauge.certified import Gauge, read_gauge
@@ -89,15 +90,19 @@ def test_a_cmm_that_corrects_to_20_is_a_question_until_somebody_says_so() -> Non
     assert as_read.xm_um[last] - own.xm_um[last] == pytest.approx(-23e-6 * as_read.position_mm[last] * 1e3, abs=0.2)
 
 
-def test_evaluate_takes_the_convention_of_the_machine_file() -> None:
-    """As the message that asks for it says."""
-    good, machine = at(measured(3, 5), 22.0), make_machine()
-    asked = sg.evaluate(good, GAUGE, machine=machine)
-    assert asked.results[0].conditions.preventing
-    table = machine.table.model_copy(update={"temperature_convention": "corrected_to_20"})
-    said = sg.evaluate(good, GAUGE, machine=replace(machine, table=table))
-    assert not said.results[0].conditions.preventing
-    np.testing.assert_allclose(said.results[0].xm_um, result(measured(3, 5)).xm_um, atol=1e-6)
+def test_the_convention_of_the_machine_file_answers_the_question_in_every_verb() -> None:
+    """What the message expects: the convention in the machine file; a recording that states another one keeps it."""
+    good, plain = at(measured(3, 5), 22.0), make_machine()
+    stated = replace(plain, table=plain.table.model_copy(update={"temperature_convention": "corrected_to_20"}))
+    (asked,) = sg.evaluate(good, GAUGE, machine=plain).conditions.of("temperature convention")
+    assert (asked.state, "temperature_convention in the machine file" in asked.expected) == ("prevents", True)
+    found = sg.evaluate(good, GAUGE, machine=stated)
+    np.testing.assert_allclose(found.results[0].xm_um, result(measured(3, 5)).xm_um, atol=1e-6)
+    assert not found.conditions.preventing
+    other = sg.evaluate(good, GAUGE, machine=stated, temperature_convention="as_read")
+    np.testing.assert_allclose(other.results[0].xm_um, result(good).xm_um)
+    warm, cold = (unchecked_residuals(one, GAUGE, stated).um for one in (good, measured(3, 5)))
+    np.testing.assert_allclose(warm, cold, atol=1e-6)
 
 
 def test_nominal_differential_expansion_corrects_scales_and_gauge() -> None:

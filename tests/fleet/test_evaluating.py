@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import pickle
 import subprocess
 import sys
@@ -21,16 +22,18 @@ from stepgauge.fleet.batches import Batch, StoredBatch, opened
 from stepgauge.fleet.budgeting import budget_fleet
 from stepgauge.fleet.content import recording_key
 from stepgauge.fleet.diagnosing import diagnose_fleet
-from stepgauge.fleet.evaluating import evaluate_fleet
+from stepgauge.fleet.evaluating import EvaluationChoices, evaluate_fleet
 from stepgauge.fleet.query import query
 from stepgauge.fleet.results import Results
+from stepgauge.fleet.store import Fleet
 from stepgauge.montecarlo import ModelOptions
 from stepgauge.recording import Recording, read_recording, write_recording
 from stepgauge.standards.budget_files import COLUMNS
 from stepgauge.standards.budgeting import BudgetChoices
-from tests.fleet.made import make_entry, make_fleet
+from stepgauge.verbs.fleet_work import EVALUATION
+from tests.fleet.made import GAUGE, make_entry, make_fleet
 
-OPTIONS = {"blocks": None, "r_eff_origin": "first"}
+OPTIONS = asdict(EvaluationChoices())
 
 
 class Far(InProcess):
@@ -74,6 +77,23 @@ def test_the_evaluations_are_those_of_each_recording_alone(tmp_path: Path, monke
     evaluate_fleet(fleet, Far())
     assert repr(Results(fleet, "evaluations", OPTIONS).read().to_pylist()) == repr(before.to_pylist())
     assert rows[recording_key(bad)]["error"] == errors[0]
+
+
+def test_a_fleet_is_evaluated_with_the_choices_of_one_recording(tmp_path: Path) -> None:
+    """Gauges at 22 deg C: a convention that is stated for all is that of each, as in ``evaluate``."""
+    fleet = Fleet(tmp_path / "fleet", create=True)
+    entry = make_entry(fleet, 1)
+    warm = Recording(entry.recording.frame.assign(gauge_temperature_C=22.0), {}, "warm.csv")
+    fleet.add([replace(entry, recording=warm)])
+    (asked,) = evaluate_fleet(fleet, InProcess())
+    assert "temperature_convention in the machine file" in asked
+    choices = EvaluationChoices(temperature_convention="corrected_to_20", correct_drift=True)
+    assert evaluate_fleet(fleet, InProcess(), choices) == []
+    (row,) = Results(fleet, "evaluations", asdict(choices)).read().to_pylist()
+    alone = sg.evaluate(warm, GAUGE, temperature_convention="corrected_to_20", correct_drift=True)
+    assert np.array_equal(row["xm_um"], alone.results[0].xm_um, equal_nan=True)
+    assert tuple(asdict(choices)) == EVALUATION
+    assert set(EVALUATION) <= set(inspect.signature(sg.evaluate).parameters)
 
 
 def stop(done: int, total: int) -> None:
@@ -121,8 +141,6 @@ KILLED = """
 import sys
 from stepgauge.fleet import diagnosing
 from stepgauge.fleet.store import Fleet
-from stepgauge.standards.budget_files import COLUMNS
-from stepgauge.standards.budgeting import Choice
 from stepgauge.executors.processes import InProcess
 from tests.fleet.test_evaluating import quick
 diagnosing.diagnose_batch = quick
