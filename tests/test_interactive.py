@@ -22,7 +22,7 @@ from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.evaluation.probings import probing_errors
 from stepgauge.figures.measurement import KINDS, _figures
 from stepgauge.files.text import read_json
-from stepgauge.reports.diagnosis import told_story
+from stepgauge.reports.diagnosis import diagnosis_story
 from stepgauge.reports.interactive import MOST_ROWS, _kept, diagnosis_page, evaluation_page
 from stepgauge.reports.render import render_html
 from tests.cli.conftest import Run as Command
@@ -194,7 +194,7 @@ def test_the_page_of_a_long_recording_stays_small_and_says_what_it_leaves_out(tm
     long = pd.concat([rows] * 200, ignore_index=True)
     noise = np.random.default_rng(5).normal(size=(2, len(long)))
     long["before_um"], long["after_um"] = noise
-    page = render_html(diagnosis_page(said, told_story(said), long)).data
+    page = render_html(diagnosis_page(said, diagnosis_story(said), long)).data
     assert len(page) < MOST_BYTES
     assert f"{MOST_ROWS} of {len(long)} readings are shown" in page.decode()
 

@@ -8,11 +8,13 @@ of probing), tails (the fourth moment).
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from scipy import special
 
 from stepgauge.diagnosis.result import Check
+from stepgauge.diagnosis.wording.phrases import number
 from stepgauge.files.arrays import Array
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
@@ -60,25 +62,25 @@ def _checks(problem: Problem, state: Hypothesis, independent: Array, metric: Met
     largest = float(np.abs(independent).max())
     chance = float(np.log(2.0 * n) + special.log_ndtr(-largest))
     rows = 0.0 if chance > np.log(0.5) else -float(special.ndtri_exp(chance))
-    yield _check("rows", rows, f"the largest residual is {largest:.1f} standard deviations")
+    yield _check("rows", rows, largest=number(largest))
     if noiseless(problem, state):
         return  # less than the least scatter is left, and has no structure that anybody would see
     within = problem.repeating_um(state.residual_um, _ordinary(state, metric))
     if within is not None and state.noise.weight.min() > 0.5:
         dof = int((np.bincount(problem.group) - 1).sum())
         ratio = state.sigma_um / max(within, 1e-12)
-        words = f"standard deviation {within:.3g} um of repeats, {state.sigma_um:.3g} um of all rows about the model"
-        yield _check("repeats", float(np.log(ratio)) * np.sqrt(2.0 * dof), words)
+        sizes = {"within": number(within, "um"), "all": number(state.sigma_um, "um")}
+        yield _check("repeats", float(np.log(ratio)) * np.sqrt(2.0 * dof), **sizes)
     r = _neighbours(problem, independent)
-    yield _check("sequence", r * np.sqrt(n), f"correlation of neighbours in the order of probing {r:.2f}")
+    yield _check("sequence", r * np.sqrt(n), correlation=number(r), negative=number(-r))
     excess = float((independent**4).mean() / (independent**2).mean() ** 2) - 3.0
     # the fourth moment of a normal sample is skewed itself: its cube root is nearly normal
     tails = float(np.cbrt(max(excess, -2.0) + 3.0) - np.cbrt(3.0)) * np.sqrt(n / 24.0) * 3.0 * np.cbrt(9.0)
-    yield _check("tails", tails, f"excess of the fourth moment {excess:.2f}")
+    yield _check("tails", tails, excess=number(excess), negative=number(-excess))
 
 
-def _check(name: str, deviation: float, words: str) -> Check:
-    return Check(name, float(deviation), bool(abs(deviation) <= ALLOWED), words)
+def _check(name: str, deviation: float, **sizes: Any) -> Check:
+    return Check(name, float(deviation), bool(abs(deviation) <= ALLOWED), {"say": f"check_{name}", **sizes})
 
 
 def _neighbours(problem: Problem, independent: Array) -> float:

@@ -20,7 +20,8 @@ from stepgauge.diagnosis.laws.library import family_signatures
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Located
 from stepgauge.diagnosis.stated_model import Model
-from stepgauge.diagnosis.wording.notation import in_place, listed, name_of
+from stepgauge.diagnosis.wording.catalogue import listed
+from stepgauge.diagnosis.wording.findings import in_place, name_of
 from stepgauge.effects import along_approach_um
 from stepgauge.errors import InputError
 from stepgauge.files.resources import called

@@ -34,8 +34,8 @@ from stepgauge.diagnosis.residuals import Residuals, make_residuals, without_cop
 from stepgauge.diagnosis.result import Finding, Fit, GaugeDiagnosis, Located, Noise, rms
 from stepgauge.diagnosis.stated_model import Model, drop_doubtful, make_model
 from stepgauge.diagnosis.statements import conclude
-from stepgauge.diagnosis.structure import inexact_laws, nearest_words, structure
-from stepgauge.diagnosis.wording.notation import misfit
+from stepgauge.diagnosis.structure import inexact_laws, nearest_laws, structure
+from stepgauge.diagnosis.wording.phrases import Phrase, misfit, number
 from stepgauge.diagnosis.wording.structure import SCATTER, located
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
@@ -202,7 +202,7 @@ def _told(
         tuple(search.trail),
         placements,
         (*_remarks(replace(found, model=model), data, start_s), *misfit(fit.rms_before_um, fit.rms_after_um)),
-        tuple(nearest_words(concluded.structure)),
+        tuple(nearest_laws(concluded.structure)),
         concluded.table,
         checks,
     )
@@ -287,19 +287,19 @@ def _insufficient(data: Residuals) -> GaugeDiagnosis:
     return GaugeDiagnosis("insufficient", (), (), (), fit, noise, data, data.um, data.um, ())
 
 
-def _remarks(found: Searched, data: Residuals, start_s: float) -> Iterator[str]:
+def _remarks(found: Searched, data: Residuals, start_s: float) -> Iterator[Phrase]:
     """Remarks on the search that the reader of its results needs."""
     scatter = found.model.state.noise
     if len(found.data) < len(data):
-        yield f"searched in {len(found.data)} of {len(data)} rows, fitted to all of them"
+        yield {"say": "searched", "some": str(len(found.data)), "every": str(len(data))}
     yield from inexact_laws(found.model)
     if start_s:
-        yield f"times of forms are counted from the first touch, at {start_s:.12g} s of the clock"
+        yield {"say": "clock", "start": number(start_s, "s")}
     if scatter.certificate > 1.0:
-        yield f"faces deviate from the certificate by {scatter.certificate:g} times its stated uncertainty"
+        yield {"say": "certificate", "factor": number(scatter.certificate)}
     if scatter.tails == "heavy":
-        yield "single readings scatter with heavier tails than a normal distribution: they were weighted accordingly"
+        yield {"say": "heavy"}
     if scatter.rounded and np.any(found.data.latched_um):
-        yield "the controller latches all repeats of a face with the same delay: repeats do not show its error"
+        yield {"say": "latched"}
     elif scatter.rounded:
-        yield f"readings have a resolution of {found.search.problem.step_um:g} um, which is visible beside the scatter"
+        yield {"say": "resolution", "step": number(found.search.problem.step_um, "um")}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from typing import Any
 
 import numpy as np
 from scipy import special
@@ -15,9 +16,9 @@ from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Located, Noise
 from stepgauge.diagnosis.stated_model import Model
-from stepgauge.diagnosis.wording.structure import CORRELATED, DISTURBED, GROWING
+from stepgauge.diagnosis.wording.phrases import number
+from stepgauge.diagnosis.wording.structure import CORRELATED, DISTURBED, GROWING, described
 from stepgauge.files.arrays import Array
-from stepgauge.files.notation import rounded
 from stepgauge.inference.noise_models import OUTLYING, NoiseModel
 from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.problem import Problem
@@ -80,13 +81,13 @@ def stated_scatter(
         named.append(_growing(grown, noise.sigma_um, p, data))
     p = answer.probability_of_scatter("correlation")
     if p >= stated and scatter.correlated:
-        how = f"correlated, with {scatter.correlation:g} between consecutive probings"
-        words = f"the scatter is {'1/f noise, correlated over all times' if scatter.flicker else how}"
+        how = {"say": "correlated", "correlation": number(scatter.correlation)}
         name = "time" if data.has_time else "order"
-        left.append(Located(name, "both", CORRELATED, words, 0.0, p))
+        left.append(described(name, "both", CORRELATED, [{"say": "flicker"} if scatter.flicker else how], 0.0, p))
     for one in [one for one in named if one.kind in without]:
         covariate = "order" if one.kind == "outliers" else str(one.choices["per"])
-        left.append(Located(covariate, "both", GROWING, f"{one.kind} with {covariate}", 0.0, one.probability))
+        phrase = {"say": "excluded_kind", "law": one.kind, "covariate": covariate}
+        left.append(described(covariate, "both", GROWING, [phrase], 0.0, one.probability))
     return [one for one in named if one.kind not in without], left
 
 
@@ -98,12 +99,12 @@ def disturbed(
     if burst is None or p < priors.decision.stated:
         return
     first, end, factor = burst
-    where = f"from reading {first + 1} to {end}"
+    phrase: dict[str, Any] = {"say": "disturbed_rows", "first": str(first + 1), "end": str(end)}
     if data.has_time:
         low, high = data.probings.time_s[problem.order[[first, end - 1]]] + start_s
-        where = f"from {rounded(float(low), 4)} s to {rounded(float(high), 4)} s"
-    words = f"the scatter is about {factor:g} times as large {where} as in the rest of the record"
-    yield Located("time" if data.has_time else "order", "both", DISTURBED, words, 0.0, p)
+        phrase = {"say": "disturbed", "first": number(low, "s"), "end": number(high, "s")}
+    phrase["factor"] = number(factor)
+    yield described("time" if data.has_time else "order", "both", DISTURBED, [phrase], 0.0, p)
 
 
 def unlike_stated(noise: Noise, problem: Problem, data: Residuals, priors: Priors) -> Iterator[Finding]:

@@ -109,6 +109,7 @@ class Finding:
 class Located:
     """Where residuals are systematic: covariate, side, form, in words, share of the structure, probability.
 
+    ``phrases``: what the words are made of (:mod:`.wording.phrases`);
     ``beside``: a second covariate that the form depends on; ``numbers``: numbers of the form: a period, a lag;
     ``laws``: those that may be in its place, ``separate_by``: the measurement that tells whether they are.
     """
@@ -123,6 +124,7 @@ class Located:
     numbers: Any = None
     laws: tuple[Replacement, ...] = ()
     separate_by: str = ""
+    phrases: tuple[Mapping[str, Any], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -140,12 +142,12 @@ class Fit:
 
 @dataclass(frozen=True)
 class Check:
-    """One part of the posterior predictive check: its name, and the deviation in standard deviations."""
+    """One part of the posterior predictive check: its name, and the deviation in standard deviations; in a phrase."""
 
     name: str
     deviation: float
     passed: bool
-    words: str
+    phrase: Mapping[str, Any]
 
 
 class Diagnosis(Plotted):
@@ -194,9 +196,7 @@ class Diagnosis(Plotted):
 
     def to_frame(self) -> pd.DataFrame:
         """One row per number of a finding: probability of the finding, value, standard uncertainty u, and the unit."""
-        from stepgauge.diagnosis.wording.headline import numbers_of
-
-        return numbers_of(self.said)
+        return pd.DataFrame(list(_numbers(self.said["effects"])), columns=NUMBERS)
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``diagnosis.json`` and, where the readings are at hand, all that stands beside it; returns the paths.
@@ -214,6 +214,15 @@ class Diagnosis(Plotted):
     def changed(self) -> list[str]:
         """Files that it was made from which are there, but are not as they were."""
         return [one for one, known in _files(self.said["inputs"]) if Path(one).is_file() and file_sha256(one) != known]
+
+
+def _numbers(effects: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
+    for effect in effects:
+        head = {"kind": effect["kind"], "effect": effect["label"], "probability": effect["probability"]}
+        numbers = {name: one for name, one in effect["parameters"].items() if "unit" in one}
+        for name, one in (numbers or {"": {"value": None, "u": None, "unit": ""}}).items():
+            value, u = (np.nan if one[key] is None else one[key] for key in ("value", "u"))
+            yield {**head, "parameter": name, "value": value, "u": u, "unit": one["unit"]}
 
 
 def read_diagnosis(path: str | Path) -> Diagnosis:
@@ -250,8 +259,8 @@ class GaugeDiagnosis(Diagnosis):
     after_um: Array
     trail: tuple[Step, ...]
     placements: dict[str, str] = field(default_factory=dict)
-    remarks: tuple[str, ...] = field(default_factory=tuple)
-    refuted: tuple[str, ...] = field(default_factory=tuple)
+    remarks: tuple[Mapping[str, Any] | str, ...] = ()
+    refuted: tuple[Mapping[str, Any], ...] = ()
     odds: dict[str, Any] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()
     recordings: tuple[Recording, ...] = ()

@@ -20,6 +20,7 @@ from typing import Any, Generic, TypeVar
 
 from stepgauge.diagnosis.priors import Decision
 from stepgauge.diagnosis.result import Finding, Located, Verdict
+from stepgauge.diagnosis.wording.structure import described
 from stepgauge.inference.noise_models import OUTLYING
 from stepgauge.inference.posterior import Posterior, WeightedHypothesis
 
@@ -95,8 +96,7 @@ def _open_structure(answer: Posterior, probability: float) -> Located:
         for name in {c.source.covariate for c in one.candidates if not c.named}:
             share[name] += float(weight)
     names = sorted(share, key=lambda name: -share[name])[:MOST_POSSIBLE]
-    words = f"structure that depends on {' or '.join(names)}: which, these readings do not tell"
-    return Located(names[0], "both", OPEN, words, 1.0, probability)
+    return described(names[0], "both", OPEN, [{"say": "open", "covariates": names}], 1.0, probability)
 
 
 def _table(

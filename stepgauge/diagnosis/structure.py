@@ -23,8 +23,8 @@ from stepgauge.diagnosis.priors import Decision, Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Located, Replacement, rms
 from stepgauge.diagnosis.stated_model import Model, law_covariates, term_rms_um
-from stepgauge.diagnosis.wording.notation import listed, name_of
-from stepgauge.diagnosis.wording.structure import UNDETERMINED, located, regime
+from stepgauge.diagnosis.wording.phrases import Phrase, number, worded
+from stepgauge.diagnosis.wording.structure import UNDETERMINED, described, located, regime
 from stepgauge.files.notation import rounded
 from stepgauge.inference.posterior import AlternativeHypothesis, Member, Posterior
 from stepgauge.inference.problem import Candidate
@@ -43,15 +43,13 @@ MOST_NEAREST = 3
 
 def _undetermined(said: StatedTerm, model: Model, answer: Posterior, data: Residuals) -> Located:
     """A place in which a law fits that is not stated: structure without a name."""
-    why = "whose size this recording does not determine"
+    phrase = {"say": "similar", "law": said.source.label}
     if said in model.impossible:
-        why = "but larger than that can be"
+        phrase["say"] = "impossible"
     elif said in model.weak:
-        own = answer.probability([said.lead.candidate.label])
-        why = f"but other explanations are as likely (its probability is {rounded(own, 2)})"
-    words = f"similar to {name_of(said.source.label)}, {why}"
+        phrase |= {"say": "weak", "probability": number(answer.probability([said.lead.candidate.label]))}
     where = covariate_of(said.source, data)
-    return Located(where, "both", UNDETERMINED, words, 1.0, place_probability(said, answer))
+    return described(where, "both", UNDETERMINED, [phrase], 1.0, place_probability(said, answer))
 
 
 def covariate_of(family: Family | Geometry, data: Residuals) -> str:
@@ -83,15 +81,16 @@ def _described(said: StatedTerm, model: Model, answer: Posterior, data: Residual
     lead, others = said.lead, [one for one in said.place.members if not one.candidate.named]
     own = answer.probability(one.candidate.label for one in others if one.candidate.kind == lead.candidate.kind)
     form = _by_harmonics(said, model, located(lead.candidate, lead.proposal.atom, own, fitted=_fitted_shape(lead)))
-    words = [_without_index(form), *filter(None, [_regime(said, model, data)])]
+    phrases = [*_without_index(form), *_regime(said, model, data)]
     if own >= priors.decision.stated:
-        return replace(form, where=", ".join(words))
+        return replace(form, where=worded(phrases), phrases=tuple(phrases))
     near = [one for one in others if one.probability >= priors.decision.in_set]
     names = dict.fromkeys(one.candidate.source.covariate for one in near)
     rest = [name for name in names if name != form.covariate]
     if rest:
-        words.append(f"or a function of {listed(rest, 'or')}: this recording does not tell which")
-    return replace(form, where=", ".join(words), probability=answer.probability(one.candidate.label for one in others))
+        phrases.append({"say": "or_function", "covariates": rest})
+    probability = answer.probability(one.candidate.label for one in others)
+    return replace(form, where=worded(phrases), phrases=tuple(phrases), probability=probability)
 
 
 def _by_harmonics(said: StatedTerm, model: Model, form: Located) -> Located:
@@ -110,16 +109,16 @@ def _by_harmonics(said: StatedTerm, model: Model, form: Located) -> Located:
     order = int(np.gcd.reduce(there)) if there else 1
     if order == 1:
         return form
-    before, after = (rounded(form.numbers / k, 4) for k in (1, order))
-    return replace(form, numbers=form.numbers / order, where=form.where.replace(f"period {before}", f"period {after}"))
+    period, (first, *others) = form.numbers / order, form.phrases
+    phrases = ({**first, "period": {**first["period"], "value": period}}, *others)
+    return replace(form, numbers=period, where=worded(phrases), phrases=phrases)
 
 
-def _without_index(form: Located) -> str:
-    """The words of a form; a period in numbers of readings or cycles is an index of a table, and is not told."""
+def _without_index(form: Located) -> Sequence[Phrase]:
+    """The phrases of a form; a period in numbers of readings or cycles is an index of a table, and is not told."""
     if form.covariate not in INDICES or form.form not in (*PERIODIC, BEAT):
-        return form.where
-    _, comma, side = form.where.rpartition(", along")
-    return f"repeats in the {form.covariate} of the readings{comma}{side}"
+        return form.phrases
+    return [{"say": "index", "covariate": form.covariate}, *form.phrases[1:]]
 
 
 def _by_another(
@@ -137,19 +136,19 @@ def _fitted_shape(rival: Member) -> Any:
     return None if rival.hypothesis is None else rival.hypothesis.terms[rival.hypothesis.index(rival.candidate)].shape
 
 
-def _regime(said: StatedTerm, model: Model, data: Residuals) -> str:
-    """The part of the record in which a smooth form differs from the rest, in words; empty for all of it."""
+def _regime(said: StatedTerm, model: Model, data: Residuals) -> list[Phrase]:
+    """The part of the record in which a smooth form differs from the rest, as a phrase; none for all of it."""
     form: RandomFunction = said.lead.candidate.source
     place = model.state.index_of(said.term)
     covariate = next((one for one in covariates(data) if one.name == form.covariate), None)
     if form.shape != SMOOTH or form.beside or place is None or covariate is None:
-        return ""
+        return []
     x, unit = covariate.values, form.unit or "as recorded" * covariate.further
     mean, covariance = model.state.amplitudes(place)
     share = mask(data, form.side)
     seen = np.abs(share) > FAINT * np.abs(share).max()
     columns = said.term.columns[:, seen] / share[seen]
-    return regime(x[seen], columns, mean, covariance, f" {unit}".rstrip())
+    return regime(x[seen], columns, mean, covariance, unit)
 
 
 def _nearest(said: StatedTerm, several: Sequence[AlternativeHypothesis]) -> tuple[Replacement, ...]:
@@ -165,27 +164,23 @@ def _nearest(said: StatedTerm, several: Sequence[AlternativeHypothesis]) -> tupl
     return tuple(Replacement(*one) for one in sorted(found.items(), key=lambda item: -item[1])[:MOST_NEAREST])
 
 
-def nearest_words(left: Sequence[Located]) -> Iterator[str]:
-    """The odds against the laws that are nearest to what is stated without a law, in words."""
+def nearest_laws(left: Sequence[Located]) -> Iterator[Phrase]:
+    """The odds against the laws that are nearest to what is stated without a law."""
     for one in left:
         if one.laws:
-            names = [name_of(label) for label in one.laws[0].laws]
-            what = f"{names[0]} is the nearest law" if len(names) == 1 else f"{listed(names)} together are nearest"
-            yield f"{what}; the form is {_times(1.0 / max(one.laws[0].odds, 1e-300))} times as probable"
+            laws, times = list(one.laws[0].laws), _times(1.0 / max(one.laws[0].odds, 1e-300))
+            say = {"say": "nearest", "law": laws[0]} if len(laws) == 1 else {"say": "nearest_laws", "laws": laws}
+            yield {**say, "times": times}
 
 
-def inexact_laws(model: Model) -> Iterator[str]:
-    """What stated laws move beside their signatures, where it is seen, in words."""
+def inexact_laws(model: Model) -> Iterator[Phrase]:
+    """What stated laws move beside their signatures, where it is seen."""
     for one in model.laws:
         beside_um = rms(model.state.discrepancy_um(model.state.index(one.term.candidate)))
         if beside_um > TOLD_BESIDE * model.state.sigma_um:
             percent = 100.0 * beside_um / term_rms_um(one, model.state)
-            share = f"{rounded(beside_um, 2)} um rms, {rounded(percent, 1)} % of it"
-            why = ", or to what its temperature did in pauses: record it all the time"
-            yield (
-                f"{name_of(one.source.label)} is not exactly of this shape: {share}, are put down to that"
-                f"{why * follows_with_lag(one.source)}"
-            )
+            sizes = {"size": number(beside_um, "um"), "percent": rounded(percent, 1)}
+            yield {"say": "inexact", "law": one.source.label, **sizes, "lag": str(follows_with_lag(one.source) or "")}
 
 
 def _times(odds: float) -> str:

@@ -17,6 +17,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from stepgauge.effects.probings import Probings
+from stepgauge.effects.words import Words as Words
 from stepgauge.files.arrays import Array
 from stepgauge.files.config import TomlTable
 from stepgauge.files.formula import parse_formula
@@ -164,19 +165,6 @@ class EffectPrior:
     unit: str = ""
 
 
-@dataclass(frozen=True)
-class Words:
-    """What an effect is called, what it means, what to check before anything is changed, and what to repair then.
-
-    ``{name}`` stands for the value of a parameter with its unit.
-    """
-
-    name: str = ""
-    means: str = ""
-    check: str = ""
-    repair: str = ""
-
-
 UNDETERMINED = 0.05
 """Factor on the odds of an effect in a recording that hardly tells it from simpler ones."""
 RECORDINGS = ("gauge", "linear", "rotary", "spot", "distances")
@@ -239,6 +227,10 @@ class Effect(TomlTable):
         It may be the same in all repeats, or another one in each: that depends on the phase.
         """
         return None
+
+    def unit_of(self, name: str) -> str:
+        """The unit of a parameter, with the choices of this effect."""
+        return next((p.unit for p in self.parameters() if p.name == name), "")
 
     def prepared(self, where: str | Path) -> Self:
         """The effect ready for use; ``where`` is its machine file, to find other files that it names."""

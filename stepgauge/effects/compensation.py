@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from stepgauge.effects.base import GAUGE, Axis, Displacement, Effect, parameter
+from stepgauge.effects.base import GAUGE, Axis, Displacement, Effect, Words, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.reversal import STANDSTILL
 from stepgauge.files.arrays import Array
@@ -30,6 +30,18 @@ class AxisCompensation(Effect):
     source: ClassVar[str] = "what controllers do with a bidirectional table of screw or scale errors"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate", "approach")
     recordings: ClassVar[tuple[str, ...]] = GAUGE
+    words: ClassVar[Words | None] = Words(
+        "axis compensation",
+        "The machine has a compensation of {axis} that its file does not state, or the other way round.",
+        "Look whether the compensation of {axis} is switched on in the controller.",
+        "State it in the machine file, or switch it off.",
+        german=Words(
+            "Achskorrekturtabelle",
+            "Die Maschine hat eine Korrektur von {axis}, die ihre Datei nicht angibt, oder umgekehrt.",
+            "Nachsehen, ob die Korrektur von {axis} in der Steuerung eingeschaltet ist.",
+            "In der Maschinendatei angeben oder ausschalten.",
+        ),
+    )
     axis: Axis = parameter(unit="", role="choice", meaning="axis that is corrected: x, y or z")
     file: str = parameter(unit="", role="fixed", meaning="CSV file, beside the machine file", min_length=1)
     scale: float = parameter(1.0, unit="1", meaning="factor on the table", ge=-100, le=100, sensible=(0, 2))

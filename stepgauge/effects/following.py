@@ -8,7 +8,18 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import AXES, GAUGE, Axis, Direction, Displacement, Effect, EffectPrior, along, parameter
+from stepgauge.effects.base import (
+    AXES,
+    GAUGE,
+    Axis,
+    Direction,
+    Displacement,
+    Effect,
+    EffectPrior,
+    Words,
+    along,
+    parameter,
+)
 from stepgauge.effects.geometry import PowerOfCoordinate
 from stepgauge.effects.motion import moved
 from stepgauge.effects.probings import Probings
@@ -103,6 +114,34 @@ class ThermalExpansionOf(Following):
         "steel has 11.5, of which some is compensated, aluminium 24; a fifth of what is corrected",
         most=30.0,
     )
+    words: ClassVar[Words | None] = Words(
+        "thermal expansion",
+        "Lengths of {of} change with {column}{minus: less {minus}|}{lag_s:, {lag_s:3} late|}, by {um_per_m_K}: up"
+        " to {largest} in this recording.",
+        "Compare the recorded temperature {column} with a calibrated thermometer.",
+        "Correct by this temperature, or keep it constant.",
+        german=Words(
+            "Wärmeausdehnung",
+            "Längen ({of}) ändern sich mit {column}{minus: minus {minus}|}{lag_s:, um {lag_s:3} verzögert|}, um"
+            " {um_per_m_K}: bis {largest} in dieser Aufnahme.",
+            "Die aufgezeichnete Temperatur {column} mit einem kalibrierten Thermometer vergleichen.",
+            "Mit dieser Temperatur korrigieren oder sie konstant halten.",
+        ),
+    )
+    axis_words: ClassVar[Words | None] = Words(
+        "thermal expansion",
+        "In proportion to position the readings follow {column}{minus: less {minus}|}{lag_s:, {lag_s:3} late|},"
+        " by {um_per_m_K}: the scale, or what realises the targets, expands.",
+        "Compare the recorded temperature {column} with a calibrated thermometer.",
+        "Correct by this temperature, or keep it constant.",
+        german=Words(
+            "Wärmeausdehnung",
+            "Im Verhältnis zur Position folgen die Werte {column}{minus: minus {minus}|}{lag_s:, um {lag_s}"
+            " verzögert|}, um {um_per_m_K}: Der Maßstab oder was die Ziele darstellt dehnt sich aus.",
+            "Die aufgezeichnete Temperatur {column} mit einem kalibrierten Thermometer vergleichen.",
+            "Mit dieser Temperatur korrigieren oder sie konstant halten.",
+        ),
+    )
     of: Literal["x", "y", "z", "gauge"] = parameter(
         unit="", role="choice", meaning="scale x, y or z (indication too long), or the gauge (longer)"
     )
@@ -131,6 +170,36 @@ class ThermalShift(Following):
     process: ClassVar[bool] = True
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.6, 2.0, "10 to 200 mm of steel between what is measured and held, at most a metre of aluminium", most=30.0
+    )
+    words: ClassVar[Words | None] = Words(
+        "thermal shift",
+        "The readings move along {direction} with {column}{minus: less {minus}|}{lag_s:, {lag_s:3} late|}, by"
+        " {um_per_K}: up to {largest} in this recording.",
+        "Compare the recorded temperature {column} with a calibrated thermometer.",
+        "Keep this temperature constant, or measure a reference point again and again.",
+        german=Words(
+            "thermische Verschiebung",
+            "Die Werte wandern längs {direction} mit {column}{minus: minus {minus}|}{lag_s:, um {lag_s}"
+            " verzögert|}, um {um_per_K}: bis {largest} in dieser Aufnahme.",
+            "Die aufgezeichnete Temperatur {column} mit einem kalibrierten Thermometer vergleichen.",
+            "Diese Temperatur konstant halten oder einen Bezugspunkt immer wieder messen.",
+        ),
+    )
+    axis_words: ClassVar[Words | None] = Words(
+        "thermal shift",
+        "All readings follow {column}{minus: less {minus}|}{lag_s:, {lag_s:3} late|} alike, by {um_per_K}: zero"
+        " moves, not the scale.",
+        "Compare the recorded temperature {column} with a calibrated thermometer; look at what holds the"
+        " instrument and the part.",
+        "Keep this temperature constant, or read a reference again and again.",
+        german=Words(
+            "thermische Verschiebung",
+            "Alle Werte folgen {column}{minus: minus {minus}|}{lag_s:, um {lag_s:3} verzögert|} gleich, um"
+            " {um_per_K}: Der Nullpunkt wandert, nicht der Maßstab.",
+            "Die aufgezeichnete Temperatur {column} mit einem kalibrierten Thermometer vergleichen; ansehen,"
+            " was Messgerät und Werkstück hält.",
+            "Diese Temperatur konstant halten oder einen Bezug immer wieder ablesen.",
+        ),
     )
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
     um_per_K: float = parameter(unit="um/K", meaning="shift per kelvin", ge=-1e4, le=1e4, sensible=(-20, 20))
@@ -169,6 +238,20 @@ class ThermalBending(PowerOfCoordinate, Following):
         most=100.0,
         unit="um or urad per K at 1 m",
     )
+    words: ClassVar[Words | None] = Words(
+        "thermal bending",
+        "The {axis} guideway bends in {component} (r: a rotation) with {column}{minus: less {minus}|}{lag_s:,"
+        " {lag_s} late|}, by {per_K}: up to {largest} in this recording.",
+        "Look for what heats one side of {axis}: sun, a lamp, an electrical cabinet.",
+        "Remove or shield the source of heat.",
+        german=Words(
+            "thermische Biegung",
+            "Die Führung {axis} biegt sich in {component} (r: eine Drehung) mit {column}{minus: minus"
+            " {minus}|}{lag_s:, um {lag_s:3} verzögert|}, um {per_K}: bis {largest} in dieser Aufnahme.",
+            "Suchen, was eine Seite von {axis} wärmt: Sonne, eine Lampe, ein Schaltschrank.",
+            "Die Wärmequelle entfernen oder abschirmen.",
+        ),
+    )
     order: int = parameter(
         2, unit="", role="choice", meaning="power of the coordinate in metres", ge=0, le=9, grid=grids.values(1, 2)
     )
@@ -200,6 +283,20 @@ class ScaleWarmUp(Effect):
     process: ClassVar[bool] = True
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.3, 10.0, "a screw warms by 1 K in use", again=1.0)
+    words: ClassVar[Words | None] = Words(
+        "scale warm-up",
+        "The {axis} scale warms with a time constant of {time_constant_h} and reads {um_per_m} too"
+        " {um_per_m:long|short} in the end.",
+        "Log the temperature of the {axis} scale from switching on.",
+        "Warm the machine up before measuring.",
+        german=Words(
+            "Warmlaufen des Maßstabs",
+            "Der Maßstab {axis} erwärmt sich mit einer Zeitkonstante von {time_constant_h} und zeigt am Ende um"
+            " {um_per_m} zu {um_per_m:viel|wenig} an.",
+            "Die Temperatur des Maßstabs {axis} vom Einschalten an aufzeichnen.",
+            "Die Maschine vor der Messung warmlaufen lassen.",
+        ),
+    )
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
     um_per_m: float = parameter(
         unit="um/m", meaning="indication too long in the end by", ge=-1e4, le=1e4, sensible=(-50, 50)

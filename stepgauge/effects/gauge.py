@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import GAUGE, Displacement, Effect, EffectPrior, parameter
+from stepgauge.effects.base import GAUGE, Displacement, Effect, EffectPrior, Words, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
@@ -26,6 +26,18 @@ class BlockDefect(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("face",)
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.5, "wear, a burr, dirt on a face", basis="certificate")
+    words: ClassVar[Words | None] = Words(
+        "block defect",
+        "Face {face} lies {um} nearer to the {um:end|beginning} block than certified.",
+        "Look for dirt, rust or a dent on face {face}.",
+        "Clean it; then have the gauge calibrated.",
+        german=Words(
+            "fehlerhafte Fläche",
+            "Fläche {face} liegt um {um} näher am {um:End|Anfangs}block als im Schein.",
+            "Fläche {face} auf Schmutz, Rost oder eine Delle ansehen.",
+            "Reinigen; dann das Stufenendmaß kalibrieren lassen.",
+        ),
+    )
     face: int = parameter(unit="", role="choice", meaning="number of the face", ge=1, le=10_000, grid=grids.faces)
     um: float = parameter(unit="um", meaning="true minus certified position", ge=-1e4, le=1e4, sensible=(-20, 20))
 
@@ -45,6 +57,20 @@ class BlockShift(Effect):
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.5, 0.5, "a block that was knocked, or is loose in its rail", basis="certificate"
+    )
+    words: ClassVar[Words | None] = Words(
+        "block shift",
+        "Both faces of block {block} lie {um} nearer to the {um:end|beginning} block than certified: the block"
+        " was moved.",
+        "Look whether block {block} sits tight; lay the gauge elsewhere: does the error go with it?",
+        "Have the gauge calibrated; do not use it as it is.",
+        german=Words(
+            "verschobener Block",
+            "Beide Flächen von Block {block} liegen um {um} näher am {um:End|Anfangs}block als im Schein: Der"
+            " Block wurde verschoben.",
+            "Nachsehen, ob Block {block} fest sitzt; das Stufenendmaß anders legen: Wandert die Abweichung mit?",
+            "Das Stufenendmaß kalibrieren lassen; so nicht benutzen.",
+        ),
     )
     block: int = parameter(unit="", role="choice", meaning="number of the block", ge=1, le=5_000, grid=grids.blocks)
     um: float = parameter(unit="um", meaning="true minus certified position", ge=-1e4, le=1e4, sensible=(-20, 20))
@@ -74,6 +100,21 @@ class GaugeReversed(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("face",)
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.1, 1.0, "it is so or not; most gauges fit both ways", most=1.0)
+    words: ClassVar[Words | None] = Words(
+        "gauge reversed",
+        "The faces stand where the certificate has them if it is counted from the other end (share {share:=3}; 1"
+        " if it is so): the gauge was laid the wrong way round, or its blocks were numbered from the wrong end.",
+        "Look at which end of the gauge the beginning of its certificate is.",
+        "Turn the gauge round, or number its blocks from the other end; then measure again.",
+        german=Words(
+            "Stufenendmaß verkehrt herum",
+            "Die Flächen stehen, wo der Schein sie hat, wenn man vom anderen Ende zählt (Anteil {share:=3}; 1,"
+            " wenn es so ist): Das Stufenendmaß lag verkehrt herum, oder seine Blöcke wurden vom falschen Ende"
+            " gezählt.",
+            "Nachsehen, an welchem Ende des Stufenendmaßes sein Schein beginnt.",
+            "Das Stufenendmaß umdrehen oder seine Blöcke vom anderen Ende zählen; dann neu messen.",
+        ),
+    )
     share: float = parameter(1.0, unit="1", meaning="1 if it is so", ge=0, le=2, sensible=(0.5, 1.5))
 
     @classmethod
@@ -104,6 +145,20 @@ class Misalignment(Effect):
         "1 mm in 300 mm by hand; a placement that was probed is off by a hundredth of that",
         again=0.1,
         unit="mrad",
+    )
+    words: ClassVar[Words | None] = Words(
+        "misalignment",
+        "{placement:In placement {placement} the|The} probed line is {mrad} off the axis of the gauge; the"
+        " cosine error makes lengths too long, by up to {largest}.",
+        "Probe the 16 points again and compare the placements (stepgauge locate).",
+        "Plan anew with the new placement.",
+        german=Words(
+            "Schieflage",
+            "{placement:In Lage {placement} liegt die|Die} angetastete Linie {placement:|liegt }um {mrad}"
+            " schräg zur Achse des Stufenendmaßes; der Kosinusfehler macht Längen um bis zu {largest} zu groß.",
+            "Die 16 Punkte noch einmal antasten und die Lagen vergleichen.",
+            "Mit der neuen Lage neu planen.",
+        ),
     )
     placement: int | None = parameter(
         None,
@@ -147,6 +202,18 @@ class GaugeBending(Effect):
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.2, 60.0, "a steel bar 30 mm high sags 60 um at 1 m", basis="sag", unit="um of sag"
+    )
+    words: ClassVar[Words | None] = Words(
+        "gauge bending",
+        "The gauge sags by {sag_um} between its supports, which tilts its faces.",
+        "Compare the supports of the gauge with those of its certificate.",
+        "Support the gauge there.",
+        german=Words(
+            "Durchbiegung des Stufenendmaßes",
+            "Das Stufenendmaß biegt sich zwischen seinen Auflagen um {sag_um} durch, was seine Flächen neigt.",
+            "Die Auflagen des Stufenendmaßes mit denen seines Scheins vergleichen.",
+            "Das Stufenendmaß dort auflegen.",
+        ),
     )
     supports_mm: Annotated[tuple[float, float], Field(strict=False)] = parameter(
         unit="mm",

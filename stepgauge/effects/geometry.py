@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Literal
 from pydantic import model_validator
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import GAUGE, Axis, Displacement, Effect, EffectPrior, parameter
+from stepgauge.effects.base import GAUGE, Axis, Displacement, Effect, EffectPrior, Words, parameter
 from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
 from stepgauge.files.arrays import Array
@@ -31,6 +31,18 @@ class Squareness(Effect):
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         1.0, 8.0, "ISO 10791-1 permits 40 urad; a workshop square shows 300", basis="grade", most=300.0
+    )
+    words: ClassVar[Words | None] = Words(
+        "squareness",
+        "The axes {plane} are {urad} off perpendicular: up to {largest} in this recording.",
+        "Measure the squareness of {plane} by other means: a square, or a ball plate.",
+        "Enter the squareness of {plane} in the controller.",
+        german=Words(
+            "Rechtwinkligkeit",
+            "Die Achsen {plane} stehen um {urad} nicht rechtwinklig: bis {largest} in dieser Aufnahme.",
+            "Die Rechtwinkligkeit {plane} anders messen: mit einem Winkel oder einer Kugelplatte.",
+            "Die Rechtwinkligkeit {plane} in die Steuerung eingeben.",
+        ),
     )
     plane: Literal["xy", "xz", "yz"] = parameter(unit="", role="choice", meaning="plane of the two axes")
     urad: float = parameter(
@@ -53,6 +65,18 @@ class Straightness(Effect):
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.25, 1.5, "a straightedge shows 0.15 mm", basis="grade", most=150.0, unit="um over the travel"
+    )
+    words: ClassVar[Words | None] = Words(
+        "straightness",
+        "The {axis} guideway is curved towards {um:+|-}{direction} by {um} in the middle of {length_mm:4}.",
+        "Measure the straightness of {axis} with a straightedge or a laser.",
+        "Enter it in the error map, or level the bed.",
+        german=Words(
+            "Geradheit",
+            "Die Führung {axis} ist in der Mitte von {length_mm:4} um {um} nach {um:+|-}{direction} gekrümmt.",
+            "Die Geradheit von {axis} mit einem Lineal oder Laser messen.",
+            "In die Fehlerkarte eingeben oder das Bett ausrichten.",
+        ),
     )
     axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
     direction: Axis = parameter(unit="", role="choice", meaning="axis that is displaced, not the axis of travel")
@@ -88,6 +112,21 @@ class AngularError(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.4, 10.0, "pitch and yaw of bridge machines, ISO 230-1", basis="grade", most=300.0
     )
+    words: ClassVar[Words | None] = Words(
+        "angular error",
+        "The {travel_axis} carriage rotates about {rotation_axis} by {urad_per_m} of travel; the error of a"
+        " length is this rotation times its distance from the scale (Abbe).",
+        "Measure the angle of the {travel_axis} carriage with an electronic level or an autocollimator.",
+        "Enter it in the error map; look at bearings and preload of the {travel_axis} carriage.",
+        german=Words(
+            "Winkelabweichung des Schlittens",
+            "Der Schlitten {travel_axis} dreht sich auf seinem Weg um {rotation_axis}, um {urad_per_m}; der"
+            " Fehler einer Länge ist diese Drehung mal ihrem Abstand vom Maßstab (Abbe).",
+            "Den Winkel des Schlittens {travel_axis} mit einer elektronischen Libelle oder einem Autokollimator"
+            " messen.",
+            "In die Fehlerkarte eingeben; Lager und Vorspannung des Schlittens {travel_axis} ansehen.",
+        ),
+    )
     travel_axis: Axis = parameter(unit="", role="choice", meaning="axis that travels: x, y or z")
     rotation_axis: Axis = parameter(unit="", role="choice", meaning="axis about which the carriage rotates: x, y or z")
     urad_per_m: float = parameter(unit="urad/m", meaning="rotation per travel", ge=-1e5, le=1e5, sensible=(-100, 100))
@@ -113,6 +152,18 @@ class Roll(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.15, 10.0, basis="grade", most=300.0)
+    words: ClassVar[Words | None] = Words(
+        "roll",
+        "The {axis} carriage rolls by {urad_per_m} of its travel.",
+        "Measure the roll of the {axis} carriage with electronic levels.",
+        "Enter it in the error map.",
+        german=Words(
+            "Rollen des Schlittens",
+            "Der Schlitten {axis} rollt auf seinem Weg um {urad_per_m}.",
+            "Das Rollen des Schlittens {axis} mit elektronischen Libellen messen.",
+            "In die Fehlerkarte eingeben.",
+        ),
+    )
     axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
     urad_per_m: float = parameter(unit="urad/m", meaning="rotation per travel", ge=-1e5, le=1e5, sensible=(-100, 100))
     scale_at_mm: Vector3 | None = reference_point()
@@ -142,6 +193,11 @@ class PowerOfCoordinate(Effect):
         amount = um_or_mrad(coefficient * metres**self.order, self.component)
         return moved(probings, self.axis, self.component, amount, self.scale_at_mm)
 
+    def unit_of(self, name: str) -> str:
+        """Of a rotation an angle, else a length."""
+        out = "um or " if self.component.startswith("r") else " or urad"
+        return super().unit_of(name).replace(out, "")
+
 
 class ErrorMotion(PowerOfCoordinate):
     """One of the 21 errors of a machine as a power of its axis' coordinate: d = coefficient ((x - about) / 1 m)^order.
@@ -157,6 +213,20 @@ class ErrorMotion(PowerOfCoordinate):
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.15, 30.0, "what is left of a guideway beyond a bow", basis="grade", most=3000.0, unit="um/m^3 or urad/m^2"
+    )
+    words: ClassVar[Words | None] = Words(
+        "error motion",
+        "The {axis} axis errs in {component} (r: a rotation) with the power {order} of its coordinate, up to"
+        " {largest} in this recording.",
+        "Measure this error motion of {axis} with a laser, an autocollimator or levels.",
+        "Enter it in the error map.",
+        german=Words(
+            "Bewegungsabweichung",
+            "Die Achse {axis} weicht in {component} (r: eine Drehung) mit der Potenz {order} ihrer Koordinate"
+            " ab, in dieser Aufnahme bis {largest}.",
+            "Diese Bewegungsabweichung von {axis} mit Laser, Autokollimator oder Libellen messen.",
+            "In die Fehlerkarte eingeben.",
+        ),
     )
     coefficient: float = parameter(
         unit="um or urad", meaning="error at 1 m from about_mm", ge=-1e6, le=1e6, sensible=(-50, 50)

@@ -20,6 +20,31 @@ class StepChange(Effect):
     source: ClassVar[str] = "Heaviside step in time"
     covariates: ClassVar[tuple[str, ...]] = ("time",)
     prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 1.0, "a slipped clamp or a knock")
+    words: ClassVar[Words | None] = Words(
+        "step change",
+        "At {time_s:=4} the origin changed by {um} towards {um:+|-}{direction}: a knock or a slipped clamp.",
+        "Look at the clamps of the gauge, and whether stylus and probe are tight.",
+        "Tighten them; use no readings from before and after together.",
+        german=Words(
+            "Sprung",
+            "Bei {time_s:=4} sprang der Nullpunkt um {um} nach {um:+|-}{direction}: ein Stoß oder ein"
+            " gerutschtes Spannmittel.",
+            "Die Spannmittel des Stufenendmaßes ansehen, und ob Taststift und Taster fest sind.",
+            "Festziehen; Werte von davor und danach nicht zusammen benutzen.",
+        ),
+    )
+    axis_words: ClassVar[Words | None] = Words(
+        "step change",
+        "At {time_s:=4} the reading jumps by {um}: a knock, a slipped clamp or a counting error.",
+        "Look at clamps, mirrors and cables, and at the count of the instrument.",
+        "Fasten them; use no readings from before and after together.",
+        german=Words(
+            "Sprung",
+            "Bei {time_s:=4} springt der Wert um {um}: ein Stoß, ein gerutschtes Spannmittel oder ein Zählfehler.",
+            "Spannmittel, Spiegel, Kabel und den Zähler des Messgeräts ansehen.",
+            "Befestigen; Werte von davor und danach nicht zusammen benutzen.",
+        ),
+    )
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
     time_s: float = parameter(
         unit="s",
@@ -48,6 +73,34 @@ class Vibration(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("time",)
     process: ClassVar[bool] = True
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.4, 0.4)
+    words: ClassVar[Words | None] = Words(
+        "vibration",
+        "Machine and gauge vibrate relative to each other along {direction} by {amplitude_um} at"
+        " {frequency_hz:5}, or at an alias of this frequency at these times of probing.",
+        "Switch off, one by one, what turns near the machine: fans, pumps, spindles.",
+        "Isolate it, or measure without it.",
+        german=Words(
+            "Schwingung",
+            "Maschine und Stufenendmaß schwingen gegeneinander längs {direction} um {amplitude_um} mit"
+            " {frequency_hz:5} oder einer Alias-Frequenz davon zu diesen Zeiten.",
+            "Nacheinander abschalten, was sich nahe der Maschine dreht: Lüfter, Pumpen, Spindeln.",
+            "Die Quelle entkoppeln oder ohne sie messen.",
+        ),
+    )
+    axis_words: ClassVar[Words | None] = Words(
+        "vibration",
+        "The reading swings by {amplitude_um} at {frequency_hz:5}, or at a frequency that looks the same at"
+        " these moments of reading.",
+        "Switch off, one by one, what turns near by: fans, pumps, spindles.",
+        "Isolate it, or measure without it.",
+        german=Words(
+            "Schwingung",
+            "Der Wert schwingt um {amplitude_um} mit {frequency_hz:5} oder einer Frequenz, die zu diesen Zeiten"
+            " ebenso aussieht.",
+            "Nacheinander abschalten, was sich in der Nähe dreht: Lüfter, Pumpen, Spindeln.",
+            "Die Quelle entkoppeln oder ohne sie messen.",
+        ),
+    )
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
     frequency_hz: float = parameter(
         unit="Hz",
@@ -85,10 +138,17 @@ class DriveCycle(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.5, "what follows or turns has a drive")
     words: ClassVar[Words | None] = Words(
         "drive cycle",
-        "The reading repeats every {turn_s}, by up to {amplitude_um}, as the error of a worm, gear, screw or motor"
+        "The reading repeats every {turn_s:4}, by up to {amplitude_um}, as the error of a worm, gear, screw or motor"
         " that turns once in this time would make it.",
         "Compare the period with a turn of each part of the drive, and with half of it.",
         "Correct the periodic error of the drive, or have the part exchanged.",
+        german=Words(
+            "Umlauf eines Antriebsteils",
+            "Der Wert wiederholt sich alle {turn_s:4}, um bis zu {amplitude_um}, wie beim Fehler von Schnecke,"
+            " Zahnrad, Spindel oder Motor, die sich in dieser Zeit einmal drehen.",
+            "Die Periode mit einer Umdrehung jedes Teils des Antriebs vergleichen, und mit der Hälfte davon.",
+            "Den periodischen Fehler des Antriebs korrigieren oder das Teil tauschen lassen.",
+        ),
     )
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
     amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e4, sensible=(0, 20))
@@ -125,6 +185,31 @@ class ApproachMemory(Effect):
     recordings: ClassVar[tuple[str, ...]] = ("gauge", "linear", "rotary", "spot")
     touch: ClassVar[tuple[str, ...]] = ("gauge", "linear", "rotary", "spot")
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.6, 0.7, "reseating of a kinematic probe after a rest")
+    words: ClassVar[Words | None] = Words(
+        "approach memory",
+        "The first probing after a pause triggers {um} {um:later|earlier}; this decays to 1/e within {touches:2}.",
+        "Probe one point ten times after a pause.",
+        "Begin every run with some probings for nothing.",
+        german=Words(
+            "erste Antastungen nach einer Pause",
+            "Die erste Antastung nach einer Pause schaltet um {um} {um:später|früher}; das klingt in wenigen"
+            " Antastungen ab.",
+            "Nach einer Pause einen Punkt zehnmal antasten.",
+            "Jede Messung mit einigen Antastungen beginnen, die nicht zählen.",
+        ),
+    )
+    axis_words: ClassVar[Words | None] = Words(
+        "approach memory",
+        "The first readings after a pause are {um} off.",
+        "Read one target ten times after a pause.",
+        "Begin every run with some readings for nothing.",
+        german=Words(
+            "erste Werte nach einer Pause",
+            "Die ersten Werte nach einer Pause weichen um {um} ab.",
+            "Nach einer Pause ein Ziel zehnmal ablesen.",
+            "Jede Messung mit einigen Ablesungen beginnen, die nicht zählen.",
+        ),
+    )
     um: float = parameter(
         unit="um", meaning="pre-travel of the first probing larger by", ge=-1e3, le=1e3, sensible=(-10, 10)
     )

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import GAUGE, UNDETERMINED, Displacement, Effect, EffectPrior, parameter
+from stepgauge.effects.base import GAUGE, UNDETERMINED, Displacement, Effect, EffectPrior, Words, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.files.arrays import Array
 from stepgauge.probes import EmpiricalProbe, MechanicalProbe, Probe
@@ -33,6 +33,34 @@ class EffectiveRadius(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         2.0, 1.0, "drift of a qualification from day to day, after every change of the stylus"
     )
+    words: ClassVar[Words | None] = Words(
+        "effective radius",
+        "The probe triggers {um} {um:later|earlier} than modelled, equally on all faces; blocks appear too"
+        " {um:small|large} by twice that.",
+        "Is the stylus tight and the tip clean? Qualify it on the reference sphere and compare.",
+        "Enter the new effective radius.",
+        german=Words(
+            "wirksamer Radius",
+            "Der Taster schaltet auf allen Flächen um {um} {um:später|früher} als angenommen; Blöcke erscheinen"
+            " um das Doppelte zu {um:klein|groß}.",
+            "Ist der Taststift fest und die Kugel sauber? An der Bezugskugel einmessen und vergleichen.",
+            "Den neuen wirksamen Radius eingeben.",
+        ),
+    )
+    axis_words: ClassVar[Words | None] = Words(
+        "additive constant",
+        "All readings are {um} {um:late or too long|early or too short}, whatever their length: a pre-travel or"
+        " an additive constant.",
+        "Determine the constant by other means, on a known length or on the reference sphere.",
+        "Enter the new constant.",
+        german=Words(
+            "Additionskonstante",
+            "Alle Werte sind um {um} {um:zu spät oder zu lang|zu früh oder zu kurz}, wie lang die Strecke auch"
+            " ist: ein Vorlaufweg oder eine Additionskonstante.",
+            "Die Konstante anders bestimmen, an einer bekannten Länge oder an der Bezugskugel.",
+            "Die neue Konstante eingeben.",
+        ),
+    )
     um: float = parameter(unit="um", meaning="mean pre-travel larger by", ge=-1e4, le=1e4, sensible=(-20, 20))
 
     def displacement_um(self, probings: Probings) -> Displacement:
@@ -55,6 +83,20 @@ class ProbeLobing(Effect):
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     touch: ClassVar[tuple[str, ...]] = ("gauge",)
     prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 1.0, "tripod probes of 50 mm stylus")
+    words: ClassVar[Words | None] = Words(
+        "probe lobing",
+        "The pre-travel varies by {amplitude_um} about its mean with the direction of approach, in three lobes:"
+        " largest at an azimuth of {phase_deg:=3} and every 120 deg from there.",
+        "Probe a sphere from all sides (stepgauge probe qualify).",
+        "Compensate by direction (stepgauge probe compensate), or have the probe module exchanged.",
+        german=Words(
+            "Dreibogen des Tasters",
+            "Der Vorlaufweg ändert sich mit der Antastrichtung um {amplitude_um} um sein Mittel, in drei Bögen,"
+            " am größten bei einem Azimut von {phase_deg:=3} und alle 120° davon.",
+            "Eine Kugel von allen Seiten antasten.",
+            "Je Richtung kompensieren oder das Tastmodul tauschen lassen.",
+        ),
+    )
     amplitude_um: float = parameter(unit="um", meaning="half of peak to valley", ge=0, le=1e3, sensible=(0, 10))
     phase_deg: float = parameter(
         0.0, unit="deg", role="phase", meaning="azimuth of a lobe", ge=-360, le=360, sensible=(-60, 60), turn=120.0
@@ -71,79 +113,6 @@ class ProbeLobing(Effect):
         return {"approach": self.amplitude_um * (lobes * (size > ON_AXIS)) * probings.setting.pretravel}
 
 
-class TriggerDelay(Effect):
-    """The position is latched a delay after the trigger: d = delay * measuring speed along the approach."""
-
-    kind: ClassVar[str] = "trigger_delay"
-    equation: ClassVar[str] = "d = ms speed_mm_s along the approach"
-    source: ClassVar[str] = "Jankowski in Rodrigues 2021: 14.5 ms of radio delay at 50 mm/min are 12.1 um"
-    covariates: ClassVar[tuple[str, ...]] = ("speed",)
-    recordings: ClassVar[tuple[str, ...]] = ("gauge", "linear", "rotary", "spot")
-    touch: ClassVar[tuple[str, ...]] = ("gauge", "spot")
-    prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.2, "controllers poll in 0.1 to 1 ms")
-    ms: float = parameter(unit="ms", meaning="delay between trigger and latch", ge=-1e3, le=1e3, sensible=(-20, 20))
-
-    def displacement_um(self, probings: Probings) -> Displacement:
-        """ms times mm/s are um."""
-        return {"approach": self.ms * probings.speed_mm_s}
-
-
-class ServoLag(Effect):
-    """A lag of the axes that grows with the square of the speed: d = k speed^2 along the approach.
-
-    A lag in proportion to the speed is ``trigger_delay``.
-    """
-
-    kind: ClassVar[str] = "servo_lag"
-    equation: ClassVar[str] = "d = um_per_mm2_s2 speed_mm_s^2 along the approach"
-    source: ClassVar[str] = (
-        "following error of a servo with viscous friction; second term of a power series in the speed"
-    )
-    covariates: ClassVar[tuple[str, ...]] = ("speed",)
-    recordings: ClassVar[tuple[str, ...]] = GAUGE
-    prior: ClassVar[EffectPrior | None] = EffectPrior(0.2, 0.05, "controllers take most of it back", basis="grade")
-    um_per_mm2_s2: float = parameter(unit="um/(mm/s)^2", meaning="lag at 1 mm/s", ge=-1e3, le=1e3, sensible=(-1, 1))
-
-    @classmethod
-    def rarity(cls, probings: Probings) -> float:
-        """Two speeds tell a constant and a proportion, a square needs a third."""
-        return 1.0 if np.unique(probings.speed_mm_s).size > 2 else UNDETERMINED
-
-    def displacement_um(self, probings: Probings) -> Displacement:
-        """The square of the speed."""
-        return {"approach": self.um_per_mm2_s2 * probings.speed_mm_s * probings.speed_mm_s}
-
-
-class InterpolationStep(Effect):
-    """Positions are latched once per cycle of the controller: d = speed times the rest of the cycle at the trigger.
-
-    It is between zero and the travel in one cycle, depending on the time. Times are seldom known to a fraction of the
-    cycle: the diagnosis subtracts half of it, and the rest is scatter, or an error that repeats have in common.
-    """
-
-    kind: ClassVar[str] = "interpolation_step"
-    equation: ClassVar[str] = "d = speed_mm_s ((-time_s) mod cycle_ms) along the approach"
-    source: ClassVar[str] = "latch at the next interpolation cycle; uniform between 0 and its way, JCGM 100:2008, 4.3.7"
-    covariates: ClassVar[tuple[str, ...]] = ("speed", "time")
-    recordings: ClassVar[tuple[str, ...]] = GAUGE
-    sought: ClassVar[bool] = False
-    cycle_ms: float = parameter(
-        unit="ms", role="nonlinear", meaning="interpolation cycle", gt=0, le=1e3, sensible=(0.25, 20)
-    )
-
-    def displacement_um(self, probings: Probings) -> Displacement:
-        """ms times mm/s are um."""
-        return {"approach": probings.speed_mm_s * np.mod(probings.time_s * -1e3, self.cycle_ms)}
-
-    def expected(self) -> Effect:
-        """Half a cycle late."""
-        return TriggerDelay(ms=0.5 * self.cycle_ms, when=self.when)
-
-    def latched_um(self, probings: Probings) -> Array:
-        """That of a uniform distribution over the travel in one cycle."""
-        return np.asarray(probings.speed_mm_s * self.cycle_ms / np.sqrt(12.0))
-
-
 class TipChange(Effect):
     """One placement was probed with another tip, or after a change of the stylus: d = um along every approach there."""
 
@@ -155,6 +124,20 @@ class TipChange(Effect):
     touch: ClassVar[tuple[str, ...]] = ("gauge",)
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.3, 1.0, "tips are changed and qualified anew between placements"
+    )
+    words: ClassVar[Words | None] = Words(
+        "tip change",
+        "In placement {placement} the probe triggers {um} {um:later|earlier} than in the others: another tip or"
+        " stylus, or one not qualified anew.",
+        "Compare the stylus of placement {placement} with that of the others.",
+        "Qualify it, and measure this placement again.",
+        german=Words(
+            "anderer Taststift",
+            "In Lage {placement} schaltet der Taster um {um} {um:später|früher} als in den anderen: ein anderer"
+            " Taststift, oder einer, der nicht neu eingemessen wurde.",
+            "Den Taststift der Lage {placement} mit dem der anderen vergleichen.",
+            "Ihn einmessen und diese Lage noch einmal messen.",
+        ),
     )
     placement: int = parameter(
         unit="",
@@ -196,6 +179,18 @@ class LeverArm(Effect):
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     touch: ClassVar[tuple[str, ...]] = ("gauge",)
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.5, 2.0, unit="mm")
+    words: ClassVar[Words | None] = Words(
+        "lever arm",
+        "The trigger lever is {mm} {mm:longer|shorter} than modelled.",
+        "Measure the length of the stylus and compare it with the file.",
+        "State the measured length.",
+        german=Words(
+            "Hebelarm des Tasters",
+            "Der Hebel des Tasters ist um {mm} {mm:länger|kürzer} als angenommen.",
+            "Die Länge des Taststifts messen und mit der Datei vergleichen.",
+            "Die gemessene Länge angeben.",
+        ),
+    )
     mm: float = parameter(
         unit="mm", role="nonlinear", meaning="lever longer than modelled by", ge=-20, le=500, sensible=(0, 30)
     )
@@ -228,6 +223,20 @@ class PretravelScale(Effect):
     touch: ClassVar[tuple[str, ...]] = ("gauge",)
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.3, 10.0, "9 % between a uniform stylus and one with a stiff root"
+    )
+    words: ClassVar[Words | None] = Words(
+        "pretravel scale",
+        "The pre-travel is {percent} {percent:larger|smaller} than modelled in every direction: the stylus"
+        " bends {percent:more|less}, or the spring is set otherwise.",
+        "Look which stylus is in the probe, and compare it with the machine file.",
+        "Correct the stiffness of the stylus in the machine file.",
+        german=Words(
+            "größerer Vorlaufweg",
+            "Der Vorlaufweg ist in jeder Richtung um {percent} {percent:größer|kleiner} als angenommen: Der"
+            " Stift biegt sich {percent:mehr|weniger}, oder die Feder ist anders eingestellt.",
+            "Nachsehen, welcher Stift im Taster steckt, und mit der Maschinendatei vergleichen.",
+            "Die Steifigkeit des Stifts in der Maschinendatei berichtigen.",
+        ),
     )
     percent: float = parameter(
         unit="%", meaning="pre-travel larger than modelled by", gt=-100, le=1e4, sensible=(-50, 100)

@@ -33,6 +33,35 @@ class ReversalError(Effect):
         basis="grade",
         again=2.0,
     )
+    words: ClassVar[Words | None] = Words(
+        "reversal error",
+        "{axis} indicates {um} {um:more|less} when probed towards + than towards -: backlash, hysteresis of the"
+        " drive, or a pre-travel that depends on the direction. The size of a block has this error.",
+        "Drive {axis} to a dial gauge from both sides: if it does not differ, the cause is the probe.",
+        "Adjust the drive of {axis} or its backlash compensation; for the probe, qualify it again.",
+        german=Words(
+            "Umkehrspanne",
+            "{axis} zeigt in Richtung + um {um} {um:mehr|weniger} an als in Richtung -: Lose, Hysterese des"
+            " Antriebs oder ein richtungsabhängiger Vorlaufweg. Die Größe eines Blocks hat diesen Fehler.",
+            "{axis} von beiden Seiten an eine Messuhr fahren: Zeigt sie keinen Unterschied, ist der Taster die"
+            " Ursache.",
+            "Den Antrieb von {axis} oder seinen Losausgleich einstellen; ist es der Taster, ihn neu einmessen.",
+        ),
+    )
+    axis_words: ClassVar[Words | None] = Words(
+        "reversal error",
+        "Coming in the positive direction the reading is {um} {um:more|less} than in the negative one:"
+        " backlash, hysteresis of the drive or of the instrument.",
+        "Read the position with another instrument, coming from both sides.",
+        "Adjust the drive or its backlash compensation.",
+        german=Words(
+            "Umkehrspanne",
+            "In positiver Richtung angefahren ist der Wert um {um} {um:größer|kleiner} als in negativer: Lose,"
+            " Hysterese des Antriebs oder des Messgeräts.",
+            "Die Position mit einem anderen Gerät ablesen, von beiden Seiten kommend.",
+            "Den Antrieb oder seinen Losausgleich einstellen.",
+        ),
+    )
     axis: Axis = parameter(unit="", role="choice", meaning="axis that reverses: x, y or z")
     um: float = parameter(
         unit="um",
@@ -61,6 +90,34 @@ class ReversalWear(Effect):
     process: ClassVar[bool] = True
     recordings: ClassVar[tuple[str, ...]] = AXES
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.2, 1.0, "screws wear where they work most", basis="grade")
+    words: ClassVar[Words | None] = Words(
+        "reversal wear",
+        "The reversal of {axis} is {um} {um:larger|smaller} about {axis} = {at_mm:=4}, over some {width_mm:2},"
+        " than elsewhere: the screw may be worn there.",
+        "Drive {axis} to a dial gauge from both sides, near {at_mm:=5} and far from it.",
+        "Have the screw of {axis} inspected; its backlash compensation holds for one place only.",
+        german=Words(
+            "Umkehrspanne durch Verschleiß",
+            "Die Umkehrspanne von {axis} ist bei {axis} = {at_mm:=4}, auf etwa {width_mm:2}, um {um}"
+            " {um:größer|kleiner} als sonst: Die Spindel ist dort vielleicht verschlissen.",
+            "{axis} nahe {at_mm:=5} und weit davon von beiden Seiten an eine Messuhr fahren.",
+            "Die Spindel von {axis} prüfen lassen; ihr Losausgleich gilt nur an einer Stelle.",
+        ),
+    )
+    axis_words: ClassVar[Words | None] = Words(
+        "reversal wear",
+        "About {at_mm:=4}, over a width of {width_mm:2}, the reversal is {um} {um:larger|smaller} than"
+        " elsewhere: wear of the screw or its nut, or a guide that binds.",
+        "Read the position near there and far from it with another instrument, coming from both sides.",
+        "Have the drive inspected; a backlash compensation holds for one place only.",
+        german=Words(
+            "Umkehrspanne durch Verschleiß",
+            "Bei {at_mm:=4}, auf einer Breite von {width_mm:2}, ist die Umkehrspanne um {um} {um:größer|kleiner}"
+            " als sonst: Verschleiß von Spindel oder Mutter, oder eine klemmende Führung.",
+            "Die Position dort und weit davon mit einem anderen Gerät ablesen, von beiden Seiten kommend.",
+            "Den Antrieb prüfen lassen; ein Losausgleich gilt nur an einer Stelle.",
+        ),
+    )
     axis: Axis = parameter(unit="", role="choice", meaning="axis that reverses: x, y or z")
     at_mm: float = parameter(
         unit="mm",
@@ -106,12 +163,25 @@ class ReversalSlope(Effect):
         "The reversal error of {axis} grows by {um_per_m} along it: the drive has more play towards one end.",
         "Drive {axis} to a dial gauge from both sides, at both ends of its travel.",
         "Have the drive of {axis} inspected; a backlash compensation holds for one place only.",
+        german=Words(
+            "mit der Achse wachsende Umkehrspanne",
+            "Die Umkehrspanne von {axis} wächst längs der Achse um {um_per_m}: Der Antrieb hat gegen ein Ende"
+            " mehr Lose.",
+            "{axis} an beiden Enden des Wegs von beiden Seiten an eine Messuhr fahren.",
+            "Den Antrieb von {axis} prüfen lassen; ein Losausgleich gilt nur an einer Stelle.",
+        ),
     )
     axis_words: ClassVar[Words | None] = Words(
         "reversal error that grows",
         "The reversal error grows by {um_per_m} along the axis: the drive has more play towards one end.",
         "Read both ends with another instrument, coming from both sides.",
         "Have the drive inspected; a backlash compensation holds for one place only.",
+        german=Words(
+            "mit der Achse wachsende Umkehrspanne",
+            "Die Umkehrspanne wächst längs der Achse um {um_per_m}: Der Antrieb hat gegen ein Ende mehr Lose.",
+            "Beide Enden mit einem anderen Gerät ablesen, von beiden Seiten kommend.",
+            "Den Antrieb prüfen lassen; ein Losausgleich gilt nur an einer Stelle.",
+        ),
     )
     axis: Axis = parameter(unit="", role="choice", meaning="axis that reverses: x, y or z")
     um_per_m: float = parameter(
@@ -142,6 +212,34 @@ class StickSlip(Effect):
     recordings: ClassVar[tuple[str, ...]] = AXES
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.2, 1.0, "slideways more, rolling and air bearings less", basis="grade"
+    )
+    words: ClassVar[Words | None] = Words(
+        "stick-slip",
+        "After {axis} has turned round, the two directions differ by {um}, which fades over {decay_mm} of way:"
+        " friction holds it back.",
+        "Look at lubrication and wipers of the {axis} guideway.",
+        "Clean and lubricate the guideway of {axis}.",
+        german=Words(
+            "Ruckgleiten",
+            "Nach einer Umkehr von {axis} weichen beide Richtungen um {um} voneinander ab, was auf {decay_mm}"
+            " Weg abklingt: Reibung hält die Achse zurück.",
+            "Schmierung und Abstreifer der Führung {axis} ansehen.",
+            "Die Führung {axis} reinigen und schmieren.",
+        ),
+    )
+    axis_words: ClassVar[Words | None] = Words(
+        "stick-slip",
+        "Just after the axis turns, the two directions differ by {um}, which fades over {decay_mm}: friction in"
+        " the guides or the drive.",
+        "Look at lubrication and wipers of the guideway; approach a target from farther away.",
+        "Clean and lubricate the guideway.",
+        german=Words(
+            "Ruckgleiten",
+            "Kurz nach einer Umkehr weichen beide Richtungen um {um} voneinander ab, was auf {decay_mm}"
+            " abklingt: Reibung in Führung oder Antrieb.",
+            "Schmierung und Abstreifer der Führung ansehen; ein Ziel von weiter her anfahren.",
+            "Die Führung reinigen und schmieren.",
+        ),
     )
     axis: Axis = parameter(unit="", role="choice", meaning="axis that sticks: x, y or z")
     um: float = parameter(

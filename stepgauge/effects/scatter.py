@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from stepgauge.effects.base import Displacement, Effect, parameter, whole_numbers
+from stepgauge.effects.base import Displacement, Effect, Words, parameter, whole_numbers
 from stepgauge.effects.probings import Probings
 from stepgauge.files.arrays import Array
 
@@ -23,6 +23,18 @@ class NoiseGrowth(Effect):
     )
     source: ClassVar[str] = "quadrature sum of independent scatter, JCGM 100:2008, 5.1.2"
     covariates: ClassVar[tuple[str, ...]] = ("scatter",)
+    words: ClassVar[Words | None] = Words(
+        "noise growth",
+        "The scatter grows with {per}, by {rate} added in quadrature; these readings have less weight.",
+        "Look for what changes with {per}.",
+        "Nothing: readings there have less weight.",
+        german=Words(
+            "zunehmende Streuung",
+            "Die Streuung wächst mit {per}, um {rate} (quadratisch addiert); diese Werte haben weniger Gewicht.",
+            "Suchen, was sich mit {per} ändert.",
+            "Nichts: Werte von dort haben weniger Gewicht.",
+        ),
+    )
     per: Covariate = parameter(
         unit="", role="choice", meaning="x, y, z (machine), position (along the gauge), speed or time"
     )
@@ -61,6 +73,34 @@ class Outliers(Effect):
     equation: ClassVar[str] = "d = um along the approach where the row is listed"
     source: ClassVar[str] = "definition"
     covariates: ClassVar[tuple[str, ...]] = ("row",)
+    words: ClassVar[Words | None] = Words(
+        "outliers",
+        "Some probings are far outside the scatter of the repeats and not used in the fit: dirt, a false"
+        " trigger, or a hand on the table.",
+        "Clean the tip and the faces that are listed in the appendix.",
+        "Measure these points again.",
+        german=Words(
+            "einzelne Ausreißer",
+            "Einige Antastungen liegen weit außerhalb der Streuung und gehen nicht ein: Schmutz, ein falsches"
+            " Schalten oder eine Hand auf dem Tisch.",
+            "Die Kugel und die Flächen reinigen, die im Anhang des Berichts stehen.",
+            "Diese Punkte noch einmal messen.",
+        ),
+    )
+    axis_words: ClassVar[Words | None] = Words(
+        "outliers",
+        "Some readings are far outside the scatter and left out: a lost count, an interrupted beam, dirt, or a"
+        " slip in writing.",
+        "Look at the readings that are listed in the appendix, and at what happened then.",
+        "Measure these targets again.",
+        german=Words(
+            "einzelne Ausreißer",
+            "Einige Werte liegen weit außerhalb der Streuung und gehen nicht ein: ein verlorener Zähler, ein"
+            " unterbrochener Strahl, Schmutz oder ein Schreibfehler.",
+            "Die Werte ansehen, die im Anhang des Berichts stehen, und was damals geschah.",
+            "Diese Ziele noch einmal messen.",
+        ),
+    )
     rows: Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(strict=False)] = parameter(
         unit="", role="choice", meaning="numbers of the rows, counted from 1"
     )

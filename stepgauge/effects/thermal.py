@@ -14,7 +14,18 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import GAUGE, Axis, Direction, Displacement, Effect, EffectPrior, Grid, along, parameter
+from stepgauge.effects.base import (
+    GAUGE,
+    Axis,
+    Direction,
+    Displacement,
+    Effect,
+    EffectPrior,
+    Grid,
+    Words,
+    along,
+    parameter,
+)
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.waves import sine
 from stepgauge.files.arrays import Array
@@ -66,6 +77,19 @@ class GaugeTemperature(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         1.0, 0.3, "a thermometer that is off, or soaking that takes longer than the run"
     )
+    words: ClassVar[Words | None] = Words(
+        "gauge temperature",
+        "The gauge is {delta_K} {delta_K:warmer|colder} than recorded: up to {largest} in this recording.",
+        "Measure the temperature on the bar of the gauge with a calibrated thermometer, before and after a run.",
+        "Wait until the gauge has the temperature of the machine; record its temperature.",
+        german=Words(
+            "Temperatur des Stufenendmaßes",
+            "Das Stufenendmaß ist um {delta_K} {delta_K:wärmer|kälter} als aufgezeichnet: bis {largest} in"
+            " dieser Aufnahme.",
+            "Die Temperatur am Stufenendmaß mit einem kalibrierten Thermometer messen, vor und nach einer Messung.",
+            "Warten, bis das Stufenendmaß die Temperatur der Maschine hat; seine Temperatur aufzeichnen.",
+        ),
+    )
     delta_K: float = parameter(
         unit="K", meaning="true minus recorded gauge temperature", ge=-40, le=40, sensible=(-5, 5)
     )
@@ -92,6 +116,20 @@ class GaugeSoaking(Effect):
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.6, 0.5, "from a store into the room, or in the hands when it is laid"
+    )
+    words: ClassVar[Words | None] = Words(
+        "gauge soaking",
+        "The gauge begins {delta_K} {delta_K:warmer|colder} than recorded ({warmed}) and takes on the"
+        " temperature of its surroundings with a time constant of {time_constant_h}.",
+        "Log the temperature on the bar of the gauge from the moment it is laid.",
+        "Let the gauge soak for three time constants before measuring; lay it with gloves.",
+        german=Words(
+            "Angleichen des Stufenendmaßes",
+            "Das Stufenendmaß ist anfangs um {delta_K} {delta_K:wärmer|kälter} als aufgezeichnet und gleicht"
+            " sich mit einer Zeitkonstante von {time_constant_h} der Umgebung an.",
+            "Die Temperatur am Stufenendmaß vom Auflegen an aufzeichnen.",
+            "Vor der Messung drei Zeitkonstanten warten; mit Handschuhen auflegen.",
+        ),
     )
     warmed: Literal["once", "anew"] = parameter(
         "once", unit="", role="choice", meaning="warmed once, before start_s, or anew before each placement"
@@ -126,6 +164,20 @@ class ScaleTemperature(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.6, 0.5, "a sensor that hangs in the air, or is not calibrated", again=1.0
     )
+    words: ClassVar[Words | None] = Words(
+        "scale temperature",
+        "The scale ({axis}) is {delta_K} {delta_K:warmer|colder} than recorded and reads too"
+        " {delta_K:short|long}, up to {largest} in this recording.",
+        "Measure the scale temperature of {axis} with a calibrated thermometer.",
+        "Have its sensor adjusted, or state the measured temperature.",
+        german=Words(
+            "Temperatur des Maßstabs",
+            "Der Maßstab ({axis}) ist um {delta_K} {delta_K:wärmer|kälter} als aufgezeichnet und zeigt zu"
+            " {delta_K:wenig|viel} an, in dieser Aufnahme bis {largest}.",
+            "Die Temperatur des Maßstabs {axis} mit einem kalibrierten Thermometer messen.",
+            "Seinen Fühler justieren lassen oder die gemessene Temperatur angeben.",
+        ),
+    )
     axis: Axis | Literal["all"] = parameter(
         unit="", role="choice", meaning="axis of the scale: x, y or z; all: those of one room are alike"
     )
@@ -158,6 +210,36 @@ class ThermalDrift(Effect):
     process: ClassVar[bool] = True
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         1.0, 2.0, "for an hour or more; what ends sooner moves by 2 um in all"
+    )
+    words: ClassVar[Words | None] = Words(
+        "thermal drift",
+        "Relative to the machine the gauge drifts{start_s: from {start_s:=4} on|} towards"
+        " {rate_um_per_h:+|-}{direction}, {time_constant_h:first |}by {rate_um_per_h}{time_constant_h:, settling"
+        " with a time constant of {time_constant_h}|}.",
+        "Log the temperatures of air, gauge and machine; ask what was switched on before the run.",
+        "Wait for equilibrium, or measure there and back (stepgauge plan --order up-down).",
+        german=Words(
+            "thermische Drift",
+            "Gegen die Maschine driftet das Stufenendmaß{start_s: ab {start_s:=4}|} nach"
+            " {rate_um_per_h:+|-}{direction}, {time_constant_h:anfangs |}um {rate_um_per_h}{time_constant_h:,"
+            " und kommt mit einer Zeitkonstante von {time_constant_h} zur Ruhe|}.",
+            "Die Temperaturen von Luft, Stufenendmaß und Maschine aufzeichnen; fragen, was vorher eingeschaltet wurde.",
+            "Das Gleichgewicht abwarten, oder hin und zurück messen.",
+        ),
+    )
+    axis_words: ClassVar[Words | None] = Words(
+        "drift",
+        "The reading drifts, {time_constant_h:first |}by {rate_um_per_h}{time_constant_h:, settling with a time"
+        " constant of {time_constant_h}|}.",
+        "Log the temperatures of air, axis and instrument.",
+        "Wait for equilibrium; measure there and back.",
+        german=Words(
+            "Drift",
+            "Der Wert driftet, {time_constant_h:anfangs |}um {rate_um_per_h}{time_constant_h:, und kommt mit"
+            " einer Zeitkonstante von {time_constant_h} zur Ruhe|}.",
+            "Die Temperaturen von Luft, Achse und Messgerät aufzeichnen.",
+            "Das Gleichgewicht abwarten; hin und zurück messen.",
+        ),
     )
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
     rate_um_per_h: float = parameter(unit="um/h", meaning="rate at start_s", ge=-1e5, le=1e5, sensible=(-50, 50))
@@ -192,6 +274,34 @@ class TemperatureCycle(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("time",)
     process: ClassVar[bool] = True
     prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.5)
+    words: ClassVar[Words | None] = Words(
+        "temperature cycle",
+        "The gauge oscillates along {direction} by {amplitude_um} every {period_s:4}, as with an air"
+        " conditioning or a coolant unit that switches on and off.",
+        "Compare the period with that of the air conditioning or the coolant unit.",
+        "Keep the stream of air or coolant off the machine.",
+        german=Words(
+            "Temperaturzyklus",
+            "Das Stufenendmaß schwankt längs {direction} um {amplitude_um} alle {period_s:4}, wie bei einer"
+            " Klimaanlage oder Kühlung, die ein- und ausschaltet.",
+            "Die Periode mit der von Klimaanlage oder Kühlgerät vergleichen.",
+            "Den Luft- oder Kühlmittelstrom von der Maschine fernhalten.",
+        ),
+    )
+    axis_words: ClassVar[Words | None] = Words(
+        "slow cycle",
+        "The reading goes to and fro by {amplitude_um} every {period_s:4}, as an air conditioning or a cooling"
+        " unit that switches would make it.",
+        "Compare the period with that of the air conditioning or the coolant unit.",
+        "Keep the stream of air or coolant off the axis.",
+        german=Words(
+            "langsamer Zyklus",
+            "Der Wert schwankt um {amplitude_um} alle {period_s:4}, wie bei einer Klimaanlage oder Kühlung, die"
+            " ein- und ausschaltet.",
+            "Die Periode mit der von Klimaanlage oder Kühlgerät vergleichen.",
+            "Den Luft- oder Kühlmittelstrom von der Achse fernhalten.",
+        ),
+    )
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
     amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e4, sensible=(0, 20))
     period_s: float = parameter(

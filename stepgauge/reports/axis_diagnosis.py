@@ -5,57 +5,30 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from stepgauge.diagnosis.credible import MOST_LOCATED
-from stepgauge.diagnosis.wording.axis import kind_name
-from stepgauge.diagnosis.wording.headline import headline
-from stepgauge.diagnosis.wording.notation import percent, plus_minus, probability_of, significant
-from stepgauge.reports.blocks import Block, bullets, figure, heading, part, table, words
-from stepgauge.reports.diagnosis import check_blocks, located_row, recording_files, shown_figures, story
-from stepgauge.reports.findings import Words, do_first, first_lines, found_part
+from stepgauge.diagnosis.wording.findings import finding_name, subject
+from stepgauge.diagnosis.wording.notation import probability_of, significant
+from stepgauge.reports.blocks import Block, bullets, heading, table, words
+from stepgauge.reports.diagnosis_blocks import check_blocks, located_row, numbers, recording_files, set_table
 
 Said = Mapping[str, Any]
 TITLES = {"axis": "an axis", "spot": "one spot over time", "distances": "distances between stations"}
-_AGAIN = (
-    "every target at least twice, better five times, in each direction of travel, with all digits of the instrument"
-)
 
 
-def told_of(said: Said) -> Words:
-    """The words for an axis."""
-    form = said["axis"]["form"]
-    return Words([_AGAIN], _name, lambda one: _member(one, form), of="axis")
-
-
-def first_of(said: Said) -> list[str]:
-    """What to do first, in lines for a terminal."""
-    return first_lines(said, told_of(said))
-
-
-def _name(effect: Said) -> str:
-    return str(effect["name"])
-
-
-def _member(one: Said, form: str) -> str:
-    return str(one.get("name") or kind_name(one["kind"], form))
-
-
-def axis_story(said: Said, figures: Sequence[str] = (), pictures: Mapping[str, str] | None = None) -> dict[str, Any]:
-    """The content of a page; parameters as :func:`stepgauge.reports.diagnosis.diagnosis_story`."""
-    axis, told = said["axis"], told_of(said)
-    caption = "Deviations before and after, against what they may depend on"
-    drawn = [figure(name, caption, pictures or {}) for name in shown_figures(figures, pictures)[:1]]
+def title(said: Said) -> str:
+    """The title of the page."""
+    axis = said["axis"]
     sensor = axis["sensor_words"]
-    title = f"Diagnosis of {TITLES[axis['form']]}, read by {'an' if sensor[0] in 'aeio' else 'a'} {sensor}"
-    parts = [
-        do_first(said, told),
-        found_part({**said, "unexplained": said["unexplained"][:MOST_LOCATED]}, told, *drawn),
-        part("Evidence", *_evidence(said, axis)),
-        part("Appendix", *_appendix(said, axis)),
-    ]
-    return story(said, title, headline(said), parts)
+    return f"Diagnosis of {TITLES[axis['form']]}, read by {'an' if sensor[0] in 'aeio' else 'a'} {sensor}"
 
 
-def _evidence(said: Said, axis: Said) -> Iterator[Block]:
+def captions(said: Said) -> dict[str, str]:
+    """What stands below each figure."""
+    return {"residuals": "Deviations before and after, against what they may depend on"}
+
+
+def evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:
+    """What was measured, and what speaks for the statements."""
+    axis = said["axis"]
     unit, noise, fit = axis["deviation_unit"], said["noise"], said["fit"]
     yield words(_measured(said, axis))
     yield words(
@@ -91,16 +64,13 @@ def _measured(said: Said, axis: Said) -> str:
     )
 
 
-def _appendix(said: Said, axis: Said) -> Iterator[Block]:
+def appendix(said: Said) -> Iterator[Block]:
+    """All numbers, the limits, the files."""
+    axis = said["axis"]
     for number, effect in enumerate(said["effects"], 1):
-        yield heading(f"Finding {number}: {effect['name']}")
-        yield bullets(list(_facts(effect)))
-        if effect["set"]:
-            rows = [
-                [_member(one, axis["form"]), percent(one["share"]), _numbers(one), one["in_practice"]]
-                for one in effect["set"]
-            ]
-            yield table(("cause", "share", "value (k = 2)", "what it would mean"), rows, (0.0, 0.0, 1.0, 2.0))
+        yield heading(f"Finding {number}: {finding_name(effect, subject(said))}")
+        yield bullets([*numbers(effect), probability_of(effect)])
+        yield from set_table(effect, said)
         if "rows" in effect:
             unit = axis["deviation_unit"]
             rows = [[r["row"], r["target"], r["cycle"], significant(r[f"off_{unit}"])] for r in effect["rows"]]
@@ -109,17 +79,3 @@ def _appendix(said: Said, axis: Said) -> Iterator[Block]:
     yield bullets(said["limits"])
     yield heading("Files")
     yield bullets(list(recording_files(said)))
-
-
-def _facts(effect: Said) -> Iterator[str]:
-    for name, p in effect["parameters"].items():
-        if "unit" in p and p["unit"] != "count":
-            yield f"{name if name != p['unit'] else 'size'} = {plus_minus(p)}{' (k = 2)' if p.get('u') else ''}"
-    yield probability_of(effect)
-    if effect["where"]:
-        yield f"acts {effect['where']}"
-
-
-def _numbers(one: Said) -> str:
-    numbers = [(name, p) for name, p in one["parameters"].items() if "unit" in p]
-    return "; ".join(f"{name if name != p['unit'] else 'size'} = {plus_minus(p)}" for name, p in numbers)

@@ -1,31 +1,34 @@
 """The first page of any diagnosis: what to do first, then what was found with its rivals.
 
-It is made from a ``diagnosis.json``, whatever was diagnosed; :class:`Words` holds what differs.
+It is made from a ``diagnosis.json``, whatever was diagnosed.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from stepgauge.diagnosis.wording.headline import chosen, in_place_of
-from stepgauge.diagnosis.wording.limits import remaining
+from stepgauge.diagnosis.wording.catalogue import listed, say
+from stepgauge.diagnosis.wording.findings import (
+    finding_name,
+    in_place,
+    kind_and_choice,
+    name_of,
+    remedy,
+    subject,
+)
+from stepgauge.diagnosis.wording.limits import lacking, remaining
 from stepgauge.diagnosis.wording.notation import (
     COVERAGE,
-    direction_words,
-    listed,
     members_of,
-    misfit,
-    name_of,
     plus_minus,
     probability,
     without,
 )
-from stepgauge.diagnosis.wording.remedies import Remedy, remedy, remedy_of_form
-from stepgauge.diagnosis.wording.structure import SCATTER
-from stepgauge.effects import effect_kinds
+from stepgauge.diagnosis.wording.phrases import misfit, worded_all
+from stepgauge.diagnosis.wording.structure import SCATTER, remedy_of_structure
+from stepgauge.effects.words import Words
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
 Said = Mapping[str, Any]
@@ -35,59 +38,32 @@ FOUND = ("", "Cause", "Value", "u", "Probability", "What it means; repair")
 _SHARES = (0.0, 1.5, 0.0, 0.0, 0.0, 5.0)
 UNKNOWN_NAME = "structure without a known law"
 _WORD = re.compile(r"\b[a-z]+(?:_[a-z0-9]+)+\b")
-_FIRST = "Do not adjust anything before the checks have told which of the causes of a finding it is."
-_MISFIT = "Nothing: alone, without what has no known law, the named effects do not explain the readings."
 
 
-def _named(effect: Said) -> str:
-    """A finding with its choices: axis, plane, face."""
-    choices = [direction_words(one) if isinstance(one, list) else str(one) for one in chosen(effect)]
-    return " ".join([name_of(effect["kind"]), *choices])
-
-
-def _member(one: Said) -> str:
-    return name_of(one["label"])
-
-
-@dataclass(frozen=True)
-class Words:
-    """``name`` of an effect, ``member`` of a set; ``of``: what was diagnosed (see :func:`remedy`); ``lacking``: of it.
-
-    ``compare``: how a further measurement is compared with this one.
-    """
-
-    lacking: Sequence[str] = ()
-    name: Callable[[Said], str] = _named
-    member: Callable[[Said], str] = _member
-    of: str = "gauge"
-    compare: str = ""
-
-
-def do_first(said: Said, told: Words) -> dict[str, Any]:
+def do_first(said: Said, language: str = "en") -> dict[str, Any]:
     """The part that says what to do: check, repair, measure again."""
-    return part("What to do first", *_steps(said, told))
+    return part(say("do_first", language), *_steps(said, language))
 
 
-def _steps(said: Said, told: Words) -> Iterator[Block]:
+def _steps(said: Said, language: str) -> Iterator[Block]:
     if said["verdict"] == "adequate":
-        yield words("Nothing: no named effect is needed, and nothing is left beyond the scatter.")
+        yield words(say("nothing_to_do", language))
         return
-    checks, repairs = list(_checks(said, told)), list(_repairs(said, told))
-    if checks:
-        yield bullets(checks, "Check")
-    if repairs:
-        yield bullets(repairs, "Repair")
-    again = list(_again(said, told))
-    if again:
-        yield bullets(again, "Measure again")
+    for title, items in _lists(said, language):
+        if items:
+            yield bullets(items, say(title, language))
     if found := commands(said):
         yield code(*found, language="sh")
 
 
-def first_lines(said: Said, told: Words) -> list[str]:
+def _lists(said: Said, language: str) -> list[tuple[str, list[str]]]:
+    every = {"check": _checks, "repair": _repairs, "again": _again}
+    return [(title, list(items(said, language))) for title, items in every.items()]
+
+
+def first_lines(said: Said, language: str = "en") -> list[str]:
     """The same in lines for a terminal, each with the word for what it is."""
-    verbs = (("check", _checks), ("repair", _repairs), ("measure again", _again))
-    found = [f"{verb}: {text}" for verb, told_by in verbs for text in told_by(said, told)]
+    found = [f"{say(title, language).lower()}: {text}" for title, items in _lists(said, language) for text in items]
     return found + commands(said)
 
 
@@ -97,53 +73,58 @@ def commands(said: Said) -> list[str]:
     return list(dict.fromkeys(command for one in every for command in one.get("commands", ())))
 
 
-def _checks(said: Said, told: Words) -> Iterator[str]:
+def _checks(said: Said, language: str) -> Iterator[str]:
+    at = subject(said)
     for number, effect in enumerate(said["effects"], 1):
         members = [effect, *_rivals(said, effect)]
-        several = len(members) > 1
-        seen = dict.fromkeys(_remedy(one, told).check for one in members)
-        for text in seen:
-            first = next(one for one in members if _remedy(one, told).check == text)
-            which = told.name(effect) if first is members[0] else f"or {told.member(first)}"
-            yield f"{number}{f', {which}' if several else ''}: {text}"
-    for number, row in _forms(said):
-        yield f"{number}: {_of_form(row).check}"
-        yield from (f"{number}, or {names}: {check}" for names, check in _checks_of_laws(row))
+        first = dict.fromkeys(remedy(one, at, language).check for one in members)
+        for text in first:
+            one = next(each for each in members if remedy(each, at, language).check == text)
+            name = finding_name(one, at, language)
+            which = name if one is effect else say("or_member", language, name=name)
+            yield f"{number}{f', {which}' if len(members) > 1 else ''}: {text}"
+    for number, row in _structure(said):
+        yield f"{number}: {_remedy_of_row(row, language).check}"
+        yield from (f"{number}, {which}: {check}" for which, check in _checks_of_laws(row, language))
 
 
-def _checks_of_laws(row: Said) -> Iterator[tuple[str, str]]:
+def _checks_of_laws(row: Said, language: str) -> Iterator[tuple[str, str]]:
     """Laws that the readings do not exclude in the place of a structure, with what to check of each."""
     for one in row["open"]:
         for label in dict.fromkeys(label for law in one["laws"] for label in law["labels"]):
-            kind = max((kind for kind in effect_kinds() if label.startswith(kind)), key=len, default=label)
-            choice = {"value": label.removeprefix(kind).strip("_")}
-            yield name_of(label), remedy(kind, {"axis": choice, "plane": choice}).check
+            kind, choice = kind_and_choice(label)
+            law = {"kind": kind, "parameters": {name: {"value": choice} for name in ("axis", "plane")}}
+            yield (
+                say("or_member", language, name=name_of(label, "gauge", language)),
+                remedy(law, language=language).check,
+            )
 
 
-def _repairs(said: Said, told: Words) -> Iterator[str]:
+def _repairs(said: Said, language: str) -> Iterator[str]:
     """What to repair by finding; findings of which the cause is not known yet are named together."""
     unsure = [n for n, effect in enumerate(said["effects"], 1) if _has_rivals(effect)]
-    if any(misfits(said)):
+    if misfits(said):
         unsure = list(range(1, len(said["effects"]) + 1))
-        yield f"{', '.join(map(str, unsure))}: {_MISFIT}"
+        yield f"{', '.join(map(str, unsure))}: {say('misfit', language)}"
     elif unsure:
-        yield f"{', '.join(map(str, unsure))}: {_FIRST}"
+        yield f"{', '.join(map(str, unsure))}: {say('first', language)}"
     for number, effect in enumerate(said["effects"], 1):
         if number not in unsure:
-            yield f"{number}: {_remedy(effect, told).repair}"
-    forms = list(_forms(said))
-    if forms:
-        yield f"{', '.join(str(number) for number, _ in forms)}: {_of_form(forms[0][1]).repair}"
+            yield f"{number}: {remedy(effect, subject(said), language).repair}"
+    left = list(_structure(said))
+    if left:
+        yield f"{', '.join(str(number) for number, _ in left)}: {_remedy_of_row(left[0][1], language).repair}"
 
 
-def misfits(said: Said) -> Iterator[str]:
+def misfits(said: Said, language: str = "en") -> list[str]:
     """That the named effects of a recording make the residuals no smaller."""
     before_um, after_um = (said["fit"].get(f"rms_{when}_um") for when in ("before", "after"))
-    if said["effects"] and before_um is not None and after_um is not None:
-        yield from misfit(before_um, after_um)
+    if not said["effects"] or before_um is None or after_um is None:
+        return []
+    return worded_all(misfit(before_um, after_um), language=language)
 
 
-def _forms(said: Said) -> Iterator[tuple[int, Said]]:
+def _structure(said: Said) -> Iterator[tuple[int, Said]]:
     """What is left without a known law, numbered on from the effects."""
     return enumerate(remaining(said["unexplained"]), len(said["effects"]) + 1)
 
@@ -153,56 +134,50 @@ def _has_rivals(effect: Said) -> bool:
     return bool(several or effect.get("aliases"))
 
 
-def _again(said: Said, told: Words) -> Iterator[str]:
-    yield from (text for text in told.lacking if said["verdict"] == "insufficient")
+def _again(said: Said, language: str) -> Iterator[str]:
+    yield from lacking(said, language)
     for number, effect in enumerate(said["effects"], 1):
         if effect["separate_by"]:
-            separate = without(effect["separate_by"], effect["commands"])
-            yield f"{number}, what would separate the causes: {_WORD.sub(_spaced, separate)}"
-    for number, row in _forms(said):
+            text = _WORD.sub(lambda match: name_of(match[0]), without(effect["separate_by"], effect["commands"]))
+            yield f"{number}, {say('separate', language, text=text)}"
+    for number, row in _structure(said):
         for one in row["open"]:
-            laws = listed([" and ".join(map(name_of, law["labels"])) for law in one["laws"]], "or")
+            laws = [" + ".join(name_of(label, "gauge", language) for label in law["labels"]) for law in one["laws"]]
             place = one["separate_by"].split(": stepgauge")[0]
-            yield f"{number}, what would tell whether it is {laws}: {_WORD.sub(_spaced, place)}"
-    if said["verdict"] != "insufficient" and told.compare:
-        yield told.compare
+            text = _WORD.sub(lambda match: name_of(match[0]), place)
+            yield f"{number}, {say('tell_laws', language, laws=listed(laws, 'or', language), text=text)}"
+    of = subject(said).of
+    if of != "axis" and said["verdict"] != "insufficient" and (said["effects"] or said["unexplained"]):
+        yield say(f"compare_{of}", language)
 
 
-def _spaced(match: re.Match[str]) -> str:
-    return name_of(match[0])
-
-
-def _of_form(row: Said) -> Remedy:
+def _remedy_of_row(row: Said, language: str = "en") -> Words:
     both = f"{row['covariate']} and {row['beside']}" if row.get("beside") else str(row["covariate"])
-    return remedy_of_form(row["forms"], both)
+    return remedy_of_structure(row["forms"], both, language)
 
 
-def _remedy(effect: Said, told: Words) -> Remedy:
-    return remedy(effect["kind"], effect["parameters"], told.of, aliased=bool(effect.get("aliases")))
-
-
-def found_part(said: Said, told: Words, *more: Block | None) -> dict[str, Any]:
+def found_part(said: Said, *more: Block | None) -> dict[str, Any]:
     """The part with the table of findings: each cause with its own value, uncertainty, probability and instruction."""
     rows: list[list[str]] = []
     inner: list[int] = []
     left_out = 0
     for number, effect in enumerate(said["effects"], 1):
-        rows.append(_row(str(number), told.name(effect), effect, _of_set(members_of(effect)[0], effect), told))
+        rows.append(_row(str(number), effect, _of_set(members_of(effect)[0], effect), said))
         rivals = _rivals(said, effect)
         left_out += max(len(members_of(effect)) - 1 - len(rivals), 0)
         for one in rivals:
             inner.append(len(rows))
-            rows.append(_row("or", told.member(one), one, _of_set(one, effect), told))
+            rows.append(_row("or", one, _of_set(one, effect), said))
         others, p = combinations(effect)
         if others:
             inner.append(len(rows))
             rows.append(_together_row(others, p))
-    rows += [_form_row(row, number) for number, row in _forms(said)]
+    rows += [_form_row(row, number) for number, row in _structure(said)]
     if not rows:
         return part("What was found", words(_nothing(said)), *more)
-    listed = table(FOUND, rows, _SHARES, inner, _note(said, left_out))
+    listing = table(FOUND, rows, _SHARES, inner, _note(said, left_out))
     against = [f"Known laws in place of what has none: {why}." for why in said["refuted"]]
-    return part("What was found", listed, *(words(text) for text in against if said["unexplained"]), *more)
+    return part("What was found", listing, *(words(text) for text in against if said["unexplained"]), *more)
 
 
 def _rivals(said: Said, effect: Said) -> list[Said]:
@@ -225,8 +200,9 @@ def combinations(effect: Said) -> tuple[list[str], float]:
     members = members_of(effect)
     known = {one["kind"] for one in members}
     left = float(effect["probability"]) - sum(_of_set(one, effect) or 0.0 for one in members)
-    others = {**effect, "confounded_with": [name for name in effect["confounded_with"] if name not in known]}
-    return in_place_of(others), max(left, 0.0)
+    others = [name for name in effect["confounded_with"] if name not in known]
+    several = [one["labels"] for one in effect.get("several", ())]
+    return in_place(others, several), max(left, 0.0)
 
 
 def _together_row(others: Sequence[str], p: float) -> list[str]:
@@ -234,10 +210,11 @@ def _together_row(others: Sequence[str], p: float) -> list[str]:
     return ["or", "; ".join(others), "", "", probability(p), text]
 
 
-def _row(first: str, name: str, one: Said, p: float | None, told: Words) -> list[str]:
-    text = f"{one['in_practice']} Repair: {_remedy(one, told).repair}"
-    where = f" Acts {one['where']}." if one.get("where") else ""
-    return [first, name, values(one), uncertainties(one), "" if p is None else probability(p), text + where]
+def _row(first: str, one: Said, p: float | None, said: Said) -> list[str]:
+    at = subject(said)
+    name = finding_name(one, at) if first != "or" else name_of(one["label"], at.of)
+    text = f"{one['meaning']} Repair: {remedy(one, at).repair}"
+    return [first, name, values(one), uncertainties(one), "" if p is None else probability(p), text]
 
 
 def _form_row(row: Said, number: int) -> list[str]:

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from stepgauge.diagnosis.wording.notation import name_of, percent, plus_minus, significant
+from stepgauge.diagnosis.wording.findings import name_of
+from stepgauge.diagnosis.wording.notation import percent, plus_minus, significant
 from stepgauge.files.notation import counted
 from stepgauge.files.text import in_folder, read_result
 from stepgauge.recording.simulated import SIMULATED_WARNING

@@ -37,8 +37,6 @@ def kind_of(path: str | Path) -> str:
 
 def first_lines(path: str | Path) -> list[str]:
     """What to do first, of a ``diagnosis.json`` of whatever was diagnosed."""
-    from stepgauge.reports import axis_diagnosis, diagnosis, probe_diagnosis
+    from stepgauge.reports.diagnosis import first_of
 
-    data = read_json(place_of(path))
-    room = probe_diagnosis if "map" in data.get("inputs", ()) else axis_diagnosis if "axis" in data else diagnosis
-    return list(room.first_of(data))
+    return first_of(read_json(place_of(path)))

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from stepgauge.diagnosis.wording.headline import headline
+from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.diagnosis.wording.limits import QUANTITIES, map_limits
-from stepgauge.diagnosis.wording.notation import name_of, plus_minus, probability_of, significant
-from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
-from stepgauge.reports.diagnosis import check_blocks, located_row, odds_blocks, shown_figures, story, trail_blocks
-from stepgauge.reports.findings import Words, do_first, first_lines, found_part
+from stepgauge.diagnosis.wording.notation import plus_minus, probability_of, significant
+from stepgauge.reports.blocks import Block, bullets, code, heading, table, words
+from stepgauge.reports.diagnosis_blocks import check_blocks, located_row, odds_blocks, trail_blocks
 
 Said = Mapping[str, Any]
 _CAPTIONS = {
@@ -21,42 +19,20 @@ _CAPTIONS = {
 }
 
 
-def map_story(said: Said, figures: Sequence[str] = (), pictures: Mapping[str, str] | None = None) -> dict[str, Any]:
-    """The content of a page; parameters as :func:`stepgauge.reports.diagnosis.diagnosis_story`."""
-    shown = shown_figures(figures, pictures)
-    drawn = [figure(name, _caption(name, said), pictures or {}) for name in shown]
-    probe, told = said["inputs"]["probe"], _words(said)
-    parts = [
-        do_first(said, told),
-        found_part(said, told, *drawn[:1]),
-        part("Evidence", *_evidence(said, drawn[1:])),
-        part("Appendix", *_appendix(said)),
-    ]
-    return story(said, f"Diagnosis: {probe['name'] or probe['path']} by its map", headline(said), parts)
+def title(said: Said) -> str:
+    """The title of the page."""
+    probe = said["inputs"]["probe"]
+    return f"Diagnosis: {probe['name'] or probe['path']} by its map"
 
 
-def first_of(said: Said) -> list[str]:
-    """What to do first, in lines for a terminal."""
-    return first_lines(said, _words(said))
+def captions(said: Said) -> dict[str, str]:
+    """What stands below each figure."""
+    after = ", before and after" if said["effects"] or said["empirical"] else ""
+    return {name: text + (after if name != "effects" else "") for name, text in _CAPTIONS.items()}
 
 
-def _words(said: Said) -> Words:
-    lacking = [f"The map lacks: {one}" for one in said["lacking"]]
-    compare = "After any change, measure the map again and diagnose it."
-    return Words(lacking, _name, of="map", compare=compare if said["effects"] or said["unexplained"] else "")
-
-
-def _caption(name: str, said: Said) -> str:
-    stem = Path(name).stem
-    changed = said["effects"] or said["empirical"]
-    return _CAPTIONS[stem] + (", before and after" if changed and stem != "effects" else "")
-
-
-def _name(effect: Said) -> str:
-    return name_of(effect["label"])
-
-
-def _evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:
+def evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:
+    """What was measured, and what speaks for the statements."""
     yield from _measured(said)
     yield from drawn
     yield from odds_blocks(said)
@@ -191,9 +167,10 @@ def _fit_note(said: Said) -> str:
     return text
 
 
-def _appendix(said: Said) -> Iterator[Block]:
+def appendix(said: Said) -> Iterator[Block]:
+    """All numbers, the search, the limits, the files."""
     for number, effect in enumerate(said["effects"], 1):
-        yield heading(f"Finding {number}: {name_of(effect['label'])}")
+        yield heading(f"Finding {number}: {name_of(effect['label'], 'map')}")
         yield bullets(list(_facts(effect, said)))
         if "rows" in effect:
             rows = [[r["row"], *(f"{significant(r[f'{a}_deg'], 4)} deg" for a in ("polar", "azimuth")), _off(r, said)]

@@ -173,7 +173,7 @@ def _interactive(asked: ReportRequest, recordings: list[Any], template: File | N
 
 def _diagnosis_page(_: ReportRequest, result: File | Diagnosis, recordings: list[Any]) -> dict[str, Any]:
     from stepgauge.diagnosis.output.rows import read_rows
-    from stepgauge.reports.diagnosis import read_said, told_story
+    from stepgauge.reports.diagnosis import diagnosis_story, read_said
     from stepgauge.reports.interactive import diagnosis_page
 
     if recordings:
@@ -182,7 +182,7 @@ def _diagnosis_page(_: ReportRequest, result: File | Diagnosis, recordings: list
         what = "its page is made from the files of a diagnosis"
         raise InputError("result", what, found="a Diagnosis", expected="the folder that Diagnosis.write made")
     said, folder = read_said(result)
-    return diagnosis_page(said, told_story(said, ()), read_rows(folder))
+    return diagnosis_page(said, diagnosis_story(said, ()), read_rows(folder))
 
 
 def _evaluation_page(asked: ReportRequest, result: File | Evaluation, recordings: list[Any]) -> dict[str, Any]:

@@ -24,12 +24,6 @@ def catalogue() -> Mapping[str, tuple[str, ...]]:
         }
 
 
-@cache
-def effects() -> tuple[str, ...]:
-    """Kinds of effects that have a name in every language."""
-    return tuple(key.removeprefix("effect.") for key in catalogue() if key.startswith("effect."))
-
-
 def best_language(accepted: str) -> str:
     """The language of a header ``Accept-Language``: the first that is known, else English."""
     wished = [one.partition(";")[0].strip().lower()[:2] for one in accepted.split(",")]
@@ -60,10 +54,9 @@ class Words:
 
     def effect(self, label: str) -> str:
         """An effect by its kind, or by its label, which has its choices behind the kind: ``scale_error_x``."""
-        kind = max((key for key in effects() if label == key or label.startswith(f"{key}_")), key=len, default="")
-        more = label.removeprefix(kind).replace("_", " ").strip() if kind else ""
-        name = self(f"effect.{kind}") if kind else label.replace("_", " ")
-        return f"{name} {more}".strip()
+        from stepgauge.diagnosis.wording.findings import name_of
+
+        return name_of(label, language=self.language)
 
     def choice(self, field: str, key: str) -> str:
         """What a choice of a field is called."""

@@ -7,7 +7,7 @@ import pytest
 
 from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis, diagnose_axis
 from stepgauge.diagnosis.wording.aliases import even
-from stepgauge.reports.axis_diagnosis import axis_story, first_of
+from stepgauge.reports.diagnosis import diagnosis_story, first_of
 from stepgauge.reports.render import markdown
 from tests.axis.made import axis
 
@@ -60,7 +60,7 @@ def test_an_alias_is_told_with_the_lead_of_the_screw_first_and_the_proposed_targ
     assert effect["aliases"]["usual_mm"] == pytest.approx([SCREW_MM], abs=1e-3)
     assert effect["aliases"]["periods_mm"][0] == pytest.approx(SCREW_MM, abs=1e-3)
     assert "period 130 mm or an alias of it: 5.00, 32.5" in found.summary()
-    page = markdown(axis_story({**found.said, "inputs": {"recordings": []}}))
+    page = markdown(diagnosis_story({**found.said, "inputs": {"recordings": []}}))
     assert "5.00 mm (a usual lead of screws), 32.5, 21.7" in page
     assert "the probability is that of all of them together" in page
     told = " ".join(first_of(found.said))

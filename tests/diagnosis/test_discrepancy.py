@@ -15,6 +15,7 @@ from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import GaugeDiagnosis
+from stepgauge.diagnosis.wording.phrases import worded_all
 from stepgauge.inference.search import Search
 from tests.diagnosis.made import gauge, machine, made
 from tests.diagnosis.test_selection import BETWEEN, NOISE_UM, along, bent, told
@@ -84,7 +85,7 @@ def test_a_drift_of_two_bodies_is_one_drift_however_large(um: float) -> None:
     assert [one.kind for one in found.findings] == ["thermal_drift"]
     assert not found.unexplained
     assert found.fit.chi2_dof_after < 1.15
-    assert any("thermal drift is not exactly of this shape" in one for one in found.remarks)
+    assert any("thermal drift is not exactly of this shape" in one for one in worded_all(found.remarks))
 
 
 def test_laws_that_must_be_exact_do_not_name_a_large_drift() -> None:
@@ -99,7 +100,7 @@ def test_a_small_drift_is_told_as_by_an_exact_law() -> None:
     found, exact = by(shipped_priors(), 3.0, BETWEEN), by(exactly(), 3.0, BETWEEN)
     for one in (found, exact):
         assert [finding.kind for finding in one.findings] == ["thermal_drift"]
-        assert not any("exactly of this shape" in remark for remark in one.remarks)
+        assert not any("exactly of this shape" in remark for remark in worded_all(one.remarks))
     rates = [one.findings[0].parameters["rate_um_per_h"] for one in (found, exact)]
     assert rates[1].u is not None
     assert abs(rates[0].value - rates[1].value) < 0.2 * rates[1].u

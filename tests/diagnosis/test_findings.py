@@ -403,6 +403,6 @@ def test_every_member_of_a_set_has_its_value_and_its_instruction() -> None:
     scale, warm = members["scale_error_x"], members["gauge_temperature"]
     assert scale["parameters"]["ppm"]["value"] == pytest.approx(12.0, abs=4.0 * scale["parameters"]["ppm"]["u"])
     assert abs(warm["parameters"]["delta_K"]["value"]) == pytest.approx(12.0 / 11.5, rel=0.3)
-    assert "x scale" in scale["in_practice"]
-    assert "K" in warm["in_practice"]
-    assert len({one["in_practice"] for one in members.values()}) == len(members)
+    assert "x scale" in scale["meaning"]
+    assert "K" in warm["meaning"]
+    assert len({one["meaning"] for one in members.values()}) == len(members)

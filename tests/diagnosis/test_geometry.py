@@ -119,7 +119,7 @@ def test_the_diagnosed_machine_has_the_errors(found: GaugeDiagnosis, tmp_path: P
     said = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     finding = next(one for one in said["effects"] if one["kind"] == KIND)
     assert finding["parameters"]["scale_error_x"]["unit"] == "um/m"
-    assert "not compensated" in finding["in_practice"]
+    assert "not compensated" in finding["meaning"]
     first_page = (tmp_path / "out" / "diagnosis.md").read_text().split("## Evidence")[0]
     assert "straightness" not in first_page.split("Scales, straightness")[0], "numbers that are not determined"
 

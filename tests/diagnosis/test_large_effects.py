@@ -12,6 +12,7 @@ from stepgauge.diagnosis.gaussian_processes.formula import model_unknown
 from stepgauge.diagnosis.output.files import diagnosis_to_dict
 from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.residuals import make_residuals
+from stepgauge.diagnosis.wording.phrases import worded_all
 from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.effects.probings import followed
 from stepgauge.recording import APPROACH, POSITION, Recording
@@ -78,7 +79,7 @@ def test_what_a_temperature_did_in_pauses_is_no_further_cause(um_per_K: float) -
     assert [one.kind for one in found.findings] == ["thermal_shift"]
     assert not found.unexplained
     assert found.fit.chi2_dof_after < 1.1
-    assert any("in pauses" in one for one in found.remarks) == (um_per_K > 10.0)
+    assert any("in pauses" in one for one in worded_all(found.remarks)) == (um_per_K > 10.0)
     one = named(found, "thermal_shift")
     assert one.choices["column"] == "air_temperature_C"
     lag = one.parameters["lag_s"]

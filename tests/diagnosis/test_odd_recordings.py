@@ -13,6 +13,7 @@ from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
+from stepgauge.diagnosis.wording.phrases import worded_all
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.empirical import formula_name
 from stepgauge.inference.metric import Metric
@@ -122,7 +123,7 @@ def test_a_drift_is_a_drift_whatever_the_clock_read() -> None:
     assert rates[1] == pytest.approx(rates[0], rel=0.02)  # a rate at the first touch, and one at nought
     first_s = float(drifting.frame["time_s"].min())
     assert found[1].findings[0].choices["start_s"] == pytest.approx(SINCE_1970_S + first_s)
-    assert "of the clock" in found[1].remarks[-1]
+    assert "of the clock" in worded_all(found[1].remarks)[-1]
 
 
 def test_a_swing_is_told_with_the_phase_that_the_clock_gives_it() -> None:

@@ -19,7 +19,6 @@ from stepgauge.diagnosis.output.machine_text import effect_table
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.diagnosis.wording.practice import in_practice
 from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModels
@@ -56,7 +55,8 @@ def test_a_law_in_a_part_of_the_record_is_named_with_its_condition(name: str) ->
     assert float(one.where.split()[-1]) == pytest.approx(edge, abs=near)
     assert one.effect is not None
     assert effect_table(one.effect)["when"] == one.where
-    assert in_practice(one, found.data).startswith(f"Only where {one.where}: ")
+    (stated,) = (each for each in found.said["effects"] if each["where"])
+    assert stated["meaning"].startswith(f"Only where {one.where}: ")
 
 
 def test_the_files_of_a_diagnosis_have_the_condition(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from stepgauge.diagnosis.gaussian_processes.formula import model_unknown, rest_r
 from stepgauge.diagnosis.laws.library import visible_directions
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import GaugeDiagnosis
+from stepgauge.diagnosis.wording.phrases import worded_all
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import InputError
 from stepgauge.recording import APPROACH, POSITION, Recording
@@ -169,7 +170,7 @@ def test_a_latch_is_no_cause_whether_repeats_have_its_delay_in_common_or_not(um:
         assert (one.kind, one.choices) == ("reversal_error", {"axis": "x"})
         assert abs(size.value - um) < 2.0 * size.u
         assert size.u > (0.173 / 24**0.5 if alike else 0.173 / 48**0.5)  # of a mean over the faces, or all readings
-    assert any("same delay" in one for one in found.remarks) is alike
+    assert any("same delay" in one for one in worded_all(found.remarks)) is alike
 
 
 def test_scatter_that_grows_is_seen_beside_a_model_where_repeats_are_few() -> None:
@@ -492,7 +493,7 @@ def test_long_recordings_are_fitted_to_all_rows_and_alias_nothing(monkeypatch: p
     np.testing.assert_allclose(both, [0.4, 0.4, 0.0], atol=0.08)
     assert cycle.parameters["period_s"].value == pytest.approx(143.0 * 2.0 * np.pi, rel=0.01)
     assert len(kinds) == 2
-    assert any(f"of {len(frame)} rows" in remark for remark in found.remarks)
+    assert any(f"of {len(frame)} rows" in remark for remark in worded_all(found.remarks))
 
 
 def fronts_there_backs_back(recording: Recording) -> Recording:

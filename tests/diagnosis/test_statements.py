@@ -21,6 +21,8 @@ from stepgauge.diagnosis.result import Finding, GaugeDiagnosis, Located
 from stepgauge.diagnosis.statements import OPEN, conclude
 from stepgauge.diagnosis.structure import _by_harmonics, _without_index
 from stepgauge.diagnosis.wording.headline import headline, summary_line
+from stepgauge.diagnosis.wording.phrases import number
+from stepgauge.diagnosis.wording.structure import described
 from stepgauge.effects import make_effects
 from stepgauge.inference.neighbourhood import Mixture
 from stepgauge.inference.noise_models import OUTLYING, NoiseModel
@@ -87,7 +89,7 @@ def test_structure_of_which_no_single_one_is_likely_is_told_with_what_it_may_dep
     (one,) = found.structure
     assert (found.verdict, one.form, one.covariate) == ("unknown", OPEN, "time")
     assert one.probability == pytest.approx(0.9)
-    assert "time or order or cycle" in one.where
+    assert "time, order or cycle" in one.where
 
 
 def test_outliers_are_no_nothing_heavy_tails_are() -> None:
@@ -104,7 +106,7 @@ def said(**odds: Any) -> dict[str, Any]:
 
 
 def test_the_headline_says_what_the_probabilities_support() -> None:
-    assert "known physics explains it: scale error (x)" in headline(said())
+    assert "known physics explains it: scale error x" in headline(said())
     weak = headline(said(explained=0.4))
     assert "known physics" not in weak
     assert "likelier than not, not all of them" in weak
@@ -132,14 +134,16 @@ def wave(far: dict[int, float]) -> tuple[StatedTerm, Any]:
 def test_a_period_is_that_of_its_harmonics_and_no_multiple_of_it(far: dict[int, float], period: float) -> None:
     """0.5 mm stood for 0.25 mm at a probability of 1.000."""
     term, model = wave(far)
-    form = Located("position", "both", WAVE, "a periodic function of position, period 4 mm", 1.0, 1.0, numbers=4.0)
+    phrase = {"say": "wave", "covariate": "position", "period": number(4.0, "mm")}
+    form = described("position", "both", WAVE, [phrase], 1.0, 1.0, numbers=4.0)
     found = _by_harmonics(term, model, form)
     assert found.numbers == period
     assert f"period {period:g} mm" in found.where
 
 
 def test_a_period_in_rows_is_never_told() -> None:
-    form = Located("order", "both", WAVE, "a periodic function of order, period 10, along the approach", 1.0, 1.0)
+    phrases = [{"say": "wave", "covariate": "order", "period": number(10.0)}, {"say": "approach"}]
+    form = described("order", "both", WAVE, phrases, 1.0, 1.0)
     assert _without_index(form) == "repeats in the order of the readings, along the approach"
     assert "period 3" in _without_index(replace(form, covariate="time", where="period 3 s"))
 

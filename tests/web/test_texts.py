@@ -28,7 +28,7 @@ FAMILIES = tuple(
             "gauge_note",
             "source",
         ),
-        *("face_role", "machine_kind", "condition", "condition_state", "effect", "outcome", "report_said"),
+        *("face_role", "machine_kind", "condition", "condition_state", "outcome", "report_said"),
         *("certificate_part", "field", "plan_choice", "error_name", "open_source", "quantity", "probe_value"),
         *(
             "probe_held",

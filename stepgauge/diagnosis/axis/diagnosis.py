@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,17 +13,20 @@ import pandas as pd
 
 from stepgauge.axis.recording import AxisRecording, join_axis_recordings, places_of
 from stepgauge.axis.sensors import SENSORS, not_candidates
+from stepgauge.axis.units import AxisUnits
+from stepgauge.diagnosis.axis.conversion import UnitConversion
 from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
-from stepgauge.diagnosis.axis.reversal import is_reversal, words_of_reversal
-from stepgauge.diagnosis.axis.told import OPPOSITE, AxisWording
+from stepgauge.diagnosis.axis.reversal import is_reversal, reversal_phrase
 from stepgauge.diagnosis.engine import diagnose_residuals
 from stepgauge.diagnosis.output.files import diagnosis_to_dict, without_nan
 from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.result import Diagnosis, GaugeDiagnosis
-from stepgauge.diagnosis.wording.aliases import even
-from stepgauge.diagnosis.wording.axis import About, axis_aliases, axis_limits, kind_name, meaning, uneven_targets
+from stepgauge.diagnosis.wording.aliases import EvenSpacing, even, uneven_targets
+from stepgauge.diagnosis.wording.findings import Subject, meaning, subject
+from stepgauge.diagnosis.wording.limits import axis_limits
+from stepgauge.diagnosis.wording.phrases import covariate_name, worded, worded_all
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.outputs import open_set
 from stepgauge.files.text import write_json, write_text
@@ -93,7 +96,7 @@ def diagnose_axes(
 def write_axis_diagnosis(output: str | Path, told: AxisDiagnosis, suffix: str = "png") -> list[Path]:
     """Write ``diagnosis.json``, ``diagnosis.md`` and the figure into a folder (made if missing)."""
     from stepgauge.figures.style import save_figure
-    from stepgauge.reports.axis_diagnosis import axis_story
+    from stepgauge.reports.diagnosis import diagnosis_story
     from stepgauge.reports.render import markdown
 
     target, figure = Path(output), f"residuals.{suffix}"
@@ -101,7 +104,7 @@ def write_axis_diagnosis(output: str | Path, told: AxisDiagnosis, suffix: str = 
     write_json(target / "diagnosis.json", said)
     names = [(Path(one.path).name, len(one)) for one in told.recordings]
     write_text(target / ROWS_FILE, rows_csv(_rows(told, names)))
-    write_text(target / "diagnosis.md", markdown(axis_story(said, [figure])))
+    write_text(target / "diagnosis.md", markdown(diagnosis_story(said, [figure])))
     save_figure(told.figures()["residuals"], target / figure, bool(said["inputs"]["simulated"]))
     return [target / name for name in ("diagnosis.json", "diagnosis.md", ROWS_FILE, figure)]
 
@@ -117,38 +120,46 @@ def _rows(told: AxisDiagnosis, names: Sequence[tuple[str, int]]) -> pd.DataFrame
 
 def _said(found: GaugeDiagnosis, data: AxisData) -> dict[str, Any]:
     recording = data.recording
-    units, form = recording.units, recording.form
+    units = recording.units
     raw = diagnosis_to_dict(found, Inputs((_Rows(recording),)))  # type: ignore[arg-type]
-    teller = AxisWording(units, data.scaling, recording.both_ways, form)
-    said = teller.told({key: value for key, value in raw.items() if key not in UNUSED})
-    about = _about(recording)
+    conversion = UnitConversion(units, data.scaling)
+    said = conversion.converted({key: value for key, value in raw.items() if key not in UNUSED})
+    said["axis"] = {**_axis(recording), "repeatability": data.repeatability / units.base_deviation}
+    at, steps = subject(said), _even_steps(recording)
     for effect in said["effects"]:
-        effect["in_practice"] = meaning(effect["kind"], effect["parameters"], about)
-        effect["name"] = kind_name(effect["kind"], form)
         effect["separate_by"], effect["commands"], effect["reason"] = "", [], ""
-        effect["aliases"] = axis_aliases(effect["parameters"], about)
-        if effect["aliases"] and about.even is not None:
-            effect["separate_by"] = uneven_targets(about.even, about.position)
-        for one in effect["set"]:
-            one["in_practice"], one["name"] = (
-                meaning(one["kind"], one["parameters"], about),
-                kind_name(one["kind"], form),
-            )
+        for one in (effect, *effect["set"]):
+            one["aliases"] = _aliases(one["parameters"], steps, units)
+            one["meaning"] = meaning(one, at)
+        if effect["aliases"] and steps is not None:
+            effect["separate_by"] = uneven_targets(steps, units.position)
         for row in effect.get("rows", []):
             row["target"] = _target_of(recording, int(row["row"]))
             row.pop("face", None)
             row.pop("pair", None)
     for one in (*said["unexplained"], *said["located"]):
-        if is_reversal(recording, one["covariate"], OPPOSITE in one["where"]):
-            one["where"] = words_of_reversal(recording)
+        _put_structure(one, recording, at)
+    for one in (*said["odds"].get("statements", ()), *said["odds"].get("possible", ())):
+        one |= {"covariate": covariate_name(one["covariate"], at)} if "covariate" in one else {}
+    for check in said["checks"]:
+        check["words"] = worded(check["phrase"], at)
+    said["refuted"] = worded_all(conversion.converted(found.refuted), at)
     said["unexplained"].sort(key=lambda one: -one["probability"])
     said["measured"] = {name: said["measured"][name] for name in ("duration_s", "time_recorded")}
     said["noise"].pop(f"machine_file_{units.deviation}")
     said["fit"]["holdout"] = {"targets" if by == "faces" else by: one for by, one in said["fit"]["holdout"].items()}
-    said["axis"] = {**_axis(recording), "repeatability": data.repeatability / units.base_deviation}
-    said["axis"]["even_step"] = about.even.spacing if about.even else None
-    said["limits"] = [*axis_limits(said, about), *said.pop("remarks")]
+    said["axis"]["even_step"] = None if steps is None else steps.spacing
+    said["limits"] = [*axis_limits(said), *worded_all(conversion.converted(found.remarks), at)]
+    said.pop("remarks")
     return dict(without_nan(said))
+
+
+def _put_structure(one: dict[str, Any], recording: AxisRecording, at: Subject) -> None:
+    """Structure in the words of an axis; what has opposite signs in the two directions is a reversal error."""
+    if is_reversal(recording, one["covariate"], any(phrase["say"] == "approach" for phrase in one["phrases"])):
+        one["phrases"] = [reversal_phrase(recording)]
+    one["covariate"] = covariate_name(one["covariate"], at)
+    one["where"] = worded(one["phrases"], at)
 
 
 class _Rows:
@@ -181,14 +192,19 @@ def _axis(recording: AxisRecording) -> dict[str, Any]:
     }
 
 
-def _about(recording: AxisRecording) -> About:
-    frame, units = recording.frame, recording.units
-    places = frame["target"] if "target" in frame else frame["reading"]
-    minutes = float(np.ptp(frame["time_s"])) / 60.0 if "time_s" in frame else float("nan")
-    span = float(np.ptp(places.to_numpy(float)))
-    steps = even(places) if recording.form == "axis" else None
+def _even_steps(recording: AxisRecording) -> EvenSpacing | None:
+    """The common step of the targets of an axis."""
+    frame = recording.frame
+    return even(frame["target" if "target" in frame else "reading"]) if recording.form == "axis" else None
+
+
+def _aliases(parameters: Mapping[str, Any], steps: EvenSpacing | None, units: AxisUnits) -> dict[str, Any]:
+    """Periods along the axis that evenly spaced targets cannot tell from that of a law; none for other laws."""
+    period = parameters.get(f"period_{units.position}")
+    if steps is None or period is None:
+        return {}
     unit_mm = units.base_position if units.axis == "linear" else None
-    return About(span, minutes, units.position, units.deviation, recording.sensor, recording.form, steps, unit_mm)
+    return steps.aliases(float(period["value"]), float(period.get("u") or 0.0), units.position, unit_mm)
 
 
 def _target_of(recording: AxisRecording, row: int) -> str:

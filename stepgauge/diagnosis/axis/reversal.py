@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from stepgauge.axis.recording import AxisRecording, places_of
+from stepgauge.diagnosis.wording.phrases import Phrase, number
 from stepgauge.files.arrays import Array
-from stepgauge.files.notation import rounded
 
 OF_PLACES = ("position", "machine x", "face", "target")
 """Covariates of forms that are told as a reversal error where they have opposite signs in the two directions."""
-DIGITS = 3
 
 
 def reversal_by_target(recording: AxisRecording) -> tuple[Array, Array]:
@@ -30,15 +29,18 @@ def reversal_by_target(recording: AxisRecording) -> tuple[Array, Array]:
     return where[both], mean[0] - mean[1]
 
 
-def words_of_reversal(recording: AxisRecording) -> str:
+def reversal_phrase(recording: AxisRecording) -> Phrase:
     """That the reversal error differs along the axis, with its least and largest value and where these are."""
     where, um = reversal_by_target(recording)
-    units = recording.units
-    ends = [
-        f"{rounded(float(um[i]), DIGITS)} {units.deviation} at {where[i]:.12g} {units.position}"
-        for i in (int(np.abs(um).argmin()), int(np.abs(um).argmax()))
-    ]
-    return f"a reversal error that differs along the axis, from {ends[0]} to {ends[1]}"
+    least, largest = int(np.abs(um).argmin()), int(np.abs(um).argmax())
+    deviation, position = recording.units.deviation, recording.units.position
+    return {
+        "say": "reversal",
+        "least": number(um[least], deviation),
+        "largest": number(um[largest], deviation),
+        "least_at": number(where[least], position),
+        "largest_at": number(where[largest], position),
+    }
 
 
 def is_reversal(recording: AxisRecording, covariate: str, opposite: bool) -> bool:

@@ -19,7 +19,7 @@ from stepgauge.diagnosis.maps.parameters import estimates
 from stepgauge.diagnosis.maps.result import OUTLIERS, EmpiricalMapLaw
 from stepgauge.diagnosis.maps.stated_map import FittedChanges, StatedMap, function_of
 from stepgauge.diagnosis.result import Finding, Located
-from stepgauge.diagnosis.wording.notation import name_of
+from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.diagnosis.wording.structure import UNDETERMINED
 from stepgauge.files.arrays import Array
 from stepgauge.inference.noise_models import OUTLYING

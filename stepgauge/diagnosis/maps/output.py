@@ -30,13 +30,13 @@ def write_map_diagnosis(found: MapDiagnosis, probe_path: str, folder: str | Path
     Nothing is written before all is computed, and every file appears only when complete.
     """
     from stepgauge.figures.probe_diagnosis import draw_map_diagnosis, figure_names
-    from stepgauge.reports.probe_diagnosis import map_story
+    from stepgauge.reports.diagnosis import diagnosis_story
     from stepgauge.reports.render import markdown
 
     target = Path(folder)
     said = as_json(found, probe_path, target)
     texts = {
-        "diagnosis.md": markdown(map_story(said, figure_names(found, suffix))),
+        "diagnosis.md": markdown(diagnosis_story(said, figure_names(found, suffix))),
         ROWS_FILE: rows_csv(map_row_table(found)),
         **_probe_files(found),
     }

@@ -15,7 +15,7 @@ from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.diagnosis.maps.result import OUTLIERS, EmpiricalMapLaw, MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.output.files import FORMAT, estimate_json, evidence_json, without_nan
 from stepgauge.diagnosis.result import Finding, FindingMember, rms
-from stepgauge.diagnosis.wording.probe import probe_meaning
+from stepgauge.diagnosis.wording.findings import MAP, meaning
 from stepgauge.files.checksum import file_sha256
 
 _FLAT = ("noise", "rms_before", "rms_after", "holdout_rms_before", "holdout_rms_after")
@@ -66,23 +66,22 @@ def _effect(finding: Finding, found: MapDiagnosis, folder: Path) -> dict[str, An
         "reason": finding.reason,
         "separate_by": separate_by,
         "commands": re.findall(r"stepgauge probe map .+", separate_by),
-        "in_practice": probe_meaning(finding),
         "rms": {name: rms(share) for name, share in shares.items()},
         "largest": {name: float(np.abs(share).max(initial=0.0)) for name, share in shares.items()},
     }
     if finding.kind == OUTLIERS:
         said["rows"] = [_outlier(int(row), found) for row in np.flatnonzero(~found.kept)]
-    return said
+    return {**said, "meaning": meaning(said, MAP)}
 
 
 def _member(one: FindingMember) -> dict[str, Any]:
-    return {
+    said = {
         "kind": one.kind,
         "label": one.label,
         "share": one.share,
         "parameters": {name: estimate_json(p) for name, p in one.parameters.items()},
-        "in_practice": probe_meaning(one),
     }
+    return {**said, "meaning": meaning(said, MAP)}
 
 
 def _outlier(row: int, found: MapDiagnosis) -> dict[str, Any]:

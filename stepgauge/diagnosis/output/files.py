@@ -24,7 +24,10 @@ from stepgauge.diagnosis.output.probe_file import probe_file
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Check, Finding, FindingMember, GaugeDiagnosis, Located
-from stepgauge.diagnosis.wording.practice import aliases_of, in_practice
+from stepgauge.diagnosis.wording.aliases import aliases_of
+from stepgauge.diagnosis.wording.findings import meaning
+from stepgauge.diagnosis.wording.phrases import Phrase, worded, worded_all
+from stepgauge.effects import along_approach_um
 from stepgauge.files.text import write_json, write_sealed
 from stepgauge.inference.search import Step
 from stepgauge.recording import Recording
@@ -36,7 +39,7 @@ HEADLINE_FOLDS = ("cycles", "placements", "faces")
 does not know its error against the certificate, which adds the uncertainty of the certificate to the noise."""
 
 
-class Told(Protocol):
+class Diagnosed(Protocol):
     """Common part of diagnoses of recordings and of probe maps."""
 
     @property
@@ -46,7 +49,7 @@ class Told(Protocol):
     @property
     def trail(self) -> Sequence[Step]: ...
     @property
-    def refuted(self) -> Sequence[str]: ...
+    def refuted(self) -> Sequence[Phrase | str]: ...
     @property
     def odds(self) -> dict[str, Any]: ...
     @property
@@ -125,12 +128,12 @@ def told_to_dict(
         "noise": _noise(diagnosis),
         "measured": measured_json(diagnosis),
         **evidence_json(diagnosis, lambda text: _in_folder(text, diagnosis.placements, Path(folder))),
-        "remarks": list(diagnosis.remarks),
+        "remarks": worded_all(diagnosis.remarks),
     }
     return without_nan(said)
 
 
-def evidence_json(diagnosis: Told, renamed: Callable[[str], str] = str) -> dict[str, Any]:
+def evidence_json(diagnosis: Diagnosed, renamed: Callable[[str], str] = str) -> dict[str, Any]:
     """Forms, search and predictive check of any diagnosis; ``renamed``: from a proposal to it with its folder."""
     return {
         "located": [_located(one, one in diagnosis.unexplained, renamed) for one in diagnosis.located],
@@ -143,10 +146,16 @@ def evidence_json(diagnosis: Told, renamed: Callable[[str], str] = str) -> dict[
             }
             for step in diagnosis.trail
         ],
-        "refuted": list(diagnosis.refuted),
+        "refuted": worded_all(diagnosis.refuted),
         "odds": diagnosis.odds,
         "checks": [
-            {"check": one.name, "deviation": one.deviation, "passed": one.passed, "words": one.words}
+            {
+                "check": one.name,
+                "deviation": one.deviation,
+                "passed": one.passed,
+                "phrase": one.phrase,
+                "words": worded(one.phrase),
+            }
             for one in diagnosis.checks
         ],
     }
@@ -172,13 +181,12 @@ def _finding(finding: Finding, diagnosis: GaugeDiagnosis, inputs: Inputs, folder
         "reason": finding.reason,
         "separate_by": separate_by,
         "commands": commands_in(separate_by),
-        "in_practice": in_practice(finding, diagnosis.data),
         "rms_um": float(np.sqrt((share**2).mean())),
         "largest_um": float(np.abs(share).max(initial=0.0)),
     }
     if finding.kind == "outliers":
         said["rows"] = [_outlier(int(row), diagnosis, inputs) for row in _choice_rows(finding)]
-    return said
+    return {**said, "meaning": meaning(said)}
 
 
 def commands_in(text: str) -> list[str]:
@@ -188,16 +196,23 @@ def commands_in(text: str) -> list[str]:
 
 def _member(member: FindingMember, data: Residuals) -> dict[str, Any]:
     """One law of a set with its own values and its meaning at the machine."""
+    effect = member.effect
+    assert effect is not None  # only changes of a probe have none
     parameters: dict[str, Any] = {name: {"value": _json(value)} for name, value in member.choices.items()}
-    parameters |= {name: estimate_json(one) for name, one in member.parameters.items() if name not in parameters}
-    return {
+    parameters |= {
+        name: {**estimate_json(one), "unit": effect.unit_of(name) or one.unit}
+        for name, one in member.parameters.items()
+        if name not in parameters
+    }
+    said = {
         "kind": member.kind,
         "label": member.label,
         "share": member.share,
         "parameters": parameters,
         "aliases": aliases_of(member, data),
-        "in_practice": in_practice(member, data),
+        "largest_um": float(np.abs(along_approach_um(effect, data.probings)).max(initial=0.0)),
     }
+    return {**said, "meaning": meaning(said)}
 
 
 def _choice_rows(finding: Finding) -> Sequence[int]:
@@ -223,12 +238,12 @@ def _parameters(finding: Finding) -> dict[str, dict[str, Any]]:
     said: dict[str, dict[str, Any]] = {name: {"value": _json(value)} for name, value in finding.choices.items()}
     for name, estimate in finding.parameters.items():
         if name not in said:
-            said[name] = {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
+            unit = finding.effect.unit_of(name) if finding.effect is not None else ""
+            said[name] = {**estimate_json(estimate), "unit": unit or estimate.unit}
     if finding.effect is not None:
-        units = {p.name: p.unit for p in finding.effect.parameters()}
         for name, value in effect_table(finding.effect).items():
             if name not in ("kind", "when") and name not in said:  # a condition is in "where"
-                said[name] = {"value": value, "u": None, "unit": units[name]}
+                said[name] = {"value": value, "u": None, "unit": finding.effect.unit_of(name)}
     return said
 
 
@@ -254,6 +269,7 @@ def _located(one: Located, left: bool, renamed: Callable[[str], str]) -> dict[st
         "covariate": one.covariate,
         "side": one.side,
         "where": one.where,
+        "phrases": list(one.phrases),
         "share": one.share,
         "probability" if left else "probability_if_alone": one.probability,
         "form": one.form,

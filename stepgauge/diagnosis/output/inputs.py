@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.diagnosis.result import GaugeDiagnosis
-from stepgauge.diagnosis.wording.practice import even_steps_mm
+from stepgauge.diagnosis.wording.aliases import even_steps_mm
 from stepgauge.files.checksum import file_sha256
 from stepgauge.recording import Recording
 from stepgauge.recording.simulated import is_simulated

@@ -13,7 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stepgauge.diagnosis.wording.notation import listed, significant
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.result import Finding, FindingMember
+from stepgauge.diagnosis.wording.catalogue import DECIMAL, listed
+from stepgauge.diagnosis.wording.notation import significant
 from stepgauge.effects.grids import FEWEST_ALONG
 from stepgauge.files.arrays import Array
 
@@ -30,6 +33,8 @@ MOST_TOLD, IN_WORDS = 12, 6
 COVERAGE = 2.0
 PART = 0.3
 """Of the spacing, by which targets depart from even ones (ISO 230-2, where no period is expected)."""
+LEAST_ALONG = 0.2
+"""Cosine to an axis from which on a gauge shows errors that repeat along it: it passes some pitches."""
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -58,12 +63,12 @@ class EvenSpacing:
         met = [bool(unit_mm) and is_lead(one * unit_mm, u * (one / period) ** 2 * unit_mm) for one in found]
         return [float(one) for one in found[np.argsort(np.logical_not(met), kind="stable")]][:MOST_TOLD]
 
-    def told(self, period: float, u: float, unit: str, unit_mm: float | None) -> dict[str, Any]:
+    def aliases(self, period: float, u: float, unit: str, unit_mm: float | None) -> dict[str, Any]:
         """What a finding states besides its period, JSON types; empty where no other period is like it."""
         periods = self.alike(period, u, unit_mm)
         usual = [one for one in periods if unit_mm and is_lead(one * unit_mm, u * (one / period) ** 2 * unit_mm)]
-        told = {f"spacing_{unit}": self.spacing, f"periods_{unit}": periods, f"usual_{unit}": usual}
-        return told if periods else {}
+        found = {f"spacing_{unit}": self.spacing, f"periods_{unit}": periods, f"usual_{unit}": usual}
+        return found if periods else {}
 
     def uneven(self) -> list[float]:
         """The same places with irregular parts of the spacing, none of them a fraction of another; the ends stay."""
@@ -79,19 +84,60 @@ def periods_of(aliases: Mapping[str, Any]) -> tuple[list[float], str]:
     return list(periods), name.removeprefix("periods_")
 
 
-def in_words(aliases: Mapping[str, Any]) -> str:
+def aliases_words(aliases: Mapping[str, Any], language: str = "en") -> str:
     """What such a finding means besides, in a sentence; empty without aliases."""
     periods, unit = periods_of(aliases)
     if not periods:
         return ""
     usual, step = aliases[f"usual_{unit}"], significant(aliases[f"spacing_{unit}"], 4)
-    others = [significant(one) for one in periods if one not in usual][: max(IN_WORDS - len(usual), 1)]
+    others = ", ".join([significant(one) for one in periods if one not in usual][: max(IN_WORDS - len(usual), 1)])
+    leads = listed([significant(one) for one in usual], language=language)
+    if language == "de":
+        first = f"{leads} {unit} (übliche Spindelsteigung), " if usual else ""
+        text = (
+            f" Werte in Schritten von {step} {unit} unterscheiden sie nicht von Perioden von {first}{others} {unit} und"
+            " kürzeren: Die Periode ist eine davon, und die Wahrscheinlichkeit gilt für alle zusammen."
+        )
+        return DECIMAL.sub(",", text)
     called = "usual leads of screws" if usual[1:] else "a usual lead of screws"
-    first = f"{listed([significant(one) for one in usual])} {unit} ({called}), " if usual else ""
+    first = f"{leads} {unit} ({called}), " if usual else ""
     return (
-        f" Readings in steps of {step} {unit} cannot tell it from periods of {first}{', '.join(others)} {unit} and"
+        f" Readings in steps of {step} {unit} cannot tell it from periods of {first}{others} {unit} and"
         " shorter ones: the period is one of these, and the probability is that of all of them together."
     )
+
+
+def uneven_targets(even: EvenSpacing, unit: str) -> str:
+    """The measurement that tells the aliases of a period apart."""
+    places = ", ".join(f"{one:.12g}" for one in even.uneven())
+    return (
+        "measure at targets whose spacing is changed by irregular parts, by up to 30 % of it as ISO 230-2 asks, and"
+        f" diagnose that recording: for example at {places} {unit}."
+    )
+
+
+def aliases_of(finding: Finding | FindingMember, data: Residuals) -> dict[str, Any]:
+    """Periods along the axis of a finding that evenly spaced faces cannot tell from its own; else none."""
+    period = finding.parameters.get("period_mm")
+    steps = None if period is None else even(data.probings.coordinate_mm(str(finding.choices["axis"])))
+    return {} if steps is None or period is None else steps.aliases(period.value, period.u or 0.0, "mm", 1.0)
+
+
+def even_steps_mm(data: Residuals) -> dict[str, float]:
+    """The step by machine axis, mm, in which all fronts were probed, and all backs, whatever lies between the two.
+
+    Only where usual leads of screws go into it: an error with such a period is one shift of all fronts, and another
+    one of all backs.
+    """
+    found, placements = {}, np.unique(data.frame["placement"])
+    axes = np.abs([data.probings.setting.axis[int(one)] for one in placements])
+    for number, axis in enumerate("xyz"):
+        at, along = data.probings.coordinate_mm(axis), axes[data.placement, number] > LEAST_ALONG
+        steps = [even(at[along & (data.side == side)]) for side in (1.0, -1.0)]
+        spacing = [one.spacing for one in steps if one is not None]
+        if len(spacing) == 2 and np.ptp(spacing) < SAME_PLACE * spacing[0] and leads_into_mm(spacing[0]):
+            found[axis] = spacing[0]
+    return found
 
 
 def is_lead(period_mm: float, u_mm: float) -> bool:

@@ -9,7 +9,8 @@ from typing import Any
 from stepgauge.conditions.duplicates import copies_words
 from stepgauge.diagnosis.gaussian_processes.random_function import SMOOTH
 from stepgauge.diagnosis.wording.aliases import leads_into_mm
-from stepgauge.diagnosis.wording.notation import listed, significant
+from stepgauge.diagnosis.wording.catalogue import listed, say
+from stepgauge.diagnosis.wording.notation import significant
 
 FEW_DOF = 20
 FULL_TURN_DEG = 240.0
@@ -79,15 +80,18 @@ def without_scatter(said: Mapping[str, Any]) -> Iterator[str]:
         )
 
 
-def lacking(said: Mapping[str, Any]) -> list[str]:
+def lacking(said: Mapping[str, Any], language: str = "en") -> list[str]:
     """What an insufficient recording lacks."""
     if said["verdict"] != "insufficient":
         return []
-    found = []
+    if "axis" in said:
+        return [say("lacks_axis", language)]
+    if "map" in said["inputs"]:
+        return [say("lacks_map", language, what=one) for one in said["lacking"]]
     if not said["noise"]["from_repeats"]:
-        found.append("every face probed at least twice, better five times, in the same placement and at the same speed")
-    few = "more cycles: too few repeats to separate noise from structure"
-    return found or [f"{few}; and another placement" if said["odds"] else few]
+        return [say("lacks_repeats", language)]
+    few = say("lacks_cycles", language)
+    return [say("lacks_placement", language, few=few) if said["odds"] else few]
 
 
 def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -167,3 +171,40 @@ def _map_scatter(noise: Mapping[str, Any]) -> list[str]:
         " chi-square is then near one for any model, irregular errors count as scatter, and a change that is small"
         " against it is missed. Probe every direction at least twice."
     ]
+
+
+def _evenly(axis: Mapping[str, Any]) -> str:
+    step = f"{significant(axis['even_step'], 4)} {axis['unit']}"
+    return (
+        f"The targets lie in even steps of {step}: an error whose period is {step} or a whole fraction of it is the"
+        " same at all of them and cannot be seen, and a shorter period may show as a longer one, its alias. Targets at"
+        " uneven steps show both."
+    )
+
+
+def axis_limits(said: Mapping[str, Any]) -> list[str]:
+    """What the recording cannot show, whatever the verdict."""
+    axis, found = said["axis"], []
+    if not said["measured"]["time_recorded"]:
+        found.append("No times were recorded: drift, cycles, jumps and vibration could not be looked for.")
+    if not said["noise"]["from_repeats"] and axis["form"] == "axis":
+        found.append(
+            "No target was read twice in the same direction: structure from target to target may count as noise."
+        )
+    if axis["form"] == "axis":
+        found.append(
+            "Targets count as true unless their uncertainties are given; an error of what realises them is one of the"
+            " axis here. There is no machine file, and none is written."
+        )
+    if axis["form"] == "distances":
+        found.append(
+            "The places of the stations are not known and are fitted: an error in proportion to the distance cannot be"
+            " told. Distances must be between points of one height, or reduced to it."
+        )
+    if axis["form"] == "axis" and axis["even_step"]:
+        found.append(_evenly(axis))
+    words = axis["sensor_words"]
+    found.append(
+        f"Read by {'an' if words[0] in 'aeio' else 'a'} {words}: only what such a sensor can have was looked for."
+    )
+    return found

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
 
-from stepgauge.diagnosis.covariates import AXES
 from stepgauge.diagnosis.gaussian_processes.random_function import (
     BEAT,
     HARMONICS,
@@ -22,8 +22,9 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
     RandomFunction,
 )
 from stepgauge.diagnosis.result import Located
+from stepgauge.diagnosis.wording.phrases import Phrase, number, worded
+from stepgauge.effects.words import Words, filled
 from stepgauge.files.arrays import Array
-from stepgauge.files.notation import rounded
 from stepgauge.inference.problem import Candidate
 
 CORRELATED, GROWING, DISTURBED = "correlated scatter", "growing scatter", "disturbed scatter"
@@ -32,63 +33,56 @@ SCATTER = (CORRELATED, GROWING, DISTURBED)
 """Forms of the scatter, which no formula of the mean describes."""
 CHANGED = 3.0
 """Standard deviations from which a form counts as changed."""
+SAY = {TREND: "trend", LEVELS: "levels", LOOP: "loop", HARMONICS: "harmonics", WAVE: "wave", SAWTOOTH: "sawtooth"}
+SAY |= {LAGGED: "lagged", LENGTH: "length", BEAT: "beat", RESTS: "rests", HYSTERESIS: "hysteresis"}
+"""The phrase of each form; of any other that it is smooth."""
 QUIET = 0.3
 """Share of the record without any change from which the rest is stated as the part in which the form acts."""
 
-WORDS = {
-    TREND: "proportional to {name}",
-    LEVELS: "all readings of a {name} are off together, each {name} by an amount of its own",
-    LOOP: "a separate curve along the gauge for each direction of travel",
-    HARMONICS: "depends on the direction of approach about the stylus",
-}
-"""Forms without a number."""
+
+def described(
+    covariate: str, side: str, form: str, phrases: Sequence[Phrase], share: float, probability: float, **more: Any
+) -> Located:
+    """Structure with its phrases, and with the words of these."""
+    return Located(covariate, side, form, worded(phrases), share, probability, phrases=tuple(phrases), **more)
 
 
 def located(candidate: Candidate, atom: int, probability: float, share: float = 1.0, fitted: Any = None) -> Located:
     """A form with one of its shapes, or with numbers that were ``fitted``, in words for a technician."""
     form: RandomFunction = candidate.source
-    number = form.kernels[atom] if fitted is None else fitted
-    shape = TREND if number == TREND and form.shape != LOOP else form.shape
-    words = _words(form, shape, number) + _moved(form.side)
+    shape = form.kernels[atom] if fitted is None else fitted
+    name = TREND if shape == TREND and form.shape != LOOP else form.shape
+    phrases = [_phrase(form, name, shape), _moved(form.side)]
     side = "both" if form.side in ("approach", "gauge") else form.side
-    told = number if isinstance(number, float | tuple) else None
-    return Located(form.covariate, side, shape, words, round(share, 4), probability, form.beside, told)
+    numbers = shape if isinstance(shape, float | tuple) else None
+    more = {"beside": form.beside, "numbers": numbers}
+    return described(form.covariate, side, name, phrases, round(share, 4), probability, **more)
 
 
-def _moved(side: str) -> str:
-    if side == "gauge":
-        return ", with the same sign on front and back faces (along the gauge)"
-    return f", along machine {side}" if side in AXES else ", along the approach"
+def _moved(side: str) -> Phrase:
+    return {"say": side} if side in ("gauge", "approach") else {"say": "machine", "axis": side}
 
 
-def _words(form: RandomFunction, shape: str, number: Any) -> str:
-    name, unit = form.covariate, f" {form.unit}".rstrip()
-    if shape in WORDS:
-        return WORDS[shape].format(name=name)
-    if shape == WAVE:
-        return f"a periodic function of {name}, period {rounded(number, 4)}{unit}"
-    if shape == SAWTOOTH and isinstance(number, tuple):
-        return f"creeps with {name} and is thrown back, a sawtooth of period {rounded(number[0], 4)}{unit}"
-    if shape == LAGGED:
-        return f"proportional to {name} after a first-order lag, time constant about {rounded(number, 2)} s"
-    if shape == LENGTH:
-        late = f", time constant about {rounded(number, 2)} s" if isinstance(number, float) and number > 0.0 else ""
-        return f"a length error that changes with {name}{late}"
-    if shape == BEAT and isinstance(number, tuple):
-        along, beside = (rounded(one, 4) for one in number)
-        return f"periodic along the gauge, period {along} mm, and in {name}, period {beside}{unit}"
-    if shape == RESTS:
-        return f"follows the rests before the last {rounded(number, 2)} probings, as the roots of their times"
-    if shape == HYSTERESIS and isinstance(number, tuple):
-        way = f", held back for {number[0] * 1e-3:.3g}{unit} after a turn" if len(number) == 1 else ""
-        differs = ", more in some places than in others" if form.beside else ""
-        return f"hysteresis of {name}: depends on where its travel turned before{way}{differs}"
-    other = f" and {form.beside}" if form.beside else ""
-    return f"a smooth function of {name}{other}"
+def _phrase(form: RandomFunction, name: str, shape: Any) -> Phrase:
+    """How a form depends on its covariate."""
+    say: dict[str, Any] = {"say": SAY.get(name, "smooth"), "covariate": form.covariate}
+    numbers = shape if isinstance(shape, tuple) else (shape,)
+    if name in (WAVE, SAWTOOTH):
+        return {**say, "period": number(numbers[0], form.unit)}
+    if name in (LAGGED, LENGTH):
+        return {**say, "lag": number(shape if isinstance(shape, float) else 0.0, "s")}
+    if name == BEAT:
+        return {**say, "along": number(numbers[0], "mm"), "period": number(numbers[1], form.unit)}
+    if name == RESTS:
+        return {**say, "count": number(shape)}
+    if name == HYSTERESIS:
+        back = numbers[0] * 1e-3 if isinstance(shape, tuple) and len(shape) == 1 else 0.0
+        return {**say, "back": number(back, form.unit), "beside": form.beside}
+    return {**say, "beside": form.beside} if say["say"] == "smooth" else say
 
 
-def regime(x: Array, columns: Array, mean: Array, covariance: Array, unit: str) -> str:
-    """The part of a covariate in which a form differs from the rest, in words; empty if there is no such part.
+def regime(x: Array, columns: Array, mean: Array, covariance: Array, unit: str) -> list[Phrase]:
+    """The part of a covariate in which a form differs from the rest, as a phrase; none if there is no such part.
 
     ``x (n,)``: the covariate; ``columns (d, n)``: the form's features; ``mean (d,)``, ``covariance (d, d)``: posterior
     of their amplitudes. Differences within the form are compared, since a constant may be the origin.
@@ -97,10 +91,10 @@ def regime(x: Array, columns: Array, mean: Array, covariance: Array, unit: str) 
     x, columns = x[order], columns[:, order]
     flat, back = (_flat_share(some, mean, covariance) for some in (columns, columns[:, ::-1]))
     if not QUIET <= max(flat, back) < 1.0:
-        return ""
+        return []
     if flat >= back:
-        return f"only above {rounded(x[int(flat * len(x)) - 1], 4)}{unit}"
-    return f"only below {rounded(x[len(x) - int(back * len(x))], 4)}{unit}"
+        return [{"say": "above", "edge": number(x[int(flat * len(x)) - 1], unit)}]
+    return [{"say": "below", "edge": number(x[len(x) - int(back * len(x))], unit)}]
 
 
 def _flat_share(columns: Array, mean: Array, covariance: Array) -> float:
@@ -110,3 +104,63 @@ def _flat_share(columns: Array, mean: Array, covariance: Array) -> float:
     spread = np.sqrt(np.maximum(np.einsum("dn,dn->n", apart, covariance @ apart), 0.0))
     off = np.abs(mean @ apart) > CHANGED * spread
     return float(np.argmax(off)) / len(off) if off.any() else 1.0
+
+
+_UNKNOWN, _UNKNOWN_DE = (
+    "Nothing: do not adjust or compensate before the cause is known.",
+    "Nichts: vor einer bekannten Ursache nicht justieren und nicht kompensieren.",
+)
+_PERIODIC = Words(
+    check="Look for what repeats with {covariate} in this period: in time a thermostat, a compressor or a pump, along"
+    " an axis a screw, a pinion or the joints of a scale.",
+    repair=_UNKNOWN,
+    german=Words(
+        check="Suchen, was sich mit {covariate} in dieser Periode wiederholt: in der Zeit Thermostat, Kompressor oder"
+        " Pumpe, längs einer Achse Spindel, Ritzel oder die Stöße eines Maßstabs.",
+        repair=_UNKNOWN_DE,
+    ),
+)
+_HYSTERESIS = Words(
+    check="Move to one place by small and by large ways, from both sides: what friction holds back reads differently."
+    " Look at guideways, drives and cables for what rubs or gives way, and at what clamps the gauge or instrument.",
+    repair=_UNKNOWN,
+    german=Words(
+        check="Eine Stelle auf kleinen und großen Wegen von beiden Seiten anfahren: Was Reibung zurückhält, zeigt"
+        " verschiedene Werte. Führungen, Antriebe, Kabel und Spannmittel ansehen.",
+        repair=_UNKNOWN_DE,
+    ),
+)
+_RESTS = Words(
+    check="Read one place ten times at once, after a pause, and after a long pause: what a rest leaves fades from"
+    " reading to reading.",
+    repair=_UNKNOWN,
+    german=Words(
+        check="Eine Stelle zehnmal hintereinander messen, nach einer Pause und nach einer langen: Was eine Pause"
+        " hinterlässt, klingt von Wert zu Wert ab.",
+        repair=_UNKNOWN_DE,
+    ),
+)
+_DISTURBED = Words(
+    check="Ask what shook the machine or the gauge then: a press, a lorry, a door, a draught of air, a loose clamp.",
+    repair="Measure again without it; readings of that stretch have less weight.",
+    german=Words(
+        check="Fragen, was Maschine oder Stufenendmaß damals erschütterte: Presse, Lastwagen, Tür, Luftzug.",
+        repair="Ohne das neu messen; Werte aus diesem Abschnitt haben weniger Gewicht.",
+    ),
+)
+_ANY = Words(
+    check="Look for what changes with {covariate}.",
+    repair=_UNKNOWN,
+    german=Words(check="Suchen, was sich mit {covariate} ändert.", repair=_UNKNOWN_DE),
+)
+STRUCTURE = {WAVE: _PERIODIC, SAWTOOTH: _PERIODIC, HYSTERESIS: _HYSTERESIS, LOOP: _HYSTERESIS}
+STRUCTURE |= {DISTURBED: _DISTURBED, RESTS: _RESTS}
+"""For structure without a known law, by its form."""
+
+
+def remedy_of_structure(forms: Collection[str], covariate: str, language: str = "en") -> Words:
+    """What to check for structure without a known law, over one covariate and with one or several ``forms``."""
+    found = {STRUCTURE.get(form) for form in forms}
+    own = (found.pop() if len(found) == 1 else None) or _ANY
+    words, values = own.said_in(language), {"covariate": {"value": covariate}}
+    return Words(check=filled(words.check, values), repair=words.repair)

@@ -15,7 +15,6 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web import advice
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, with_form
 from stepgauge.web.render import address, json_answer, render, site_of, words_of
@@ -24,6 +23,8 @@ from stepgauge.web.texts import Words
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from stepgauge.diagnosis.wording.findings import Subject
 
 FILE, ROWS = "diagnosis.json", "residuals.csv"
 NOT_COVARIATES = {"placement", "time_s", "approach_i", "approach_j", "approach_k"}
@@ -48,27 +49,28 @@ def show(request: Request) -> Response:
 
 def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
     """What the page says of a diagnosis, from its file."""
-    from stepgauge.reports.diagnosis import read_said, told_story
+    from stepgauge.diagnosis.wording.findings import subject
+    from stepgauge.diagnosis.wording.headline import headline
+    from stepgauge.reports.diagnosis import diagnosis_story, read_said
+    from stepgauge.reports.findings import do_first
 
     said, _ = read_said(existing(site.folder, name))
-    story = told_story(said, ())
     of_map = "map" in said["inputs"]
     unit = next((key.removeprefix("noise_") for key in said["fit"] if key.startswith("noise_")), "")
-    effects = [_finding(number, effect, words) for number, effect in enumerate(said["effects"], 1)]
-    steps = [block for block in story["parts"][0]["blocks"] if block["kind"] != "code"]
-    english = words.language == "en"
+    effects = [_finding(number, effect, subject(said), words) for number, effect in enumerate(said["effects"], 1)]
+    steps = do_first(said, words.language)["blocks"]
     return {
-        "summary": story["summary"] if english else advice.summary(words, said),
-        "warnings": story["warnings"],
+        "summary": headline(said, words.language),
+        "warnings": diagnosis_story(said)["warnings"],
         "verdict": said["verdict"],
         "unit": "σ" if of_map else unit,  # of a map, whose quantities have several
         "effects": effects,
         "of_map": of_map,
-        "steps": steps if english else advice.steps(words, said),
+        "steps": [block for block in steps if block["kind"] != "code"],
     }
 
 
-def _finding(number: int, effect: Mapping[str, Any], words: Words) -> dict[str, Any]:
+def _finding(number: int, effect: Mapping[str, Any], at: Subject, words: Words) -> dict[str, Any]:
     from stepgauge.diagnosis.wording.notation import members_of
     from stepgauge.reports.findings import combinations
 
@@ -79,25 +81,26 @@ def _finding(number: int, effect: Mapping[str, Any], words: Words) -> dict[str, 
         "number": number,
         "kind": effect["kind"],
         "probability": effect["probability"],
-        "rivals": [_rival(one, effect["probability"], first, words) for one in members],
+        "rivals": [_rival(one, effect["probability"], first, at, words) for one in members],
         "together": {"names": together, "probability": p} if together else None,
         "next": effect["separate_by"].split(": stepgauge")[0].replace("_", " "),
         "can_plan": bool(effect["commands"]),
     }
 
 
-def _rival(one: Mapping[str, Any], probability: float, first: float, words: Words) -> dict[str, Any]:
+def _rival(one: Mapping[str, Any], probability: float, first: float, at: Subject, words: Words) -> dict[str, Any]:
     """A cause of a finding; of several laws that stand together the probability is not known."""
+    from stepgauge.diagnosis.wording.findings import meaning, name_of
     from stepgauge.reports.findings import uncertainties, values
 
     share = one["share"]
     return {
         "kind": one["kind"],
-        "name": words.effect(one["label"]),
+        "name": name_of(one["label"], at.of, words.language),
         "values": [words.decimal(text) for text in _with_u(values(one), uncertainties(one))],
         "probability": None if share is None else share * probability,
         "odds": None if share is None else share / first,
-        "means": one["in_practice"],
+        "means": meaning(one, at, words.language),
     }
 
 
@@ -119,12 +122,12 @@ def scene(request: Request) -> Response:
 def _scene(folder: Path, root: Path, _stamps: tuple[int, ...]) -> str:
     """Kept for the diagnosis that is being looked at; anew when its files change."""
     from stepgauge.diagnosis.output.rows import read_rows
-    from stepgauge.reports.diagnosis import read_said, told_story
+    from stepgauge.reports.diagnosis import diagnosis_story, read_said
     from stepgauge.reports.interactive import diagnosis_scene
 
     said, place = read_said(folder)
     rows = read_rows(place)
-    return json.dumps(diagnosis_scene(said, told_story(said, ()), rows, _covariates(said, root, len(rows))))
+    return json.dumps(diagnosis_scene(said, diagnosis_story(said), rows, _covariates(said, root, len(rows))))
 
 
 def _covariates(said: dict[str, Any], root: Path, count: int) -> pd.DataFrame | None:

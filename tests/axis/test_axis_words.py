@@ -6,13 +6,14 @@ import pytest
 
 from stepgauge.axis.sensors import SENSORS, kinds_of, not_candidates
 from stepgauge.axis.units import AxisUnits
+from stepgauge.diagnosis.axis.conversion import UnitConversion
 from stepgauge.diagnosis.axis.residuals import Scaling
-from stepgauge.diagnosis.axis.told import AxisWording
 from stepgauge.diagnosis.covariates import REST, TOUCHES, TURNING, WAY
 from stepgauge.diagnosis.gaussian_processes import random_function as forms
 from stepgauge.diagnosis.gaussian_processes.random_function import RandomFunction
 from stepgauge.diagnosis.wording import structure as words
-from stepgauge.diagnosis.wording.axis import About, kind_name, meaning
+from stepgauge.diagnosis.wording.findings import Subject, meaning, name_of
+from stepgauge.diagnosis.wording.phrases import worded
 from stepgauge.effects import effect_kinds
 from stepgauge.figures.effect_panels import TITLES
 
@@ -29,8 +30,8 @@ COVARIATES = ("position", "machine x", "face", "order", REST, f"{TOUCHES} of 60 
 NOT_SAID = ("gauge", "face", "touch", "probing", "machine", "front", "approach", " mm", " um")
 
 
-def teller(position: str = "deg", deviation: str | None = None, both: bool = True, form: str = "axis") -> AxisWording:
-    return AxisWording(AxisUnits.of(position, deviation), Scaling(1.0, 0.1), both, form)
+def conversion(position: str = "deg", deviation: str | None = None) -> UnitConversion:
+    return UnitConversion(AxisUnits.of(position, deviation), Scaling(1.0, 0.1))
 
 
 @pytest.mark.parametrize("side", ["gauge", "approach"])
@@ -40,29 +41,35 @@ def test_every_form_is_told_in_the_words_of_an_axis(form: str, shape: str, numbe
     assert {shape for shape, _ in SHAPES} >= set(TITLES) | {forms.ROUGH}
     if shape == "harmonics":
         return  # one line has no directions about a stylus
+    at = Subject("axis", "deg", "arcsec", form, both_ways=form == "axis")
     for covariate in COVARIATES:
-        told = words._words(RandomFunction(covariate, "mm", shape, side, (number,)), shape, number) + words._moved(side)
-        said = teller(form=form).text(f"{told}, only above 12.5 mm")
+        phrase = words._phrase(RandomFunction(covariate, "mm", shape, side, (number,)), shape, number)
+        above = {"say": "above", "edge": {"value": -12.5, "unit": "mm"}}
+        told = conversion().converted([phrase, words._moved(side), above])
+        said = worded(told, at)
         assert not [word for word in NOT_SAID if word in said], said
-        assert "12.5 deg" in said
+        assert "only above -12.5 deg" in said
         assert ("directions of travel" in said) == (form == "axis") or shape == "loop"
+        assert "unter" not in worded(told, at, "de")
+        assert "nur über -12,5 deg" in worded(told, at, "de")
 
 
 def test_numbers_are_told_in_the_users_unit() -> None:
-    linear = teller("inch")
-    assert linear.text("a resolution of 2.54 um") == "a resolution of 1000 uin"
-    assert linear.told({"rms_before_um": 2.54, "time_s": 3.0}) == {
+    linear = conversion("inch")
+    resolution = linear.converted({"say": "resolution", "step": {"value": 2.54, "unit": "um"}})
+    assert "a resolution of 1000 uin" in worded(resolution, Subject("axis"))
+    assert linear.converted({"rms_before_um": 2.54, "time_s": 3.0}) == {
         "rms_before_uin": pytest.approx(1000.0),
         "time_s": 3.0,
     }
-    assert linear.told({"ppm": {"value": 8.0, "u": 1.0, "unit": "um/m"}})["ppm"] == {
+    assert linear.converted({"ppm": {"value": 8.0, "u": 1.0, "unit": "um/m"}})["ppm"] == {
         "value": pytest.approx(80.0),
         "u": pytest.approx(10.0),
         "unit": "uin/inch",
     }
-    rate = teller().told({"ppm": {"value": 1e4, "u": None, "unit": "um/m"}})["ppm"]
+    rate = conversion().converted({"ppm": {"value": 1e4, "u": None, "unit": "um/m"}})["ppm"]
     assert (rate["value"], rate["unit"]) == (pytest.approx(100.0), "arcsec/deg")
-    period = teller("m").told({"period_mm": {"value": 2500.0, "u": 1.0, "unit": "mm"}})
+    period = conversion("m").converted({"period_mm": {"value": 2500.0, "u": 1.0, "unit": "mm"}})
     assert period == {"period_m": {"value": pytest.approx(2.5), "u": pytest.approx(1e-3), "unit": "m"}}
 
 
@@ -72,13 +79,9 @@ def test_every_unit_of_a_candidate_is_turned_into_the_users() -> None:
     units = {p.unit for kind in kinds & set(known) for p in known[kind].parameters()}
     of_length = {unit for unit in units if "um" in unit or "mm" in unit}
     assert {"um", "um/m", "um/h"} <= of_length
-    for one in (teller(), teller("mm")):
+    for one in (conversion(), conversion("mm")):
         stated_apart = {"um or um/m", "um per m, mm/s or h"}  # by the order of a joint; by what a scatter grows with
         assert of_length - stated_apart <= set(one.factors)
-    joint = {"order": {"value": 0}, "size": {"value": 2.0, "u": 1.0, "unit": "um or um/m"}}
-    assert teller("mm").told(joint)["size"] == {"value": pytest.approx(20.0), "u": pytest.approx(10.0), "unit": "um"}
-    slope = teller("mm").told({**joint, "order": {"value": 1}})["size"]
-    assert (slope["value"], slope["unit"]) == (pytest.approx(20.0), "um/m")
 
 
 NEVER = {
@@ -116,18 +119,17 @@ def test_every_kind_is_one_that_an_axis_can_have_or_cannot() -> None:
 @pytest.mark.parametrize("kind", sorted(KINDS))
 def test_every_kind_of_an_axis_has_words_of_its_own(kind: str) -> None:
     """In the units of the user, and with the numbers of the parameters."""
-    about = About(500.0, 60.0, "inch", "uin", "laser", "axis")
-    told = teller("inch").told({"parameters": parameters(kind)})["parameters"]
+    at = Subject("axis", "inch", "uin")
+    told = conversion("inch").converted({"parameters": parameters(kind)})["parameters"]
     for order in (0, 1):
         told = {**told, "order": {"value": order}} if "order" in told else told
-        said = meaning(kind, told, about)
-        assert said != f"{effect_kinds()[kind].title()}."
-        assert not [word for word in ("nan", "gauge", "face", "probing", " um ", " mm ", "um_per") if word in said], (
-            said
-        )
-        assert name_words(kind)[0].isalpha()
+        said = meaning({"kind": kind, "parameters": told, "largest_uin": 3.0}, at)
+        never = ("nan", "None", "gauge", "face", "probing", " um ", " mm ", "um_per")
+        assert not [word for word in never if word in said], said
+        assert "_" not in name_of(kind, "axis")
+        assert not name_of(kind, "axis").endswith(" of")
     if kind == "thermal_shift":
-        assert "follow air_C less body_C, 2.0 min late" in said
+        assert "follow air_C less body_C, 120 s late" in said
 
 
 def parameters(kind: str) -> dict[str, dict[str, object]]:
@@ -137,20 +139,16 @@ def parameters(kind: str) -> dict[str, dict[str, object]]:
     return {
         one.name: {"value": choices.get(one.name, "x")}
         if one.role == "choice"
-        else {"value": 120.0, "u": 1.0, "unit": one.unit.replace("um or um/m", "um")}
+        else {
+            "value": 120.0,
+            "u": 1.0,
+            "unit": one.unit.replace("um or um/m", "um").replace("um per m, mm/s or h", "um/h"),
+        }
         for one in law.parameters()
     }
 
 
-def name_words(kind: str) -> str:
-    """Its name, without the underscores of the vocabulary and without a preposition at its end."""
-    name = kind_name(kind, "axis")
-    assert "_" not in name
-    assert not name.endswith(" of")
-    return name
-
-
-def test_labels_of_laws_are_told_as_their_names() -> None:
-    words = "periodic_scale_error_x comes nearest and is 2 times less likely than the form"
-    assert teller().text(words).startswith("periodic scale error comes nearest")
-    assert teller(form="distances").text("effective_radius_x").startswith("additive constant")
+def test_laws_are_told_by_their_names() -> None:
+    nearest = {"say": "nearest", "law": "periodic_scale_error_x", "times": "2"}
+    assert worded(nearest, Subject("axis")).startswith("periodic scale error is the nearest law")
+    assert name_of("effective_radius_x", "axis") == "additive constant"

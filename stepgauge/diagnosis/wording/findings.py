@@ -1,0 +1,197 @@
+"""What a finding is called, what it means, what to check and to repair, in English or German.
+
+The words are those that its effect declares (:class:`stepgauge.effects.words.Words`), filled with the values that a
+``diagnosis.json`` states. Nothing is translated or rewritten: a sentence is composed in its language from these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from stepgauge.diagnosis.maps.words import MAP_WORDS
+from stepgauge.diagnosis.wording.aliases import aliases_words
+from stepgauge.diagnosis.wording.catalogue import listed
+from stepgauge.diagnosis.wording.notation import COVERAGE
+from stepgauge.effects import Effect, effect_kinds
+from stepgauge.effects.words import Words, direction_words, filled
+
+Said = Mapping[str, Any]
+UNKNOWN_KIND = Words(
+    check="Check by other means whether this cause is there.",
+    repair="Remove it, or state it in the file that was judged.",
+    german=Words(
+        check="Auf anderem Weg prüfen, ob diese Ursache da ist.",
+        repair="Beseitigen oder in der Datei angeben, die beurteilt wurde.",
+    ),
+)
+NO_CHOICE = ("start_s", "pause_s", "about_mm")
+"""Parameters of the computation that are not part of the name of a law."""
+NO_EFFECTS = {
+    "geometric_errors": Words(
+        "geometric errors",
+        "Scales, straightness, rotations and squareness of the machine err together, by up to {largest}, as of a"
+        " machine that is not compensated. Determined: {determined:{determined}|none of them}; of the others only the"
+        " sum along the measured lines is known. Single values are no compensation.",
+        "Look whether the error map of the machine is there, is switched on, and is the one of its last calibration.",
+        "Have the machine calibrated and compensated in its whole volume.",
+        german=Words(
+            "Geometriefehler",
+            "Maßstäbe, Geradheiten, Drehungen und Rechtwinkligkeiten der Maschine weichen zusammen ab, um bis zu"
+            " {largest}, wie bei einer nicht kompensierten Maschine. Einzelne Werte sind keine Kompensation.",
+            "Nachsehen, ob die Fehlerkarte der Maschine da, eingeschaltet und von der letzten Kalibrierung ist.",
+            "Die Maschine im ganzen Raum kalibrieren und kompensieren lassen.",
+        ),
+    ),
+    "repeatability": Words(
+        "repeatability",
+        "The scatter is {repeatability_um:2}, the machine file states {stated_um:2}.",
+        "Probe one face ten times at once: the standard deviation is the machine's repeatability today. Where it is"
+        " larger than stated, look at the clamping of gauge, probe and stylus, at dirt on the tip, and at the unit of"
+        " the machine file.",
+        "Mend what is loose and measure again; if it is so, state this repeatability in the machine file.",
+        german=Words(
+            "Wiederholbarkeit",
+            "Die Streuung ist {repeatability_um:2}, in der Maschinendatei steht {stated_um:2}.",
+            "Eine Fläche zehnmal hintereinander antasten: Die Standardabweichung ist die heutige Wiederholbarkeit. Ist"
+            " sie größer als angegeben, Spannung von Stufenendmaß, Taster und Stift, Schmutz an der Kugel und die"
+            " Einheit in der Maschinendatei ansehen.",
+            "Beheben, was lose ist, und neu messen; bleibt es so, sie in der Maschinendatei angeben.",
+        ),
+    ),
+}
+"""Words of findings that are no effect of a machine file."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What was diagnosed: ``of`` a recording of a ``gauge``, of an ``axis`` by itself, or the ``map`` of a probe.
+
+    ``position``, ``deviation``: the units in which it is told; ``form``: of an axis, ``axis``, ``spot`` or
+    ``distances``; ``both_ways``: whether it was read in both directions of travel.
+    """
+
+    of: str = "gauge"
+    position: str = "mm"
+    deviation: str = "um"
+    form: str = ""
+    both_ways: bool = True
+
+    def key(self, name: str) -> str:
+        """The name of a number in the user's units: ``period_mm`` as ``period_deg``."""
+        stem, _, unit = f"_{name}".rpartition("_")
+        return f"{stem}_{ {'um': self.deviation, 'mm': self.position}.get(unit, unit) }"[1:]
+
+
+GAUGE, MAP = Subject(), Subject("map")
+
+
+def subject(said: Said) -> Subject:
+    """What a ``diagnosis.json`` is of."""
+    if "axis" in said:
+        axis = said["axis"]
+        ways = bool(axis["both_ways"]) and axis["form"] == "axis"
+        return Subject("axis", axis["unit"], axis["deviation_unit"], axis["form"], ways)
+    return MAP if "map" in said["inputs"] else GAUGE
+
+
+def words_of(kind: str, of: str = "gauge", language: str = "en") -> Words:
+    """The words that a kind declares for a recording of a gauge, an axis or the map of a probe."""
+    known, declared = _effects().get(kind), NO_EFFECTS.get(kind)
+    if of == "map" and kind in MAP_WORDS:
+        declared = MAP_WORDS[kind]
+    elif known is not None:
+        declared = known.words_at(of)
+    return (declared or UNKNOWN_KIND).said_in(language)
+
+
+def _effects() -> Mapping[str, type[Effect]]:
+    return effect_kinds(every=True)
+
+
+def name_of(label: str, of: str = "gauge", language: str = "en") -> str:
+    """A law by its kind, or by its label, which has its choices behind the kind: ``scale_error_x``."""
+    kind = _kind_of(label, tuple(_effects()))
+    name = words_of(kind, of, language).name or kind.replace("_", " ")
+    more = "" if of == "axis" else label.removeprefix(kind).replace("_", " ")
+    return " ".join(f"{name} {more}".split())
+
+
+def kind_and_choice(label: str) -> tuple[str, str]:
+    """The kind of a law by its label, and its axis or plane."""
+    kind = _kind_of(label, tuple(_effects()))
+    return kind, label.removeprefix(kind).strip("_")
+
+
+@cache
+def _kind_of(label: str, effects: tuple[str, ...]) -> str:
+    known = (*effects, *NO_EFFECTS, *MAP_WORDS)
+    return max(
+        (one for one in known if label == one or label.startswith((f"{one}_", f"{one} "))), key=len, default=label
+    )
+
+
+def finding_name(effect: Said, at: Subject = GAUGE, language: str = "en") -> str:
+    """A finding with its choices, as far as these tell it from others of its kind: axis, plane, face, direction."""
+    if at.of != "gauge":
+        return name_of(effect["label"], at.of, language)
+    named = effect["parameters"].items()
+    choices = [p["value"] for name, p in named if "unit" not in p and name not in ("rows", *NO_CHOICE)]
+    return " ".join([name_of(effect["kind"], at.of, language), *map(direction_words, map(_text, choices))])
+
+
+def _text(value: Any) -> Any:
+    return value if isinstance(value, list) else str(value)
+
+
+def in_place(
+    kinds: Iterable[str], combinations: Sequence[Sequence[str]], of: str = "gauge", language: str = "en"
+) -> list[str]:
+    """What may be in place of a finding, in words; several laws together by their labels, which have the axes.
+
+    ``kinds``: as ``confounded_with`` has them, ``a + b`` for two together; ``combinations``: the labels of these.
+    """
+    found: list[str] = []
+    for kind in kinds:
+        parts = sorted(kind.split(" + "))
+        same = [sorted(laws) for laws in combinations if len(laws) == len(parts) > 1]
+        alike = [laws for laws in same if all(map(str.startswith, laws, parts))]
+        found += [" + ".join(name_of(label, of, language) for label in laws) for laws in alike or [parts]]
+    return list(dict.fromkeys(found))
+
+
+def meaning(one: Said, at: Subject = GAUGE, language: str = "en") -> str:
+    """What a finding, or one of its set, means: sentences with its values, in the units of the diagnosis."""
+    declared = words_of(one["kind"], at.of, language).means or _equation(one["kind"])
+    part = {"en": "Only where {}: ", "de": "Nur wo {}: "}[language].format(one["where"]) if one.get("where") else ""
+    return part + filled(declared, _values(one, at), language) + aliases_words(one.get("aliases", {}), language)
+
+
+def _equation(kind: str) -> str:
+    known = _effects().get(kind)
+    text = f"{kind.replace('_', ' ')}." if known is None else f"{known.title()}: {known.equation}."
+    return text.replace("{", "{{").replace("}", "}}")
+
+
+def remedy(one: Said, at: Subject = GAUGE, language: str = "en") -> Words:
+    """What to check by other means, and what to repair once that confirms a finding."""
+    declared, unknown = words_of(one["kind"], at.of, language), UNKNOWN_KIND.said_in(language)
+    values = _values(one, at)
+    check, repair = (declared.check or unknown.check, declared.repair or unknown.repair)
+    return Words(check=filled(check, values, language), repair=filled(repair, values, language))
+
+
+def _values(one: Said, at: Subject) -> dict[str, Said]:
+    """The values of a template by the names that its effect declares."""
+    stated = one["parameters"]
+    values: dict[str, Said] = dict(stated)
+    known = _effects().get(one["kind"])
+    for each in () if known is None else known.parameters():
+        values[each.name] = stated.get(each.name) or stated.get(at.key(each.name)) or {"value": None}
+    sure = [name for name, p in stated.items() if p.get("u") and abs(p["value"]) > COVERAGE * p["u"]]
+    values["determined"] = {"value": listed([name_of(name) for name in sure])}
+    values["aliases"] = {"value": bool(one.get("aliases"))}
+    values["largest"] = {"value": one.get(at.key("largest_um")), "unit": at.deviation}
+    return values

@@ -1,0 +1,79 @@
+"""What an effect is called, what it means, what to check and what to repair: templates, and how they are filled.
+
+A template names parameters in braces: ``{ppm}`` is the magnitude with its unit, ``{period_mm:5}`` the same in five
+significant digits, ``{at_mm:=4}`` with its sign, ``{um:later|earlier}`` one of two, the first for a positive value
+or a text. They may hold names again: ``{lag_s:, {lag_s:3} late|}``. ``{largest}`` is the largest displacement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from stepgauge.files.notation import rounded
+
+DIGITS = 2
+"""Significant digits of a value in a sentence."""
+
+
+@dataclass(frozen=True)
+class Words:
+    """Name, meaning, check and repair of a finding in English, and the same in ``german``."""
+
+    name: str = ""
+    means: str = ""
+    check: str = ""
+    repair: str = ""
+    german: Words | None = None
+
+    def said_in(self, language: str) -> Words:
+        """The words in a language, ``en`` or ``de``; in English where they are not told in it."""
+        return self.german if language == "de" and self.german is not None else self
+
+
+class _Value:
+    """A value in a template, with its unit and the decimal mark of the language; None is said as its name."""
+
+    def __init__(self, name: str, value: Any = None, unit: str = "", german: bool = False) -> None:
+        self.name, self.value, self.unit, self.german = name, value, unit, german
+
+    def __format__(self, spec: str) -> str:
+        if "|" in spec:
+            first, second = spec.split("|")
+            positive = self.value > 0 if isinstance(self.value, float | int) else bool(self.value)
+            return first if positive else second
+        if isinstance(self.value, float | int) and not isinstance(self.value, bool):
+            signed = spec.startswith("=")
+            text = rounded(self.value if signed else abs(self.value), int(spec.lstrip("=") or DIGITS))
+            return f"{text.replace('.', ',') if self.german else text} {self.unit}".strip()
+        if isinstance(self.value, list | tuple):
+            return direction_words(self.value)
+        every = "alle Achsen" if self.german else "all axes"
+        return self.name.split("_")[0] if self.value is None else every if self.value == "all" else str(self.value)
+
+
+class _Values(dict[str, _Value]):
+    def __missing__(self, name: str) -> _Value:
+        return _Value(name)
+
+
+def filled(text: str, values: Mapping[str, Mapping[str, Any]], language: str = "en") -> str:
+    """A template with values in the places of their names; a name without a value is said as itself.
+
+    ``values``: each with its ``value`` and, if it is a number, its ``unit``, as a ``diagnosis.json`` has them.
+    """
+    known = _Values()
+    for name, one in values.items():
+        unit = str(one.get("unit") or "")
+        known[name] = _Value(name, one.get("value"), "" if unit in ("1", "count") else unit, language == "de")
+    return text.format_map(known)
+
+
+def direction_words(direction: Any) -> str:
+    """A machine axis by name, or a direction by its components."""
+    if isinstance(direction, str):
+        return direction
+    if not all(isinstance(one, int | float) for one in direction):
+        return ", ".join(map(str, direction))
+    return f"({', '.join(f'{round(float(one), 3) + 0.0:.3f}' for one in direction)})"
