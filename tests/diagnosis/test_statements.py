@@ -144,8 +144,8 @@ def test_a_period_is_that_of_its_harmonics_and_no_multiple_of_it(far: dict[int, 
 def test_a_period_in_rows_is_never_told() -> None:
     phrases = [{"say": "wave", "covariate": "order", "period": number(10.0)}, {"say": "approach"}]
     form = described("order", "both", WAVE, phrases, 1.0, 1.0)
-    assert _without_index(form) == "repeats in the order of the readings, along the approach"
-    assert "period 3" in _without_index(replace(form, covariate="time", where="period 3 s"))
+    assert worded(_without_index(form)) == "repeats in the order of the readings, along the approach"
+    assert "period 10" in worded(_without_index(replace(form, covariate="time")))
 
 
 # -- one law by two names ----------------------------------------------------------------------------------------------
