@@ -21,7 +21,7 @@ from stepgauge.diagnosis.result import Finding, GaugeDiagnosis, Located
 from stepgauge.diagnosis.statements import OPEN, conclude
 from stepgauge.diagnosis.structure import _by_harmonics, _without_index
 from stepgauge.diagnosis.wording.headline import headline, summary_line
-from stepgauge.diagnosis.wording.phrases import number
+from stepgauge.diagnosis.wording.phrases import number, worded
 from stepgauge.diagnosis.wording.structure import described
 from stepgauge.effects import make_effects
 from stepgauge.inference.neighbourhood import Mixture
