@@ -9,9 +9,8 @@ from typing import Any
 import pytest
 
 from stepgauge.axis.sensors import SENSORS, kinds_of
-from stepgauge.diagnosis.maps.words import MAP_WORDS
-from stepgauge.diagnosis.wording.catalogue import TEXTS
-from stepgauge.diagnosis.wording.findings import GAUGE, NO_EFFECTS, Subject, meaning, name_of, remedy, words_of
+from stepgauge.diagnosis.wording.catalogue import sentences, words
+from stepgauge.diagnosis.wording.findings import GAUGE, Subject, meaning, name_of, remedy, words_of
 from stepgauge.diagnosis.wording.headline import headline
 from stepgauge.effects import effect_kinds
 from stepgauge.effects.words import Words, filled
@@ -19,9 +18,9 @@ from stepgauge.reports.findings import do_first
 
 AXIS = {kind for name in SENSORS for form in ("axis", "spot", "distances") for kind in kinds_of(name, form)}
 DECLARED = [
-    *((kind, "gauge") for kind in (*effect_kinds(every=True), *NO_EFFECTS)),
+    *((kind, "gauge") for kind in (*effect_kinds(every=True), *words("finding")) if kind != "unknown"),
     *((kind, "axis") for kind in sorted(AXIS & set(effect_kinds()))),
-    *((kind, "map") for kind in MAP_WORDS),
+    *((kind, "map") for kind in words("map")),
 ]
 
 
@@ -80,8 +79,8 @@ def test_an_axis_is_told_in_its_own_units_by_the_names_that_the_effect_declares(
 
 @pytest.mark.parametrize("kind", sorted(AXIS & set(effect_kinds())))
 def test_what_an_axis_has_is_told_without_a_gauge_or_a_probe(kind: str) -> None:
-    words = words_of(kind, "axis")
-    for text in (words.means, words.check, words.repair):
+    own = words_of(kind, "axis")
+    for text in (own.means, own.check, own.repair):
         assert not re.search(r"\b(gauge|face|probing|stylus|machine)\b", text), text
 
 
@@ -145,6 +144,6 @@ def test_a_verdict_and_what_to_do_first_in_german() -> None:
 
 
 def test_every_sentence_is_there_in_both_languages_with_the_same_gaps() -> None:
-    for key, texts in TEXTS.items():
+    for key, texts in sentences().items():
         assert len(texts) == 2, key
         assert gaps(texts[0]) == gaps(texts[1]), key

@@ -11,58 +11,15 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from stepgauge.diagnosis.maps.words import MAP_WORDS
 from stepgauge.diagnosis.wording.aliases import aliases_words
-from stepgauge.diagnosis.wording.catalogue import listed
+from stepgauge.diagnosis.wording.catalogue import listed, words
 from stepgauge.diagnosis.wording.notation import COVERAGE
 from stepgauge.effects import Effect, effect_kinds
 from stepgauge.effects.words import Words, direction_words, filled
 
 Said = Mapping[str, Any]
-UNKNOWN_KIND = Words(
-    check="Check by other means whether this cause is there.",
-    repair="Remove it, or state it in the file that was judged.",
-    german=Words(
-        check="Auf anderem Weg prüfen, ob diese Ursache da ist.",
-        repair="Beseitigen oder in der Datei angeben, die beurteilt wurde.",
-    ),
-)
 NO_CHOICE = ("start_s", "pause_s", "about_mm")
 """Parameters of the computation that are not part of the name of a law."""
-NO_EFFECTS = {
-    "geometric_errors": Words(
-        "geometric errors",
-        "Scales, straightness, rotations and squareness of the machine err together, by up to {largest}, as of a"
-        " machine that is not compensated. Determined: {determined:{determined}|none of them}; of the others only the"
-        " sum along the measured lines is known. Single values are no compensation.",
-        "Look whether the error map of the machine is there, is switched on, and is the one of its last calibration.",
-        "Have the machine calibrated and compensated in its whole volume.",
-        german=Words(
-            "Geometriefehler",
-            "Maßstäbe, Geradheiten, Drehungen und Rechtwinkligkeiten der Maschine weichen zusammen ab, um bis zu"
-            " {largest}, wie bei einer nicht kompensierten Maschine. Einzelne Werte sind keine Kompensation.",
-            "Nachsehen, ob die Fehlerkarte der Maschine da, eingeschaltet und von der letzten Kalibrierung ist.",
-            "Die Maschine im ganzen Raum kalibrieren und kompensieren lassen.",
-        ),
-    ),
-    "repeatability": Words(
-        "repeatability",
-        "The scatter is {repeatability_um:2}, the machine file states {stated_um:2}.",
-        "Probe one face ten times at once: the standard deviation is the machine's repeatability today. Where it is"
-        " larger than stated, look at the clamping of gauge, probe and stylus, at dirt on the tip, and at the unit of"
-        " the machine file.",
-        "Mend what is loose and measure again; if it is so, state this repeatability in the machine file.",
-        german=Words(
-            "Wiederholbarkeit",
-            "Die Streuung ist {repeatability_um:2}, in der Maschinendatei steht {stated_um:2}.",
-            "Eine Fläche zehnmal hintereinander antasten: Die Standardabweichung ist die heutige Wiederholbarkeit. Ist"
-            " sie größer als angegeben, Spannung von Stufenendmaß, Taster und Stift, Schmutz an der Kugel und die"
-            " Einheit in der Maschinendatei ansehen.",
-            "Beheben, was lose ist, und neu messen; bleibt es so, sie in der Maschinendatei angeben.",
-        ),
-    ),
-}
-"""Words of findings that are no effect of a machine file."""
 
 
 @dataclass(frozen=True)
@@ -99,12 +56,12 @@ def subject(said: Said) -> Subject:
 
 def words_of(kind: str, of: str = "gauge", language: str = "en") -> Words:
     """The words that a kind declares for a recording of a gauge, an axis or the map of a probe."""
-    known, declared = _effects().get(kind), NO_EFFECTS.get(kind)
-    if of == "map" and kind in MAP_WORDS:
-        declared = MAP_WORDS[kind]
+    known, declared = _effects().get(kind), words("finding").get(kind)
+    if of == "map" and kind in words("map"):
+        declared = words("map")[kind]
     elif known is not None:
         declared = known.words_at(of)
-    return (declared or UNKNOWN_KIND).said_in(language)
+    return (declared or words("finding")["unknown"]).said_in(language)
 
 
 def _effects() -> Mapping[str, type[Effect]]:
@@ -127,7 +84,7 @@ def kind_and_choice(label: str) -> tuple[str, str]:
 
 @cache
 def _kind_of(label: str, effects: tuple[str, ...]) -> str:
-    known = (*effects, *NO_EFFECTS, *MAP_WORDS)
+    known = (*effects, *words("finding"), *words("map"))
     return max(
         (one for one in known if label == one or label.startswith((f"{one}_", f"{one} "))), key=len, default=label
     )
@@ -177,7 +134,7 @@ def _equation(kind: str) -> str:
 
 def remedy(one: Said, at: Subject = GAUGE, language: str = "en") -> Words:
     """What to check by other means, and what to repair once that confirms a finding."""
-    declared, unknown = words_of(one["kind"], at.of, language), UNKNOWN_KIND.said_in(language)
+    declared, unknown = words_of(one["kind"], at.of, language), words("finding")["unknown"].said_in(language)
     values = _values(one, at)
     check, repair = (declared.check or unknown.check, declared.repair or unknown.repair)
     return Words(check=filled(check, values, language), repair=filled(repair, values, language))

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from stepgauge.diagnosis.wording.catalogue import TEXTS, listed, say
+from stepgauge.diagnosis.wording.catalogue import listed, say, sentences
 from stepgauge.diagnosis.wording.findings import GAUGE, Subject, name_of
 from stepgauge.effects.words import filled
 
@@ -81,9 +81,9 @@ def worded_all(phrases: Iterable[Phrase | str], at: Subject = GAUGE, language: s
 
 def _one(phrase: Phrase, at: Subject, language: str) -> str:
     key = f"{phrase['say']}_{at.of}"
-    if key in TEXTS and at.of == "axis" and phrase["say"] in ("gauge", "approach") and not at.both_ways:
+    if key in sentences() and at.of == "axis" and phrase["say"] in ("gauge", "approach") and not at.both_ways:
         return ""
-    template = say(key if key in TEXTS else phrase["say"], language)
+    template = say(key if key in sentences() else phrase["say"], language)
     return filled(template, {name: _value(name, one, at, language) for name, one in phrase.items()}, language)
 
 

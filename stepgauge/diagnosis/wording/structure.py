@@ -22,6 +22,7 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
     RandomFunction,
 )
 from stepgauge.diagnosis.result import Located
+from stepgauge.diagnosis.wording.catalogue import words as declared
 from stepgauge.diagnosis.wording.phrases import Phrase, number, worded
 from stepgauge.effects.words import Words, filled
 from stepgauge.files.arrays import Array
@@ -106,61 +107,9 @@ def _flat_share(columns: Array, mean: Array, covariance: Array) -> float:
     return float(np.argmax(off)) / len(off) if off.any() else 1.0
 
 
-_UNKNOWN, _UNKNOWN_DE = (
-    "Nothing: do not adjust or compensate before the cause is known.",
-    "Nichts: vor einer bekannten Ursache nicht justieren und nicht kompensieren.",
-)
-_PERIODIC = Words(
-    check="Look for what repeats with {covariate} in this period: in time a thermostat, a compressor or a pump, along"
-    " an axis a screw, a pinion or the joints of a scale.",
-    repair=_UNKNOWN,
-    german=Words(
-        check="Suchen, was sich mit {covariate} in dieser Periode wiederholt: in der Zeit Thermostat, Kompressor oder"
-        " Pumpe, längs einer Achse Spindel, Ritzel oder die Stöße eines Maßstabs.",
-        repair=_UNKNOWN_DE,
-    ),
-)
-_HYSTERESIS = Words(
-    check="Move to one place by small and by large ways, from both sides: what friction holds back reads differently."
-    " Look at guideways, drives and cables for what rubs or gives way, and at what clamps the gauge or instrument.",
-    repair=_UNKNOWN,
-    german=Words(
-        check="Eine Stelle auf kleinen und großen Wegen von beiden Seiten anfahren: Was Reibung zurückhält, zeigt"
-        " verschiedene Werte. Führungen, Antriebe, Kabel und Spannmittel ansehen.",
-        repair=_UNKNOWN_DE,
-    ),
-)
-_RESTS = Words(
-    check="Read one place ten times at once, after a pause, and after a long pause: what a rest leaves fades from"
-    " reading to reading.",
-    repair=_UNKNOWN,
-    german=Words(
-        check="Eine Stelle zehnmal hintereinander messen, nach einer Pause und nach einer langen: Was eine Pause"
-        " hinterlässt, klingt von Wert zu Wert ab.",
-        repair=_UNKNOWN_DE,
-    ),
-)
-_DISTURBED = Words(
-    check="Ask what shook the machine or the gauge then: a press, a lorry, a door, a draught of air, a loose clamp.",
-    repair="Measure again without it; readings of that stretch have less weight.",
-    german=Words(
-        check="Fragen, was Maschine oder Stufenendmaß damals erschütterte: Presse, Lastwagen, Tür, Luftzug.",
-        repair="Ohne das neu messen; Werte aus diesem Abschnitt haben weniger Gewicht.",
-    ),
-)
-_ANY = Words(
-    check="Look for what changes with {covariate}.",
-    repair=_UNKNOWN,
-    german=Words(check="Suchen, was sich mit {covariate} ändert.", repair=_UNKNOWN_DE),
-)
-STRUCTURE = {WAVE: _PERIODIC, SAWTOOTH: _PERIODIC, HYSTERESIS: _HYSTERESIS, LOOP: _HYSTERESIS}
-STRUCTURE |= {DISTURBED: _DISTURBED, RESTS: _RESTS}
-"""For structure without a known law, by its form."""
-
-
 def remedy_of_structure(forms: Collection[str], covariate: str, language: str = "en") -> Words:
     """What to check for structure without a known law, over one covariate and with one or several ``forms``."""
-    found = {STRUCTURE.get(form) for form in forms}
-    own = (found.pop() if len(found) == 1 else None) or _ANY
+    found = {declared("structure").get(form) for form in forms}
+    own = (found.pop() if len(found) == 1 else None) or declared("structure")["any"]
     words, values = own.said_in(language), {"covariate": {"value": covariate}}
     return Words(check=filled(words.check, values), repair=words.repair)
