@@ -14,13 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 from stepgauge.diagnosis.wording.findings import subject
 from stepgauge.diagnosis.wording.headline import headline
-from stepgauge.diagnosis.wording.limits import without_scatter
+from stepgauge.diagnosis.wording.limits import warnings
 from stepgauge.files.text import in_folder, read_result
-from stepgauge.recording.simulated import SIMULATED_WARNING
 from stepgauge.reports import axis_diagnosis, gauge_diagnosis, probe_diagnosis
 from stepgauge.reports.blocks import figure, part
 from stepgauge.reports.blocks import pictures as pictures_of
-from stepgauge.reports.findings import do_first, first_lines, found_part, misfits
+from stepgauge.reports.findings import do_first, first_lines, found_part
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.result import Diagnosis
@@ -104,21 +103,9 @@ def story(
         "title": title,
         "verdict": said["verdict"],
         "summary": sentence,
-        "warnings": [
-            *([SIMULATED_WARNING] if said["inputs"].get("simulated") else []),
-            *(_fails(check) for check in said["checks"] if not check["passed"]),
-            *misfits(said),
-            *without_scatter(said),
-        ],
+        "warnings": warnings(said),
         "example": example,
         "parts": list(parts),
         "data": {"name": "diagnosis.json", "text": json.dumps(said, indent=1, ensure_ascii=False)},
         "version": said["stepgauge"],
     }
-
-
-def _fails(check: Said) -> str:
-    return (
-        f"The posterior predictive check of the {check['check']} fails: {check['words']}. What is stated below is less"
-        " certain than usual; its uncertainties were widened where that can be computed."
-    )

@@ -18,7 +18,7 @@ from stepgauge.diagnosis.wording.findings import (
     remedy,
     subject,
 )
-from stepgauge.diagnosis.wording.limits import lacking, remaining
+from stepgauge.diagnosis.wording.limits import lacking, misfits, remaining
 from stepgauge.diagnosis.wording.notation import (
     COVERAGE,
     members_of,
@@ -26,7 +26,6 @@ from stepgauge.diagnosis.wording.notation import (
     probability,
     without,
 )
-from stepgauge.diagnosis.wording.phrases import misfit, worded_all
 from stepgauge.diagnosis.wording.structure import SCATTER, remedy_of_structure
 from stepgauge.effects.words import Words
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
@@ -116,14 +115,6 @@ def _repairs(said: Said, language: str) -> Iterator[str]:
         yield f"{', '.join(str(number) for number, _ in left)}: {_remedy_of_row(left[0][1], language).repair}"
 
 
-def misfits(said: Said, language: str = "en") -> list[str]:
-    """That the named effects of a recording make the residuals no smaller."""
-    before_um, after_um = (said["fit"].get(f"rms_{when}_um") for when in ("before", "after"))
-    if not said["effects"] or before_um is None or after_um is None:
-        return []
-    return worded_all(misfit(before_um, after_um), language=language)
-
-
 def _structure(said: Said) -> Iterator[tuple[int, Said]]:
     """What is left without a known law, numbered on from the effects."""
     return enumerate(remaining(said["unexplained"]), len(said["effects"]) + 1)
@@ -138,17 +129,22 @@ def _again(said: Said, language: str) -> Iterator[str]:
     yield from lacking(said, language)
     for number, effect in enumerate(said["effects"], 1):
         if effect["separate_by"]:
-            text = _WORD.sub(lambda match: name_of(match[0]), without(effect["separate_by"], effect["commands"]))
-            yield f"{number}, {say('separate', language, text=text)}"
+            yield f"{number}, {say('separate', language, text=proposal(effect, language))}"
     for number, row in _structure(said):
         for one in row["open"]:
             laws = [" + ".join(name_of(label, "gauge", language) for label in law["labels"]) for law in one["laws"]]
-            place = one["separate_by"].split(": stepgauge")[0]
-            text = _WORD.sub(lambda match: name_of(match[0]), place)
+            text = proposal(one, language)
             yield f"{number}, {say('tell_laws', language, laws=listed(laws, 'or', language), text=text)}"
     of = subject(said).of
     if of != "axis" and said["verdict"] != "insufficient" and (said["effects"] or said["unexplained"]):
         yield say(f"compare_{of}", language)
+
+
+def proposal(one: Said, language: str) -> str:
+    """A further measurement without its commands, which stand below; in German only that there is one."""
+    if language != "en":
+        return say("planned", language)
+    return _WORD.sub(lambda match: name_of(match[0]), without(one["separate_by"], one["commands"]))
 
 
 def _remedy_of_row(row: Said, language: str = "en") -> Words:
@@ -192,7 +188,7 @@ def _of_set(one: Said, effect: Said) -> float | None:
     return None if one["share"] is None else float(one["share"] * effect["probability"])
 
 
-def combinations(effect: Said) -> tuple[list[str], float]:
+def combinations(effect: Said, language: str = "en") -> tuple[list[str], float]:
     """What may be instead of a finding and is no member of its set: several laws, or one for several findings.
 
     Their names, and the probability that is left for all of them.
@@ -202,7 +198,7 @@ def combinations(effect: Said) -> tuple[list[str], float]:
     left = float(effect["probability"]) - sum(_of_set(one, effect) or 0.0 for one in members)
     others = [name for name in effect["confounded_with"] if name not in known]
     several = [one["labels"] for one in effect.get("several", ())]
-    return in_place(others, several), max(left, 0.0)
+    return in_place(others, several, language=language), max(left, 0.0)
 
 
 def _together_row(others: Sequence[str], p: float) -> list[str]:

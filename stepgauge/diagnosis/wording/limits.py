@@ -10,7 +10,9 @@ from stepgauge.conditions.duplicates import copies_words
 from stepgauge.diagnosis.gaussian_processes.random_function import SMOOTH
 from stepgauge.diagnosis.wording.aliases import leads_into_mm
 from stepgauge.diagnosis.wording.catalogue import listed, say
+from stepgauge.diagnosis.wording.findings import subject
 from stepgauge.diagnosis.wording.notation import significant
+from stepgauge.diagnosis.wording.phrases import misfit, worded, worded_all
 
 FEW_DOF = 20
 FULL_TURN_DEG = 240.0
@@ -60,24 +62,36 @@ def limits(said: Mapping[str, Any]) -> list[str]:
     return found
 
 
-def without_scatter(said: Mapping[str, Any]) -> Iterator[str]:
+def warnings(said: Mapping[str, Any], language: str = "en") -> list[str]:
+    """What whoever reads the result must know first: simulated, failed checks, effects that do not help, copies."""
+    found = [say("simulated", language)] if said["inputs"].get("simulated") else []
+    for check in said["checks"]:
+        if not check["passed"]:
+            text = worded(check["phrase"], subject(said), language)
+            found.append(say("check_fails", language, check=say(f"part_{check['check']}", language), text=text))
+    return [*found, *misfits(said, language), *without_scatter(said, language)]
+
+
+def misfits(said: Mapping[str, Any], language: str = "en") -> list[str]:
+    """That the named effects of a recording make the residuals no smaller."""
+    before_um, after_um = (said["fit"].get(f"rms_{when}_um") for when in ("before", "after"))
+    if not said["effects"] or before_um is None or after_um is None:
+        return []
+    return worded_all(misfit(before_um, after_um), language=language)
+
+
+def without_scatter(said: Mapping[str, Any], language: str = "en") -> Iterator[str]:
     """That readings repeat as no reading does, which whoever reads the result must know."""
     cycles, alike = defaultdict[int, list[int]](list), defaultdict[str, list[str]](list)
     for one in said.get("measured", {}).get("copied_cycles", ()):
         cycles[one["placement"]].append(one["cycle"])
     for placement, own in cycles.items():
-        alike[copies_words(own)].append(str(placement))
+        alike[copies_words(own) if language == "en" else f"{len(own)}"].append(str(placement))
     if cycles:
-        each = listed([f"{own} of placement{'s' * (len(of) > 1)} {listed(of)}" for own, of in alike.items()])
-        yield (
-            f"Left out as copies: {each}. All their readings are those of an earlier cycle: they were copied, or"
-            " simulated without scatter, and tell nothing."
-        )
+        each = [say("copies_of", language, copies=own, placements=listed(of)) for own, of in alike.items()]
+        yield say("copies", language, each=listed(each, language=language))
     if said.get("noise", {}).get("least"):
-        yield (
-            "The readings scatter less than those of any probe and machine: they were copied, averaged or simulated"
-            " without scatter. A few per cent of the repeatability were taken as their standard deviation."
-        )
+        yield say("no_scatter", language)
 
 
 def lacking(said: Mapping[str, Any], language: str = "en") -> list[str]:
@@ -96,35 +110,22 @@ def lacking(said: Mapping[str, Any], language: str = "en") -> list[str]:
 
 def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """The forms by covariate: each covariate once, with the faces, its forms, and the largest probability."""
-    found: dict[str, dict[str, Any]] = {}
+    rows = defaultdict[str, list[Mapping[str, Any]]](list)
     for one in unexplained:
-        empty = {
-            "covariate": one["covariate"],
-            "sides": [],
-            "where": [],
-            "p": [],
-            "beside": [],
-            "forms": [],
-            "open": [],
-        }
-        row = found.setdefault(one["covariate"], empty)
-        row["beside"] += [one["beside"]] if one.get("beside") and one["form"] == SMOOTH else []
-        row["sides"].append(one["side"])
-        row["where"].append(one["where"])
-        row["p"].append(one["probability"])
-        row["forms"].append(one["form"])
-        row["open"] += [one] if one.get("separate_by") else []
+        rows[one["covariate"]].append(one)
     return [
         {
-            "covariate": row["covariate"],
-            "side": ", ".join(dict.fromkeys(row["sides"])),
-            "where": "; ".join(dict.fromkeys(row["where"])),
-            "probability": max(row["p"]),
-            "beside": " and ".join(dict.fromkeys(row["beside"])),
-            "forms": row["forms"],
-            "open": row["open"],
+            "covariate": covariate,
+            "side": ", ".join(dict.fromkeys(one["side"] for one in own)),
+            "where": "; ".join(dict.fromkeys(one["where"] for one in own)),
+            "probability": max(one["probability"] for one in own),
+            "beside": " and ".join(
+                dict.fromkeys(one["beside"] for one in own if one.get("beside") and one["form"] == SMOOTH)
+            ),
+            "forms": [one["form"] for one in own],
+            "open": [one for one in own if one.get("separate_by")],
         }
-        for row in found.values()
+        for covariate, own in rows.items()
     ]
 
 

@@ -51,7 +51,8 @@ def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
     """What the page says of a diagnosis, from its file."""
     from stepgauge.diagnosis.wording.findings import subject
     from stepgauge.diagnosis.wording.headline import headline
-    from stepgauge.reports.diagnosis import diagnosis_story, read_said
+    from stepgauge.diagnosis.wording.limits import warnings
+    from stepgauge.reports.diagnosis import read_said
     from stepgauge.reports.findings import do_first
 
     said, _ = read_said(existing(site.folder, name))
@@ -61,7 +62,7 @@ def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
     steps = do_first(said, words.language)["blocks"]
     return {
         "summary": headline(said, words.language),
-        "warnings": diagnosis_story(said)["warnings"],
+        "warnings": warnings(said, words.language),
         "verdict": said["verdict"],
         "unit": "σ" if of_map else unit,  # of a map, whose quantities have several
         "effects": effects,
@@ -72,18 +73,18 @@ def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
 
 def _finding(number: int, effect: Mapping[str, Any], at: Subject, words: Words) -> dict[str, Any]:
     from stepgauge.diagnosis.wording.notation import members_of
-    from stepgauge.reports.findings import combinations
+    from stepgauge.reports.findings import combinations, proposal
 
     members = members_of(effect)
     first = max(one["share"] or 0.0 for one in members) or 1.0
-    together, p = combinations(effect)
+    together, p = combinations(effect, words.language)
     return {
         "number": number,
         "kind": effect["kind"],
         "probability": effect["probability"],
         "rivals": [_rival(one, effect["probability"], first, at, words) for one in members],
         "together": {"names": together, "probability": p} if together else None,
-        "next": effect["separate_by"].split(": stepgauge")[0].replace("_", " "),
+        "next": proposal(effect, words.language),
         "can_plan": bool(effect["commands"]),
     }
 
