@@ -11,6 +11,7 @@ from stepgauge.diagnosis.wording.aliases import periods_of
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import finding_name, in_place, name_of, subject
 from stepgauge.diagnosis.wording.notation import probability, significant
+from stepgauge.diagnosis.wording.phrases import structure_words
 from stepgauge.files.notation import rounded
 
 Said = Mapping[str, Any]
@@ -33,7 +34,10 @@ def headline(said: Said, language: str = "en") -> str:
     text = [f"{one}." for one in _scatter(said, language)]
     disagrees = _compared(said, "disagrees", language)
     if verdict == "unknown":
-        structure = {"where": said["unexplained"][0]["where"], "laws": _or_laws(said, language)}
+        structure = {
+            "where": structure_words(said["unexplained"][0], subject(said), language),
+            "laws": _or_laws(said, language),
+        }
         text.append(disagrees + say("unknown", language, **structure))
         return " ".join([*text, *([say("part_explained", language, named=named)] if named else [])])
     if not named:
@@ -54,7 +58,8 @@ def summary_line(said: Said, language: str = "en") -> str:
     names = [one[:1].lower() + one[1:] for one in _scatter(said, language)]
     names += _counted([with_rivals(one, said, language) for one in _systematic(said)], language)
     names += [
-        say("without_law", language, where=one["where"]) + _or_laws(said, language) for one in said["unexplained"][:1]
+        say("without_law", language, where=structure_words(one, subject(said), language)) + _or_laws(said, language)
+        for one in said["unexplained"][:1]
     ]
     if said["verdict"] == "insufficient" and not names:
         names = [*said.get("lacking", ()), *filter(None, [_possible(said, language).rstrip(".")])]

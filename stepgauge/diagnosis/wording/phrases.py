@@ -74,6 +74,11 @@ def worded(phrases: Phrase | str | Sequence[Phrase], at: Subject = GAUGE, langua
     return ", ".join(filter(None, (_one(each, at, language) for each in every)))
 
 
+def structure_words(one: Mapping[str, Any], at: Subject = GAUGE, language: str = "en") -> str:
+    """Structure without a law, as a ``diagnosis.json`` has it, in words."""
+    return worded(one["phrases"], at, language) if one.get("phrases") else str(one["where"])
+
+
 def worded_all(phrases: Iterable[Phrase | str], at: Subject = GAUGE, language: str = "en") -> list[str]:
     """Each phrase in words."""
     return [worded(one, at, language) for one in phrases]
