@@ -1,19 +1,19 @@
 """The rules by which results are stated; they use probabilities and sizes only.
 
 The hypothesis that is stated is the most probable one; of single laws, if those together are more probable than those
-with forms or combinations. Each of its terms is a place: it explains one structure of the residuals. Other candidates
+with forms or combinations. Each of its terms explains one structure of the residuals. Other candidates
 that the readings make more probable there are its rivals.
 
-1. In a place nothing is stated if the probability that there is no structure is larger than ``1 - stated``.
-2. A law is stated if the laws of the place together are more probable than its forms: the most probable kind, and as
-   its set the laws that have more than ``in_set`` of the probability of the place, without those that are ``excluded``
+1. Of a structure nothing is stated if the probability that there is no structure is larger than ``1 - stated``.
+2. A law is stated if its laws together are more probable than its forms: the most probable kind, and as
+   its set the laws that have more than ``in_set`` of its probability, without those that are ``excluded``
    times less probable, by readings alone (a Bayes factor) and at their best, too. Otherwise the most probable form is
    stated.
 3. A law is not named, however likely, if its size may be of either sign: if that is less sure than at ``determined``
-   standard uncertainties from zero. Nor is a law beside a form over the covariate that the law depends on, for the
+   standard uncertainties from zero. Nor is a law, besides a form over the covariate that the law depends on, for the
    form may contain the law.
 4. Outliers, growing and correlated scatter are stated if their probability is at least ``stated``. Correlated scatter
-   makes the verdict ``unknown``, as forms do: laws that are named beside it stay.
+   makes the verdict ``unknown``, as forms do: laws that are named as well stay.
 
 These are the rules of docs/diagnosis.md. What rules 3 and 4 need of covariates and rows is in the two modules that use
 this one, for recordings and for probe maps.
@@ -47,9 +47,9 @@ MOST_LOCATED = 4
 
 @dataclass(frozen=True)
 class StatedTerm:
-    """The statement for one place: its rivals, the most probable first, and the term of the one that is stated."""
+    """The statement for one structure: its rivals, the most probable first, and the term of the one that is stated."""
 
-    place: CredibleSet
+    credible_set: CredibleSet
     lead: Member
     term: Term
 
@@ -98,7 +98,7 @@ def _single(state: Hypothesis) -> bool:
 def _completed(search: Search, best: Hypothesis, decision: Decision) -> Hypothesis:
     """A hypothesis with one more term as long as what would be said of it is more probable than ``stated``.
 
-    Several laws may share what none of them has alone, so that the most probable hypothesis has none of them. A law
+    Several laws may explain what none of them has alone, so that the most probable hypothesis has none of them. A law
     whose size is not determined would not be said (rule 3).
     """
     while len(best.terms) < MOST_TERMS:
@@ -106,52 +106,56 @@ def _completed(search: Search, best: Hypothesis, decision: Decision) -> Hypothes
         if look is None:
             return best
         more = search.added(best, look)
-        place = credible_set(search, more, more.index(look.candidate))
-        said = StatedTerm(place, _lead(place), more.terms[place.term])
-        if _said_share(said, decision) < decision.stated:
+        found = credible_set(search, more, more.index(look.candidate))
+        statement = StatedTerm(found, _lead(found), more.terms[found.term])
+        if _stated_probability(statement, decision) < decision.stated:
             return best
-        if said.named and not is_determined(more, said.term, decision.determined):
+        if statement.named and not is_determined(more, statement.term, decision.determined):
             return best
         best = more
     return best
 
 
-def _said_share(said: StatedTerm, decision: Decision) -> float:
-    """Probability of what is said of a place: of a law with its set, or of all forms over one covariate."""
-    if said.named:
-        return sum(one.probability for one in credible_laws(said, decision))
-    kind = said.lead.candidate.kind
-    return sum(one.probability for one in said.place.members if not one.candidate.named and one.candidate.kind == kind)
+def _stated_probability(statement: StatedTerm, decision: Decision) -> float:
+    """Probability of what is stated of a structure: of a law with its set, or of all forms over one covariate."""
+    if statement.named:
+        return sum(one.probability for one in credible_laws(statement, decision))
+    kind = statement.lead.candidate.kind
+    return sum(
+        one.probability
+        for one in statement.credible_set.members
+        if not one.candidate.named and one.candidate.kind == kind
+    )
 
 
 def stated_terms(search: Search, answer: Posterior, stated: float) -> tuple[Hypothesis, list[StatedTerm]]:
     """The hypothesis that is stated, and its statements, by rules 1 and 2."""
-    places = [place for place in answer.sets if place.nothing <= 1.0 - stated]
-    leads = [(place, _lead(place)) for place in places]
-    state = _told_state(search, answer.best, leads)
+    sets = [one for one in answer.sets if one.nothing <= 1.0 - stated]
+    leads = [(one, _lead(one)) for one in sets]
+    state = _stated_hypothesis(search, answer.best, leads)
     terms = {term.candidate.label: term for term in state.terms}
-    known = [(place, lead) for place, lead in leads if lead.candidate.label in terms]
-    return state, [StatedTerm(place, lead, terms[lead.candidate.label]) for place, lead in known]
+    known = [(one, lead) for one, lead in leads if lead.candidate.label in terms]
+    return state, [StatedTerm(one, lead, terms[lead.candidate.label]) for one, lead in known]
 
 
-def _lead(place: CredibleSet) -> Member:
+def _lead(found: CredibleSet) -> Member:
     """The rival that is stated: the most probable one of the most probable kind, of laws or of forms."""
-    own = place.members[0].candidate.named  # where nothing is as good as certain both are 0
-    named = own if place.law_probability == place.form_probability else place.law_probability > place.form_probability
-    rivals = [one for one in place.members if one.candidate.named is named]
-    share: dict[str, float] = defaultdict(float)
+    own = found.members[0].candidate.named  # where nothing is as good as certain both are 0
+    named = own if found.law_probability == found.form_probability else found.law_probability > found.form_probability
+    rivals = [one for one in found.members if one.candidate.named is named]
+    probability: dict[str, float] = defaultdict(float)
     for one in rivals:
-        share[one.candidate.kind] += one.probability
-    kind = max(share, key=lambda k: share[k])
+        probability[one.candidate.kind] += one.probability
+    kind = max(probability, key=lambda k: probability[k])
     return max((one for one in rivals if one.candidate.kind == kind), key=lambda one: one.probability)
 
 
-def _told_state(search: Search, best: Hypothesis, said: list[tuple[CredibleSet, Member]]) -> Hypothesis:
-    """The best hypothesis with the rivals that are stated as its terms, without places of which nothing is stated."""
-    terms = [best.terms[place.term] for place, _ in said]
+def _stated_hypothesis(search: Search, best: Hypothesis, leads: list[tuple[CredibleSet, Member]]) -> Hypothesis:
+    """The best hypothesis with the rivals that are stated as its terms, without those of which nothing is stated."""
+    terms = [best.terms[one.term] for one, _ in leads]
     state = search.evidence(tuple(terms), best.noise, best.sigma_um)
-    for place, lead in said:
-        own = best.terms[place.term]
+    for one, lead in leads:
+        own = best.terms[one.term]
         if lead.candidate is own.candidate or lead.candidate.label in state.labels:
             continue
         base = search.without(state, state.index(own.candidate))
@@ -161,35 +165,35 @@ def _told_state(search: Search, best: Hypothesis, said: list[tuple[CredibleSet, 
 
 def is_determined(state: Hypothesis, term: Term, least: float) -> bool:
     """Whether the size of a term is more than ``least`` standard uncertainties (rule 3), for a fixed shape."""
-    place = state.index_of(term)
-    if place is None:
+    index = state.index_of(term)
+    if index is None:
         return True
-    mean, covariance = state.amplitudes(place)
+    mean, covariance = state.amplitudes(index)
     return float(mean @ np.linalg.pinv(covariance) @ mean) >= least**2
 
 
-def sign_is_sure(said: StatedTerm, state: Hypothesis, answer: Posterior, decision: Decision, wider: float) -> bool:
+def sign_is_sure(statement: StatedTerm, state: Hypothesis, answer: Posterior, decision: Decision, wider: float) -> bool:
     """Whether the sign of a law's size is as probable as beyond ``determined`` standard uncertainties (rule 3).
 
     Over all hypotheses that contain the law, and neither another of its set nor a form that is not stated, which would
-    leave open what share each has; ``wider``: factor on their uncertainties.
+    leave open how much each explains; ``wider``: factor on their uncertainties.
     """
-    others = {one.candidate.label for one in credible_laws(said, decision)[1:]}
+    others = {one.candidate.label for one in credible_laws(statement, decision)[1:]}
     forms = {one.label for one in answer.search.problem.candidates if not one.named} - state.labels
-    signed = answer.signed(said.lead.candidate.label, decision.in_set, wider, others | forms)
+    signed = answer.signed(statement.lead.candidate.label, decision.in_set, wider, others | forms)
     if signed is None:
-        return is_determined(state, said.term, decision.determined * wider)
+        return is_determined(state, statement.term, decision.determined * wider)
     return signed >= float(special.ndtr(decision.determined))
 
 
-def credible_laws(said: StatedTerm, decision: Decision) -> list[Member]:
-    """The laws of a place that are told together, the stated one first.
+def credible_laws(statement: StatedTerm, decision: Decision) -> list[Member]:
+    """The laws of a structure that are stated together, the stated one first.
 
-    A law that is less probable by more than ``excluded`` is not told with it if the readings exclude it. What a law
+    A law that is less probable by more than ``excluded`` is not stated with it if the readings exclude it. What a law
     pays for the range of its shapes says how rare these are, and nothing of the readings: a law that fits as well at
     its best is not excluded. Several laws at once always fit as well, so that they count as :func:`instead`.
     """
-    far, lead = float(np.log(decision.excluded)), said.lead
+    far, lead = float(np.log(decision.excluded)), statement.lead
     least, fit = _by_readings(lead) - far, _fit(lead) - far
 
     def excluded(one: Member) -> bool:
@@ -197,12 +201,12 @@ def credible_laws(said: StatedTerm, decision: Decision) -> list[Member]:
             return False
         return one.candidate.combined or (_by_readings(one) <= least and _fit(one) <= fit)
 
-    others = (one for one in said.place.members if one.candidate.named and one is not lead)
+    others = (one for one in statement.credible_set.members if one.candidate.named and one is not lead)
     return [lead, *(one for one in others if one.probability > decision.in_set and not excluded(one))]
 
 
 def _by_readings(rival: Member) -> float:
-    """Log marginal likelihood of a rival, up to a constant of its place: its share without its prior odds."""
+    """Log marginal likelihood of a rival, up to a constant of its set: its probability without its prior odds."""
     return float(np.log(max(rival.probability, 1e-300))) - rival.proposal.log_odds
 
 
@@ -232,7 +236,7 @@ def joined_kinds(several: Sequence[AlternativeHypothesis]) -> tuple[str, ...]:
 def set_probability(answer: Posterior, rivals: Sequence[Member], several: Sequence[AlternativeHypothesis]) -> float:
     """Probability that a law or another one of its set is a cause, averaged over all hypotheses.
 
-    It is at most the share of the set in its place: where two laws may be replaced together, neither place shows it.
+    It is at most that of the set in its structure: where two laws may be replaced together, neither shows it.
     """
     every = [frozenset({one.candidate.label}) for one in rivals]
     every += [frozenset(c.label for c in one.come) for one in several]
@@ -240,45 +244,45 @@ def set_probability(answer: Posterior, rivals: Sequence[Member], several: Sequen
 
 
 def law_probability(
-    said: StatedTerm, answer: Posterior, several: Sequence[AlternativeHypothesis], decision: Decision
+    statement: StatedTerm, answer: Posterior, several: Sequence[AlternativeHypothesis], decision: Decision
 ) -> float:
     """Probability that a stated law, or another one of its set, is a cause."""
-    kind = said.lead.candidate.kind
-    combined = replacements(several, said.lead.candidate.label, kind, decision)
-    return set_probability(answer, credible_laws(said, decision), combined)
+    kind = statement.lead.candidate.kind
+    combined = replacements(several, statement.lead.candidate.label, kind, decision)
+    return set_probability(answer, credible_laws(statement, decision), combined)
 
 
-def place_probability(said: StatedTerm, answer: Posterior) -> float:
+def presence_probability(statement: StatedTerm, answer: Posterior) -> float:
     """Probability that there is something where a term is stated, whatever it is."""
-    return answer.probability(one.candidate.label for one in said.place.members)
+    return answer.probability(one.candidate.label for one in statement.credible_set.members)
 
 
 def spread_factor(answer: Posterior, state: Hypothesis, label: str, least: float) -> float:
     """Factor on the uncertainty of a size: over all hypotheses that contain it, over that in the stated one."""
     spread = answer.spread(label, least)
-    place = next((i for i, term in enumerate(state.terms) if term.candidate.label == label), None)
-    if spread is None or place is None:
+    index = next((i for i, term in enumerate(state.terms) if term.candidate.label == label), None)
+    if spread is None or index is None:
         return 1.0
-    own = float(np.trace(state.amplitudes(place)[1]))
+    own = float(np.trace(state.amplitudes(index)[1]))
     return max(float(np.sqrt(np.trace(spread[1]) / max(own, 1e-300))), 1.0)
 
 
 def structure_alone(
     search: Search, state: Hypothesis, known: Collection[str], least: float
 ) -> Iterator[tuple[Proposal, float, float]]:
-    """Forms of the residuals before any law is named, one to a kind, with their probability alone and their share.
+    """Forms of the residuals before any law is named, one to a kind, with their probability alone and what they explain.
 
     They are rivals for one structure: those with odds below ``least`` against the most probable one are left out.
     ``state``: the scatter to judge by; ``known``: kinds that are stated already.
     """
-    start, told_kinds = search.evidence((), state.noise, state.sigma_um), set(known)
+    start, known_kinds = search.evidence((), state.noise, state.sigma_um), set(known)
     total = max(float(np.var(search.problem.residual_um)) - start.sigma_um**2, 1e-300)
     looks = [look for look in search.screen(start) if not look.candidate.named and look.gain > 0.0]
     near = max((look.gain for look in looks), default=0.0) + float(np.log(least))
     for look in looks:
-        if look.gain < near or look.candidate.kind in told_kinds or len(told_kinds) >= MOST_LOCATED:
+        if look.gain < near or look.candidate.kind in known_kinds or len(known_kinds) >= MOST_LOCATED:
             continue
-        told_kinds.add(look.candidate.kind)
-        beside = search.added(start, look)
-        share = float(np.clip((start.sigma_um**2 - beside.sigma_um**2) / total, 0.0, 1.0))
-        yield look, float(1.0 / (1.0 + np.exp(-look.gain))), share
+        known_kinds.add(look.candidate.kind)
+        with_form = search.added(start, look)
+        explained = float(np.clip((start.sigma_um**2 - with_form.sigma_um**2) / total, 0.0, 1.0))
+        yield look, float(1.0 / (1.0 + np.exp(-look.gain))), explained

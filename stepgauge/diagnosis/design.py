@@ -69,26 +69,26 @@ def with_separations(
     """
     if not wanted:
         return [_unsought(one, data) for one in findings], {}
-    told: list[Finding] = []
+    found: list[Finding] = []
     placements: dict[str, str] = {}
     sets = bool(data.gauge.path) and any(one.confounded_with or one.alternatives for one in findings)
     possible = extended(data, model.state.sigma_um) if sets else []
-    for place, finding in enumerate(findings):
+    for index, finding in enumerate(findings):
         if not finding.confounded_with and not finding.alternatives:
-            told.append(finding)
+            found.append(finding)
             continue
         if finding.effects:
-            told.append(replace(finding, reason=_reason(finding, data), separate_by=MORE_LINES))
+            found.append(replace(finding, reason=_reason(finding, data), separate_by=MORE_LINES))
             continue
         others = {one.label for one in finding.members} - {finding.label}
         members = [
             one
-            for one in model.laws[place].place.members
+            for one in model.laws[index].credible_set.members
             if one.candidate.named and one.candidate.source.label in others
         ]
         rivals = [(one.candidate, one.proposal.atom) for one in members]
-        probability = [model.laws[place].lead.probability, *(one.probability for one in members)]
-        best = separate(place, model.fitted.solved, rivals, probability, possible)
+        probability = [model.laws[index].lead.probability, *(one.probability for one in members)]
+        best = separate(index, model.fitted.solved, rivals, probability, possible)
         name, by = f"separate-{len(placements) + 1}", NO_SEPARATION
         if best is not None:
             placements[f"{name}.toml"] = best.placement_text()
@@ -96,8 +96,8 @@ def with_separations(
             command = best.command(name, called(data.gauge.path), called(machine))
             rest = f"; nothing within this travel separates it from {listed(best.leaves, 'or')}" if best.leaves else ""
             by = f"{best.run.words}, which separates it from {', '.join(best.excludes)}: {command}{rest}"
-        told.append(replace(finding, reason=_reason(finding, data), separate_by=by))
-    return told, placements
+        found.append(replace(finding, reason=_reason(finding, data), separate_by=by))
+    return found, placements
 
 
 def with_placements_for(
@@ -141,7 +141,7 @@ def _reason(finding: Finding, data: Residuals) -> str:
 
 
 def separate(
-    place: int,
+    index: int,
     solved: Sequence[Solved],
     rivals: Sequence[tuple[Candidate, int]],
     probability: Sequence[float],
@@ -151,7 +151,7 @@ def separate(
 
     Parameters
     ----------
-    place : index in ``solved`` of the rivals
+    index : index in ``solved`` of the rivals
     solved : the fitted effects
     rivals : the other laws for this place, each with the number of its shape
     probability : of the finding and of each rival
@@ -161,7 +161,7 @@ def separate(
     p = np.array(probability) / sum(probability)
     for one in possible:
         try:
-            left = _left_over(one, place, solved, rivals)
+            left = _left_over(one, index, solved, rivals)
         except InputError:
             continue
         distance = np.zeros((len(p), len(p)))
@@ -181,12 +181,12 @@ def separate(
 
 
 def _left_over(
-    one: ExtendedRecording, place: int, solved: Sequence[Solved], rivals: Sequence[tuple[Candidate, int]]
+    one: ExtendedRecording, index: int, solved: Sequence[Solved], rivals: Sequence[tuple[Candidate, int]]
 ) -> dict[str, float]:
     """The chi-square of the effect that each rival cannot explain, with the extra run added."""
     more, metric = one.data, one.metric
-    effect = metric(np.asarray(along_approach_um(solved[place].effect, more.probings)))
-    others = [metric(along_approach_um(s.effect, more.probings)) for i, s in enumerate(solved) if i != place]
+    effect = metric(np.asarray(along_approach_um(solved[index].effect, more.probings)))
+    others = [metric(along_approach_um(s.effect, more.probings)) for i, s in enumerate(solved) if i != index]
     left_over = {}
     for candidate, atom in rivals:
         family = candidate.source

@@ -30,17 +30,23 @@ ANYWHERE, SAME = 60, 1.0 - 1e-9
 
 def findings(model: Model, answer: Posterior, data: Residuals, priors: Priors, wider: float) -> Iterator[Finding]:
     """The laws that are stated; ``wider``: factor on uncertainties from the predictive check."""
-    for said in model.laws:
-        every = credible_laws(said, priors.decision)
-        fits = {one.candidate.label: _in_place(one, said, model, data) for one in every if not one.candidate.combined}
-        # the stated one was possible when the others were told, and stays
+    for statement in model.laws:
+        every = credible_laws(statement, priors.decision)
+        fits = {
+            one.candidate.label: _fitted_instead(one, statement, model, data)
+            for one in every
+            if not one.candidate.combined
+        }
+        # the stated one was possible when the others were stated, and stays
         rivals = [
-            one for one in every if one is said.lead or one.candidate.combined or fits[one.candidate.label].is_possible
+            one
+            for one in every
+            if one is statement.lead or one.candidate.combined or fits[one.candidate.label].is_possible
         ]
         causes = {label: _cause(solved, data) for label, solved in fits.items()}
         different = _different(rivals, fits, data)
-        yield credible_finding(said, causes, different, answer, model.state, priors.decision, wider)
-    yield from (_of_geometry(one, model, answer, data, priors, wider) for one in model.geometry)
+        yield credible_finding(statement, causes, different, answer, model.state, priors.decision, wider)
+    yield from (_geometry_finding(one, model, answer, data, priors, wider) for one in model.geometry)
 
 
 def _cause(solved: Solved, data: Residuals) -> FittedCause:
@@ -91,35 +97,35 @@ def _scattered(data: Residuals) -> Probings:
     return Probings(pd.DataFrame(columns), data.probings.setting)
 
 
-def _of_geometry(
-    said: StatedTerm, model: Model, answer: Posterior, data: Residuals, priors: Priors, wider: float
+def _geometry_finding(
+    statement: StatedTerm, model: Model, answer: Posterior, data: Residuals, priors: Priors, wider: float
 ) -> Finding:
     """All geometric errors at once, as the readings without the other laws tell them."""
-    term, state, geometry = said.term, model.state, said.source
+    term, state, geometry = statement.term, model.state, statement.source
     left_um = data.um - sum((solved.displacement_um(data) for solved in model.fitted.solved), np.zeros(len(data)))
-    search, beside = answer.search, [one.term.nuisance for one in model.forms]
-    metric = Metric(search.problem, state.noise, search.noise_models, state.sigma_um, beside)
+    search, nuisances = answer.search, [one.term.nuisance for one in model.forms]
+    metric = Metric(search.problem, state.noise, search.noise_models, state.sigma_um, nuisances)
     sizes, covariance = geometry.posterior(metric, left_um, term.sd)
     effects, estimates = geometry.made(sizes), geometry.estimates(sizes, covariance)
     label = term.candidate.label
     cause = {label: FittedCause(geometry.kind, label, estimates, moved_um(effects, data))}
-    rivals = credible_laws(said, priors.decision)
-    found = credible_finding(said, cause, rivals, answer, state, priors.decision, wider)
+    rivals = credible_laws(statement, priors.decision)
+    found = credible_finding(statement, cause, rivals, answer, state, priors.decision, wider)
     return replace(found, effects=effects, members=(), several=())
 
 
-def _in_place(rival: Member, said: StatedTerm, model: Model, data: Residuals) -> Solved:
-    """A law as it is fitted in the place of a stated one, beside the other laws."""
-    place = model.laws.index(said)
-    if rival is said.lead:
-        return model.fitted.solved[place]
+def _fitted_instead(rival: Member, statement: StatedTerm, model: Model, data: Residuals) -> Solved:
+    """A law as it is fitted in the place of a stated one, together with the other laws."""
+    index = model.laws.index(statement)
+    if rival is statement.lead:
+        return model.fitted.solved[index]
     families = [law_of_expected_size(one, model.state) for one in model.laws]
     atoms = [one.term.atom for one in model.laws]
-    families[place], atoms[place] = (
+    families[index], atoms[index] = (
         law_of_size(rival.candidate.source, rival.proposal.atom, rival.proposal.sd),
         rival.proposal.atom,
     )
-    return solve(families, atoms, data, model.metric).solved[place]
+    return solve(families, atoms, data, model.metric).solved[index]
 
 
 def choices_of(solved: Solved) -> dict[str, object]:

@@ -91,11 +91,11 @@ def _has_structure(one: WeightedHypothesis) -> bool:
 
 def _open_structure(answer: Posterior, probability: float) -> Located:
     """Structure of which no single form is probable: what it may depend on, the most probable first."""
-    share: dict[str, float] = defaultdict(float)
+    probability_of: dict[str, float] = defaultdict(float)
     for weight, one in zip(answer.weights, answer.hypotheses, strict=True):
         for name in {c.source.covariate for c in one.candidates if not c.named}:
-            share[name] += float(weight)
-    names = sorted(share, key=lambda name: -share[name])[:MOST_POSSIBLE]
+            probability_of[name] += float(weight)
+    names = sorted(probability_of, key=lambda name: -probability_of[name])[:MOST_POSSIBLE]
     return described(names[0], "both", OPEN, [{"say": "open", "covariates": names}], 1.0, probability)
 
 
@@ -137,13 +137,13 @@ def _possible(
     answer: Posterior, findings: Sequence[Finding], structure: Sequence[Located]
 ) -> Iterator[Mapping[str, Any]]:
     """What is not stated and may be there all the same, the most probable first."""
-    share: dict[tuple[str, str], float] = defaultdict(float)
+    probability_of: dict[tuple[str, str], float] = defaultdict(float)
     for weight, one in zip(answer.weights, answer.hypotheses, strict=True):
         for key in {_key(candidate) for candidate in one.candidates}:
-            share[key] += float(weight)
+            probability_of[key] += float(weight)
     known = {("label", label) for one in findings for label in (one.label, *(m.label for m in one.members))}
     known |= {("covariate", one.covariate) for one in structure}
-    ranked = sorted(share.items(), key=lambda item: -item[1])
+    ranked = sorted(probability_of.items(), key=lambda item: -item[1])
     rest = [(key, p) for key, p in ranked if key not in known and p >= LEAST_POSSIBLE][:MOST_POSSIBLE]
     yield from ({what: name, "probability": p} for (what, name), p in rest)
 

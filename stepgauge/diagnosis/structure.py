@@ -12,7 +12,7 @@ from stepgauge.diagnosis.covariates import covariates, mask
 from stepgauge.diagnosis.credible import (
     LEAST_ODDS,
     StatedTerm,
-    place_probability,
+    presence_probability,
     sign_is_sure,
 )
 from stepgauge.diagnosis.gaussian_processes.random_function import BEAT, PERIODIC, SMOOTH, WAVE, RandomFunction
@@ -31,8 +31,8 @@ from stepgauge.inference.problem import Candidate
 
 FAINT = 0.3
 """Share of the largest weight below which a reading has too little information on a form."""
-TOLD_BESIDE = 0.3
-"""Share of the scatter from which what a law moves beside its signature is remarked on."""
+NOTED_DISCREPANCY = 0.3
+"""Share of the scatter from which what a law moves that its signature does not is remarked on."""
 SEEN_HARMONIC = 16.0
 """Chi-square (two degrees of freedom) from which a harmonic of a wave is there."""
 INDICES = ("order", "cycle")
@@ -41,15 +41,15 @@ MOST_NEAREST = 3
 """Largest number of laws, or of several together, that are named in place of a form."""
 
 
-def _undetermined(said: StatedTerm, model: Model, answer: Posterior, data: Residuals) -> Located:
-    """A place in which a law fits that is not stated: structure without a name."""
-    phrase = {"say": "similar", "law": said.source.label}
-    if said in model.impossible:
+def _undetermined(statement: StatedTerm, model: Model, answer: Posterior, data: Residuals) -> Located:
+    """A law that fits and is not stated: structure without a name."""
+    phrase = {"say": "similar", "law": statement.source.label}
+    if statement in model.impossible:
         phrase["say"] = "impossible"
-    elif said in model.weak:
-        phrase |= {"say": "weak", "probability": number(answer.probability([said.lead.candidate.label]))}
-    where = covariate_of(said.source, data)
-    return described(where, "both", UNDETERMINED, [phrase], 1.0, place_probability(said, answer))
+    elif statement in model.weak:
+        phrase |= {"say": "weak", "probability": number(answer.probability([statement.lead.candidate.label]))}
+    where = covariate_of(statement.source, data)
+    return described(where, "both", UNDETERMINED, [phrase], 1.0, presence_probability(statement, answer))
 
 
 def covariate_of(family: Family | Geometry, data: Residuals) -> str:
@@ -59,7 +59,7 @@ def covariate_of(family: Family | Geometry, data: Residuals) -> str:
 
 
 def structure(model: Model, answer: Posterior, data: Residuals, priors: Priors, wider: float) -> Iterator[Located]:
-    """The structure that no stated law explains, one description to a place; ``wider``: see :func:`.findings`."""
+    """The structure that no stated law explains, one description to each; ``wider``: see :func:`.findings`."""
     doubtful = [
         one
         for one in model.forms
@@ -68,20 +68,20 @@ def structure(model: Model, answer: Posterior, data: Residuals, priors: Priors, 
     expected = _by_another(doubtful, model, answer, priors.decision)
     yield from (_undetermined(one, model, answer, data) for one in doubtful if one not in expected)
     several = answer.alternatives(LEAST_ODDS)
-    for said in (one for one in model.forms if not one.named):
-        yield replace(_described(said, model, answer, data, priors), laws=_nearest(said, several))
+    for statement in (one for one in model.forms if not one.named):
+        yield replace(_described(statement, model, answer, data, priors), laws=_nearest(statement, several))
 
 
-def _described(said: StatedTerm, model: Model, answer: Posterior, data: Residuals, priors: Priors) -> Located:
+def _described(statement: StatedTerm, model: Model, answer: Posterior, data: Residuals, priors: Priors) -> Located:
     """A form in its best description, with the probability of all forms over its covariate.
 
-    Where that is less than ``stated``, the probability is that of all forms of the place, and the other covariates are
+    Where that is less than ``stated``, the probability is that of all forms there, and the other covariates are
     named.
     """
-    lead, others = said.lead, [one for one in said.place.members if not one.candidate.named]
+    lead, others = statement.lead, [one for one in statement.credible_set.members if not one.candidate.named]
     own = answer.probability(one.candidate.label for one in others if one.candidate.kind == lead.candidate.kind)
-    form = _by_harmonics(said, model, located(lead.candidate, lead.proposal.atom, own, fitted=_fitted_shape(lead)))
-    phrases = [*_without_index(form), *_regime(said, model, data)]
+    form = _by_harmonics(statement, model, located(lead.candidate, lead.proposal.atom, own, fitted=_fitted_shape(lead)))
+    phrases = [*_without_index(form), *_regime(statement, model, data)]
     if own >= priors.decision.stated:
         return replace(form, where=worded(phrases), phrases=tuple(phrases))
     near = [one for one in others if one.probability >= priors.decision.in_set]
@@ -93,15 +93,15 @@ def _described(said: StatedTerm, model: Model, answer: Posterior, data: Residual
     return replace(form, where=worded(phrases), phrases=tuple(phrases), probability=probability)
 
 
-def _by_harmonics(said: StatedTerm, model: Model, form: Located) -> Located:
+def _by_harmonics(statement: StatedTerm, model: Model, form: Located) -> Located:
     """A wave with the period that it has, where a multiple of that was fitted and has overtones only.
 
     What repeats after a period repeats after two of them: its fundamental and odd overtones are not there.
     """
-    place = model.state.index_of(said.term)
-    if form.form != WAVE or place is None or not isinstance(form.numbers, float):
+    index = model.state.index_of(statement.term)
+    if form.form != WAVE or index is None or not isinstance(form.numbers, float):
         return form
-    mean, covariance = model.state.amplitudes(place)
+    mean, covariance = model.state.amplitudes(index)
     count = len(mean) // 2
     pairs = [[k, k + count] for k in range(count)]
     far = [mean[k] @ np.linalg.pinv(covariance[np.ix_(k, k)]) @ mean[k] for k in pairs]
@@ -136,26 +136,28 @@ def _fitted_shape(rival: Member) -> Any:
     return None if rival.hypothesis is None else rival.hypothesis.terms[rival.hypothesis.index(rival.candidate)].shape
 
 
-def _regime(said: StatedTerm, model: Model, data: Residuals) -> list[Phrase]:
+def _regime(statement: StatedTerm, model: Model, data: Residuals) -> list[Phrase]:
     """The part of the record in which a smooth form differs from the rest, as a phrase; none for all of it."""
-    form: RandomFunction = said.lead.candidate.source
-    place = model.state.index_of(said.term)
+    form: RandomFunction = statement.lead.candidate.source
+    index = model.state.index_of(statement.term)
     covariate = next((one for one in covariates(data) if one.name == form.covariate), None)
-    if form.shape != SMOOTH or form.beside or place is None or covariate is None:
+    if form.shape != SMOOTH or form.beside or index is None or covariate is None:
         return []
     x, unit = covariate.values, form.unit or "as recorded" * covariate.further
-    mean, covariance = model.state.amplitudes(place)
-    share = mask(data, form.side)
-    seen = np.abs(share) > FAINT * np.abs(share).max()
-    columns = said.term.columns[:, seen] / share[seen]
+    mean, covariance = model.state.amplitudes(index)
+    weight = mask(data, form.side)
+    seen = np.abs(weight) > FAINT * np.abs(weight).max()
+    columns = statement.term.columns[:, seen] / weight[seen]
     return regime(x[seen], columns, mean, covariance, unit)
 
 
-def _nearest(said: StatedTerm, several: Sequence[AlternativeHypothesis]) -> tuple[Replacement, ...]:
+def _nearest(statement: StatedTerm, several: Sequence[AlternativeHypothesis]) -> tuple[Replacement, ...]:
     """Laws, one or several together, that may be in the place of a form, the most probable first."""
-    own, lead = said.lead.candidate.label, said.lead.probability
+    own, lead = statement.lead.candidate.label, statement.lead.probability
     laws: list[tuple[tuple[Candidate, ...], float]] = []
-    laws += [((one.candidate,), one.probability / lead) for one in said.place.members if one.candidate.named]
+    laws += [
+        ((one.candidate,), one.probability / lead) for one in statement.credible_set.members if one.candidate.named
+    ]
     laws += [(one.come, one.odds) for one in several if own in one.gone and all(c.named for c in one.come)]
     found: dict[tuple[str, ...], float] = {}
     for come, odds in laws:
@@ -174,12 +176,12 @@ def nearest_laws(left: Sequence[Located]) -> Iterator[Phrase]:
 
 
 def inexact_laws(model: Model) -> Iterator[Phrase]:
-    """What stated laws move beside their signatures, where it is seen."""
+    """What stated laws move that their signatures do not, where it is seen."""
     for one in model.laws:
-        beside_um = rms(model.state.discrepancy_um(model.state.index(one.term.candidate)))
-        if beside_um > TOLD_BESIDE * model.state.sigma_um:
-            percent = 100.0 * beside_um / term_rms_um(one, model.state)
-            sizes = {"size": number(beside_um, "um"), "percent": rounded(percent, 1)}
+        discrepancy_um = rms(model.state.discrepancy_um(model.state.index(one.term.candidate)))
+        if discrepancy_um > NOTED_DISCREPANCY * model.state.sigma_um:
+            percent = 100.0 * discrepancy_um / term_rms_um(one, model.state)
+            sizes = {"size": number(discrepancy_um, "um"), "percent": rounded(percent, 1)}
             yield {"say": "inexact", "law": one.source.label, **sizes, "lag": str(follows_with_lag(one.source) or "")}
 
 

@@ -97,7 +97,9 @@ def _located(function: DirectionFunction, shape: int, found: StatedMap, p: float
 def map_structure(found: StatedMap) -> Iterator[Located]:
     """Structure that is stated, and places in which a law fits with a size that is not determined."""
     for said in found.forms:
-        same = [one.candidate.label for one in said.place.members if one.candidate.kind == said.lead.candidate.kind]
+        same = [
+            one.candidate.label for one in said.credible_set.members if one.candidate.kind == said.lead.candidate.kind
+        ]
         yield _located(*function_of(said), found, found.answer.probability(same))
     for said in found.vague:
         label = said.lead.candidate.label
