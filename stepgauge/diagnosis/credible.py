@@ -270,7 +270,7 @@ def spread_factor(answer: Posterior, state: Hypothesis, label: str, least: float
 def structure_alone(
     search: Search, state: Hypothesis, known: Collection[str], least: float
 ) -> Iterator[tuple[Proposal, float, float]]:
-    """Forms of the residuals before any law is named, one to a kind, with their probability alone and what they explain.
+    """Forms of the residuals before any law is named, one to a kind, with their probability and what they explain.
 
     They are rivals for one structure: those with odds below ``least`` against the most probable one are left out.
     ``state``: the scatter to judge by; ``known``: kinds that are stated already.
