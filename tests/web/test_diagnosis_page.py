@@ -42,7 +42,7 @@ def test_the_map_of_a_probe_has_a_page_with_all_its_causes(folder: Path) -> None
         for label in (first["label"], *first["confounded_with"], *first["alternatives"]):
             assert label.replace("_", " ") in body.decode()
         assert b"/diagnosis/without" not in body
-        assert "size −3." in body.decode()  # the smaller contact radius instead: its value, with a minus sign
+        assert "size 14." in body.decode()
         assert "</span> σ</dd>" in body.decode()
         status, body = post(server, "/diagnosis/without", result="results/map", kind=first["kind"])
         assert status == 422
