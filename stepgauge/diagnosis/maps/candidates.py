@@ -49,7 +49,7 @@ class ProbeChange:
     ``shape``: dependence on the knobs: on one (``line``), on two as the components of a vector (``plane``), linear
     (``linear``), linear in the first and by the phase of the lobes (``lobes``). ``prior``: its key among the priors;
     ``nominal``: the usual size is a share of this. ``formula``: of an empirical one;
-    ``total``: what is told besides the knobs.
+    ``total``: what the probe then has.
     """
 
     kind: str

@@ -50,7 +50,7 @@ def diagnose_map(
         return _as_it_is("adequate", model, scatter)
     if candidates is None:
         candidates = candidates_for(model.table, [m.name for m in model.data.measured])
-    return _told(stated_map(model, candidates, scatter, priors or shipped_priors()), scatter)
+    return _diagnosis_of(stated_map(model, candidates, scatter, priors or shipped_priors()), scatter)
 
 
 def _reproduced(model: MapModel) -> bool:
@@ -70,7 +70,7 @@ def _as_it_is(verdict: Verdict, model: MapModel, scatter: MapScatter, missing: t
     return MapDiagnosis(verdict, fits, chi2, chi2, scatter, model.data, kept, model.table, model.table, lacking=missing)
 
 
-def _told(found: StatedMap, scatter: MapScatter) -> MapDiagnosis:
+def _diagnosis_of(found: StatedMap, scatter: MapScatter) -> MapDiagnosis:
     model, kept, by_row = found.rows.model, kept_rows(found), _by_row(found, scatter)
     laws, columns = empirical_map_laws(found)
     slight = [one.lead.candidate.label for one in found.slight]

@@ -6,8 +6,8 @@ does alone is subtracted, and the search repeated until that does not change.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -144,27 +144,50 @@ def _stated(rows: MapRows, search: Search, priors: Priors) -> StatedMap:
     plain = _metric(search, state)
     checks = predictive_checks(search.problem, state, plain)
     wider = widening(checks, search.problem, state, plain)
-    forms = [one for one in every if not one.named]
-    sure = [one for one in every if one.named and sign_is_sure(one, state, answer, priors.decision, wider)]
-    vague = [one for one in every if one.named and one not in sure]
-    slight = list[StatedTerm]()
+    roles = _Roles([one for one in every if one.named], [one for one in every if not one.named])
+    roles.take_from_laws(roles.vague, lambda one: not sign_is_sure(one, state, answer, priors.decision, wider))
     least = priors.maps.slight * _square(plain(rows.um))
+    fitted = _fit_determined(roles, rows, search, state, priors, least)
+    metric = _metric(search, state, (*roles.forms, *roles.vague))
+    factor = _moved_by_slight(fitted, roles, rows, search, state, priors)
+    roles.slight += [one for one in roles.forms if _square(plain(_contribution(one, state))) < least]
+    forms = tuple(one for one in roles.forms if one not in roles.slight)
+    others = (tuple(roles.laws), forms, tuple(roles.vague), tuple(roles.slight))
+    return StatedMap(rows, answer, state, *others, fitted, factor, metric, priors, checks, wider)
+
+
+@dataclass
+class _Roles:
+    """What each term of the hypothesis is: see :class:`StatedMap`."""
+
+    laws: list[StatedTerm]
+    forms: list[StatedTerm]
+    vague: list[StatedTerm] = field(default_factory=list)
+    slight: list[StatedTerm] = field(default_factory=list)
+
+    def take_from_laws(self, other: list[StatedTerm], which: Callable[[StatedTerm], bool]) -> None:
+        """Laws that are another thing."""
+        other += [one for one in self.laws if which(one)]
+        self.laws = [one for one in self.laws if one not in other]
+
+
+def _fit_determined(
+    roles: _Roles, rows: MapRows, search: Search, state: Hypothesis, priors: Priors, least: float
+) -> FittedChanges:
+    """The fit of the laws, without those that are not determined beside the others, or slight."""
     while True:
-        metric = _metric(search, state, (*forms, *vague))
-        fitted = fitted_together([_change(state, *_own(one)) for one in sure], rows, metric, priors)
-        first = int(np.argmin(fitted.significance)) if sure else 0
-        if sure and fitted.significance[first] < priors.decision.determined**2:
-            vague.append(sure.pop(first))
-        elif len(sure) > 1 and fitted.significance[first] < least:
-            slight.append(sure.pop(first))
+        metric = _metric(search, state, (*roles.forms, *roles.vague))
+        changes = [_change(state, one.lead.candidate.label, one.term) for one in roles.laws]
+        fitted = fitted_together(changes, rows, metric, priors)
+        if not roles.laws:
+            return fitted
+        first = int(np.argmin(fitted.significance))
+        if fitted.significance[first] < priors.decision.determined**2:
+            roles.vague.append(roles.laws.pop(first))
+        elif len(roles.laws) > 1 and fitted.significance[first] < least:
+            roles.slight.append(roles.laws.pop(first))
         else:
-            break
-    moved = _moved_by(fitted, rows, _metric(search, state, (*forms, *vague, *slight)), priors) if slight else None
-    slight += [one for one in forms if _square(plain(_contribution(one, state))) < least]
-    forms = [one for one in forms if one not in slight]
-    told = (tuple(sure), tuple(forms), tuple(vague), tuple(slight))
-    factor = np.ones(len(sure)) if moved is None else moved
-    return StatedMap(rows, answer, state, *told, fitted, factor, metric, priors, checks, wider)
+            return fitted
 
 
 def _metric(search: Search, state: Hypothesis, nuisances: Sequence[StatedTerm] = ()) -> Metric:
@@ -172,8 +195,13 @@ def _metric(search: Search, state: Hypothesis, nuisances: Sequence[StatedTerm] =
     return Metric(search.problem, state.noise, search.noise_models, state.sigma_um, beside)
 
 
-def _moved_by(fitted: FittedChanges, rows: MapRows, beside: Metric, priors: Priors) -> Array:
-    """Factors on uncertainties for the shift of the values if slight terms are included, one to a term."""
+def _moved_by_slight(
+    fitted: FittedChanges, roles: _Roles, rows: MapRows, search: Search, state: Hypothesis, priors: Priors
+) -> Array:
+    """Factors on uncertainties for the shift of the values if slight laws are included, one to a term."""
+    if not roles.slight:
+        return np.ones(len(fitted.terms))
+    beside = _metric(search, state, (*roles.forms, *roles.vague, *roles.slight))
     other = fitted_together(fitted.terms, rows, beside, priors)
     found = []
     for place, (one, two) in enumerate(zip(fitted.terms, other.terms, strict=True)):
@@ -188,10 +216,6 @@ def _contribution(said: StatedTerm, state: Hypothesis) -> Array:
 
 def _square(values: Array) -> float:
     return float(values @ values)
-
-
-def _own(said: StatedTerm) -> tuple[str, Term]:
-    return said.lead.candidate.label, said.term
 
 
 def _change(state: Hypothesis | None, label: str, term: Term) -> ChangeTerm:
