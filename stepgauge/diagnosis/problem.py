@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from stepgauge.diagnosis.covariates import everywhere
-from stepgauge.diagnosis.gaussian_processes.candidates import form_candidates
+from stepgauge.diagnosis.gaussian_processes.candidates import random_function_candidates
 from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.laws.geometry import KIND, geometry_of
 from stepgauge.diagnosis.laws.parts import laws_in_parts
@@ -39,7 +39,7 @@ def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ())
     kinds = {law.kind for law in laws}
     geometry = None if KIND in without else geometry_of(laws, data, priors)
     laws += [] if geometry is None else [geometry]
-    candidates = (*laws, *form_candidates(data, priors, bare.scale_um * bare.typical, kinds))
+    candidates = (*laws, *random_function_candidates(data, priors, bare.scale_um * bare.typical, kinds))
     return replace(bare, candidates=candidates, in_part=laws_in_parts(data, priors))
 
 

@@ -14,7 +14,7 @@ from scipy.linalg import cho_factor, cho_solve
 from stepgauge.diagnosis.engine import Searched
 from stepgauge.diagnosis.fits.solve import solve
 from stepgauge.diagnosis.further_runs import ExtendedRecording, plain_metric
-from stepgauge.diagnosis.gaussian_processes.candidates import form_candidates
+from stepgauge.diagnosis.gaussian_processes.candidates import random_function_candidates
 from stepgauge.diagnosis.laws.candidates import usual_signature
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.problem import bare_problem
@@ -138,7 +138,7 @@ class Predicting:
         if all(part.candidate.named for one in self.possible for part in one.parts):
             return {}
         known, scale_um = len(self.found.data), self.found.search.problem.scale_um
-        return {one.label: one for one in form_candidates(data, self.priors, scale_um, known=known)}
+        return {one.label: one for one in random_function_candidates(data, self.priors, scale_um, known=known)}
 
     def _of(
         self,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepgauge.diagnosis.gaussian_processes.candidates import form_candidates
+from stepgauge.diagnosis.gaussian_processes.candidates import random_function_candidates
 from stepgauge.diagnosis.gaussian_processes.random_function import (
     BEAT,
     HYSTERESIS,
@@ -35,7 +35,7 @@ def whole() -> Residuals:
 
 
 def forms(data: Residuals, known: int | None = None) -> dict[str, Candidate]:
-    return {one.label: one for one in form_candidates(data, shipped_priors(), 0.3, known=known)}
+    return {one.label: one for one in random_function_candidates(data, shipped_priors(), 0.3, known=known)}
 
 
 @pytest.mark.parametrize("shape", NUMBERED)

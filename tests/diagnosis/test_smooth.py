@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.gaussian_processes.candidates import form_candidates
+from stepgauge.diagnosis.gaussian_processes.candidates import random_function_candidates
 from stepgauge.diagnosis.gaussian_processes.formula import model_unknown, rest_rms_um
 from stepgauge.diagnosis.gaussian_processes.random_function import SMOOTH, TREND
 from stepgauge.diagnosis.priors import shipped_priors
@@ -170,7 +170,7 @@ def test_a_line_in_time_that_a_drift_gives_is_no_form(
 ) -> None:
     """A drift along the diagonal moves gauges along both axes alike, but not one turned round or on the diagonal."""
     data = make_residuals(record(machine(), axes), gauge(), machine())
-    forms = [one.source for one in form_candidates(data, shipped_priors(), NOISE_UM, laws)]
+    forms = [one.source for one in random_function_candidates(data, shipped_priors(), NOISE_UM, laws)]
     lines = {(form.side, form.covariate) for form in forms if form.shape == SMOOTH and TREND in form.kernels}
     assert (("gauge", "time") in lines) is trend
     assert ("x", "time") not in lines
@@ -180,8 +180,8 @@ def test_a_line_in_time_that_a_drift_gives_is_no_form(
 def test_what_a_law_takes_of_a_form_leaves_the_numbers_of_its_shapes() -> None:
     """The next measurement is predicted with the forms of a longer recording, by these numbers."""
     data = make_residuals(record(machine()), gauge(), machine())
-    every = {one.label: one for one in form_candidates(data, shipped_priors(), NOISE_UM)}
-    for one in form_candidates(data, shipped_priors(), NOISE_UM, {"thermal_drift", "thermal_shift"}):
+    every = {one.label: one for one in random_function_candidates(data, shipped_priors(), NOISE_UM)}
+    for one in random_function_candidates(data, shipped_priors(), NOISE_UM, {"thermal_drift", "thermal_shift"}):
         for atom, kernel in enumerate(one.source.kernels):
             assert kernel == every[one.label].source.kernels[atom]
             assert np.array_equal(one.columns(atom), every[one.label].columns(atom))

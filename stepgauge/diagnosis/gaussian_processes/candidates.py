@@ -1,4 +1,4 @@
-"""All forms that a recording may show, as candidates with their priors.
+"""All random functions that a recording may show, as candidates with their priors.
 
 One candidate contains the kernels with the same description in words: smooth with several correlation lengths, or
 rough.
@@ -54,13 +54,14 @@ SAME = 1.0 - 1e-10
 """Correlation from which two covariates count as the same."""
 
 
-def form_candidates(
+def random_function_candidates(
     data: Residuals, priors: Priors, scale_um: float, laws: Collection[str] = (), known: int | None = None
 ) -> list[Candidate]:
-    """All forms that a recording may show, each on all its possible sides; sizes in proportion to ``scale_um``.
+    """All random functions that a recording may show, each on all its possible sides.
 
-    ``laws``: kinds of laws that are candidates, too; a form that is one of these is none. ``known``: the number of rows
-    that are measured, if others may follow: the shapes have the numbers that they have in these rows.
+    ``scale_um``: their sizes are in proportion to it. ``laws``: kinds of laws that are candidates, too; a function that
+    is one of these is none. ``known``: the number of rows that are measured, if others may follow: the shapes have the
+    numbers that they have in these rows.
     """
     every = [one for one in _every(data, priors, known) if len(one.features) and one.sides]
     total = sum(one.share for one in every)
@@ -85,8 +86,8 @@ def _apart(names: Sequence[str], sides: Mapping[str, Array]) -> list[str]:
 def _candidate(
     one: RandomFunctionFeatures, side: str, share: Array, odds: float, sizes: AmplitudePrior
 ) -> Iterator[Candidate]:
-    """A form on one side; none where nothing of it is seen."""
-    form = RandomFunction(one.covariate, one.unit, one.shape, side, one.kernels, one.beside, one.of)
+    """A function on one side; none where nothing of it is seen."""
+    function = RandomFunction(one.covariate, one.unit, one.shape, side, one.kernels, one.beside, one.of)
     label = f"{one.shape} {one.covariate} {one.beside} {side}"
     if isinstance(one.features, np.ndarray):
         flat = np.full(len(one.features), -np.log(len(one.features)))
@@ -96,7 +97,7 @@ def _candidate(
             False,
             odds,
             sizes,
-            form,
+            function,
             pattern=one.features,
             shares=share[None],
             log_weight=flat,
@@ -106,17 +107,17 @@ def _candidate(
         return
     features = tuple(_shown(columns * share) for columns in one.features)
     if all(len(columns) for columns in features):
-        yield GaussianProcess(one.covariate, label, False, odds, sizes, form, features=features)
+        yield GaussianProcess(one.covariate, label, False, odds, sizes, function, features=features)
 
 
 def _beside(one: RandomFunctionFeatures, share: Array, atom: int) -> Array:
-    """What a shape of a form may do beside its signature, ``(p, n)``."""
+    """What a shape of a function may do beside its signature, ``(p, n)``."""
     assert one.unread is not None
     return one.unread(one.kernels[atom]) * share
 
 
 def _own(one: RandomFunctionFeatures, side: str, laws: Collection[str], one_way: bool) -> RandomFunctionFeatures:
-    """A form without what a law says as well: that the origin follows a temperature, or drifts.
+    """A function without what a law says as well: that the origin follows a temperature, or drifts.
 
     An origin moves along a direction of the machine; ``one_way``: one moves all gauges alike.
     """

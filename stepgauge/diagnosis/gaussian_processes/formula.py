@@ -1,4 +1,4 @@
-"""Structure without a law as ``empirical`` effects: the stated form with fitted coefficients.
+"""Structure without a law as ``empirical`` effects: what is stated, with fitted coefficients.
 
 The formula itself is fitted: every term is evaluated by the effect that is written to the machine file, so that the
 simulation repeats the fit exactly. The number of bends is chosen by Schwarz' criterion: the formula is for reading and
@@ -70,7 +70,7 @@ UNSEEN = 1e-6
 
 @dataclass(frozen=True)
 class EmpiricalLaw:
-    """A described form and the effects that approximate it.
+    """Structure in its description, and the effects that approximate it.
 
     ``estimates``: coefficients by name with their standard uncertainties, um or um per unit of their
     term; ``share_um (n,)``: along the approach; ``period`` in the unit of the covariate, if it is periodic.
@@ -85,20 +85,20 @@ class EmpiricalLaw:
 
 
 def model_unknown(diagnosis: GaugeDiagnosis) -> list[EmpiricalLaw]:
-    """Empirical laws of the forms of a diagnosis, the clearest form first, further ones if they improve the fit.
+    """Empirical laws of the structure of a diagnosis, the clearest one first, further ones if they improve the fit.
 
-    They are fitted to the residuals of the named laws. Empty if there is no form, or if its covariate has no name in a
+    They are fitted to the residuals of the named laws. Empty if there is none, or if its covariate has no name in a
     formula.
     """
-    told = [one for one in diagnosis.unexplained if one.form not in (*SCATTER, UNDETERMINED)]
-    if not told:
+    stated = [one for one in diagnosis.unexplained if one.form not in (*SCATTER, UNDETERMINED)]
+    if not stated:
         return []
     data, problem = diagnosis.data, bare_problem(diagnosis.data)
     sigma_um = diagnosis.noise.sigma_um / problem.typical
     scatters = NoiseModels(problem, shipped_priors().scatter)
     metric, left, laws = Metric(problem, scatters.plain(), scatters, sigma_um), diagnosis.after_um, []
     used = np.isfinite(diagnosis.noise.by_row_um)
-    for one in told:
+    for one in stated:
         law = _best_law(one, data, metric, left, used)
         if law is not None:
             laws.append(law)
@@ -137,7 +137,7 @@ def _best_law(
 
 
 def _about(located: Located, data: Residuals) -> Iterator[Located]:
-    """The form with periods, and phases of a sawtooth, within a step of its grid; other forms unchanged."""
+    """What is stated with periods, and phases of a sawtooth, within a step of its grid; other shapes unchanged."""
     one = next((c for c in covariates(data) if c.name == located.covariate), None)
     if located.form not in PERIODIC or one is None:
         yield located
@@ -195,7 +195,7 @@ def _law(located: Located, side: str, fitted: _Fitted) -> EmpiricalLaw:
 
 
 def _terms(located: Located, side: str, data: Residuals) -> Iterator[list[str]]:
-    """Sums that are tried for a form on one side."""
+    """Sums that are tried for structure on one side."""
     mask = MASK[side]
     for terms in _shapes(located, side, data):
         yield [mask + term for term in terms]
