@@ -17,6 +17,9 @@ from stepgauge.errors import InputError, option_of
 from stepgauge.verbs import catalogue
 from stepgauge.verbs.catalogue import VERBS as TABLES
 from stepgauge.verbs.define import REQUIRED, Verb, document
+from stepgauge.web.render import templates
+from stepgauge.web.texts import Words
+from stepgauge.web.verb_fields import keywords, options, verb_fields
 from tests.cli.conftest import (
     Run,
     run,  # noqa: F401
@@ -116,6 +119,18 @@ def test_a_verb_that_is_added_in_one_place_is_everywhere(weigh: ModuleType, run:
     assert fields["load_mm"]["unit"] == "mm"
     assert fields["scale"]["choices"] == ["spring", "beam"]
     assert fields["table"]["required"]
+    asked = verb_fields("weigh")
+    assert [one.name for one in asked.values()] == ["load", "scale"]
+    shown = str(templates().get_template("fields.html.j2").module.field(Words("en"), asked["load_mm"], "3.5"))
+    assert "load (mm)" in shown
+    assert 'title="height of the load"' in shown
+    assert 'placeholder="2"' in shown
+    assert [options(asked, {"load": "3.5", "scale": "beam"}), keywords(asked, {"load": "3,5"})] == [
+        ["--load", "3.5"],
+        {"load_mm": 3.5},
+    ]
+    with pytest.raises(InputError, match="50"):
+        keywords(asked, {"load": "51"})
     page = reference().verb_text(command_of("weigh"), click.Context(cli))
     assert "height of the load" in page.lower()
     document(weigh.weigh)

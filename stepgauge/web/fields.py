@@ -14,7 +14,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.config import TomlTable
 from stepgauge.web.forms import Form
 
-Kind = Literal["text", "number", "date", "choice", "tick"]
+FieldKind = Literal["text", "number", "date", "choice", "tick"]
 UNITS: Mapping[str, str] = {
     "expansion_per_K": "10⁻⁶/K",
     "expansion_uncertainty_per_K": "10⁻⁶/K",
@@ -30,11 +30,12 @@ PER_MILLION = "10⁻⁶/K"
 class Field:
     """A field: ``name`` is the key of the file, ``factor`` what the value of the file is divided by to be shown.
 
-    ``label``: what it is called, where that is not its name (``name`` may say of which table it is).
+    ``label``: what it is called, where that is not its name (``name`` may say of which table it is); ``default``: what
+    holds where it is empty; ``whole``: a whole number; ``sentence``: what it is.
     """
 
     name: str
-    kind: Kind
+    kind: FieldKind
     unit: str = ""
     least: float = -1e9
     most: float = 1e9
@@ -42,6 +43,9 @@ class Field:
     choices: tuple[str, ...] = ()
     factor: float = 1.0
     label: str = ""
+    default: str = ""
+    whole: bool = False
+    sentence: str = ""
 
     def shown(self, value: Any) -> str:
         """A value of the file as the field has it."""
@@ -61,6 +65,8 @@ class Field:
             return None
         if self.kind == "number":
             value = form.number(self.name, self.least / self.factor, self.most / self.factor)
+            if self.whole:
+                return form.whole(self.name, int(self.least), int(self.most))
             return None if value is None else float(f"{value * self.factor:.12g}")
         return _date(self.name, form.text(self.name)) if self.kind == "date" else self._text(form.text(self.name))
 
@@ -91,8 +97,8 @@ def fields_of(model: type[TomlTable], names: Sequence[str], table: str = "") -> 
 def _field(name: str, info: FieldInfo, required: bool) -> Field:
     types_of = _types(info.annotation)
     choices = tuple(str(one) for kind in types_of if get_origin(kind) is Literal for one in get_args(kind))
-    kinds: dict[Any, Kind] = {bool: "tick", datetime.date: "date", float: "number"}
-    kind: Kind = "choice" if choices else next((kinds[one] for one in types_of if one in kinds), "text")
+    kinds: dict[Any, FieldKind] = {bool: "tick", datetime.date: "date", float: "number"}
+    kind: FieldKind = "choice" if choices else next((kinds[one] for one in types_of if one in kinds), "text")
     unit = UNITS.get(name) or next((unit for end, unit in SUFFIXES if name.endswith(end)), "")
     low = [float(str(getattr(one, key))) for one in info.metadata for key in ("ge", "gt") if hasattr(one, key)]
     high = [float(str(getattr(one, key))) for one in info.metadata for key in ("le", "lt") if hasattr(one, key)]

@@ -26,7 +26,8 @@ PARTIAL = "x-part"
 
 
 @cache
-def _templates() -> jinja2.Environment:
+def templates() -> jinja2.Environment:
+    """Where the templates of the pages are found, and what they may use."""
     loader = jinja2.PackageLoader("stepgauge.web", "templates")
     environment = jinja2.Environment(
         loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
@@ -69,7 +70,7 @@ def render(request: Request, template: str, code: int = 200, **content: Any) -> 
         "plotly": _plotly_tag,
         "version": __version__,
     }
-    return HTMLResponse(_templates().get_template(template).render(given | content), code)
+    return HTMLResponse(templates().get_template(template).render(given | content), code)
 
 
 def _plotly_tag() -> Markup:

@@ -29,7 +29,7 @@ FAMILIES = tuple(
             "source",
         ),
         *("face_role", "machine_kind", "condition", "condition_state", "outcome", "report_said"),
-        *("certificate_part", "field", "plan_choice", "error_name", "open_source", "quantity", "probe_value"),
+        *("certificate_part", "field", "error_name", "open_source", "quantity", "probe_value"),
         *(
             "probe_held",
             "figure",
@@ -38,6 +38,9 @@ FAMILIES = tuple(
             "choice_sensor",
             "choice_taken",
             "choice_place",
+            "choice_route",
+            "choice_around",
+            "choice_order",
         ),
     )
 )

@@ -19,6 +19,7 @@ from stepgauge.web.forms import Form, with_form
 from stepgauge.web.render import address, render, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.uploads import read_upload
+from stepgauge.web.verb_fields import verb_fields
 
 if TYPE_CHECKING:
     from stepgauge.importing.result import Imported
@@ -131,8 +132,9 @@ def _known(site: Site, form: Form) -> Iterable[tuple[str, Any]]:
         yield "placement", site.placement
     if form.text("program"):
         yield "program", str(existing(site.folder, form.text("program")))
-    if form.has("gauge_temperature"):
-        yield "gauge_temperature_C", form.number("gauge_temperature", -20.0, 60.0)
+    temperature = verb_fields("import", only=("gauge_temperature_C",))["gauge_temperature_C"].read(form)
+    if temperature is not None:
+        yield "gauge_temperature_C", temperature
     if form.text("temperature_convention"):
         yield "temperature_convention", form.text("temperature_convention")
 

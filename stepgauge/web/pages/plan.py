@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
@@ -15,34 +15,31 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
+from stepgauge.web.fields import Field
 from stepgauge.web.folder import existing, listed, relative
 from stepgauge.web.forms import Form, asked_form, with_form
 from stepgauge.web.render import json_answer, render, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
+from stepgauge.web.verb_fields import keywords, options, verb_fields
 
 if TYPE_CHECKING:
     from stepgauge.motion.moves import Program
     from stepgauge.planning.check import Conflict
 
-CHOICES = {"route": ("side", "over"), "around": ("+s", "-s"), "order": ("blocks", "fronts-backs", "up-down")}
-NUMBERS = {
-    "clearance": ("clearance_mm", "mm"),
-    "margin": ("margin_mm", "mm"),
-    "height": ("height_mm", "mm"),
-    "standoff": ("standoff_mm", "mm"),
-    "search": ("search_mm", "mm"),
-    "measuring_speed": ("measuring_speed_mm_s", "mm/s"),
-    "travel_speed": ("travel_speed_mm_s", "mm/s"),
-}
-"""Fields with a number: what :func:`stepgauge.plan` calls it, and its unit."""
-USUAL = {"route": "side", "around": "+s", "order": "blocks", "cycles": "5", "clearance": "5", "margin": "0.5"}
-USUAL |= {"height": "0", "search": "2", "dialect": "dmis"}
+FIRST = ("route", "around", "order", "cycles", "blocks", "clearance_mm", "margin_mm")
+"""Parameters of ``plan`` that are always seen; the others unfold."""
+OF_POINTS = ("points_on", "tip_radius_mm", "teach")
+"""Parameters of a plan without a placement."""
+USUAL_DIALECT = "dmis"
 SHOWN_CYCLES = 2
 """Of the path and the program on the page: further cycles repeat them."""
-MOST_CYCLES = 1000
-LARGEST_MM = 10_000.0
-FIELDS = (*CHOICES, "cycles", "blocks", *NUMBERS, "dialect")
+
+
+@cache
+def fields() -> dict[str, Field]:
+    """What the form asks: the parameters of ``plan``."""
+    return verb_fields("plan", OF_POINTS)
 
 
 @dataclass(frozen=True)
@@ -56,30 +53,23 @@ class PlanSettings:
         """The form on top of what the project file states for the verb."""
         stated = site.project().table(("plan",)) if site.has_project else {}
         own = {key.replace("-", "_"): str(value) for key, value in stated.items()}
-        values = {name: form.text(name) or own.get(name, "") or USUAL.get(name, "") for name in FIELDS}
+        usual = {one.name: one.default for one in fields().values()} | {"dialect": USUAL_DIALECT}
+        values = {name: form.text(name) or own.get(name, "") or default for name, default in usual.items()}
         return cls(tuple(values.items()))
 
     @property
     def values(self) -> dict[str, str]:
         """By field, with a decimal point in numbers."""
-        return {name: text.replace(",", ".") if name in NUMBERS else text for name, text in self.texts}
+        numbers = {one.name for one in fields().values() if one.kind == "number"}
+        return {name: text.replace(",", ".") if name in numbers else text for name, text in self.texts}
 
     def keywords(self) -> dict[str, Any]:
         """For :func:`stepgauge.plan` (:class:`InputError` for what is no number)."""
-        form = Form({name: text for name, text in self.values.items() if text}, {})
-        found: dict[str, Any] = {name: form.text(name) for name in CHOICES}
-        for name, (keyword, _) in NUMBERS.items():
-            value = form.number(name, -LARGEST_MM, LARGEST_MM)
-            found |= {} if value is None else {keyword: value}
-        cycles = form.whole("cycles", 1, MOST_CYCLES, 5)
-        return {**found, "blocks": form.text("blocks") or None, "cycles": cycles}
+        return keywords(fields(), self.values)
 
     def arguments(self, placement: str, output: str) -> list[str]:
         """The command line that writes the program: what is not as usual, and the language."""
-        said = []
-        for name, text in self.values.items():
-            if text and (name == "dialect" or text != USUAL.get(name)):
-                said += [f"--{name.replace('_', '-')}", text]
+        said = [*options(fields(), self.values), "--dialect", self.values["dialect"]]
         return ["plan", placement, *said, "-o", output]
 
 
@@ -117,7 +107,7 @@ def _drafted(asked: PlanSettings, placement: str, gauge: str, machine: str, made
     from stepgauge.planning.check import PathError
 
     wanted = asked.keywords()
-    cycles = wanted["cycles"]
+    cycles = wanted.get("cycles", 5)
     try:
         plan = sg.plan(placement, gauge, machine, **wanted | {"cycles": min(cycles, SHOWN_CYCLES)})
         return PlanDraft(plan.program, (), None, cycles)
@@ -170,9 +160,8 @@ def show(request: Request) -> Response:
         request,
         "plan.html.j2",
         values=asked.values,
-        choices=CHOICES,
-        numbers=NUMBERS,
-        most_cycles=MOST_CYCLES,
+        fields=fields(),
+        first=FIRST,
         dialects={name: one.title for name, one in DIALECTS.items()},
         query=urlencode(asked.texts),
         programs=listed(site.folder, suffixes, deep=1),

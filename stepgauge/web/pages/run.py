@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
+from functools import cache
 from pathlib import Path
 
 from starlette.requests import Request
@@ -12,12 +13,14 @@ from starlette.routing import Route
 
 from stepgauge.errors import InputError
 from stepgauge.web import concealed
+from stepgauge.web.fields import Field
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, with_form
 from stepgauge.web.measurement_request import MeasurementRequest
 from stepgauge.web.measuring import Run
 from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
+from stepgauge.web.verb_fields import verb_fields
 
 PROGRAMS = (".dmi", ".ipp")
 SPEEDS = {"1": 1.0, "10": 10.0, "100": 100.0, "": None}
@@ -41,6 +44,7 @@ def show(request: Request) -> Response:
         faults=concealed.names(words_of(request)) if ready else [],
         chosen={key: request.query_params.get(key, "") for key in ("program", "placement")},
         placements=_placements(site) if ready else [],
+        fields=fields(),
         running=[one.asked.output for one in site.runs.running()],
         unfinished=site.runs.unfinished(),
         name=relative(site.folder, str(_new_name(site))),
@@ -114,15 +118,19 @@ def _asked(site: Site, form: Form) -> MeasurementRequest:
         machine=site.stated("machine"),
         placement=file("placement") or site.placement,
         program=file("program"),
-        cycles=form.whole("cycles", 1, 1000, 5) or 5,
-        blocks=form.text("blocks"),
+        **{name: one.read(form) for name, one in fields().items() if form.has(one.name)},
         server=server,
         homing=form.has("homing") or not live,
-        gauge_temperature_C=form.number("gauge_temperature", -20.0, 60.0),
         speed=SPEEDS[form.text("speed")] if not live else 1.0,
         faults=_faults(site, form, output) if not live else "",
-        seed=form.whole("seed", 0, 2**31, 0) or 0,
     )
+
+
+@cache
+def fields() -> dict[str, Field]:
+    """What the form asks of the plan and of the run, as their verbs define it."""
+    planned = verb_fields("plan", only=("cycles", "blocks"))
+    return {**planned, **verb_fields("simulate", only=("gauge_temperature_C", "seed"))}
 
 
 def _faults(site: Site, form: Form, output: str) -> str:
