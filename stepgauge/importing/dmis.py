@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import datetime
 import re
-from collections import Counter
 from urllib.parse import unquote
 
 import numpy as np
 
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import LENGTH_MM
-from stepgauge.importing.log import ProbeLog, counted, unit_vectors
+from stepgauge.importing.log import LogLines, ProbeLog, unit_vectors
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.programs.dmis import ENCODED, statements
 from stepgauge.programs.reading import Reader
@@ -36,23 +35,18 @@ def recognises(text: str) -> bool:
     return re.search(r"(?im)^[ \t]*FA\([^()\n]*\)[ \t]*=[ \t]*FEAT[ \t]*/", text) is not None
 
 
-class _Output:
-    """What the statements say, collected one by one."""
+class _Output(LogLines):
+    """What the statements say, collected one by one: position, normal and time of every point."""
 
-    def __init__(self, reader: Reader) -> None:
-        self.reader = reader
-        self.mm: float | None = None
+    def __init__(self, text: str, path: str) -> None:
+        super().__init__(text, path)
+        self.reader = Reader(path, ProbingSettings())
+        self.unit = ""
         self.surface: bool | None = None
         self.radii_mm: set[float] = set()
-        self.points: list[list[float]] = []
-        self.normals: list[list[float]] = []
         self.labels: list[str] = []
-        self.lines: list[int] = []
-        self.seconds: list[float] = []
-        self.clock: float | None = None
+        self.clock = np.nan
         self.comments: dict[str, str] = {}
-        self.dropped: Counter[str] = Counter()
-        self.notes: list[str] = []
         self.header = self.ended = False
 
     def statement(self, statement: str) -> None:
@@ -76,7 +70,7 @@ class _Output:
         name = arguments[0].upper()
         if name not in _MM:
             self.reader.fail("unit of length not understood", found=f"UNITS/{name}", expected=", ".join(_MM))
-        self.mm = _MM[name]
+        self.unit = name
 
     def _prcomp(self, arguments: list[str]) -> None:
         state = arguments[0].upper()
@@ -143,58 +137,43 @@ class _Output:
         size = float(np.linalg.norm(values[3:]))
         if abs(size - 1.0) > _UNIT_LENGTH:
             self.reader.fail(f"the normal of FA({name}) is not a unit vector", found=f"length {size:.4f}", expected="1")
-        self.points.append([value * self._scale() for value in values[:3]])
-        self.normals.append(values[3:])
+        self.line = self.reader.line
+        self.add([*(value * self._scale() for value in values[:3]), *values[3:], self.clock])
         self.labels.append(name)
-        self.lines.append(self.reader.line)
-        self.seconds.append(np.nan if self.clock is None else self.clock)
 
     def _scale(self) -> float:
-        return 1.0 if self.mm is None else self.mm
+        return _MM[self.unit] if self.unit else 1.0
 
 
 def read(text: str, path: str) -> ProbeLog:
     """The measured points of an output file; :class:`stepgauge.errors.InputError` names the line."""
-    reader = Reader(path, ProbingSettings())
-    output = _Output(reader)
-    for statement in statements(text, reader):
+    output = _Output(text, path)
+    for statement in statements(text, output.reader):
         output.statement(statement)
-    if not output.points:
-        reader.fail("the file has no measured points", expected="FA(name)=FEAT/POINT,CART,x,y,z,i,j,k")
+    output.line = output.reader.line
+    values = output.values("the file has no measured points", "FA(name)=FEAT/POINT,CART,x,y,z,i,j,k")
+    columns, clock = _stated_faces(output.labels), _clock(values[:, 6])
     if len(output.radii_mm) > 1:
         output.notes.append("dropped: the radii of several tips")
-    columns = _stated_faces(output.labels)
-    clock = _clock(output)
-    lines = text.splitlines()
-    return ProbeLog(
-        path,
+    state = {None: "not stated", True: "on", False: "off"}[output.surface]
+    unit = output.unit or "mm (not stated)"
+    words = [f"FA() in {unit}, PRCOMP {state}; approach = minus the normal i,j,k"]
+    words += ["cycle and face from the names"] * bool(columns) + ["time_s from TIME"] * (clock is not None)
+    return output.log(
         "DMIS output",
-        np.array(output.points),
-        np.array(output.lines),
+        values[:, :3],
         label=output.labels,
-        approach=-unit_vectors(np.array(output.normals)) + 0.0,
+        approach=-unit_vectors(values[:, 3:6]) + 0.0,
         time_s=clock,
         columns=columns,
         comments=output.comments,
         surface=output.surface,
         tip_radius_mm=output.radii_mm.pop() if len(output.radii_mm) == 1 else None,
-        units=() if output.mm is None else ("mm",),
+        units=("mm",) if output.unit else (),
         cut="no ENDFIL" if output.header and not output.ended else "",
-        dropped=sum(1 for line in lines if not line.split("$$")[0].strip()),
-        mapped=_mapped(output, columns, clock),
-        left_out=(*output.notes, *counted(output.dropped)),
+        dropped=sum(1 for line in text.splitlines() if not line.split("$$")[0].strip()),
+        mapped=tuple(words),
     )
-
-
-def _mapped(output: _Output, columns: dict[str, Array], clock: Array | None) -> tuple[str, ...]:
-    unit = "mm (not stated)" if output.mm is None else next(u for u, mm in _MM.items() if mm == output.mm)
-    state = {None: "not stated", True: "on", False: "off"}[output.surface]
-    words = [f"FA() in {unit}, PRCOMP {state}; approach = minus the normal i,j,k"]
-    if columns:
-        words.append("cycle and face from the names")
-    if clock is not None:
-        words.append("time_s from TIME")
-    return tuple(words)
 
 
 def _stated_faces(labels: list[str]) -> dict[str, Array]:
@@ -208,10 +187,8 @@ def _stated_faces(labels: list[str]) -> dict[str, Array]:
     return {"placement": placement, **columns} if placement.all() else columns
 
 
-def _clock(output: _Output) -> Array | None:
+def _clock(seconds: Array) -> Array | None:
     """Seconds since the first point, where every point has a time of its own; midnight is passed at most once a row."""
-    seconds = np.array(output.seconds)
     if np.isnan(seconds).any() or len(np.unique(seconds)) < len(seconds):
         return None
-    days = np.cumsum(np.r_[0, np.diff(seconds) < 0.0])
-    return seconds + 86400.0 * days - seconds[0]
+    return seconds + 86400.0 * np.cumsum(np.r_[0, np.diff(seconds) < 0.0]) - seconds[0]

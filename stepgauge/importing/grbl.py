@@ -9,12 +9,8 @@ interface of grbl 1.1 says of each alarm whether the position is kept; a program
 from __future__ import annotations
 
 import re
-from collections import Counter
 
-import numpy as np
-
-from stepgauge.errors import InputError
-from stepgauge.importing.log import ProbeLog, check_other_axes, counted, numbered
+from stepgauge.importing.log import LogLines, ProbeLog
 
 _NUMBER = r"[-+]?\d+\.?\d*"
 _REPORT = re.compile(rf"\[PRB:({_NUMBER}(?:,{_NUMBER}){{2,8}}):([01])\]", re.ASCII)
@@ -32,49 +28,38 @@ def recognises(text: str) -> bool:
 
 def read(text: str, path: str) -> ProbeLog:
     """The contacts; :class:`stepgauge.errors.InputError` names a report that is cut short."""
-    points: list[tuple[int, list[float]]] = []
-    failures: list[tuple[int, str]] = []
-    dropped: Counter[str] = Counter()
-    before = ""
-    for number, line in numbered(text):
+    lines, before = LogLines(text, path), ""
+    for line in lines:
         report, stopped = _REPORT.search(line), _STOPPED.search(line)
         if "[PRB:" in line and not report:
-            raise InputError(
-                f"{path}:{number}", "the report is cut short", found=repr(line[:60]), expected="[PRB:x,y,z:1]"
-            )
+            lines.fail("the report is cut short", repr(line[:60]), "[PRB:x,y,z:1]")
         if stopped:
-            failures += _failure(number, stopped, bool(points))
+            _note(lines, stopped)
         elif not report:
-            dropped["other lines"] += 1
+            lines.dropped["other lines"] += 1
         elif report[2] == "0":
-            dropped["reports of moves without a contact"] += 1
+            lines.dropped["reports of moves without a contact"] += 1
         elif "[TLO:" in before:
-            dropped["reports that $# repeats"] += 1
+            lines.dropped["reports that $# repeats"] += 1
         else:
-            points.append((number, [float(value) for value in report[1].split(",")]))
+            lines.add([float(value) for value in report[1].split(",")])
         before = line
-    if not points:
-        raise InputError(path, "the console shows no contact", expected="lines [PRB:x,y,z:1]")
-    lines = [number for number, _ in points]
-    check_other_axes([values[3:] for _, values in points], path, lines)
-    _check_stop(path, lines, failures)
-    return ProbeLog(
-        path,
-        "console of grbl",
-        np.array([values[:3] for _, values in points]),
-        np.array(lines),
-        failures=failures,
-        alarms=[one for one in failures if not one[1].lower().startswith("error")],
-        units=_units(text),
-        left_out=counted(dropped),
-    )
+    values = lines.values("the console shows no contact", "lines [PRB:x,y,z:1]")
+    lines.check_other_axes(values[:, 3:])
+    last = next((one for one in lines.alarms[::-1] if one[1].upper() == "ALARM:4"), None)
+    if last is not None and last[0] > lines.at[-1]:  # it follows a contact on the way, which is no reading
+        found = f"ALARM:4 after {len(values)} contacts, the last of them on the way"
+        lines.fail("the program was stopped", found, line=last[0])
+    return lines.log("console of grbl", values[:, :3], units=_units(text))
 
 
-def _failure(number: int, stopped: re.Match[str], running: bool) -> list[tuple[int, str]]:
-    """What the controller reported; a greeting before the first contact is none."""
-    if stopped[4]:
-        return [(number, "a restart of the controller")] if running else []
-    return [(number, f"{stopped[1]}:{stopped[2]}" if stopped[1] else "state Alarm")]
+def _note(lines: LogLines, stopped: re.Match[str]) -> None:
+    """What the controller reported; a greeting before the first contact is nothing."""
+    words = f"{stopped[1]}:{stopped[2]}" if stopped[1] else "state Alarm"
+    if stopped[4] and not lines.points:
+        return
+    words = "a restart of the controller" if stopped[4] else words
+    (lines.failures if words.lower().startswith("error") else lines.alarms).append((lines.line, words))
 
 
 def _units(text: str) -> tuple[str, ...]:
@@ -82,11 +67,3 @@ def _units(text: str) -> tuple[str, ...]:
     found = _INCHES.findall(text)
     stated = [one for one in found if one]
     return ({"1": "inch", "0": "mm"}[stated[-1]],) if stated else ("mm", "inch") if found else ()
-
-
-def _check_stop(path: str, lines: list[int], failures: list[tuple[int, str]]) -> None:
-    """ALARM:4 follows a contact on the way, which is no reading."""
-    last = next((one for one in failures[::-1] if one[1].upper() == "ALARM:4"), None)
-    if last is not None and last[0] > lines[-1]:
-        points_before = f"after {len(lines)} contacts, the last of them on the way"
-        raise InputError(f"{path}:{last[0]}", "the program was stopped", found=f"ALARM:4 {points_before}")

@@ -9,13 +9,10 @@ a file that states a turned or shifted work plane (G330) is refused, for the con
 from __future__ import annotations
 
 import re
-from collections import Counter
-from typing import Any
 
 import numpy as np
 
-from stepgauge.errors import InputError
-from stepgauge.importing.log import ProbeLog, check_other_axes, counted, numbered, unit_vectors
+from stepgauge.importing.log import LogLines, ProbeLog, unit_vectors
 
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))", re.ASCII)
 _LINE = re.compile(r"(?i) *(G\d{3})\b(.*)")
@@ -28,48 +25,40 @@ def recognises(text: str) -> bool:
 
 def read(text: str, path: str) -> ProbeLog:
     """The measured points; :class:`stepgauge.errors.InputError` names the line that is not understood."""
-    normal: dict[int, list[float]] = {}
-    points: list[tuple[int, int, list[float]]] = []
-    dropped: Counter[str] = Counter()
-    for line, row in numbered(text, "%"):
+    lines, row, normal = LogLines(text, path, "%"), "", dict[int, list[float]]()
+    for row in lines:
         match = _LINE.fullmatch(row)
         code = match[1].upper() if match else ""
         words = {letter: float(value) for letter, value in _WORD.findall(row.upper().replace(" ", ""))}
-        other = {letter: words[letter] for letter in "ABC" if letter in words}
         if code == "G800":
-            point, *normal[point] = _words(words, "NIJK", f"{path}:{line}")
+            point, *direction = _words(lines, words, "NIJK")
+            normal[int(point)] = direction
         elif code == "G801":
-            check_other_axes([list(other.values())], path, [line])
-            point, *measured = _words(words, "NXYZR", f"{path}:{line}")
-            points.append((line, point, measured))
+            lines.add([*_words(lines, words, "NXYZR"), *(words.get(letter, 0.0) for letter in "ABC")])
         elif code == "G330" and any(words.get(letter, 0.0) for letter in "ABCXYZ"):
             expected = "A, B, C = 0: the work plane of the offset"
-            what = "the work plane of the results is turned or shifted"
-            raise InputError(f"{path}:{line}", what, found=row, expected=expected)
+            lines.fail("the work plane of the results is turned or shifted", row, expected)
         elif row.upper() != "END":
-            dropped[f"{code or row.split()[0]} lines"] += 1
-    lines, numbers, values = zip(*points, strict=True)
-    radius = [one[3] for one in values]
+            lines.dropped[f"{code or row.split()[0]} lines"] += 1
+    values = lines.values("the file has no measured points", "lines G801 N1 X.. Y.. Z.. R..")
+    lines.check_other_axes(values[:, 5:])
+    number, radius = values[:, 0].astype(np.int64), values[:, 4]
     if np.ptp(radius) > 0.0:
-        found = f"R {min(radius):g} to {max(radius):g} mm"
-        raise InputError(path, "the points have several tip radii", found=found, expected="one")
-    normals = [normal[one] for one in numbers if one in normal]
-    return ProbeLog(
-        path,
+        lines.fail("the points have several tip radii", f"R {radius.min():g} to {radius.max():g} mm", "one", line=0)
+    directed = all(one in normal for one in number.tolist())
+    return lines.log(
         "results of an inspection post (G800, G801)",
-        np.array(values)[:, :3],
-        np.array(lines),
-        np.array(numbers, dtype=np.int64),
-        approach=unit_vectors(-np.array(normals)) if len(normals) == len(numbers) else None,
-        tip_radius_mm=radius[0] or None,
+        values[:, 1:4],
+        number=number,
+        approach=unit_vectors(-np.array([normal[one] for one in number.tolist()])) if directed else None,
+        tip_radius_mm=float(radius[0]) or None,
         cut="" if row.upper() == "END" else "no END",
-        left_out=counted(dropped),
     )
 
 
-def _words(words: dict[str, float], letters: str, where: str) -> Any:
+def _words(lines: LogLines, words: dict[str, float], letters: str) -> list[float]:
     """The values of letters, all of which a line must have; the first is the number of a point."""
     missing = [letter for letter in letters if letter not in words]
     if missing:
-        raise InputError(where, "the line is cut short", found=f"no {', '.join(missing)}")
-    return [int(words[letters[0]]), *(words[letter] for letter in letters[1:])]
+        lines.fail("the line is cut short", f"no {', '.join(missing)}")
+    return [words[letter] for letter in letters]

@@ -10,17 +10,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
 from dataclasses import dataclass, field
-from typing import NoReturn
 
 import numpy as np
 
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
-from stepgauge.importing.log import ProbeLog, check_other_axes, counted, numbered, unit_vectors
-from stepgauge.importing.tables.clock import read_clock, stamp_in
+from stepgauge.importing.log import LogLines, ProbeLog, unit_vectors
+from stepgauge.importing.tables.clock import Clock, read_clock, stamp_in
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.ippdme.commands import OWN_SIMULATED, OWN_TIME
 from stepgauge.ippdme.values import once
@@ -58,21 +56,15 @@ class _Command:
     failed: str = ""
 
 
-class _Session:
-    def __init__(self, path: str) -> None:
-        self.path, self.line = path, 0
+class _Session(LogLines):
+    def __init__(self, text: str, path: str) -> None:
+        super().__init__(text, path, "\\")
         self.open: dict[str, _Command] = {}
-        self.points: list[_Command] = []
-        self.failures: list[tuple[int, str]] = []
-        self.alarms: list[tuple[int, str]] = []
+        self.measured: list[_Command] = []
         self.state: dict[str, float] = {}
-        self.dropped: Counter[str] = Counter()
         self.first: str | None = None
         self.stamp: str | None = None
         self.ended = self.simulated = False
-
-    def fail(self, what: str, found: object = None, expected: object = None) -> NoReturn:
-        raise InputError(f"{self.path}:{self.line}", what, found=found, expected=expected)
 
     def take(self, text: str) -> None:
         """Take one line of the log."""
@@ -148,7 +140,7 @@ class _Session:
         self.simulated |= fields.get(OWN_SIMULATED, "").strip() == "1"
         for name, value in fields.items():
             if name.lower() in _TEMPERATURES:
-                self.state[_TEMPERATURES[name.lower()]] = self._number(value, name)
+                self.state[_TEMPERATURES[name.lower()]] = self.read_number(value, name)
 
     def _complete(self, command: _Command) -> None:
         if command.name != "PtMeas":
@@ -157,7 +149,7 @@ class _Session:
             self.dropped["PtMeas that failed"] += 1
         elif {"X", "Y", "Z"} <= set(command.fields):
             command.state = dict(self.state)
-            self.points.append(command)
+            self.measured.append(command)
         else:
             self.failures.append((command.line, "PtMeas complete without X, Y and Z"))
 
@@ -166,12 +158,12 @@ class _Session:
 
     def finish(self) -> None:
         """Points in the order of their commands, in which they were measured; what was left unanswered."""
-        self.points.sort(key=lambda point: point.line)
+        self.measured.sort(key=lambda point: point.line)
         for command in self.open.values():
             if command.name == "PtMeas" and not command.failed:
                 self._unanswered(command)
 
-    def _number(self, text: str, what: str) -> float:
+    def read_number(self, text: str, what: str) -> float:
         value = number(text.strip())
         if not math.isfinite(value):
             self.fail(f"{what} is not a number", found=repr(text))
@@ -180,90 +172,80 @@ class _Session:
 
 def read(text: str, path: str) -> ProbeLog:
     """The points of a session; :class:`stepgauge.errors.InputError` names the line."""
-    session = _Session(path)
-    lines = text.splitlines()
-    for session.line, line in numbered(text, "\\"):
+    session, lines = _Session(text, path), text.splitlines()
+    for line in session:
         if not line.startswith("#"):
             session.take(line)
     session.finish()
-    if not session.points:
+    if not session.measured:
         session.fail("the session has no measured points", expected="PtMeas answered with # X(..), Y(..), Z(..)")
-    position = np.array([_position(session, point) for point in session.points])
-    tables = [[session._number(point.fields.get("R", "0"), "R")] for point in session.points]
-    check_other_axes(tables, path, [point.answer_line for point in session.points])
-    time_s, clock = _time_s(session)
+    for point in session.measured:
+        session.line = point.answer_line
+        session.add([session.read_number(point.fields.get(name, "0"), name) for name in ("X", "Y", "Z", "R")])
+    values = np.array(session.points)
+    session.check_other_axes(values[:, 3:])
+    stamps = [session.first, *(point.stamp for point in session.measured)]
+    time_s, clock = _time_s(session, stamps)
     approach, directions = _approaches(session)
     radius, tool = _tip_radius_mm(session)
     columns, kept = _columns(session)
     comments = {key: value for key, value in comment_lines(lines).items() if not key[:5].isdigit()}
-    return ProbeLog(
-        path,
+    started = _read_clock(stamps[:1], path)
+    date = {"measured_at": started.start} if isinstance(started, Clock) and started.start is not None else {}
+    session.notes += clock[1:]
+    return session.log(
         "I++ DME session",
-        position,
-        np.array([point.answer_line for point in session.points]),
+        values[:, :3],
         approach=approach,
         time_s=time_s,
         columns=columns,
-        comments=_date(session) | comments | (SIMULATED_COMMENT if session.simulated else {}),
+        comments=date | comments | (SIMULATED_COMMENT if session.simulated else {}),
         tip_radius_mm=radius,
         cut="" if session.ended else "no EndSession()",
-        failures=(*session.failures, *session.alarms),
-        alarms=tuple(session.alarms),
         units=("mm",),
         dropped=sum(1 for line in lines if not line.strip() or line.lstrip().startswith("#")),
         mapped=("X, Y, Z are tip centres, approach = minus IJK", *clock[:1], *directions, *tool, *kept),
-        left_out=(*counted(session.dropped), *clock[1:]),
     )
 
 
-def _time_s(session: _Session) -> tuple[Array | None, tuple[str, ...]]:
+def _time_s(session: _Session, stamps: list[str | None]) -> tuple[Array | None, tuple[str, ...]]:
     """Seconds of the machine's own clock where every answer tells them, else since the first line of the session.
 
     With words on what was mapped, or left out and why.
     """
-    told = np.array([number(point.fields.get(OWN_TIME, "").strip()) for point in session.points])
+    told = np.array([number(point.fields.get(OWN_TIME, "").strip()) for point in session.measured])
     if np.isfinite(told).all() and (np.diff(told) >= 0.0).all():
         return told, (f"time_s is {OWN_TIME} of the answers",)
-    stamps = [session.first, *(point.stamp for point in session.points)]
     if not any(stamps):
         return None, ()
-    whole = [stamp for stamp in stamps if stamp is not None]
-    if len(whole) < len(stamps):
-        return None, ("no time_s", "dropped: times that are not there for all points, or run back")
-    try:
-        seconds = read_clock(whole, lambda _: session.path, "time").elapsed_s
-    except InputError as error:
-        return None, ("no time_s", f"dropped: times that are not understood ({error.found})")
-    if (np.diff(seconds) < 0.0).any():
+    found = _read_clock(stamps, session.path)
+    if isinstance(found, str):
+        return None, ("no time_s", f"dropped: times that are not understood ({found})")
+    seconds = np.array([np.nan]) if found is None else found.elapsed_s
+    if not (np.diff(seconds, prepend=seconds[0]) >= 0.0).all():
         return None, ("no time_s", "dropped: times that are not there for all points, or run back")
     if len(seconds) > 2 and not np.ptp(seconds[1:]):
-        return None, ("no time_s", f"dropped: times, for the clock stands at {whole[-1]}")
+        return None, ("no time_s", f"dropped: times, for the clock stands at {stamps[-1]}")
     return seconds[1:].round(6), ("time_s from the clock",)
 
 
-def _date(session: _Session) -> dict[str, str]:
-    """The date and time before the first line, where they are whole and not in doubt."""
-    if session.first is None:
-        return {}
+def _read_clock(stamps: list[str | None], path: str) -> Clock | str | None:
+    """The times, the one that is not understood, or None where some are not there."""
+    if None in stamps:
+        return None
     try:
-        start = read_clock([session.first], lambda _: session.path, "time").start
-    except InputError:
-        return {}
-    return {} if start is None else {"measured_at": start}
+        return read_clock(stamps, lambda _: path, "time")
+    except InputError as error:
+        return str(error.found)
 
 
 def _tip_radius_mm(session: _Session) -> tuple[float | None, tuple[str, ...]]:
     """The effective radius ER of the server's tool, where all answers report the same."""
-    stated = {number(point.fields.get("ER", "").strip()) for point in session.points}
+    stated = {number(point.fields.get("ER", "").strip()) for point in session.measured}
     radius = next(iter(stated))
     if len(stated) > 1 or not _RADIUS_MM[0] <= radius <= _RADIUS_MM[1]:
         return None, ()
     return radius, (f"the tool of the server has an effective radius ER of {radius:g} mm",)
-
-
-def _position(session: _Session, point: _Command) -> list[float]:
-    session.line = point.answer_line
-    return [session._number(point.fields[axis], axis) for axis in "XYZ"]
 
 
 def _approaches(session: _Session) -> tuple[Array | None, tuple[str, ...]]:
@@ -271,8 +253,8 @@ def _approaches(session: _Session) -> tuple[Array | None, tuple[str, ...]]:
 
     With a word on answers that report another normal than was commanded.
     """
-    approach, off = np.full((len(session.points), 3), np.nan), []
-    for row, point in enumerate(session.points):
+    approach, off = np.full((len(session.measured), 3), np.nan), []
+    for row, point in enumerate(session.measured):
         commanded = dict(_FIELD.findall(point.arguments)).get("IJK")
         reported = point.fields.get("IJK")
         stated = commanded or reported
@@ -289,7 +271,7 @@ def _approaches(session: _Session) -> tuple[Array | None, tuple[str, ...]]:
 
 
 def _normal(session: _Session, text: str) -> Array:
-    normal = np.array([session._number(part, "IJK") for part in text.split(",")])
+    normal = np.array([session.read_number(part, "IJK") for part in text.split(",")])
     if normal.shape != (3,) or np.linalg.norm(normal) < 1e-9:
         session.fail("IJK is no direction", found=text, expected="three numbers, not all 0")
     return np.asarray(normal / np.linalg.norm(normal)) if abs(np.linalg.norm(normal) - 1.0) > 1e-9 else normal
@@ -297,17 +279,13 @@ def _normal(session: _Session, text: str) -> Array:
 
 def _columns(session: _Session) -> tuple[dict[str, Array], tuple[str, ...]]:
     """Temperatures that were asked for before each point, and further numbers that every answer reports."""
-    columns: dict[str, Array] = {}
-    for name in sorted(set().union(*(point.state for point in session.points))):
-        values = [point.state.get(name, math.nan) for point in session.points]
-        if np.isfinite(values).all():
-            columns[name] = np.array(values)
-    for name in session.points[0].fields:
-        values = [number(point.fields.get(name, "").strip()) for point in session.points]
-        if (
-            name not in ("X", "Y", "Z", "IJK", OWN_TIME)
-            and name.lower() not in _TEMPERATURES
-            and np.isfinite(values).all()
-        ):
-            columns[name] = np.array(values)
+    points = session.measured
+    told: dict[str, list[float]] = {
+        name: [point.state.get(name, math.nan) for point in points]
+        for name in sorted({n for p in points for n in p.state})
+    }
+    for name in points[0].fields:
+        if name not in ("X", "Y", "Z", "IJK", OWN_TIME) and name.lower() not in _TEMPERATURES:
+            told[name] = [number(point.fields.get(name, "").strip()) for point in points]
+    columns = {name: np.array(values) for name, values in told.items() if np.isfinite(values).all()}
     return columns, ((f"kept: {', '.join(columns)}",) if columns else ())
