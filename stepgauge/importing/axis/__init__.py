@@ -128,11 +128,11 @@ def _words(roles: list[Column], found: Long, recording: AxisRecording, count: in
     """What became of the columns, and what the recording is."""
     units, frame = recording.units, recording.frame
     mapped = [f"{one.header} -> {one.role}" for one in roles if one.role not in (None, "dropped") and one.header]
-    if all(one.header != found.value_header or one.role is None for one in roles):
-        mapped.append(f"{found.value_header} -> reading")
+    if all(one.header != found.column.header or one.role is None for one in roles):
+        mapped.append(f"{found.column.header} -> reading")
     words = [f"mapped: {', '.join(mapped)}"] if mapped else []
     if recording.form == "axis":
-        ways = "stated" if found.way.all() else "from the order of the targets"
+        ways = "stated" if found.frame["way"].all() else "from the order of the targets"
         words.append(f"{len(frame)} readings of {count} targets, cycles: {frame['cycle'].max()}, direction {ways}")
         doubt = ways_doubt(frame)
         words += [f"doubtful: {doubt}"] if doubt else []

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 import pandas as pd
@@ -26,7 +25,6 @@ from stepgauge.importing.tables.columns import CORRECTION, DEVIATION, DEVIATIONS
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Choice, Decisions
 
-Known = TypeVar("Known")
 POSSIBLE = (1e-8, 2e-2)
 """Deviations over the travel: from 10 nm of 1 m to 2 mm of 100 mm. What is beyond has another unit than it says."""
 UNIT_RATIOS = [a / b for units in (LENGTH_MM, ANGLE_DEG) for a in units.values() for b in units.values() if a != b]
@@ -66,8 +64,8 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
 
     :class:`InputError` asks for all that the table leaves open, with the options that settle it.
     """
-    form = "distances" if found.stations else "axis" if found.target is not None or options.targets else "spot"
-    if form == "spot" and (found.way == 1).any() and (found.way == -1).any():
+    form = "distances" if found.has_stations else "axis" if found.target is not None or options.targets else "spot"
+    if form == "spot" and {1, -1} <= set(found.frame["way"]):
         listed = Choice("targets", words=": the list of them", suggestions=("0:500:25",))
         decisions.ask(table.path, "readings of two directions have no targets", listed)
         decisions.settle()
@@ -77,14 +75,15 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
     decisions.settle()
     assert units is not None
     target = None if target is None else target * _per(found.target_unit, units, options)
-    turned = role == DEVIATION and found.value_role == CORRECTION
+    turned = role == DEVIATION and found.column.role == CORRECTION
     value = found.value * _value_factor(found, units, options, role) * (-1.0 if turned else 1.0)
-    reading = value if role == READING else value / units.deviations_per_position + _known(target)
+    reading = value if role == READING else value / units.deviations_per_position + (0.0 if target is None else target)
     frame, targets = _frame(found, target, reading)
+    u_target = found.numbers("u_target")
     if index is not None and options.targets is not None and options.targets.u.any():
         frame["u_target"] = options.targets.u[index] / units.base_deviation
-    elif found.u_target is not None:
-        frame["u_target"] = found.u_target * _value_factor(found, units, options, DEVIATION)
+    elif u_target is not None:
+        frame["u_target"] = u_target * _value_factor(found, units, options, DEVIATION)
     for name, values in found.others.items():
         frame[f"{name} recorded" if name in OWN or name in STATIONS else name] = values
     artefact = options.targets.name if options.targets else "targets" if form == "axis" else "none"
@@ -93,24 +92,22 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
 
 
 def _sign_words(found: Long) -> str:
-    name = found.value_header
+    name = found.column.header
     return f'sign of {name}, taken as target minus reading (column deviation="{name}" takes it the other way round)'
 
 
 def _targets(found: Long, table: Table, options: AxisOptions) -> tuple[Array | None, NDArray[np.intp] | None]:
     """Certified targets of all rows in the unit of the table, and which of the artefact each is."""
     known = options.targets
-    if known is None or found.stations:
-        return found.target, None
+    target = found.numbers("target")
+    if known is None or found.has_stations:
+        return target, None
     of_file = 1.0
     if known.gauge:
-        stated = found.target_unit or found.value_unit
+        stated = found.target_unit or found.column.unit
         of_file = 1.0 / (stated.factor if stated is not None else base_of(options.unit or "mm"))
     listed = Targets(known.nominal * of_file, known.certified * of_file, known.u, known.name)
-    if found.target is not None:
-        index = listed.matched(found.target, table.path)
-    else:
-        index = listed.nearest(found.value, table.path)
+    index = listed.nearest(found.value, table.path) if target is None else listed.matched(target, table.path)
     return listed.certified[index], index
 
 
@@ -118,28 +115,28 @@ def _role(found: Long, table: Table, target: Array | None, decisions: Decisions)
     """Whether the values are readings or deviations: as they are named, where their size does not contradict."""
     assert target is not None
     if not np.ptp(target):
-        return DEVIATION if found.value_role in DEVIATIONS else READING
+        return DEVIATION if found.column.role in DEVIATIONS else READING
     travel = target - target.mean()
     slope = float(travel @ found.value / (travel @ travel))
     scale = 1.0
-    if found.value_unit is not None and found.target_unit is not None:
-        scale = found.value_unit.factor / found.target_unit.factor
+    if found.column.unit is not None and found.target_unit is not None:
+        scale = found.column.unit.factor / found.target_unit.factor
     slope *= scale
     if abs(slope - 1.0) < NEAR_ONE:
         return READING
     far = abs(float(found.value.mean())) * scale > POSSIBLE[1] * float(np.ptp(target))
-    if abs(slope) < NEAR_NOUGHT and found.value_role == READING and far:
-        way = Choice("columns", f"{DEVIATION}={found.value_header}", "if they are deviations")
+    if abs(slope) < NEAR_NOUGHT and found.column.role == READING and far:
+        way = Choice("columns", f"{DEVIATION}={found.column.header}", "if they are deviations")
         expected = Choice("columns", "target=HEADER", "for the right targets")
         what = "readings that do not change with their targets, and are too large for deviations"
-        decisions.ask(table.path, what, way, expected, found=found.value_header)
-    if abs(slope) < NEAR_NOUGHT or (found.value_role in DEVIATIONS and scale == 1.0):
+        decisions.ask(table.path, what, way, expected, found=found.column.header)
+    if abs(slope) < NEAR_NOUGHT or (found.column.role in DEVIATIONS and scale == 1.0):
         return DEVIATION
-    if found.value_unit is None and found.value_role != READING:
+    if found.column.unit is None and found.column.role != READING:
         return DEVIATION
     hint = unit_hint(abs(slope), 1.0)
     words = '1 or about 0; the units in {}, or the right column by {} reading="HEADER"'
-    what = f"column {found.value_header!r} holds neither readings nor deviations of the targets{hint}"
+    what = f"column {found.column.header!r} holds neither readings nor deviations of the targets{hint}"
     raise InputError(
         table.path,
         what,
@@ -157,39 +154,40 @@ def _units(
     """
     asked = None if options.unit is None else plain_name(options.unit)
     of_axis = form == "axis" and found.target is not None
-    stated = found.target_unit if of_axis else found.value_unit
+    stated = found.target_unit if of_axis else found.column.unit
     if stated is None and role == READING:
-        stated = found.value_unit
+        stated = found.column.unit
     stated = stated or _of_file(found, table)
     if stated is None and options.targets is not None and options.targets.gauge:
         asked = asked or "mm"
     name = _settled_unit(table, "unit", options.unit, stated) or asked
-    of_value = found.value_unit if role == DEVIATION else None
+    of_value = found.column.unit if role == DEVIATION else None
     if of_value is not None and not _is_possible(found, of_value, stated):
         if options.deviation_unit is None:
             what = f"the deviations are an unlikely part of the travel: is their unit {of_value.name}?"
             told = plain_name(of_value.name)
             others = [Choice("deviation_unit", one) for one in ("um", "mm", "nm") if one != told]
             decisions.ask(
-                table.path, what, Choice("deviation_unit", told, "if it is"), *others, found=found.value_header
+                table.path, what, Choice("deviation_unit", told, "if it is"), *others, found=found.column.header
             )
         of_value = None
     deviation = _settled_unit(table, "deviation_unit", options.deviation_unit, of_value) or options.deviation_unit
     if not name:
         what = f"the unit of the {'target' if of_axis else 'reading'}s is not stated"
         units = Choice("unit", suggestions=("mm", "um", "m", "inch", "deg", "arcsec"))
-        decisions.ask(table.path, what, units, found=found.value_header)
+        decisions.ask(table.path, what, units, found=found.column.header)
     if role == DEVIATION and deviation is None:
         units = Choice("deviation_unit", suggestions=("um", "mm", "nm", "uin", "arcsec"))
-        decisions.ask(table.path, "the unit of the deviations is not stated", units, found=found.value_header)
+        decisions.ask(table.path, "the unit of the deviations is not stated", units, found=found.column.header)
     return AxisUnits.of(name, deviation) if name else None
 
 
 def _is_possible(found: Long, unit: Unit, of_target: Unit | None) -> bool:
     """Whether deviations are such a part of the travel as an axis may have."""
-    if found.target is None or of_target is None or of_target.quantity != unit.quantity:
+    target = found.numbers("target")
+    if target is None or of_target is None or of_target.quantity != unit.quantity:
         return True
-    travel = float(np.ptp(found.target)) * of_target.factor
+    travel = float(np.ptp(target)) * of_target.factor
     size = float(np.ptp(found.value)) * unit.factor
     return not travel or not size or POSSIBLE[0] < size / travel < POSSIBLE[1]
 
@@ -222,8 +220,8 @@ def _per(unit: Unit | None, units: AxisUnits, options: AxisOptions) -> float:
 def _value_factor(found: Long, units: AxisUnits, options: AxisOptions, role: str) -> float:
     """What a value is in units of position (a reading) or of deviation; what is asked for goes before a header."""
     if role == READING:
-        return _per(found.value_unit, units, options)
-    stated = None if found.value_unit is None else found.value_unit.name
+        return _per(found.column.unit, units, options)
+    stated = None if found.column.unit is None else found.column.unit.name
     name = plain_name(options.deviation_unit or stated or units.deviation)
     _check_kind(name, units)
     return base_of(plain_name(name)) / base_of(units.deviation)
@@ -236,32 +234,28 @@ def _check_kind(name: str, units: AxisUnits) -> None:
         )
 
 
-def _known(one: Known | None) -> Known:
-    assert one is not None
-    return one
-
-
 def _frame(found: Long, target: Array | None, reading: Array) -> tuple[pd.DataFrame, int]:
     """The columns of every recording of an axis, and how many places it has.
 
     Direction and cycle are from the order where nothing states them.
     """
-    key = target if target is not None else np.zeros(len(reading))
-    if found.stations:
-        key = np.unique(np.sort(np.array(found.stations), axis=0), axis=1, return_inverse=True)[1].ravel().astype(float)
-    travels = target is not None and not found.stations
+    frame, stations = found.frame.drop(columns=["value", "target", "u_target"], errors="ignore"), found.has_stations
+    way, cycle = frame["way"].to_numpy(), frame["cycle"].to_numpy()
+    key = np.zeros(len(reading)) if target is None else target
+    if stations:
+        ends = pd.factorize(np.concatenate([frame[name] for name in STATIONS]))[0].reshape(2, -1)
+        key = np.unique(np.sort(ends, axis=0), axis=1, return_inverse=True)[1].ravel().astype(float)
+    travels = target is not None and not stations
     place = places_of(key)
-    way = found.way if found.way.all() else ways_of_order(place) if travels else np.ones(len(reading), int)
-    cycle = found.cycle
+    way = way if way.all() else ways_of_order(place) if travels else np.ones(len(reading), int)
     if not cycle.all():
-        counts = travels or found.stations
-        cycle = cycles_of_repeats(place, way, found.placement) if counts else np.ones(len(way), int)
-    frame = pd.DataFrame({"placement": found.placement, "cycle": cycle, "way": way})
-    if found.stations:
-        frame[STATIONS[0]], frame[STATIONS[1]] = found.stations
-    if target is not None and not found.stations:
-        frame["target"] = target
-    frame["reading"] = reading
-    if found.time_s is not None:
-        frame["time_s"] = found.time_s
-    return frame, int(place.max(initial=-1)) + 1
+        counts = travels or stations
+        cycle = cycles_of_repeats(place, way, frame["placement"].to_numpy()) if counts else np.ones(len(way), int)
+    frame = frame.assign(cycle=cycle, way=way, reading=reading, **({"target": target} if travels else {}))
+    names = [
+        "placement",
+        "cycle",
+        "way",
+        *(name for name in (*STATIONS, "target", "reading", "time_s") if name in frame),
+    ]
+    return frame[names], int(place.max(initial=-1)) + 1

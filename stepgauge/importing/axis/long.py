@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from stepgauge.axis.recording import places_of
+from stepgauge.axis.recording import STATIONS, places_of
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import Unit
@@ -36,6 +36,7 @@ from stepgauge.importing.tables.columns import (
     is_known,
 )
 from stepgauge.importing.tables.grid import Table
+from stepgauge.importing.tables.header import text_of
 from stepgauge.importing.tables.labels import LABEL, Label, parse_label, way_of
 from stepgauge.importing.tables.questions import Choice, Decisions, as_column, shown
 from stepgauge.importing.tables.rivals import called, one_of
@@ -46,31 +47,36 @@ Whole = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Long:
-    """Readings in the order in which they were taken, ``n`` of them.
+    """Readings in the order in which they were taken.
 
-    ``row (n,)``: row of the table of each; ``target``, ``value``, ``u_target``: in the units of their columns;
-    ``value_role``: what the value is (reading, deviation, correction, or unknown); ``way``, ``cycle``: nought where
-    nothing states them;
-    ``clock``: of the rows of the table; ``stations``: names of both;
-    ``others``: numbers recorded besides; ``dropped``: columns that were not.
+    ``frame``: a reading per row, with placement, cycle and way (nought where nothing states them), value, and where
+    they are known target, u_target, time_s and both stations, in the units of their columns; ``column``: of the
+    values, ``target``: of the targets; ``others``: numbers recorded besides; ``clock``: of the rows of the table;
+    ``dropped``: columns that were not recorded.
     """
 
-    row: Whole
-    value: Array
-    value_role: str
-    value_unit: Unit | None
-    value_header: str
-    target: Array | None
-    target_unit: Unit | None
-    u_target: Array | None
-    way: Whole
-    cycle: Whole
-    placement: Whole
-    time_s: Array | None
-    clock: Clock | None
-    stations: tuple[list[str], list[str]] | None
+    frame: pd.DataFrame
+    column: Column
+    target: Column | None
     others: dict[str, Array]
+    clock: Clock | None
     dropped: list[str]
+
+    @property
+    def target_unit(self) -> Unit | None:
+        return None if self.target is None else self.target.unit
+
+    def numbers(self, name: str) -> Array | None:
+        """A column of the frame; None where it is not there."""
+        return self.frame[name].to_numpy(float) if name in self.frame else None
+
+    @property
+    def value(self) -> Array:
+        return self.frame["value"].to_numpy(float)
+
+    @property
+    def has_stations(self) -> bool:
+        return STATIONS[0] in self.frame
 
 
 def to_long(table: Table, roles: Sequence[Column], missing: bool, time_unit: str | None, decisions: Decisions) -> Long:
@@ -81,29 +87,25 @@ def to_long(table: Table, roles: Sequence[Column], missing: bool, time_unit: str
     columns = _value_columns(table, roles, missing, decisions)
     roles = [replace(one, role=READING) if one.role is None and one in columns else one for one in roles]
     row, value, way, cycle = _taken(table, roles, columns, missing)
-    target = _only(roles, TARGET)
-    u_target = _only(roles, U_TARGET)
+    target, u_target, near, far = (_only(roles, role) for role in (TARGET, U_TARGET, FROM, TO))
     others, dropped = beside(table, [one for one in roles if one.role is None and one.header])
     dropped += [one.header for one in roles if one.role == DROPPED and one.header]
     dropped += [one.header for one in roles if one.role in DEVIATIONS and any(r.role == READING for r in roles)]
     clock = clock_of(table, [one for one in roles if one.role == TIME], time_unit, decisions)
+    placement = np.maximum(_of_rows(table, roles, PLACEMENT, [LABEL] * len(table.titles))[row], 1)
+    found = {"placement": placement, "cycle": cycle, "way": way, "value": value}
+    if target is not None:
+        found["target"] = _targets(table, target)[row]
+    if u_target is not None:
+        found["u_target"] = finite(table, u_target)[row]
+    if clock is not None and not clock.stands:
+        found["time_s"] = clock.elapsed_s[row]
+    if near is not None and far is not None:
+        for name, one in zip(STATIONS, (near, far), strict=True):
+            found[name] = np.array([text_of(cell) for cell in table.cells(one.place)], object)[row]
+    others = {name: values[row] for name, values in others.items()}
     return Long(
-        row,
-        value,
-        columns[0].role or READING,
-        columns[0].unit,
-        columns[0].header,
-        None if target is None else _targets(table, target)[row],
-        None if target is None else target.unit,
-        None if u_target is None else finite(table, u_target)[row],
-        way,
-        cycle,
-        np.maximum(_of_rows(table, roles, PLACEMENT, [LABEL] * len(table.titles))[row], 1),
-        None if clock is None or clock.stands else clock.elapsed_s[row],
-        clock,
-        _stations(table, roles, row),
-        {name: values[row] for name, values in others.items()},
-        dropped,
+        pd.DataFrame(found), replace(columns[0], role=columns[0].role or READING), target, others, clock, dropped
     )
 
 
@@ -299,11 +301,3 @@ def _of_rows(table: Table, roles: Sequence[Column], role: str, titles: Sequence[
 def _way(text: str) -> int:
     plain = {"1": 1, "1.0": 1, "-1.0": -1}
     return plain.get(text.strip()) or way_of(text) or parse_label(text).way
-
-
-def _stations(table: Table, roles: Sequence[Column], row: Whole) -> tuple[list[str], list[str]] | None:
-    near, far = _only(roles, FROM), _only(roles, TO)
-    if near is None or far is None:
-        return None
-    names = [[f"{c:g}" if isinstance(c, float) else str(c) for c in table.cells(one.place)] for one in (near, far)]
-    return [names[0][n] for n in row], [names[1][n] for n in row]

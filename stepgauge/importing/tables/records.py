@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,14 +27,14 @@ def read_json_cells(source: Source) -> Cells:
     """The records of a JSON file as rows below a header; :class:`InputError` where there are none."""
     path, (text, encoding) = source.name, source.decoded
     comments = list[str]()
-    records = _records(_parse(path, text), comments)
-    if records is None or not records[1]:
+    frame = _records(_parse(path, text), comments)
+    if frame is None or frame.empty:
         raise InputError(path, "no records are found", expected="a list of objects, or an object of equally long lists")
-    names, rows = records
-    if len(rows) > MOST_ROWS:
-        raise InputError(path, "too many records", found=len(rows), expected=f"at most {MOST_ROWS}")
-    table: list[list[Cell]] = [[*names], *([_cell(value) for value in row] for row in rows)]
-    return Cells(path, table, list(range(len(table))), comments, 0, (f"{encoding}, {len(rows)} records",))
+    if len(frame) > MOST_ROWS:
+        raise InputError(path, "too many records", found=len(frame), expected=f"at most {MOST_ROWS}")
+    cells = frame_cells(Source(path, b"", frame))
+    lines = [0, *(number + 1 for number in cells.lines[1:])]
+    return replace(cells, lines=lines, comments=comments, notes=(f"{encoding}, {len(frame)} records",))
 
 
 def frame_cells(source: Source) -> Cells:
@@ -73,20 +73,23 @@ def _parse(path: str, text: str) -> Any:
         raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
 
 
-def _records(value: Any, comments: list[str], deep: int = 0) -> tuple[list[str], list[list[Any]]] | None:
-    """Names and rows of the first list of records in a value; plain values beside it go to the comments."""
+def _records(value: Any, comments: list[str], deep: int = 0) -> pd.DataFrame | None:
+    """The first list of records in a value; plain values beside it go to the comments.
+
+    Values of objects inside a record are columns by their names one after the other; lists inside it are none.
+    """
     if isinstance(value, list):
         return _of_list(value)
     if not isinstance(value, dict) or deep > MOST_DEEP:
         return None
     names, data = value.get("columns"), value.get("data")
-    if isinstance(names, list) and isinstance(data, list) and _plain(names):  # pandas, orient="split"
+    if isinstance(names, list) and isinstance(data, list) and _is_plain(names):  # pandas, orient="split"
         return _of_list([names, *data])
-    columns = {name: one for name, one in value.items() if isinstance(one, list) and _plain(one)}
-    sizes = {len(one) for one in columns.values()}
+    columns = {name: one for name, one in value.items() if isinstance(one, list) and _is_plain(one)}
     found = None
-    if columns and len(sizes) == 1 and max(sizes) > 1:
-        found = list(columns), [list(row) for row in zip(*columns.values(), strict=True)]
+    sizes = {len(one) for one in columns.values()}
+    if len(sizes) == 1 and max(sizes) > 1:
+        found = pd.DataFrame(columns)
     for name, one in value.items():
         if isinstance(one, dict | list) and found is None:
             found = _records(one, comments, deep + 1)
@@ -95,29 +98,16 @@ def _records(value: Any, comments: list[str], deep: int = 0) -> tuple[list[str],
     return found
 
 
-def _of_list(value: list[Any]) -> tuple[list[str], list[list[Any]]] | None:
-    objects = [one for one in value if isinstance(one, Mapping)]
-    if objects and len(objects) == len(value):
-        flat = [_flat(one) for one in objects]
-        names = list(dict.fromkeys(name for one in flat for name in one))
-        return names, [[one.get(name, "") for name in names] for one in flat]
-    if value and all(isinstance(one, list) and _plain(one) for one in value):
-        return [str(name) for name in value[0]], [list(row) for row in value[1:]]
+def _of_list(value: list[Any]) -> pd.DataFrame | None:
+    if value and all(isinstance(one, dict) for one in value):
+        frame = pd.json_normalize(value, sep=" ")
+        return frame.loc[:, [not frame[name].map(lambda one: isinstance(one, list)).any() for name in frame]]
+    if len(value) > 1 and all(isinstance(one, list) and _is_plain(one) for one in value):
+        return pd.DataFrame(value[1:], columns=[str(name) for name in value[0]])
     return None
 
 
-def _flat(record: Mapping[str, Any], before: str = "") -> dict[str, Any]:
-    """A record whose values are plain; of objects inside it, by their names one after the other."""
-    found: dict[str, Any] = {}
-    for name, value in record.items():
-        if isinstance(value, Mapping):
-            found |= _flat(value, f"{before}{name} ")
-        elif not isinstance(value, list):
-            found[f"{before}{name}"] = value
-    return found
-
-
-def _plain(values: list[Any]) -> bool:
+def _is_plain(values: list[Any]) -> bool:
     return not any(isinstance(one, list | dict) for one in values)
 
 
