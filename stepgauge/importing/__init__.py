@@ -2,7 +2,7 @@
 
 A log format is one module here with two functions: ``recognises(text) -> bool`` and ``read(text, path) -> ProbeLog``.
 Tables of any layout (CSV, XLSX) are read by :mod:`stepgauge.importing.tables`. What a log has to say about the program
-that made it is checked once for all formats in :mod:`stepgauge.importing.matching`.
+that made it is checked once for all formats in :mod:`stepgauge.correspondence`.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
+from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.errors import InputError, naming, reading
 from stepgauge.files.text import read_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.importing.build import ImportOptions, build_recording
-from stepgauge.importing.log import ProbeLog
 from stepgauge.importing.points import read_points
 from stepgauge.importing.result import Imported
 from stepgauge.importing.tables.questions import Decisions

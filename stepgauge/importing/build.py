@@ -10,19 +10,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.correspondence.expected_points import ExpectedPoints, expected_by_log, expected_by_program
+from stepgauge.correspondence.faces import nearest_faces, tip_distance_mm
+from stepgauge.correspondence.log_conventions import count_placements, settle
+from stepgauge.correspondence.pairing import Pairing, match
+from stepgauge.correspondence.probe_log import ProbeLog
+from stepgauge.correspondence.search_line import from_target
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
 from stepgauge.files.units import find_unit, unit_hint
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.importing.conventions import count_placements, settle
-from stepgauge.importing.expected import Expected, expected_by_log, expected_by_program
-from stepgauge.importing.faces import nearest_faces, tip_distance_mm
-from stepgauge.importing.log import ProbeLog
-from stepgauge.importing.matching import Match, match
 from stepgauge.importing.result import Imported
-from stepgauge.importing.search_line import from_target
 from stepgauge.motion.moves import Program
 from stepgauge.recording import APPROACH, OPTIONAL, POSITION, Recording
 from stepgauge.recording.columns import near_miss
@@ -48,7 +48,7 @@ class ImportOptions:
 
     ``placement``: number in the recording; ``gauge_temperature_C``: of the gauge during the run; ``tip_radius_mm``;
     ``surface``: True for points that are compensated by the tip radius, False for tip centres, None for what the log
-    says; ``accept``: departures from the program (:data:`stepgauge.importing.matching.KINDS`).
+    says; ``accept``: departures from the program (:data:`stepgauge.correspondence.pairing.KINDS`).
     """
 
     placement: int = 1
@@ -298,7 +298,7 @@ def _radius(radius: float | None, log: ProbeLog) -> float:
     return radius
 
 
-def _frame(log: ProbeLog, matched: Match, options: ImportOptions, surface_radius: float | None) -> pd.DataFrame:
+def _frame(log: ProbeLog, matched: Pairing, options: ImportOptions, surface_radius: float | None) -> pd.DataFrame:
     import pandas as pd
 
     expected, point, row = matched.expected, matched.point, matched.row
@@ -351,21 +351,21 @@ def _check_temperature(log: ProbeLog, row: NDArray[np.int64], frame: pd.DataFram
         raise InputError(where, f"{name} {wrong.why}", found=wrong.found, expected=wrong.expected)
 
 
-def _matched_words(log: ProbeLog, frame: pd.DataFrame, matched: Match) -> list[str]:
+def _matched_words(log: ProbeLog, frame: pd.DataFrame, matched: Pairing) -> list[str]:
     face, expected = frame["face"], matched.expected
     visits = face.value_counts()
     cycles = f"{visits.max()}" if visits.min() == visits.max() else f"{visits.min()} to {visits.max()}"
     words = [
         f"{log.form}: {len(log)} rows, {len(expected)} points of {expected.source}",
         f"faces {face.min()} to {face.max()} ({face.nunique()} of them), cycles per face: {cycles}",
-        *matched.departures,
+        *matched.differences,
     ]
     if np.isfinite(expected.search_mm):
         words.append(_triggers(log, expected, matched))
     return words
 
 
-def _triggers(log: ProbeLog, expected: Expected, matched: Match) -> str:
+def _triggers(log: ProbeLog, expected: ExpectedPoints, matched: Pairing) -> str:
     along, beside = from_target(log.position_mm[matched.row], expected, matched.point)
     return (
         f"triggers {along.min():+.4f} to {along.max():+.4f} mm from the nominal contact along the approach, at most"

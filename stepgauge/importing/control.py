@@ -10,7 +10,8 @@ import re
 
 import numpy as np
 
-from stepgauge.importing.log import LogLines, ProbeLog
+from stepgauge.correspondence.probe_log import ProbeLog
+from stepgauge.importing.log_lines import LogLines
 
 _NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d+)?)"
 _POINT = re.compile(rf"N(\d{{1,9}})\.?X{_NUMBER}Y{_NUMBER}Z{_NUMBER}", re.ASCII | re.IGNORECASE)

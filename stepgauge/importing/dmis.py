@@ -13,9 +13,10 @@ from urllib.parse import unquote
 
 import numpy as np
 
+from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import LENGTH_MM
-from stepgauge.importing.log import LogLines, ProbeLog, unit_vectors
+from stepgauge.importing.log_lines import LogLines, unit_vectors
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.programs.dmis import ENCODED, statements
 from stepgauge.programs.reading import Reader

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import re
 
-from stepgauge.importing.log import LogLines, ProbeLog
+from stepgauge.correspondence.probe_log import ProbeLog
+from stepgauge.importing.log_lines import LogLines
 
 _NUMBER = r"[-+]?\d+\.?\d*"
 _REPORT = re.compile(rf"\[PRB:({_NUMBER}(?:,{_NUMBER}){{2,8}}):([01])\]", re.ASCII)

@@ -12,7 +12,8 @@ import re
 
 import numpy as np
 
-from stepgauge.importing.log import LogLines, ProbeLog, unit_vectors
+from stepgauge.correspondence.probe_log import ProbeLog
+from stepgauge.importing.log_lines import LogLines, unit_vectors
 
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))", re.ASCII)
 _LINE = re.compile(r"(?i) *(G\d{3})\b(.*)")

@@ -14,10 +14,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
-from stepgauge.importing.log import LogLines, ProbeLog, unit_vectors
+from stepgauge.importing.log_lines import LogLines, unit_vectors
 from stepgauge.importing.tables.clock import Clock, read_clock, stamp_in
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.ippdme.commands import OWN_SIMULATED, OWN_TIME

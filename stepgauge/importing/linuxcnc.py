@@ -13,10 +13,11 @@ import re
 
 import numpy as np
 
+from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
 from stepgauge.files.units import LENGTH_MM
-from stepgauge.importing.log import LogLines, ProbeLog
+from stepgauge.importing.log_lines import LogLines
 from stepgauge.recording import comment_lines
 
 _COLUMNS = {5: "n x y z success", 6: "n x y z success seconds", 9: "x y z a b c u v w"}

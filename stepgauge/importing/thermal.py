@@ -49,7 +49,7 @@ _NUMBER = re.compile(r"[-+]?\d+(?:[.,]\d+)?(?:e[-+]?\d+)?", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class Statement:
+class ThermalStatement:
     """What a line says: None where it names the switch with a value that is not understood."""
 
     convention: Convention | None
@@ -80,21 +80,21 @@ def said_lines(text: str) -> list[str]:
     return [*head, *(one for one in dmis if _DMIS.match(one)), *tail]
 
 
-def _statements(lines: list[str]) -> Iterator[Statement]:
+def _statements(lines: list[str]) -> Iterator[ThermalStatement]:
     pairs = [(match[1].strip(), match[2].strip(), one) for one in lines if (match := _PAIR.match(one))]
     material = [_is_expansion(value) for key, value, _ in pairs if _COEFFICIENT.match(key)]
     for one in lines:
         if dmis := _DMIS.match(one):
-            yield Statement("corrected_to_20" if dmis[1].upper() == "ON" else "as_read", one)
+            yield ThermalStatement("corrected_to_20" if dmis[1].upper() == "ON" else "as_read", one)
         elif _UNDONE.search(one) and _OF_TEMPERATURE.search(one):
-            yield Statement("as_read", one)
+            yield ThermalStatement("as_read", one)
         elif _TO_20.search(one):
-            yield Statement("corrected_to_20", one)
+            yield ThermalStatement("corrected_to_20", one)
     for key, value, line in pairs:
         if _SWITCH.match(key):
-            yield Statement(_switched(value), line)
+            yield ThermalStatement(_switched(value), line)
         elif _ENVIRONMENT.match(key) and material:
-            yield Statement("corrected_to_20" if material[0] and _ON.match(value) else "as_read", line)
+            yield ThermalStatement("corrected_to_20" if material[0] and _ON.match(value) else "as_read", line)
 
 
 def _switched(value: str) -> Convention | None:

@@ -1,7 +1,7 @@
 """Whether an answer of a machine is a reading, as it comes: the rules by which ``import`` judges a finished log.
 
-An answer on the line of its search (:mod:`stepgauge.importing.search_line`), where the machine stands, on a face of
-this gauge (:mod:`stepgauge.recording.identity`), with temperatures that a thermometer shows
+An answer on the line of its search (:mod:`stepgauge.correspondence.search_line`), where the machine stands, on a face
+of this gauge (:mod:`stepgauge.recording.identity`), with temperatures that a thermometer shows
 (:mod:`stepgauge.recording.temperatures`), with the tip of the machine file, after the time that a search takes, and not
 the one before once more. Whatever it came from: I++ DME, LinuxCNC, the virtual CMM of this process.
 """
@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stepgauge.correspondence.expected_points import LATERAL_MM, coordinates
+from stepgauge.correspondence.search_line import from_line, off_search_line
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import likely_unit
-from stepgauge.importing.expected import LATERAL_MM, coordinates
-from stepgauge.importing.search_line import from_line, off_search_line
 from stepgauge.live.connection import FalseAnswerError
 from stepgauge.live.controller import MeasuredPoint
 from stepgauge.live.journal import Row

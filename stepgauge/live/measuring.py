@@ -13,9 +13,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from stepgauge.correspondence.expected_points import LATERAL_MM
 from stepgauge.errors import InputError, PartlyDoneError, naming
 from stepgauge.files.arrays import Array
-from stepgauge.importing.expected import LATERAL_MM
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.connection import (
     BY_HAND_NUMBER,

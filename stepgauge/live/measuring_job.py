@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from stepgauge.correspondence.expected_points import ExpectedPoints, expected_by_program
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.importing.expected import Expected, expected_by_program
 from stepgauge.live.journal import Journal, Row, fingerprint
 from stepgauge.machine.file import TIP_TOLERANCE_MM, Machine
 from stepgauge.machine.styli import stylus_comment
@@ -38,7 +38,7 @@ class Job:
     machine: Machine
     gauge: Gauge
     placement: Placement
-    expected: Expected
+    expected: ExpectedPoints
     placement_number: int = 1
     gauge_temperature_C: float | None = None
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stepgauge.correspondence.pairing import KINDS as KNOWN_KINDS
 from stepgauge.importing import FORMATS as KNOWN
-from stepgauge.importing.matching import KINDS as KNOWN_KINDS
 from stepgauge.recording import read_recording
 from stepgauge.verbs.import_ import ACCEPTED, FORMATS
 from tests.cli.conftest import Run

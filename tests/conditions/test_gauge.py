@@ -14,11 +14,11 @@ from stepgauge.conditions import Conditions, State
 from stepgauge.conditions.certificate import table_conditions
 from stepgauge.conditions.drift import drift_rate
 from stepgauge.conditions.resolution import step_of
+from stepgauge.correspondence.faces import cycles_of
 from stepgauge.diagnosis.residuals import unchecked_residuals
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import PlacementResult, evaluate
 from stepgauge.gauge.certified import Gauge, read_gauge
-from stepgauge.importing.faces import cycles_of
 from stepgauge.planning.plan import PlanOptions, faces_in_order
 from stepgauge.recording import Recording
 from stepgauge.recording.conventions import with_convention

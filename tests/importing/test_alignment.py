@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepgauge.importing.alignment import align
+from stepgauge.correspondence.sequence_alignment import align
 
 words = st.lists(st.integers(1, 5), max_size=14)
 

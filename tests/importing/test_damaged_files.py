@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stepgauge.correspondence.pairing import KINDS
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import read_placement
 from stepgauge.importing import ImportOptions, TableLayout, import_log, read_run_program
-from stepgauge.importing.matching import KINDS
 from tests.conftest import ROOT
 
 EXAMPLE = ROOT / "examples/import"

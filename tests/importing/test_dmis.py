@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.errors import InputError
 from stepgauge.importing import FORMATS, gist
-from stepgauge.importing.log import ProbeLog
 
 OUTPUT = """DMISMN/'STEP GAUGE',05.2
 FILNAM/'RESULTS',05.2

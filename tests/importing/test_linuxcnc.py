@@ -11,11 +11,11 @@ from click.testing import CliRunner
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from stepgauge.correspondence.faces import cycles_of, probed_faces
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, write_placement
 from stepgauge.importing import FORMATS, ImportOptions, build_recording, read_log
-from stepgauge.importing.faces import cycles_of, probed_faces
 from stepgauge.importing.result import Imported
 from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.planning.plan import ORDERS, ROUTES, PlanOptions, faces_in_order, make_program

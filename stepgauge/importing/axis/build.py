@@ -23,7 +23,7 @@ from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
 from stepgauge.importing.tables.columns import CORRECTION, DEVIATION, DEVIATIONS, READING
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.questions import Choice, Decisions
+from stepgauge.importing.tables.questions import Answer, Decisions
 
 POSSIBLE = (1e-8, 2e-2)
 """Deviations over the travel: from 10 nm of 1 m to 2 mm of 100 mm. What is beyond has another unit than it says."""
@@ -66,7 +66,7 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
     """
     form = "distances" if found.has_stations else "axis" if found.target is not None or options.targets else "spot"
     if form == "spot" and {1, -1} <= set(found.frame["way"]):
-        listed = Choice("targets", words=": the list of them", suggestions=("0:500:25",))
+        listed = Answer("targets", words=": the list of them", suggestions=("0:500:25",))
         decisions.ask(table.path, "readings of two directions have no targets", listed)
         decisions.settle()
     target, index = _targets(found, table, options)
@@ -126,8 +126,8 @@ def _role(found: Long, table: Table, target: Array | None, decisions: Decisions)
         return READING
     far = abs(float(found.value.mean())) * scale > POSSIBLE[1] * float(np.ptp(target))
     if abs(slope) < NEAR_NOUGHT and found.column.role == READING and far:
-        way = Choice("columns", f"{DEVIATION}={found.column.header}", "if they are deviations")
-        expected = Choice("columns", "target=HEADER", "for the right targets")
+        way = Answer("columns", f"{DEVIATION}={found.column.header}", "if they are deviations")
+        expected = Answer("columns", "target=HEADER", "for the right targets")
         what = "readings that do not change with their targets, and are too large for deviations"
         decisions.ask(table.path, what, way, expected, found=found.column.header)
     if abs(slope) < NEAR_NOUGHT or (found.column.role in DEVIATIONS and scale == 1.0):
@@ -166,18 +166,18 @@ def _units(
         if options.deviation_unit is None:
             what = f"the deviations are an unlikely part of the travel: is their unit {of_value.name}?"
             told = plain_name(of_value.name)
-            others = [Choice("deviation_unit", one) for one in ("um", "mm", "nm") if one != told]
+            others = [Answer("deviation_unit", one) for one in ("um", "mm", "nm") if one != told]
             decisions.ask(
-                table.path, what, Choice("deviation_unit", told, "if it is"), *others, found=found.column.header
+                table.path, what, Answer("deviation_unit", told, "if it is"), *others, found=found.column.header
             )
         of_value = None
     deviation = _settled_unit(table, "deviation_unit", options.deviation_unit, of_value) or options.deviation_unit
     if not name:
         what = f"the unit of the {'target' if of_axis else 'reading'}s is not stated"
-        units = Choice("unit", suggestions=("mm", "um", "m", "inch", "deg", "arcsec"))
+        units = Answer("unit", suggestions=("mm", "um", "m", "inch", "deg", "arcsec"))
         decisions.ask(table.path, what, units, found=found.column.header)
     if role == DEVIATION and deviation is None:
-        units = Choice("deviation_unit", suggestions=("um", "mm", "nm", "uin", "arcsec"))
+        units = Answer("deviation_unit", suggestions=("um", "mm", "nm", "uin", "arcsec"))
         decisions.ask(table.path, "the unit of the deviations is not stated", units, found=found.column.header)
     return AxisUnits.of(name, deviation) if name else None
 

@@ -9,19 +9,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.files.arrays import Array
-from stepgauge.gauge.certified import Gauge
-from stepgauge.gauge.placement import Placement
-from stepgauge.importing.alignment import align
-from stepgauge.importing.faces import (
-    Where,
+from stepgauge.correspondence.faces import (
+    FaceWords,
     check_mostly_on_blocks,
     cycles_of,
     faces_met,
     faces_touched,
     probed_faces,
 )
-from stepgauge.importing.log import ProbeLog
+from stepgauge.correspondence.probe_log import ProbeLog
+from stepgauge.correspondence.sequence_alignment import align
+from stepgauge.files.arrays import Array
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
 from stepgauge.motion.moves import Program
 from stepgauge.planning.plan import ORDERS, PlanOptions, faces_in_order
 
@@ -33,7 +33,7 @@ MOST_DIFFERENT = 0.3
 
 
 @dataclass(frozen=True)
-class Expected:
+class ExpectedPoints:
     """Points in the order in which they ought to be measured; arrays have one row per point.
 
     ``target_mm``: tip centre at nominal contact; ``line``: of the program (0 without one); ``name``: what the point is
@@ -55,14 +55,14 @@ class Expected:
     def __len__(self) -> int:
         return len(self.face)
 
-    def tiled(self, runs: int) -> Expected:
+    def tiled(self, runs: int) -> ExpectedPoints:
         """The same points several times over; the cycles count on."""
         cycle = np.concatenate([self.cycle + run * int(self.cycle.max()) for run in range(runs)])
         names = ("face", "line", "target_mm", "approach")
         arrays: dict[str, Any] = {name: np.concatenate([getattr(self, name)] * runs) for name in names}
         return replace(self, cycle=cycle, name=tuple(self.name) * runs, **arrays)
 
-    def at_surface(self, tip_radius_mm: float) -> Expected:
+    def at_surface(self, tip_radius_mm: float) -> ExpectedPoints:
         """The same points where the ball touches, instead of its centre."""
         return replace(self, target_mm=self.target_mm + tip_radius_mm * self.approach)
 
@@ -80,11 +80,11 @@ def coordinates(position_mm: Array) -> str:
     return "(" + ", ".join(f"{value:.3f}" for value in position_mm) + ")"
 
 
-def expected_by_program(program: Program, gauge: Gauge, placement: Placement) -> Expected:
-    """The measuring moves of a program (errors as :func:`stepgauge.importing.faces.probed_faces`)."""
+def expected_by_program(program: Program, gauge: Gauge, placement: Placement) -> ExpectedPoints:
+    """The measuring moves of a program (errors as :func:`stepgauge.correspondence.faces.probed_faces`)."""
     measure = program.is_measure
     face = probed_faces(program, gauge, placement)
-    return Expected(
+    return ExpectedPoints(
         face,
         cycles_of(face),
         program.position_mm[measure],
@@ -98,9 +98,9 @@ def expected_by_program(program: Program, gauge: Gauge, placement: Placement) ->
     )
 
 
-def _where(log: ProbeLog) -> Where:
+def _where(log: ProbeLog) -> FaceWords:
     at = [log.at(row) for row in range(len(log))]
-    return Where(at, "the probing", "point", "points of this gauge in this placement")
+    return FaceWords(at, "the probing", "point", "points of this gauge in this placement")
 
 
 def check_beside(log: ProbeLog, gauge: Gauge, placement: Placement) -> None:
@@ -116,8 +116,8 @@ def faces_of_log(log: ProbeLog, gauge: Gauge, placement: Placement) -> Rows:
     return faces_met(log.position_mm, log.approach, gauge, placement, where)
 
 
-def expected_by_log(log: ProbeLog, gauge: Gauge, placement: Placement) -> Expected:
-    """What a log without its program must have been planned as: the usual order that it departs least from.
+def expected_by_log(log: ProbeLog, gauge: Gauge, placement: Placement) -> ExpectedPoints:
+    """What a log without its program must have been planned as: the usual order that it differs least from.
 
     Compared are the orders of ``stepgauge plan`` over the faces that the log has; where it follows none of them, its
     own rows are all there is, and a missing point shows only in the counts.
@@ -126,7 +126,7 @@ def expected_by_log(log: ProbeLog, gauge: Gauge, placement: Placement) -> Expect
     order = _likeliest_order(face)
     source, faces, cycle = ("no known order", face, cycles_of(face)) if order is None else order
     sign = np.where(faces % 2 == 1, 1.0, -1.0)
-    return Expected(
+    return ExpectedPoints(
         faces,
         cycle,
         _mean_place(log.position_mm, face, faces),

@@ -14,15 +14,15 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.correspondence.differences import SHOWN
+from stepgauge.correspondence.expected_points import check_beside, coordinates
+from stepgauge.correspondence.faces import AT_FACE_MM, beside_blocks, nearest_faces
+from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import LENGTH_MM
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.importing.departures import SHOWN
-from stepgauge.importing.expected import check_beside, coordinates
-from stepgauge.importing.faces import AT_FACE_MM, beside_blocks, nearest_faces
-from stepgauge.importing.log import ProbeLog
 from stepgauge.motion.moves import Program
 
 Settled = tuple[ProbeLog, Placement, Program | None, tuple[str, ...]]
@@ -35,7 +35,7 @@ TOGETHER_MM = 0.5
 PITCH_MM = 5.0
 """The faces of a gauge are farther apart."""
 MOST = 0.9
-"""Share of the points for which a convention holds; the others are departures, named one by one."""
+"""Share of the points for which a convention holds; the others are differences, named one by one."""
 CHANCE = 0.75
 """Share of differences of one sign up to which they are chance; between this and :data:`MOST` nobody can tell."""
 ONE_AXIS = 0.7

@@ -1,4 +1,4 @@
-"""Where a log departs from the points that it ought to have, in words for the person who measured."""
+"""Where a log differs from the points that it ought to have, in words for the person who measured."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.correspondence.expected_points import ExpectedPoints, coordinates
+from stepgauge.correspondence.probe_log import ProbeLog
+from stepgauge.correspondence.search_line import from_target
 from stepgauge.errors import InputError, naming
 from stepgauge.files.units import unit_hint
-from stepgauge.importing.expected import Expected, coordinates
-from stepgauge.importing.log import ProbeLog
-from stepgauge.importing.search_line import from_target
 
 Rows = NDArray[np.int64]
 FOREIGN = -1
 ACCEPTABLE = ("missing", "doubled", "order", "foreign")
-"""Kinds of departures that ``--accept`` knows."""
+"""Kinds of differences that ``--accept`` knows."""
 TAKEN = {"doubled": "the last touch of each"}
 """What is taken of a kind that is accepted, where that is not the log as it is."""
 SHOWN = 5
-"""Further departures that a message names one by one."""
+"""Further differences that a message names one by one."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Comparison:
     """
 
     log: ProbeLog
-    expected: Expected
+    expected: ExpectedPoints
     key: Rows
     row_key: Rows
     keyed: str
@@ -46,7 +46,7 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class Departure:
+class LogDifference:
     """One point that no row is left for (``row`` None) or one row that no point is left for.
 
     ``kind``: ``missing``, ``doubled``, ``order`` or ``foreign``; ``point``, ``before``: the point, or the next one that
@@ -60,27 +60,27 @@ class Departure:
 
 
 @dataclass(frozen=True)
-class Departures:
+class LogDifferences:
     """What an alignment leaves over; ``moved (n, 2)``: points that stand elsewhere, with their rows."""
 
-    entries: tuple[Departure, ...]
+    entries: tuple[LogDifference, ...]
     moved: Rows
 
 
-def find_departures(comparison: Comparison, point: Rows, row: Rows) -> Departures:
+def find_differences(comparison: Comparison, point: Rows, row: Rows) -> LogDifferences:
     """What is left beside pairs of ``point`` and ``row`` (both rising), in the order of the log."""
     missing = np.setdiff1d(np.arange(len(comparison.expected)), point)
     extra = np.setdiff1d(np.arange(len(comparison.log)), row)
     moved = _moved(comparison, missing, extra)
     entries = [
-        Departure("order" if one in moved[:, 0] else "missing", int(one), _next(row, point, int(one)), False)
+        LogDifference("order" if one in moved[:, 0] else "missing", int(one), _next(row, point, int(one)), False)
         for one in missing
     ]
     for one in extra:
         kind = "doubled" if int(comparison.row_key[one]) in comparison.known else "foreign"
         kind = "order" if one in moved[:, 1] else kind
-        entries.append(Departure(kind, _next(point, row, int(one)), int(one), True))
-    return Departures(tuple(sorted(entries, key=lambda entry: (entry.row, entry.point))), moved)
+        entries.append(LogDifference(kind, _next(point, row, int(one)), int(one), True))
+    return LogDifferences(tuple(sorted(entries, key=lambda entry: (entry.row, entry.point))), moved)
 
 
 def _next(wanted: Rows, by: Rows, at: int) -> int:
@@ -101,10 +101,10 @@ def _moved(comparison: Comparison, missing: Rows, extra: Rows) -> Rows:
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
-def refuse(comparison: Comparison, departures: Sequence[Departure]) -> NoReturn:
-    """The error of the first departure, with a word on the others."""
-    first, log, expected = departures[0], comparison.log, comparison.expected
-    more = _more(comparison, departures[1:])
+def refuse(comparison: Comparison, differences: Sequence[LogDifference]) -> NoReturn:
+    """The error of the first difference, with a word on the others."""
+    first, log, expected = differences[0], comparison.log, comparison.expected
+    more = _more(comparison, differences[1:])
     if first.kind in ACCEPTABLE:
         more += f" ({{}} {first.kind} takes {TAKEN.get(first.kind, 'it as it is')})"
     if first.row >= len(log):
@@ -122,54 +122,54 @@ def refuse(comparison: Comparison, departures: Sequence[Departure]) -> NoReturn:
 
 
 def refuse_all(comparison: Comparison) -> NoReturn:
-    """The error of a log of which so much is off that no single departure tells anything."""
+    """The error of a log of which so much is off that no single difference tells anything."""
     size = min(len(comparison.log), len(comparison.expected))
     same = comparison.key[:size] == comparison.row_key[:size]
     first = size if same.all() else int(same.argmin())
-    refuse(comparison, [Departure("other", first, first, True)])
+    refuse(comparison, [LogDifference("other", first, first, True)])
 
 
-def _refuse_place(comparison: Comparison, departure: Departure, more: str) -> NoReturn:
+def _refuse_place(comparison: Comparison, difference: LogDifference, more: str) -> NoReturn:
     """A row known by its place stands where another point is expected."""
-    log, expected, row = comparison.log, comparison.expected, departure.row
+    log, expected, row = comparison.log, comparison.expected, difference.row
     what = {
-        "missing": f"point {departure.point + 1} is missing",
+        "missing": f"point {difference.point + 1} is missing",
         "order": "rows are out of order",
         "doubled": "a reading is repeated",
-    }.get(departure.kind, "a log of another program, or rows out of order")
-    if departure.kind == "other":
+    }.get(difference.kind, "a log of another program, or rows out of order")
+    if difference.kind == "other":
         what += extent(comparison)
-    found, wanted = coordinates(log.position_mm[row]), expected.place(departure.point)
+    found, wanted = coordinates(log.position_mm[row]), expected.place(difference.point)
     if comparison.row_key[row] == FOREIGN:
-        along, beside = from_target(log.position_mm[[row]], expected, np.array([departure.point]))
+        along, beside = from_target(log.position_mm[[row]], expected, np.array([difference.point]))
         found += f", {along[0]:+.3f} mm along the approach and {beside[0]:.3f} mm beside it"
         wanted += f", within {expected.search_mm:g} mm along and {expected.lateral_mm:g} mm beside"
     else:
         found += f", at face {expected.face[np.flatnonzero(comparison.key == comparison.row_key[row])[0]]}"
     raise InputError(
         log.at(row),
-        f"this is not {expected.title(departure.point)}: {what}{_failures(log)}",
+        f"this is not {expected.title(difference.point)}: {what}{_failures(log)}",
         found=found,
         expected=naming("accept", words=wanted + more),
     )
 
 
-def _refuse_named(comparison: Comparison, departure: Departure, more: str) -> NoReturn:
+def _refuse_named(comparison: Comparison, difference: LogDifference, more: str) -> NoReturn:
     """A row that says which point it is stands where another point is expected."""
     log, expected, n = comparison.log, comparison.expected, len(comparison.expected)
     if log.number is not None:
-        called, mine = f"point {log.number[departure.row]}", f"point {departure.point + 1}"
+        called, mine = f"point {log.number[difference.row]}", f"point {difference.point + 1}"
     else:
         assert log.label is not None
-        called, mine = log.label[departure.row], expected.name[min(departure.point, n - 1)]
+        called, mine = log.label[difference.row], expected.name[min(difference.point, n - 1)]
     words = {"missing": f"{mine} is missing", "doubled": f"{called} is repeated"}
-    what = words.get(departure.kind, f"{mine} is out of order")
-    if int(comparison.row_key[departure.row]) not in comparison.known:
+    what = words.get(difference.kind, f"{mine} is out of order")
+    if int(comparison.row_key[difference.row]) not in comparison.known:
         what = "the program has no such point"
     end = f"the end, after point {n} of the program"
-    wanted = f"{mine}: {expected.place(departure.point)}" if departure.point < n else end
+    wanted = f"{mine}: {expected.place(difference.point)}" if difference.point < n else end
     accepted = naming("accept", words=wanted + more)
-    raise InputError(log.at(departure.row), what + _failures(log), found=called, expected=accepted)
+    raise InputError(log.at(difference.row), what + _failures(log), found=called, expected=accepted)
 
 
 def _refuse_end(comparison: Comparison, point: int) -> NoReturn:
@@ -184,7 +184,7 @@ def _refuse_end(comparison: Comparison, point: int) -> NoReturn:
     )
 
 
-def _more(comparison: Comparison, others: Sequence[Departure]) -> str:
+def _more(comparison: Comparison, others: Sequence[LogDifference]) -> str:
     if not others:
         return ""
     words = [
@@ -210,17 +210,17 @@ def extent(comparison: Comparison) -> str:
     return unit_hint(found, wanted) or f" (the log extends over {found:.3f} mm, its points over {wanted:.3f} mm)"
 
 
-def accepted_words(comparison: Comparison, departures: Sequence[Departure]) -> tuple[str, ...]:
-    """Every accepted departure by its name."""
+def accepted_words(comparison: Comparison, differences: Sequence[LogDifference]) -> tuple[str, ...]:
+    """Every accepted difference by its name."""
     expected, line = comparison.expected, comparison.log.line
     words = []
     for kind, title in (("missing", "missing"), ("order", "out of order")):
-        points = [one.point for one in departures if one.kind == kind and not one.is_row]
+        points = [one.point for one in differences if one.kind == kind and not one.is_row]
         if points:
             names = " ".join(f"C{expected.cycle[p]}F{expected.face[p]}" for p in points)
             words.append(f"{title}: {len(points)} points: {names}")
     for kind, title in (("doubled", "doubled, the last of a row is kept"), ("foreign", "no points of the program")):
-        rows = [one.row for one in departures if one.kind == kind and one.is_row]
+        rows = [one.row for one in differences if one.kind == kind and one.is_row]
         if rows:
             words.append(f"dropped as {title}: {len(rows)} rows: lines {' '.join(str(line[row]) for row in rows)}")
     return tuple(words)

@@ -8,20 +8,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
-from stepgauge.importing.alignment import align
-from stepgauge.importing.departures import (
+from stepgauge.correspondence.differences import (
     FOREIGN,
     Comparison,
     accepted_words,
     extent,
-    find_departures,
+    find_differences,
     refuse,
     refuse_all,
 )
-from stepgauge.importing.expected import Expected
-from stepgauge.importing.log import ProbeLog
-from stepgauge.importing.search_line import SEARCH_END_MM, from_target, off_search_line
+from stepgauge.correspondence.expected_points import ExpectedPoints
+from stepgauge.correspondence.probe_log import ProbeLog
+from stepgauge.correspondence.search_line import SEARCH_END_MM, from_target, off_search_line
+from stepgauge.correspondence.sequence_alignment import align
+from stepgauge.errors import InputError
 
 Rows = NDArray[np.int64]
 KINDS = ("missing", "doubled", "order", "foreign", "runs", "alarm", "shift", "repeats", "placements")
@@ -29,24 +29,24 @@ KINDS = ("missing", "doubled", "order", "foreign", "runs", "alarm", "shift", "re
 
 
 @dataclass(frozen=True)
-class Match:
+class Pairing:
     """Which row of the log each point stands in.
 
-    ``expected``: the points (of all runs); ``point``, ``row``: pairs, in the order of the log; ``departures``: what was
-    accepted although it is not as the program has it, in words.
+    ``expected``: the points (of all runs); ``point``, ``row``: pairs, in the order of the log; ``differences``: what
+    was accepted although it is not as the program has it, in words.
     """
 
-    expected: Expected
+    expected: ExpectedPoints
     point: Rows
     row: Rows
-    departures: tuple[str, ...] = ()
+    differences: tuple[str, ...] = ()
 
 
-def match(log: ProbeLog, expected: Expected, accept: Sequence[str] = ()) -> Match:
+def match(log: ProbeLog, expected: ExpectedPoints, accept: Sequence[str] = ()) -> Pairing:
     """Bring a log and the points it ought to have side by side.
 
     Rows are known by the number or the name of their point where the log states it, else by their place. The two
-    sequences are aligned with the fewest points missing and rows too much (:mod:`stepgauge.importing.alignment`).
+    sequences are aligned with the fewest points missing and rows too much (:mod:`.sequence_alignment`).
 
     Parameters
     ----------
@@ -55,12 +55,12 @@ def match(log: ProbeLog, expected: Expected, accept: Sequence[str] = ()) -> Matc
     accept : what may be, of ``KINDS``: points ``missing`` (also a log that ends early), ``doubled`` rows (the last
         touch is kept), rows out of ``order``, ``foreign`` rows that are no points of the program (left out), ``runs``:
         the program several times in one log, whose cycles count on; ``alarm``, ``shift``, ``repeats`` and
-        ``placements`` are settled before (:mod:`stepgauge.importing.conventions`)
+        ``placements`` are settled before (:mod:`stepgauge.correspondence.log_conventions`)
 
     Raises
     ------
     InputError
-        names the line of the first row that departs, the point with its cycle, face and place, and what else does
+        names the line of the first row that differs, the point with its cycle, face and place, and what else does
     """
     _check_success(log)
     size = len(expected)
@@ -72,15 +72,15 @@ def match(log: ProbeLog, expected: Expected, accept: Sequence[str] = ()) -> Matc
     point, row, put_back = _put_repeats_back(comparison, pairs[:, 0], pairs[:, 1])
     if "doubled" in accept:
         row = _last_touches(comparison.row_key, row)
-    departures = find_departures(comparison, point, row)
-    refused = [one for one in departures.entries if one.kind not in accept]
+    differences = find_differences(comparison, point, row)
+    refused = [one for one in differences.entries if one.kind not in accept]
     if refused:
         refuse(comparison, refused)
-    point, row = np.r_[point, departures.moved[:, 0]], np.r_[row, departures.moved[:, 1]]
+    point, row = np.r_[point, differences.moved[:, 0]], np.r_[row, differences.moved[:, 1]]
     rank = np.lexsort((point, row))
     _check_places(comparison, point[rank], row[rank])
-    words = (*accepted_words(comparison, departures.entries), *put_back)
-    return Match(comparison.expected, point[rank], row[rank], words)
+    words = (*accepted_words(comparison, differences.entries), *put_back)
+    return Pairing(comparison.expected, point[rank], row[rank], words)
 
 
 def _last_touches(key: Rows, row: Rows) -> Rows:
@@ -112,7 +112,7 @@ def _check_success(log: ProbeLog) -> None:
         )
 
 
-def _compare(log: ProbeLog, expected: Expected, size: int) -> Comparison:
+def _compare(log: ProbeLog, expected: ExpectedPoints, size: int) -> Comparison:
     """``size``: points of a single run."""
     if log.number is not None:
         restart = np.r_[False, (log.number[1:] == 1) & (log.number[:-1] > 1)] & (len(expected) > size)
@@ -125,7 +125,7 @@ def _compare(log: ProbeLog, expected: Expected, size: int) -> Comparison:
     return Comparison(log, expected, *_place_keys(log, expected), "place")
 
 
-def _place_keys(log: ProbeLog, expected: Expected) -> tuple[Rows, Rows]:
+def _place_keys(log: ProbeLog, expected: ExpectedPoints) -> tuple[Rows, Rows]:
     """Number of the distinct target of each point, and of the one that each row is nearest to, if near enough."""
     both = np.c_[expected.target_mm, expected.approach]
     targets, first, key = np.unique(both, axis=0, return_index=True, return_inverse=True)

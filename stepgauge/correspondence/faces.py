@@ -24,7 +24,7 @@ AT_FACE_MM = 25.0
 
 
 @dataclass(frozen=True)
-class Where:
+class FaceWords:
     """What the geometry of points is called in messages: their places in a file, and what they are."""
 
     at: list[str]
@@ -46,7 +46,7 @@ def probed_faces(program: Program, gauge: Gauge, placement: Placement) -> Faces:
         stand unequally far before their faces, as with the placement of another set-up
     """
     measure = program.is_measure
-    where = Where(
+    where = FaceWords(
         [f"{program.name}:{line}" for line in program.line[measure]],
         "the measuring move",
         "target",
@@ -55,7 +55,7 @@ def probed_faces(program: Program, gauge: Gauge, placement: Placement) -> Faces:
     return faces_met(program.position_mm[measure], program.approach[measure], gauge, placement, where)
 
 
-def faces_met(position_mm: Array, approach: Array, gauge: Gauge, placement: Placement, where: Where) -> Faces:
+def faces_met(position_mm: Array, approach: Array, gauge: Gauge, placement: Placement, where: FaceWords) -> Faces:
     """The face that a tip centre near its contact is about to meet, shape ``(n,)``; errors as :func:`probed_faces`."""
     tip = placement.to_gauge(gauge, position_mm)
     along = approach @ placement.axis
@@ -77,7 +77,7 @@ def nearest_faces(position_mm: Array, gauge: Gauge, placement: Placement) -> tup
     return face, (along - gauge.position_mm[face - 1]) * outward
 
 
-def faces_touched(position_mm: Array, gauge: Gauge, placement: Placement, where: Where) -> Faces:
+def faces_touched(position_mm: Array, gauge: Gauge, placement: Placement, where: FaceWords) -> Faces:
     """The face that each point touches, from its position alone, shape ``(n,)``.
 
     :class:`InputError` for points beside the blocks or far from every face, and for points that stand unequally far
@@ -123,19 +123,19 @@ def cycles_of(face: Faces) -> Faces:
     return cycle
 
 
-def _next_front(tip_a: Array, gauge: Gauge, where: Where, along: Array) -> Faces:
+def _next_front(tip_a: Array, gauge: Gauge, where: FaceWords, along: Array) -> Faces:
     block = np.searchsorted(gauge.position_mm[0::2], tip_a)
     _check_exists((block >= gauge.n_blocks) & (along > 0), "front", "beyond the last front", tip_a, where)
     return 2 * np.minimum(block, gauge.n_blocks - 1) + 1
 
 
-def _next_back(tip_a: Array, gauge: Gauge, where: Where, along: Array) -> Faces:
+def _next_back(tip_a: Array, gauge: Gauge, where: FaceWords, along: Array) -> Faces:
     block = np.searchsorted(gauge.position_mm[1::2], tip_a) - 1
     _check_exists((block < 0) & (along < 0), "back", "before the first back", tip_a, where)
     return 2 * np.maximum(block, 0) + 2
 
 
-def _check_exists(missing: NDArray[np.bool_], side: str, place: str, tip_a: Array, where: Where) -> None:
+def _check_exists(missing: NDArray[np.bool_], side: str, place: str, tip_a: Array, where: FaceWords) -> None:
     if missing.any():
         row = int(missing.argmax())
         raise InputError(
@@ -146,7 +146,7 @@ def _check_exists(missing: NDArray[np.bool_], side: str, place: str, tip_a: Arra
         )
 
 
-def _check_approach(along: Array, where: Where) -> None:
+def _check_approach(along: Array, where: FaceWords) -> None:
     across = np.abs(along) < MIN_COSINE
     if across.any():
         row = int(across.argmax())
@@ -158,7 +158,7 @@ def _check_approach(along: Array, where: Where) -> None:
         )
 
 
-def check_mostly_on_blocks(position_mm: Array, gauge: Gauge, placement: Placement, where: Where) -> None:
+def check_mostly_on_blocks(position_mm: Array, gauge: Gauge, placement: Placement, where: FaceWords) -> None:
     """:class:`InputError` where most points lie beside the blocks; a few may be points of something else."""
     tip = placement.to_gauge(gauge, position_mm)
     if beside_blocks(tip, gauge).mean() > 0.5:
@@ -181,7 +181,7 @@ def _exchanged(position_mm: Array, gauge: Gauge, placement: Placement) -> str:
     return ""
 
 
-def _check_on_face(tip: Array, gauge: Gauge, where: Where, hint: str = "") -> None:
+def _check_on_face(tip: Array, gauge: Gauge, where: FaceWords, hint: str = "") -> None:
     half = np.array([gauge.table.block_width_mm, gauge.table.block_height_mm]) / 2.0
     beside = beside_blocks(tip, gauge)
     if beside.any():
@@ -195,7 +195,7 @@ def _check_on_face(tip: Array, gauge: Gauge, where: Where, hint: str = "") -> No
         )
 
 
-def _check_distance(distance_mm: Array, face: Faces, where: Where) -> None:
+def _check_distance(distance_mm: Array, face: Faces, where: FaceWords) -> None:
     typical = float(np.median(distance_mm))
     odd = np.abs(distance_mm - typical) > MAX_SPREAD_MM
     if odd.any():

@@ -1,6 +1,6 @@
 """Where a reading lies on the line of its search: a machine that searches along a straight line triggers on it.
 
-One rule for the rows of a finished log (:mod:`stepgauge.importing.matching`) and for the answers of a machine as they
+One rule for the rows of a finished log (:mod:`.pairing`) and for the answers of a machine as they
 come (:mod:`stepgauge.live.judging`).
 """
 
@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.correspondence.expected_points import ExpectedPoints, coordinates
 from stepgauge.files.arrays import Array
-from stepgauge.importing.expected import Expected, coordinates
 
 Rows = NDArray[np.int64]
 SEARCH_END_MM = 1e-5
@@ -35,7 +35,7 @@ def from_line(position_mm: Array, target_mm: Array, approach: Array) -> tuple[Ar
     return along, np.linalg.norm(off - along[:, None] * approach, axis=1)
 
 
-def from_target(position_mm: Array, expected: Expected, point: Rows) -> tuple[Array, Array]:
+def from_target(position_mm: Array, expected: ExpectedPoints, point: Rows) -> tuple[Array, Array]:
     """The same of readings whose points are known."""
     return from_line(position_mm, expected.target_mm[point], expected.approach[point])
 
