@@ -5,13 +5,16 @@ from __future__ import annotations
 import datetime
 import json
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stepgauge.errors import InputError
 from stepgauge.importing.tables.cells import LONG, Bulk, Cell, Cells
 from stepgauge.importing.tables.source import Source
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 MOST_DEEP = 3
 """Objects inside one another within which the records are looked for."""
@@ -78,6 +81,8 @@ def _records(value: Any, comments: list[str], deep: int = 0) -> pd.DataFrame | N
 
     Values of objects inside a record are columns by their names one after the other; lists inside it are none.
     """
+    import pandas as pd
+
     if isinstance(value, list):
         return _of_list(value)
     if not isinstance(value, dict) or deep > MOST_DEEP:
@@ -99,6 +104,8 @@ def _records(value: Any, comments: list[str], deep: int = 0) -> pd.DataFrame | N
 
 
 def _of_list(value: list[Any]) -> pd.DataFrame | None:
+    import pandas as pd
+
     if value and all(isinstance(one, dict) for one in value):
         frame = pd.json_normalize(value, sep=" ")
         return frame.loc[:, [not frame[name].map(lambda one: isinstance(one, list)).any() for name in frame]]
