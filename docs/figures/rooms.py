@@ -21,7 +21,10 @@ GROUPS = {
         *("fleet", "history", "investigation", "diagnosis", "standards"),
         *("montecarlo", "compensation", "evaluation"),
     ),
-    "readings": ("live", "importing", "correspondence", "programs", "planning", "alignment", "conditions", "recording", "axis", "gauge"),
+    "readings": (
+        *("live", "importing", "correspondence", "programs", "planning"),
+        *("alignment", "conditions", "recording", "axis", "gauge"),
+    ),
     "physics": ("machine", "probes", "effects", "motion", "physics"),
     "tools": ("inference", "executors", "ippdme", "files"),
 }
