@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stepgauge.correspondence.sequence_alignment import align
@@ -22,6 +22,7 @@ def longest_common(one: list[int], other: list[int]) -> int:
     return int(table[-1, -1])
 
 
+@settings(max_examples=30)
 @given(words, words)
 def test_as_many_pairs_as_there_can_be_all_equal_and_in_order(one: list[int], other: list[int]) -> None:
     pairs = align(one, other)
@@ -31,6 +32,7 @@ def test_as_many_pairs_as_there_can_be_all_equal_and_in_order(one: list[int], ot
     assert (np.diff(pairs, axis=0) > 0).all()
 
 
+@settings(max_examples=30)
 @given(st.integers(2, 30), st.data())
 def test_a_row_that_is_taken_out_is_the_one_left_over(n: int, data: st.DataObject) -> None:
     gone = data.draw(st.integers(0, n - 1))

@@ -52,7 +52,7 @@ def damaged(raw: bytes, kind: str, place: float, what: bytes) -> bytes:
 
 
 @pytest.mark.parametrize("name", FILES)
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(damage=st.lists(damages, min_size=1, max_size=3), mode=st.integers(0, 3), accept=st.sets(st.sampled_from(KINDS)))
 def test_a_damaged_file_is_read_or_refused(tmp_path_factory, name, damage, mode, accept) -> None:
     raw = (EXAMPLE / name).read_bytes()

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from stepgauge.correspondence.faces import cycles_of, probed_faces
@@ -80,6 +80,7 @@ def digits(form: str) -> float:
 
 
 @forms
+@settings(max_examples=25)
 @given(
     gauge=gauges(),
     yaw=angles,
@@ -104,6 +105,7 @@ def test_every_reading_gets_its_face_cycle_and_approach(form, gauge, yaw, pitch,
     np.testing.assert_allclose(along, np.where(frame["face"] % 2 == 1, 1.0, -1.0), atol=1e-9)
 
 
+@settings(max_examples=30)
 @given(gauge=gauges(), radius=st.floats(0.3, 3.5), yaw=angles, pitch=inclinations, origin=positions)
 def test_faces_do_not_depend_on_the_tip_radius_nor_on_where_the_gauge_lies(gauge, radius, yaw, pitch, origin):
     placement = make_pose(yaw, pitch, 0.1, origin).placement(gauge)
@@ -113,6 +115,7 @@ def test_faces_do_not_depend_on_the_tip_radius_nor_on_where_the_gauge_lies(gauge
     assert list(zip(cycles_of(face), face, strict=True)) == list(faces_in_order(options))
 
 
+@settings(max_examples=30)
 @given(step_s=st.lists(st.floats(0.01, 100.0), min_size=16, max_size=16))
 def test_the_seconds_of_a_clock_become_the_time_of_the_points(step_s: list[float]):
     setup = make_setup()
@@ -133,6 +136,7 @@ def test_a_clock_that_does_not_go_on_is_refused_with_its_line(at: float, line: i
 
 
 @forms
+@settings(max_examples=30)
 @given(keep=st.integers(1, 15))
 def test_a_truncated_log_names_the_first_point_that_is_not_there(form, keep):
     setup = make_setup()
@@ -142,6 +146,7 @@ def test_a_truncated_log_names_the_first_point_that_is_not_there(form, keep):
 
 
 @forms
+@settings(max_examples=30)
 @given(row=st.integers(0, 15), data=st.data())
 def test_a_row_that_is_cut_is_named(form, row, data):
     setup = make_setup()
@@ -155,6 +160,7 @@ def test_a_row_that_is_cut_is_named(form, row, data):
         setup.read(text)
 
 
+@settings(max_examples=30)
 @given(order=st.permutations(range(16)))
 def test_shuffled_numbered_rows_are_refused(order):
     assume(list(order) != sorted(order))
@@ -165,6 +171,7 @@ def test_shuffled_numbered_rows_are_refused(order):
         setup.read("\n".join(rows[i] for i in order))
 
 
+@settings(max_examples=30)
 @given(order=st.permutations(range(8)))
 def test_shuffled_rows_without_numbers_are_refused(order):
     assume(list(order) != sorted(order))
@@ -176,6 +183,7 @@ def test_shuffled_rows_without_numbers_are_refused(order):
 
 
 @forms
+@settings(max_examples=30)
 @given(row=st.integers(0, 15))
 def test_a_repeated_or_a_missing_row_is_named(form, row):
     setup = make_setup()
@@ -201,6 +209,7 @@ def test_what_is_off_with_the_numbers_is_said_in_words():
 
 
 @forms
+@settings(max_examples=30)
 @given(point=st.integers(0, 15))
 def test_a_search_that_went_to_its_end_is_a_missed_point(form, point):
     setup = make_setup()
@@ -220,6 +229,7 @@ def test_a_point_without_contact_is_refused():
 
 
 @forms
+@settings(max_examples=30)
 @given(
     point=st.integers(0, 15),
     beyond=st.one_of(st.floats(2.2, 50.0), st.floats(-50.0, -2.2)),

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stepgauge.correspondence.probe_log import ProbeLog
@@ -51,6 +51,7 @@ def test_all_modes_give_the_recording() -> None:
         np.testing.assert_allclose(frame[["x_mm", "y_mm", "z_mm"]], CASE.recording.position_mm, atol=1e-12)
 
 
+@settings(max_examples=30)
 @given(order=st.sampled_from(ORDERS), gone=st.integers(0, N - 1))
 def test_without_a_program_the_usual_orders_are_known(order: str, gone: int) -> None:
     planned = list(faces_in_order(PlanOptions(1, CASE.gauge.n_blocks, order=order, cycles=3)))
@@ -72,6 +73,7 @@ def test_a_log_in_no_known_order_is_taken_as_it_is() -> None:
     assert imported.recording.frame.groupby("face")["cycle"].apply(list).tolist() == [[1, 2, 3]] * 8
 
 
+@settings(max_examples=30)
 @given(gone=st.integers(0, N - 1), mode=modes)
 def test_a_missing_point_is_named_and_may_be_accepted(gone: int, mode: str) -> None:
     log = log_of(CASE, [row for row in range(N) if row != gone], mode)
@@ -89,6 +91,7 @@ def test_a_missing_point_is_named_and_may_be_accepted(gone: int, mode: str) -> N
     assert f"missing: 1 points: C{cycle}F{face}" in imported.report
 
 
+@settings(max_examples=30)
 @given(twice=st.integers(0, N - 1), mode=modes)
 def test_a_doubled_point_is_named_and_its_last_reading_kept(twice: int, mode: str) -> None:
     rows = [*range(twice + 1), *range(twice, N)]
@@ -101,6 +104,7 @@ def test_a_doubled_point_is_named_and_its_last_reading_kept(twice: int, mode: st
     assert f"dropped as doubled, the last of a row is kept: 1 rows: lines {twice + 1}" in imported.report
 
 
+@settings(max_examples=30)
 @given(start=st.integers(0, N - 2), step=st.integers(1, 5), mode=st.sampled_from(["program", "names"]))
 def test_rows_out_of_order_are_found_and_sorted_in_on_request(start: int, step: int, mode: str) -> None:
     other = min(start + step, N - 1)
@@ -115,6 +119,7 @@ def test_rows_out_of_order_are_found_and_sorted_in_on_request(start: int, step: 
     )
 
 
+@settings(max_examples=30)
 @given(at=st.integers(0, N), mode=st.sampled_from(["program", "names"]))
 def test_foreign_rows_are_left_out_on_request(at: int, mode: str) -> None:
     """A point on the side of a block, as probed for locating, in the middle of the log."""
@@ -133,6 +138,7 @@ def test_foreign_rows_are_left_out_on_request(at: int, mode: str) -> None:
     assert f"dropped as no points of the program: 1 rows: lines {at + 1}" in imported.report
 
 
+@settings(max_examples=30)
 @given(keep=st.integers(9, N - 1), mode=modes)
 def test_a_log_that_ends_early_is_cut(keep: int, mode: str) -> None:
     log = log_of(CASE, list(range(keep)), mode)

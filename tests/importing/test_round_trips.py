@@ -44,6 +44,7 @@ def same(one: Recording, other: Recording, columns: list[str], digit_mm: float =
         np.testing.assert_allclose(one.frame[name], other.frame[name], atol=0.51e-4)
 
 
+@settings(max_examples=25)
 @given(
     case=cases,
     delimiter=st.sampled_from(";\t|,"),
@@ -99,7 +100,7 @@ def test_dmis_output_keeps_names_that_are_not_ascii(tmp_path: Path) -> None:
     assert {name: log.comments[name] for name in NAMES} == NAMES
 
 
-@settings(max_examples=50)
+@settings(max_examples=20)
 @given(case=cases, unit=st.sampled_from(["mm", "m", "inch"]), surface=st.booleans(), number=st.integers(1, 12))
 def test_dmis_output(tmp_path_factory, case, unit, surface, number) -> None:
     case = case.changed(placement=number)
@@ -112,7 +113,7 @@ def test_dmis_output(tmp_path_factory, case, unit, surface, number) -> None:
     same(placed, case.recording, ["gauge_temperature_C"])
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(case=cases, warm=st.booleans())
 def test_an_ippdme_session(tmp_path_factory, case, warm) -> None:
     if warm:  # the temperature changes from point to point
@@ -124,7 +125,7 @@ def test_an_ippdme_session(tmp_path_factory, case, warm) -> None:
         same(back, case.recording, ["time_s", "gauge_temperature_C"])
 
 
-@settings(max_examples=50)
+@settings(max_examples=20)
 @given(case=cases, form=st.sampled_from(["log", "probeopen"]))
 def test_linuxcnc_logs(tmp_path_factory, case, form) -> None:
     path = exported(tmp_path_factory, case, "linuxcnc", log_form=form)
@@ -138,7 +139,7 @@ def test_linuxcnc_logs(tmp_path_factory, case, form) -> None:
     assert ("time_s" in back.frame) == (form == "log")
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(case=cases)
 def test_the_recording_file_keeps_what_was_imported(tmp_path_factory, case) -> None:
     path = exported(tmp_path_factory, case, "csv")

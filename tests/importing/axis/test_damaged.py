@@ -42,7 +42,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("harmed")
 
 
-@settings(max_examples=300)
+@settings(max_examples=80)
 @given(which=st.integers(0, len(LAYOUTS) - 1), changes=damages)
 def test_a_damaged_table_is_read_or_refused_in_one_line(folder: Path, which: int, changes: list) -> None:
     path = folder / "table"
@@ -51,7 +51,7 @@ def test_a_damaged_table_is_read_or_refused_in_one_line(folder: Path, which: int
     assert found == "read" or "the table is damaged" not in found
 
 
-@settings(max_examples=100)
+@settings(max_examples=30)
 @given(changes=damages)
 def test_a_damaged_recording_is_read_or_refused_in_one_line(folder: Path, changes: list) -> None:
     path = folder / "axis.csv"
