@@ -17,8 +17,7 @@ from stepgauge.axis.recording import STATIONS, AxisRecording
 from stepgauge.axis.units import base_of, plain_name
 from stepgauge.errors import InputError, naming, reader
 from stepgauge.files.arrays import Array
-from stepgauge.files.numerals import Numerals
-from stepgauge.importing.tables.cells import read_text_cells
+from stepgauge.importing.tables.cells import any_number, read_text_cells
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.source import read_source
 from stepgauge.importing.tables.vocabulary import split_name
@@ -38,8 +37,7 @@ def read_heights(path: str | Path) -> dict[str, float]:
     """
     found: dict[str, float] = {}
     for row in read_text_cells(read_source(path), None, Decisions()).rows:
-        name, *cells = [str(cell).strip() for cell in row]
-        height = next((value for cell in cells if np.isfinite(value := _number(cell))), None)
+        name, height = str(row[0]).strip(), next(filter(np.isfinite, map(any_number, row[1:])), None)
         if height is None:
             continue
         if found.setdefault(name, height) != height:
@@ -47,10 +45,6 @@ def read_heights(path: str | Path) -> dict[str, float]:
     if not found:
         raise InputError(path, "no heights", expected="rows of a station and its height")
     return found
-
-
-def _number(cell: str) -> float:
-    return next((v for mark in ".," if np.isfinite(v := Numerals(mark).number(cell))), float("nan"))
 
 
 def reduced(recording: AxisRecording, height: Mapping[str, float], source: str | Path) -> AxisRecording:

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
-from stepgauge.files.numerals import Numerals, number, tidy
+from stepgauge.files.numerals import number, tidy
 from stepgauge.gauge.certified import Gauge
-from stepgauge.importing.tables.cells import read_text_cells
+from stepgauge.importing.tables.cells import any_number, read_text_cells
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.source import read_source
 
@@ -93,13 +93,8 @@ def _plain(values: Array, name: str) -> Targets:
 
 def _from_file(path: str) -> Targets:
     """Columns of numbers in a file, rows of text left out."""
-    numerals = [Numerals(mark) for mark in ".,"]
-    rows = [
-        [next((v for v in (one.number(str(cell)) for one in numerals) if np.isfinite(v)), np.nan) for cell in row]
-        for row in read_text_cells(read_source(path), None, Decisions()).rows
-    ]
-    rows = [[value for value in row if np.isfinite(value)] for row in rows]
-    rows = [row for row in rows if row]
+    cells = read_text_cells(read_source(path), None, Decisions()).rows
+    rows = [row for one in cells if (row := list(filter(np.isfinite, map(any_number, one))))]
     width = max((len(row) for row in rows), default=0)
     if not 1 <= width <= 3 or any(len(row) != width for row in rows):
         expected = "one to three numbers in every row: target, certified position, standard uncertainty in um"

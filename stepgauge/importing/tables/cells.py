@@ -99,6 +99,11 @@ def value_of(cell: Cell, numerals: Numerals) -> float:
     return numerals.number(cell) if isinstance(cell, str) else math.nan
 
 
+def any_number(cell: Cell) -> float:
+    """The number of a cell in either way of writing; NaN where it is none."""
+    return next((v for mark in ".," if math.isfinite(v := value_of(cell, Numerals(mark)))), math.nan)
+
+
 def is_remark(line: str) -> bool:
     """Whether a line is a comment."""
     return line.lstrip().startswith(COMMENT_MARKS)

@@ -11,6 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -352,26 +353,19 @@ def _facts(rows: Sequence[Sequence[Cell]], comments: Sequence[str], titles: Sequ
 
 def _check_left_out(cells: Cells, first: int, last: int, width: int) -> None:
     """No row of numbers alone stands before, in, or directly behind a table and is none of it: nothing is lost."""
-    inside = range(max(first - 1, 0), min(last + 2, len(cells.rows)))
-    for n in inside:
+    for n in range(max(first - 1, 0), min(last + 2, len(cells.rows))):
         kind = _kind(cells.rows[n])
         if "t" not in kind and len(kind) > width and kind.count("n") > 1:
-            raise InputError(
-                f"{cells.path}:{cells.lines[n]}",
-                "the row has more cells than the header (a decimal comma in a comma-separated table?)",
-                found=len(kind),
-                expected=width,
-            )
+            _refuse_width(f"{cells.path}:{cells.lines[n]}", len(kind), width)
 
 
 def _check_widths(cells: Cells, headers: Sequence[str], rows: Sequence[Sequence[Cell]], lines: Sequence[int]) -> None:
-    wide = (n for n, row in enumerate(rows) if any(cell != "" for cell in row[len(headers) :])) if headers else iter(())
-    row = next(wide, None)
-    if row is not None:
-        words = f"{{}} or {{}} that fit, or {len(headers)}: {', '.join(headers)}"
-        raise InputError(
-            f"{cells.path}:{lines[row]}",
-            "the row has more cells than the header (a decimal comma in a comma-separated table?)",
-            found=len(rows[row]),
-            expected=naming("delimiter", "header", words=words),
-        )
+    for line, row in zip(lines, rows, strict=True) if headers else ():
+        if any(cell != "" for cell in row[len(headers) :]):
+            words = f"{{}} or {{}} that fit, or {len(headers)}: {', '.join(headers)}"
+            _refuse_width(f"{cells.path}:{line}", len(row), naming("delimiter", "header", words=words))
+
+
+def _refuse_width(where: str, found: int, expected: object) -> NoReturn:
+    what = "the row has more cells than the header (a decimal comma in a comma-separated table?)"
+    raise InputError(where, what, found=found, expected=expected)

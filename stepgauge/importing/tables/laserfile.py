@@ -8,11 +8,13 @@ of itself, targets, runs and the flag, is compared with the readings.
 from __future__ import annotations
 
 import re
+from itertools import takewhile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import Numerals
 from stepgauge.files.units import find_unit
 from stepgauge.importing.tables.cells import Cell
@@ -28,6 +30,7 @@ _UNITS = {"linear": ("mm", "um"), "rotary": ("deg", "arcsec")}
 """Of targets and deviations, by the type of the file; that of another one is asked for."""
 LONGEST_HEAD = 200_000
 """Characters within which both sections begin."""
+Whole = NDArray[np.int64]
 HEADERS = ["target", "deviation", "cycle", "direction"]
 
 
@@ -48,31 +51,29 @@ def read_laser_file(source: Source, decisions: Decisions) -> Table:
     assert targets_at is not None
     assert data_at is not None
     mark = Numerals("," if re.search(r"\d,\d", text[data_at.end() :]) else ".")
-    targets = _leading_numbers(text[targets_at.end() :], mark)
-    run, target, value, line = _readings(text, data_at.end(), mark, len(targets), path)
+    words = (mark.number(word) for word in text[targets_at.end() :].split())
+    targets = np.array(list(takewhile(np.isfinite, words)))
+    rows = _readings(text, data_at.end(), mark, len(targets), path)
+    run, target, line = (rows[:, place].astype(np.int64) for place in (0, 1, 3))
     _check_stated(text, path, len(targets), run, target)
     one_way = (match := _FLAGS.search(text)) is not None and match[1] == "1"
-    keep, words = _without_filling(path, run, value, one_way, decisions)
-    run, target, value, line = run[keep], target[keep], value[keep], line[keep]
-    way = _ways(run, target, one_way)
-    order = np.lexsort((np.where(way > 0, target, -target), run)) if not _by_run(run) else np.arange(len(run))
-    cycle = run if one_way else (run + 1) // 2
-    cycle = np.unique(cycle, return_inverse=True)[1] + 1
+    keep, left_out = _without_filling(path, run, rows[:, 2], one_way, decisions)
+    run, target, value, line = run[keep], target[keep], rows[keep, 2], line[keep]
+    in_order = bool((np.diff(run) >= 0).all())
+    way = _ways(run, target, one_way, in_order)
+    order = np.arange(len(run)) if in_order else np.lexsort((np.where(way > 0, target, -target), run))
+    cycle = np.unique(run if one_way else (run + 1) // 2, return_inverse=True)[1] + 1
     kind = (match := _TYPE.search(text)) and match[1].casefold()
-    rows: list[list[Cell]] = [
-        [targets[target[n] - 1], float(value[n]), float(cycle[n]), float(way[n])] for n in order.tolist()
-    ]
     units = [find_unit(name) for name in _UNITS[kind]] if kind in _UNITS else [None, None]
-    zero = np.zeros(len(rows), np.int64)
-    return Table(path, list(HEADERS), [*units, None, None], rows, line[order], [""], zero, ".", left_out=words)
+    cells: list[list[Cell]] = np.column_stack([targets[target - 1], value, cycle, way])[order].tolist()
+    zero = np.zeros(len(cells), np.int64)
+    return Table(path, list(HEADERS), [*units, None, None], cells, line[order], [""], zero, ".", left_out=left_out)
 
 
-def _readings(
-    text: str, at: int, mark: Numerals, count: int, path: str
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
-    """Run, target, deviation and line of every reading; a row that is cut, or of something else, is refused."""
+def _readings(text: str, at: int, mark: Numerals, count: int, path: str) -> Array:
+    """Run, target, deviation and line of every reading, ``(n, 4)``; what is cut, or of something else, is refused."""
     first = text.count("\n", 0, at)
-    rows: list[tuple[int, int, float, int]] = []
+    rows: list[list[float]] = []
     for line, row in enumerate(text.splitlines()[first + 1 :], first + 2):
         if not row.strip():
             continue
@@ -85,39 +86,36 @@ def _readings(
         if not 1 <= values[1] <= count:
             expected = f"1 to {count}"
             raise InputError(f"{path}:{line}", "no such target in the list", found=f"{values[1]:g}", expected=expected)
-        rows.append((int(values[0]), int(values[1]), values[2], line))
+        rows.append([*values, line])
     if not rows:
         raise InputError(f"{path}:{first + 1}", "no readings follow", expected="rows of run, target and deviation")
-    run, target, value, lines = map(np.array, zip(*rows, strict=True))
-    return run, target, value, lines
+    return np.array(rows)
 
 
-def _check_stated(text: str, path: str, targets: int, run: NDArray[np.int64], target: NDArray[np.int64]) -> None:
+def _check_stated(text: str, path: str, targets: int, run: Whole, target: Whole) -> None:
     """Targets, runs, and every target in every run, as the file says."""
-    found = {"Target-count": targets, "Run-count": len(np.unique(run))}
-    for name, count in found.items():
+    for name, count in {"Target-count": targets, "Run-count": len(np.unique(run))}.items():
         match = re.search(rf"^\s*{name}\s*:\s*(\d+)", text, re.MULTILINE | re.IGNORECASE)
         if match and int(match[1]) != count:
             what = f"the file says {name} {match[1]}, and has another number: is it cut?"
             raise InputError(path, what, found=count, expected=match[1])
     for one in np.unique(run):
         there = target[run == one]
-        if len(np.unique(there)) != targets or len(there) != targets:
-            found_words, expected = (
-                f"{len(there)} readings of {len(np.unique(there))} targets",
-                f"{targets} of {targets}",
-            )
-            raise InputError(path, f"run {one} is not whole: is the file cut?", found=found_words, expected=expected)
+        if not len(np.unique(there)) == len(there) == targets:
+            found = f"{len(there)} readings of {len(np.unique(there))} targets"
+            what = f"run {one} is not whole: is the file cut?"
+            raise InputError(path, what, found=found, expected=f"{targets} of {targets}")
 
 
 def _without_filling(
-    path: str, run: NDArray[np.int64], value: NDArray[np.float64], one_way: bool, decisions: Decisions
+    path: str, run: Whole, value: Array, one_way: bool, decisions: Decisions
 ) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
     """Which readings are some: runs of zeros alone fill the way back of a test of one way."""
-    empty = [one for one in np.unique(run).tolist() if not value[run == one].any()]
-    back = [one for one in np.unique(run).tolist() if one % 2 == 0]
-    if not empty or len(empty) == len(np.unique(run)):
-        if one_way and back and len(np.unique(run)) > 1 and not empty:
+    runs = np.unique(run).tolist()
+    empty = [one for one in runs if not value[run == one].any()]
+    back = [one for one in runs if one % 2 == 0]
+    if not empty or len(empty) == len(runs):
+        if one_way and back and len(runs) > 1 and not empty:
             decisions.reject("runs there and back", "the flags say that the test went one way")
         return np.ones(len(run), bool), ()
     if one_way and empty == back:
@@ -128,24 +126,9 @@ def _without_filling(
     raise InputError(path, "runs have nothing but zeros", found=found, expected=expected)
 
 
-def _by_run(run: NDArray[np.int64]) -> bool:
-    return bool((np.diff(run) >= 0).all())
-
-
-def _ways(run: NDArray[np.int64], target: NDArray[np.int64], one_way: bool) -> NDArray[np.int64]:
+def _ways(run: Whole, target: Whole, one_way: bool, in_order: bool) -> Whole:
     """The sense of travel: by the order of the targets in a run, else there and back in turn."""
-    if _by_run(run) and len(np.unique(target)) > 1:
+    if in_order and len(np.unique(target)) > 1:
         signs = {one: int(np.sign(np.diff(target[run == one])).sum() >= 0) * 2 - 1 for one in np.unique(run).tolist()}
         return np.array([signs[one] for one in run.tolist()])
     return np.ones(len(run), np.int64) if one_way else np.where(run % 2 == 1, 1, -1)
-
-
-def _leading_numbers(text: str, mark: Numerals) -> list[float]:
-    """Numbers at the beginning of a text, over as many lines as they take."""
-    found: list[float] = []
-    for word in text.split():
-        value = mark.number(word)
-        if value != value:
-            break
-        found.append(value)
-    return found
