@@ -233,3 +233,12 @@ def read_result(path: str | Path, kind: str, with_inputs: bool = True) -> dict[s
 def in_folder(path: str | Path, name: str) -> Path:
     """The file ``name`` of a folder, or the file itself: results are given by either."""
     return Path(path) / name if Path(path).is_dir() else Path(path)
+
+
+def margins(text: str, lines: int) -> tuple[int, int]:
+    """Where the first lines of a longer text end, and where its last lines begin."""
+    start, end = 0, len(text)
+    for _ in range(lines):
+        start = text.index("\n", start) + 1
+        end = text.rindex("\n", 0, end)
+    return start, end + 1

@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from stepgauge.files.text import margins
 from stepgauge.recording.conventions import CONVENTIONS, KEY, Convention
 
 SOME_LINES = 400
@@ -74,10 +75,10 @@ def said_lines(text: str) -> list[str]:
     """The lines of a text that may speak of the whole file."""
     if text.count("\n") <= 2 * SOME_LINES:
         return text.splitlines()
-    *head, rest = text.split("\n", SOME_LINES)
-    middle, *tail = rest.rsplit("\n", SOME_LINES)
-    dmis = middle.splitlines() if "TECOMP" in middle.upper() else ()
-    return [*head, *(one for one in dmis if _DMIS.match(one)), *tail]
+    start, end = margins(text, SOME_LINES)
+    dmis = max(text.find(name, start, end) for name in ("TECOMP", "tecomp")) >= 0
+    middle = text[start:end].splitlines() if dmis else ()
+    return [*text[:start].splitlines(), *filter(_DMIS.match, middle), *text[end:].splitlines()]
 
 
 def _statements(lines: list[str]) -> Iterator[ThermalStatement]:

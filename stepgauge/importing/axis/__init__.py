@@ -132,7 +132,7 @@ def _words(roles: list[Column], found: Long, recording: AxisRecording, count: in
         mapped.append(f"{found.column.header} -> reading")
     words = [f"mapped: {', '.join(mapped)}"] if mapped else []
     if recording.form == "axis":
-        ways = "stated" if found.frame["way"].all() else "from the order of the targets"
+        ways = "stated" if found.columns["way"].all() else "from the order of the targets"
         words.append(f"{len(frame)} readings of {count} targets, cycles: {frame['cycle'].max()}, direction {ways}")
         doubt = ways_doubt(frame)
         words += [f"doubtful: {doubt}"] if doubt else []

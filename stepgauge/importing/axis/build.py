@@ -65,7 +65,7 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
     :class:`InputError` asks for all that the table leaves open, with the options that settle it.
     """
     form = "distances" if found.has_stations else "axis" if found.target is not None or options.targets else "spot"
-    if form == "spot" and {1, -1} <= set(found.frame["way"]):
+    if form == "spot" and np.isin([1, -1], found.columns["way"]).all():
         listed = Answer("targets", words=": the list of them", suggestions=("0:500:25",))
         decisions.ask(table.path, "readings of two directions have no targets", listed)
         decisions.settle()
@@ -239,23 +239,17 @@ def _frame(found: Long, target: Array | None, reading: Array) -> tuple[pd.DataFr
 
     Direction and cycle are from the order where nothing states them.
     """
-    frame, stations = found.frame.drop(columns=["value", "target", "u_target"], errors="ignore"), found.has_stations
-    way, cycle = frame["way"].to_numpy(), frame["cycle"].to_numpy()
+    columns, stations = dict(found.columns), found.has_stations
     key = np.zeros(len(reading)) if target is None else target
     if stations:
-        ends = pd.factorize(np.concatenate([frame[name] for name in STATIONS]))[0].reshape(2, -1)
+        ends = pd.factorize(np.concatenate([columns[name] for name in STATIONS]))[0].reshape(2, -1)
         key = np.unique(np.sort(ends, axis=0), axis=1, return_inverse=True)[1].ravel().astype(float)
     travels = target is not None and not stations
-    place = places_of(key)
+    place, way = places_of(key), columns["way"]
     way = way if way.all() else ways_of_order(place) if travels else np.ones(len(reading), int)
-    if not cycle.all():
+    if not columns["cycle"].all():
         counts = travels or stations
-        cycle = cycles_of_repeats(place, way, frame["placement"].to_numpy()) if counts else np.ones(len(way), int)
-    frame = frame.assign(cycle=cycle, way=way, reading=reading, **({"target": target} if travels else {}))
-    names = [
-        "placement",
-        "cycle",
-        "way",
-        *(name for name in (*STATIONS, "target", "reading", "time_s") if name in frame),
-    ]
-    return frame[names], int(place.max(initial=-1)) + 1
+        columns["cycle"] = cycles_of_repeats(place, way, columns["placement"]) if counts else np.ones(len(way), int)
+    columns |= {"way": way, "reading": reading} | ({"target": key} if travels else {})
+    names = ("placement", "cycle", "way", *STATIONS, *(["target"] if travels else []), "reading", "time_s")
+    return pd.DataFrame({name: columns[name] for name in names if name in columns}), int(place.max(initial=-1)) + 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -49,13 +50,13 @@ Whole = NDArray[np.int64]
 class Long:
     """Readings in the order in which they were taken.
 
-    ``frame``: a reading per row, with placement, cycle and way (nought where nothing states them), value, and where
+    ``columns``: a reading per row, with placement, cycle and way (nought where nothing states them), value, and where
     they are known target, u_target, time_s and both stations, in the units of their columns; ``column``: of the
     values, ``target``: of the targets; ``others``: numbers recorded besides; ``clock``: of the rows of the table;
     ``dropped``: columns that were not recorded.
     """
 
-    frame: pd.DataFrame
+    columns: dict[str, NDArray[Any]]
     column: Column
     target: Column | None
     others: dict[str, Array]
@@ -68,15 +69,15 @@ class Long:
 
     def numbers(self, name: str) -> Array | None:
         """A column of the frame; None where it is not there."""
-        return self.frame[name].to_numpy(float) if name in self.frame else None
+        return self.columns.get(name)
 
     @property
     def value(self) -> Array:
-        return self.frame["value"].to_numpy(float)
+        return self.columns["value"]
 
     @property
     def has_stations(self) -> bool:
-        return STATIONS[0] in self.frame
+        return STATIONS[0] in self.columns
 
 
 def to_long(table: Table, roles: Sequence[Column], missing: bool, time_unit: str | None, decisions: Decisions) -> Long:
@@ -104,9 +105,8 @@ def to_long(table: Table, roles: Sequence[Column], missing: bool, time_unit: str
         for name, one in zip(STATIONS, (near, far), strict=True):
             found[name] = np.array([text_of(cell) for cell in table.cells(one.place)], object)[row]
     others = {name: values[row] for name, values in others.items()}
-    return Long(
-        pd.DataFrame(found), replace(columns[0], role=columns[0].role or READING), target, others, clock, dropped
-    )
+    column = replace(columns[0], role=columns[0].role or READING)
+    return Long(found, column, target, others, clock, dropped)
 
 
 def _taken(

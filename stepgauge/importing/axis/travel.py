@@ -29,6 +29,8 @@ def ways_of_order(place: NDArray[np.intp]) -> Whole:
 
 def _filled(way: NDArray[Any]) -> Whole:
     """Standstill counts as what follows, at the end as what went before."""
+    if way.all():
+        return way.astype(np.int64)
     found = pd.Series(np.where(way == 0, np.nan, way)).bfill().ffill()
     return found.fillna(1).to_numpy().astype(np.int64)
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.files.numerals import Numerals, decimal_mark, looks_numeric
+from stepgauge.files.text import margins
 from stepgauge.files.units import find_unit
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.questions import Answer, Decisions
@@ -176,13 +177,8 @@ def _parted(text: str) -> tuple[list[str], str, list[str]]:
     """The lines of a text; of a long one those at both ends, and what is between them."""
     if text.count("\n") < LONG:
         return text.splitlines(), "", []
-    start = end = 0
-    for _ in range(MARGIN):
-        start = text.index("\n", start) + 1
-    end = len(text)
-    for _ in range(MARGIN):
-        end = text.rindex("\n", 0, end)
-    return text[:start].splitlines(), text[start : end + 1], text[end + 1 :].splitlines()
+    start, end = margins(text, MARGIN)
+    return text[:start].splitlines(), text[start:end], text[end:].splitlines()
 
 
 def _bulk(middle: str, mark: str, cells: Sequence[Sequence[Cell]], at: int, line: int) -> Bulk | None:
@@ -197,7 +193,12 @@ def _bulk(middle: str, mark: str, cells: Sequence[Sequence[Cell]], at: int, line
         return None
     try:
         frame = pd.read_csv(
-            io.StringIO(middle), sep=mark, header=None, decimal=decimal, skipinitialspace=True, keep_default_na=False
+            io.BytesIO(middle.encode()),
+            sep=mark,
+            header=None,
+            decimal=decimal,
+            skipinitialspace=True,
+            keep_default_na=False,
         )
     except (pd.errors.ParserError, ValueError):
         return None
