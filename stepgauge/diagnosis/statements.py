@@ -61,7 +61,7 @@ def conclude(
     unnamed = _probability(answer, _has_structure)
     if not left and unnamed >= decision.stated:
         left = (_open_structure(answer, unnamed),)
-    nothing = _nothing(answer, negligible)
+    nothing = answer.probability_of_nothing(negligible)
     verdict: Verdict = "insufficient"
     if left or made:
         verdict = "unknown" if left else "effects"
@@ -72,17 +72,6 @@ def conclude(
 
 def _probability(answer: Posterior, holds: Callable[[WeightedHypothesis], bool]) -> float:
     return float(sum(w for w, one in zip(answer.weights, answer.hypotheses, strict=True) if holds(one)))
-
-
-def _nothing(answer: Posterior, negligible: Collection[str]) -> float:
-    """Probability of neither terms nor scatter that is of other sizes in some rows, or correlated.
-
-    Tails that are heavier than normal, and a certificate that is worse than it states, are no causes.
-    """
-    pairs = zip(answer.weights, answer.hypotheses, strict=True)
-    return float(
-        sum(w * one.mixture.share(lambda noise: noise.is_plain) for w, one in pairs if one.labels <= set(negligible))
-    )
 
 
 def _has_structure(one: WeightedHypothesis) -> bool:

@@ -1,4 +1,4 @@
-"""Sizes of terms, and terms that may go, from the posterior of their amplitudes.
+"""Sizes of terms from the posterior of their amplitudes.
 
 Of its amplitudes the likelihood is normal: their posterior without their prior.
 """
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.inference.hypothesis import Hypothesis
-from stepgauge.inference.problem import Term, company_log_prior
+from stepgauge.inference.problem import Term
 
 Array = NDArray[np.float64]
 MOST_TOGETHER, MOST_AMPLITUDES = 64, 16
@@ -114,50 +114,3 @@ def discrepancy_resized(hypothesis: Hypothesis) -> Term | None:
             if near != term.discrepancy_sd:
                 return replace(term, discrepancy_sd=near)
     return None
-
-
-def needed_terms(hypothesis: Hypothesis, most: int) -> tuple[Term, ...]:
-    """Terms that are more probable beside the others than not, at most so many; for the scatter that all leave.
-
-    The least probable one goes first. What is known of the others without it is what is known of them on condition that
-    its amplitudes are zero.
-    """
-    mean, covariance = hypothesis.term_posterior
-    left = list(zip(hypothesis.terms, hypothesis.parts, strict=True))
-    while len(left) > 1:
-        whole = company_log_prior(term for term, _ in left)
-        odds = [
-            _log_odds(term, mean[own], covariance[own, own])
-            + whole
-            - company_log_prior(t for t, _ in left if t is not term)
-            for term, own in left
-        ]
-        least = int(np.argmin(odds))
-        if odds[least] > 0.0 and len(left) <= most:
-            break
-        _, own = left.pop(least)
-        share = covariance[:, own] @ np.linalg.pinv(covariance[own, own])
-        mean, covariance = mean - share @ mean[own], covariance - share @ covariance[own]
-    return tuple(term for term, _ in left)
-
-
-def _log_odds(term: Term, mean: Array, covariance: Array) -> float:
-    """Log posterior odds of a term over nothing in its place, from the posterior of its amplitudes; sizes summed."""
-    sizes, own = term.candidate.sizes, slice(0, term.n_amplitudes)
-    evidence = _evidence(sizes.sd, term.sd, mean[own], covariance[own, own]) + sizes.log_weight
-    return term.log_prior + float(np.logaddexp.reduce(evidence))
-
-
-def sum_of_squares_without(hypothesis: Hypothesis, place: int) -> float:
-    """Least sum of squares over the variance without a term, if all other terms have their largest sizes."""
-    mean, narrow = hypothesis.mean[hypothesis.count :], hypothesis.prior_sd[hypothesis.count :]
-    own = hypothesis.parts[place]
-    narrowest = [0.0 if i == place else float(t.candidate.sizes.sd.max()) for i, t in enumerate(hypothesis.terms)]
-    sd = np.concatenate([np.maximum(t.sds, least) for t, least in zip(hypothesis.terms, narrowest, strict=True)])
-    root = np.tril(hypothesis.factor[hypothesis.count :, hypothesis.count :]) / narrow[:, None]
-    precision = root @ root.T
-    product = precision @ mean
-    wide = np.linalg.inv(precision + np.diag(sd**-2.0 - narrow**-2.0))
-    amplitudes = (wide @ product)[own]
-    square = hypothesis.square + float(product @ (mean - wide @ product))
-    return square + float(amplitudes @ np.linalg.solve(wide[own, own], amplitudes))

@@ -18,7 +18,6 @@ from stepgauge.inference.amplitudes import (
     discrepancy_resized,
     resized,
     size_log_evidence,
-    sum_of_squares_without,
     summed_sizes_gain,
 )
 from stepgauge.inference.bounds import log_inside
@@ -196,29 +195,6 @@ class Evidence:
                 u = np.sqrt(covariance[0, 0])
                 gain += float(log_inside(mean[0], u, term.sd, law.least, law.positive))
         return replace(hypothesis, log_posterior=hypothesis.log_posterior + gain) if gain else hypothesis
-
-    def bound_without(self, hypothesis: Hypothesis, place: int) -> float:
-        """What the log posterior of a hypothesis cannot exceed without one of its terms that it needs.
-
-        The others may have any of their sizes: they explain most with the largest ones, and their Occam factors are at
-        most one. For the same sigma the sum of squares rises as the density of the amplitudes falls to zero (Dickey,
-        Annals of Mathematical Statistics 42, 1971: 204). For a larger sigma the sum of squares falls at most with its
-        square, and the determinant rises at least with as many powers as there are rows beyond columns.
-        """
-        term, dof = hypothesis.terms[place], len(self.problem) - len(hypothesis.mean)
-        if dof <= 0 or any(isinstance(one.candidate, Law) and one.candidate.bounded for one in hypothesis.terms):
-            return np.inf
-        try:
-            more = sum_of_squares_without(hypothesis, place)
-        except np.linalg.LinAlgError:  # amplitudes known beyond all rounding: nothing is shown, and it is computed
-            return np.inf
-        if more <= dof:
-            return np.inf
-        occam = -float(np.log(np.diag(hypothesis.factor)[hypothesis.count :]).sum())
-        best = 0.5 * (hypothesis.square - dof) - 0.5 * dof * float(np.log(more / dof))
-        stated = -float(self.sigma.log_density(np.log(hypothesis.sigma_um)))
-        prior = term.log_prior + summed_sizes_gain(hypothesis)
-        return hypothesis.log_posterior - prior - occam + best + stated
 
     def squares(self, hypothesis: Hypothesis) -> Array:
         """Expected squared residual of each row over its variance, given the other rows, ``(n,)``; computed once."""

@@ -40,12 +40,11 @@ class Patterns:
             for key, rows in shares.items()
         ]
 
-    def dots(self, vectors: Array) -> Array:
-        """Products of all atoms with vectors ``(n, q)`` for every row of the basis, ``(r, atoms, depth, q)``."""
+    def dots(self, vectors: Array) -> NDArray[np.float32]:
+        """Products of all atoms with vectors ``(n, q)`` for every row of the basis, ``(atoms, depth, r, q)``."""
         r, q = len(self.basis), vectors.shape[1]
         weighted = (self.basis.T[:, :, None] * vectors[:, None]).reshape(self.n, r * q).astype(np.float32)
-        products = self.values.reshape(-1, self.n) @ weighted
-        return products.reshape(-1, self.depth, r, q).transpose(2, 0, 1, 3).astype(float)
+        return np.asarray((self.values.reshape(-1, self.n) @ weighted).reshape(-1, self.depth, r, q))
 
     def grams(self, metric: Metric) -> tuple[Array, Array]:
         """Lengths of each atom by rows alone, ``(atoms, r, depth)``, and its products with itself by the metric.
@@ -86,6 +85,22 @@ def mixed(gram: Array, mix: Array) -> Array:
     products = np.einsum("ka,iajbm,lb->ikjlm", mix, gram, mix, optimize=True)
     d = products.shape[1] * products.shape[2]
     return products.reshape(-1, d, d)
+
+
+def with_residual(products: NDArray[np.float32]) -> Array:
+    """Products with the first of some vectors, the residual, ``(r, atoms, depth)``."""
+    return products[..., 0].transpose(2, 0, 1).astype(float)
+
+
+def with_loss(products: NDArray[np.float32]) -> Array:
+    """What the other vectors of ``(atoms, depth, r, 1 + q)``, those of the loss, take of the products of a signature.
+
+    These are ``(atoms, r, depth, r, depth)``, as :meth:`Patterns.grams`.
+    """
+    atoms, depth, r, q = products.shape
+    lost = products[..., 1:].transpose(0, 2, 1, 3).reshape(atoms, r * depth, q - 1)
+    taken = np.einsum("adq,adq->a", lost, lost) if r * depth == 1 else lost @ np.swapaxes(lost, 1, 2)
+    return taken.astype(float).reshape(atoms, r, depth, r, depth)
 
 
 def _basis(shares: Array) -> Array:

@@ -141,11 +141,17 @@ class Posterior:
             found[id(one.mixture)] = one.mixture, before + float(weight)
         return list(found.values())
 
-    @cached_property
-    def adequate(self) -> float:
-        """Probability that there is nothing beyond independent, normal scatter."""
-        nothing = [(one, weight) for one, weight in zip(self.hypotheses, self.weights, strict=True) if not one.labels]
-        return float(sum(weight * one.mixture.share(lambda noise: noise.is_plain) for one, weight in nothing))
+    def probability_of_nothing(self, negligible: Collection[str] = ()) -> float:
+        """Probability of neither terms nor noise that is of other sizes in some rows, or correlated.
+
+        Tails that are heavier than normal, and a certificate that is worse than it states, are no causes.
+        ``negligible``: labels of terms that count as nothing.
+        """
+        found = 0.0
+        for weight, one in zip(self.weights, self.hypotheses, strict=True):
+            if one.labels <= {*negligible}:
+                found += float(weight) * one.mixture.share(lambda noise: noise.is_plain)
+        return found
 
     def alternatives(self, least_odds: float) -> list[AlternativeHypothesis]:
         """Hypotheses with several terms in place of terms of the best, with odds of at least ``least_odds``.

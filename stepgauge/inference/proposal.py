@@ -67,13 +67,6 @@ class Proposal:
         return self.volume + float(weight[atom] - weight[self.atom])
 
 
-def is_plain(candidate: Candidate, signed: bool = False) -> bool:
-    """Whether it is a law of one shape, but not many in one; ``signed``: whose amplitude may have any sign."""
-    if not isinstance(candidate, Law) or not candidate.named or candidate.combined:
-        return False
-    return candidate.atoms == 1 and not (signed and candidate.positive)
-
-
 def limit_per_kind(proposals: Iterable[Proposal], most: int = 2) -> Iterator[Proposal]:
     """The first ones of every kind; one of all axes at once is none of those of an axis."""
     count: dict[tuple[str, float], int] = {}

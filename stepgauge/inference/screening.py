@@ -18,10 +18,10 @@ from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.inference.parallel import each
-from stepgauge.inference.patterns import Patterns, grouped
+from stepgauge.inference.patterns import Patterns, grouped, with_loss, with_residual
 from stepgauge.inference.problem import GaussianProcess, Law, Problem, Term
 from stepgauge.inference.proposal import UNLOST, HypothesisResidual, Proposal, TermSpan
-from stepgauge.inference.tables import SignatureTable, tables
+from stepgauge.inference.tables import Dots, SignatureTable, tables
 
 Array = NDArray[np.float64]
 MOST_TURNED = 10.0
@@ -66,26 +66,26 @@ class MetricScreening:
         found = [proposal.beside(kinds) for proposal in found]
         return found if known else [*found, *self.smooth.proposals(beside)]
 
-    def _dots(self, beside: HypothesisResidual, places: Collection[int]) -> dict[int, Array]:
-        """Products of patterns with residual and loss, ``(r, atoms, depth, 1 + q)``, by their place."""
+    def _dots(self, beside: HypothesisResidual, places: Collection[int]) -> Dots:
+        """Products of patterns with the residual and what the loss takes of their own, by their place."""
         if beside.spans and beside.turn is None:
-            return self._products(np.column_stack([beside.left, beside.lost]), places)
-        self._bare |= self._products(self.white[:, None], [place for place in places if place not in self._bare])
+            products = self._products(np.column_stack([beside.left, beside.lost]), places)
+            return {place: (with_residual(one), with_loss(one)) for place, one in products.items()}
+        new = self._products(self.white[:, None], [place for place in places if place not in self._bare])
+        self._bare |= {place: with_residual(one) for place, one in new.items()}
         if beside.turn is None or beside.taken is None:
-            return {place: self._bare[place] for place in places}
+            return {place: (self._bare[place], None) for place in places}
         for span in beside.spans:
-            more = self._products(span.rows.T, [place for place in places if place not in span.dots])
-            span.dots |= {place: products.astype(np.float32) for place, products in more.items()}
+            span.dots |= self._products(span.rows.T, [place for place in places if place not in span.dots])
         turn = np.column_stack([-beside.taken, beside.turn]).astype(np.float32)
-        dots = {}
+        dots = Dots()
         for place in places:
-            products = np.concatenate([span.dots[place] for span in beside.spans], axis=3)
-            mixed = products.reshape(-1, len(turn)) @ turn
-            dots[place] = mixed.reshape(*products.shape[:3], -1).astype(float)
-            dots[place][..., :1] += self._bare[place]
+            parts = np.concatenate([span.dots[place] for span in beside.spans], axis=3)
+            mixed = (parts.reshape(-1, len(turn)) @ turn).reshape(*parts.shape[:3], -1)
+            dots[place] = with_residual(mixed) + self._bare[place], with_loss(mixed)
         return dots
 
-    def _products(self, mapped: Array, places: Collection[int]) -> dict[int, Array]:
+    def _products(self, mapped: Array, places: Collection[int]) -> dict[int, NDArray[np.float32]]:
         """Products of patterns with mapped columns ``(n, q)``, by their place."""
         vectors = self.metric.adjoint(mapped)
         return dict(zip(places, each(lambda place: self.patterns[place].dots(vectors), places), strict=True))

@@ -61,11 +61,24 @@ class Search(Moves):
             best = self._better(best, found)
 
     def _grown_from_nothing(self) -> Iterator[Hypothesis]:
-        """Correlated noise may stand for a cause, and a cause for noise: one is chosen first once, and once last."""
-        yield self.grow(self.reshaped(self.grow(self.start, with_noise=False)))
+        """Correlated noise may stand for a cause, and a cause for noise: one is chosen first once, and once last.
+
+        So may random functions: from laws alone at first, and from anything where one of these may be there.
+        """
+        laws = self.grow(self.reshaped(self.grow(self.start, self._nameless, with_noise=False)))
+        yield laws
         noisy = self.reshaped(self.start)
         if noisy is not self.start:
-            yield self.grow(noisy)
+            yield (other := self.grow(self.grow(noisy, self._nameless)))
+            laws = max(laws, other, key=log_posterior)
+        alone = [self.added(self.start, one) for one in self.proposed(self.start) if not one.candidate.named]
+        if not laws.named or any(one.log_posterior > laws.log_posterior - RIVALLED for one in alone):
+            yield self.grow(self.reshaped(self.grow(self.start, with_noise=False)))
+
+    @property
+    def _nameless(self) -> frozenset[str]:
+        """Labels of all random functions."""
+        return frozenset(one.label for one in self.problem.candidates if not one.named)
 
     def _further(self, best: Hypothesis) -> Iterator[Hypothesis]:
         for place in sorted(range(len(best.terms)), key=best.significance):

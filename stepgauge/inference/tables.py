@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,9 @@ from stepgauge.inference.problem import Law
 from stepgauge.inference.proposal import UNSEEN, HypothesisResidual, Proposal
 
 Array = NDArray[np.float64]
+Dots = dict[int, tuple[Array, Array | None]]
+"""By the place of a pattern: products with a residual ``(r, atoms, depth)``, and what a hypothesis takes of its own
+``(atoms, r, depth, r, depth)``; None for nothing."""
 Bounds = tuple[NDArray[np.bool_], Array]
 """Of amplitudes, by row: whether they are positive, and their least magnitude."""
 WORTH_A_SIZE = 15.0
@@ -42,13 +45,13 @@ class SignatureTable:
     first: NDArray[np.intp]
     owner: NDArray[np.intp]
 
-    def proposals(self, dots: Mapping[int, Array], beside: HypothesisResidual) -> Iterator[Proposal]:
+    def proposals(self, dots: Dots, beside: HypothesisResidual) -> Iterator[Proposal]:
         """Evidence of every shape and size; a shape rejected with the largest size is not tried with smaller ones."""
         d = self.gram.shape[1]
-        products = [_mixed_dots(dots[place], mix, d) for place, mix in self.sets]
-        product = np.concatenate(products)
-        dot, lost = product[..., 0], product[..., 1:]
-        own = self.gram - np.einsum("rdq,req->rde", lost, lost) if lost.shape[2] else self.gram.copy()
+        dot = np.concatenate([_mixed_dots(dots[place][0], mix, d) for place, mix in self.sets])
+        lost = [None if (loss := dots[place][1]) is None else mixed(loss, mix) for place, mix in self.sets]
+        taken = [one for one in lost if one is not None]
+        own = self.gram - np.concatenate(taken) if taken else self.gram.copy()
         diagonal = np.arange(d)
         own[:, diagonal, diagonal] = np.maximum(own[:, diagonal, diagonal], 0.0) + self.unseen
         found = np.full(self.sizes.shape, -np.inf)
@@ -128,11 +131,10 @@ def _padded(values: Array, most: int, filler: float | None = None) -> Array:
 
 
 def _mixed_dots(dots: Array, mix: Array, d: int) -> Array:
-    """Products ``(rows, d, q)`` of signatures from those of basis rows ``(r, rows, depth, q)``."""
+    """Products ``(rows, d)`` of signatures from those of basis rows ``(r, rows, depth)``."""
     if len(mix) == 1 and mix.shape[1] == 1 and mix[0, 0] == 1.0:
         return dots[0]
-    products = np.tensordot(mix, dots, 1).transpose(1, 0, 2, 3)
-    return np.asarray(products.reshape(products.shape[0], d, -1))
+    return np.asarray(np.tensordot(mix, dots, 1).transpose(1, 0, 2).reshape(dots.shape[1], d))
 
 
 def _sized(

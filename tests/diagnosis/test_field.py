@@ -108,7 +108,7 @@ def test_a_baseline_without_the_heights_of_its_pillars_is_no_scale_and_no_period
     """What is missing differs from pair to pair: half the square of the difference in height over the distance."""
     search = Search(baseline(), shipped_priors().scatter)
     found = answer_of(search, shipped_priors().decision)
-    assert found.adequate < 1e-3
+    assert found.probability_of_nothing() < 1e-3
     assert found.probability(["scale"]) < 0.2
     # a wave that is smaller than a form over the distance may be part of it and is not named (rule 3)
     moved = {

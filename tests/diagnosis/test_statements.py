@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -26,6 +26,7 @@ from stepgauge.diagnosis.wording.structure import described
 from stepgauge.effects import make_effects
 from stepgauge.inference.neighbourhood import Mixture
 from stepgauge.inference.noise_models import OUTLYING, NoiseModel
+from stepgauge.inference.posterior import Posterior
 from tests.diagnosis.made import ALONG_X, ALONG_Y, gauge, machine, made, record
 
 Array = NDArray[np.float64]
@@ -48,7 +49,9 @@ def posterior(*parts: tuple[float, tuple[Any, ...], Any]) -> Any:
         for _, c, noise in parts
     ]
     weights = np.array([weight for weight, _, _ in parts])
-    return SimpleNamespace(hypotheses=every, weights=weights, probability_of_scatter=lambda _name: 0.0)
+    fake = SimpleNamespace(hypotheses=every, weights=weights, probability_of_scatter=lambda _name: 0.0)
+    fake.probability_of_nothing = partial(Posterior.probability_of_nothing, fake)
+    return fake
 
 
 def finding(kind: str, probability: float) -> Finding:

@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from scipy import special, stats
 from scipy.integrate import trapezoid
 
-from stepgauge.diagnosis.priors import shipped_priors
-from stepgauge.inference.amplitudes import needed_terms
 from stepgauge.inference.bounds import log_inside
 from stepgauge.inference.evidence import Evidence
-from stepgauge.inference.hypothesis import Hypothesis, log_posterior
+from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModel
 from stepgauge.inference.priors import NoisePriors
@@ -219,24 +217,6 @@ def test_the_adjoint_is_the_transposed_map(facets: dict[str, object]) -> None:
     np.testing.assert_allclose(metric(x) @ y, x @ metric.adjoint(y), rtol=1e-9)
 
 
-@pytest.mark.parametrize("facets", FACETS.values(), ids=FACETS)
-@pytest.mark.parametrize("um", [0.0, 0.1, 0.4, 3.0])
-def test_what_is_not_computed_without_a_term_could_not_exceed_its_bound(facets: dict[str, object], um: float) -> None:
-    """The bound is above the exact number for every term, and near it for one that is needed much."""
-    values = noise() + um * (coordinate() + np.sin(2.0 * np.pi * 3.5 * turns()))
-    evidence = Evidence(problem(values), NoisePriors())
-    scatter = evidence.noise_models.changed(evidence.noise_models.plain(), **facets)
-    terms = (*TERMS["a slope"], *TERMS["a wave and a function"])
-    state = evidence(terms, scatter)
-    for place in range(len(terms)):
-        exact = evidence(tuple(one for one in terms if one is not terms[place]), scatter).log_posterior
-        bound = evidence.bound_without(state, place)
-        assert bound > exact - 1.0
-        # a function may stand for the slope, and levels of faces for much; nothing else for the wave
-        if um == 3.0 and place == 1 and not scatter.rounded:
-            assert bound < state.log_posterior - 9.0
-
-
 SEVERAL = AmplitudePrior(np.array([0.05, 0.3, 2.0]), np.log([0.5, 0.3, 0.2]))
 
 
@@ -252,35 +232,6 @@ def test_the_sizes_of_a_term_are_summed_whichever_it_was_proposed_with(facets: d
     state = evidence((wide,), scatter)
     assert state.log_posterior == pytest.approx(np.logaddexp.reduce(each + SEVERAL.log_weight) + constant, abs=0.1)
     assert state.terms[0].sd == SEVERAL.sd[int(np.argmax(each + SEVERAL.log_weight))]
-
-
-@pytest.mark.parametrize("um", [0.0, 0.1, 0.4, 3.0])
-@pytest.mark.parametrize("facets", FACETS.values(), ids=FACETS)
-def test_terms_that_are_needed_are_those_that_are_more_probable_there_than_not(
-    facets: dict[str, object], um: float
-) -> None:
-    """From one posterior of amplitudes; the hypothesis without each term is computed to compare. The scatter is known.
-
-    Only a term about which there is doubt may be kept or dropped either way.
-    """
-    values = noise() + um * (coordinate() + np.sin(2.0 * np.pi * 3.5 * turns()))
-    priors = shipped_priors()
-    known = priors.model_copy(update={"scatter": priors.scatter.model_copy(update={"sigma_factor": 1.001})})
-    evidence = Evidence(problem(values), known.scatter)
-    scatter = evidence.noise_models.changed(evidence.noise_models.plain(), **facets)
-    terms = (*TERMS["a slope"], *TERMS["a wave and a function"])
-    kept, state = needed_terms(evidence(terms, scatter), 8), evidence(terms, scatter)
-    while len(state.terms) > len(kept):
-        fewer = [evidence(tuple(o for o in state.terms if o is not one), scatter) for one in state.terms]
-        best = max(fewer, key=log_posterior)
-        assert best.log_posterior > state.log_posterior - 0.2
-        state = best
-    assert set(state.labels) == {one.candidate.label for one in kept}
-    assert len(kept) == 1 or all(
-        evidence(tuple(o for o in kept if o is not one), scatter).log_posterior < state.log_posterior + 0.2
-        for one in kept
-    )
-    assert len(needed_terms(evidence(terms, scatter), 1)) == 1
 
 
 def test_two_laws_alike_are_as_probable_in_whatever_order_they_come() -> None:

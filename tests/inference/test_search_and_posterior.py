@@ -104,7 +104,7 @@ def test_many_at_once_are_found_beside_sums_of_some_of_them(seed: int) -> None:
 def test_what_has_no_law_is_a_function_of_where_it_lives() -> None:
     found = answered(BUMPY)
     assert found.best.labels == {"a random function"}
-    assert found.adequate < 1e-3
+    assert found.probability_of_nothing() < 1e-3
 
 
 def test_correlated_scatter_is_a_scatter_and_no_wave() -> None:
@@ -134,7 +134,7 @@ def test_the_best_is_not_improved_by_what_a_user_would_try_by_hand() -> None:
 def test_probabilities_sum_to_one(um: Array) -> None:
     found = answered(um)
     assert found.weights.sum() == pytest.approx(1.0)
-    assert 0.0 <= found.adequate <= 1.0
+    assert 0.0 <= found.probability_of_nothing() <= 1.0
     for place in found.sets:
         assert place.nothing + place.law_probability + place.form_probability == pytest.approx(1.0)
         assert place.members[0].candidate is found.best.terms[place.term].candidate
@@ -145,7 +145,7 @@ def test_probabilities_sum_to_one(um: Array) -> None:
 
 def test_nothing_is_adequate_with_a_probability_that_holds() -> None:
     """Of 30 draws of mere scatter nothing is found in nearly all, and the mean of what is said is near their share."""
-    said = np.array([answered(np.zeros(ROWS), seed).adequate for seed in range(100, 115)])
+    said = np.array([answered(np.zeros(ROWS), seed).probability_of_nothing() for seed in range(100, 115)])
     assert (said > 0.5).mean() >= 0.93
     assert said.mean() > 0.75
 
@@ -184,11 +184,11 @@ def twins(um: Array, count: int) -> Posterior:
 def test_several_laws_may_be_likelier_than_nothing_though_none_of_them_is() -> None:
     """Where one twin has less than half of the odds of nothing, three of them have more, and one is said with these."""
     faint = next(um for um in np.arange(0.3, 0.0, -0.02)[:, None] * SLOPE if not twins(um, 1).best.terms)
-    alone = twins(faint, 1).adequate
+    alone = twins(faint, 1).probability_of_nothing()
     assert alone > 0.5
     count = int(np.ceil(1.5 * alone / (1.0 - alone)))
     found = twins(faint, count)
-    assert found.adequate < 0.5
+    assert found.probability_of_nothing() < 0.5
     assert len(found.best.terms) == 1
     (place,) = found.sets
     assert place.law_probability > 0.5

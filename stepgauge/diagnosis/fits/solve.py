@@ -9,18 +9,21 @@ from typing import Any
 import numpy as np
 from scipy import special
 from scipy.linalg import block_diag
-from scipy.optimize import least_squares
 
 from stepgauge.diagnosis.fits.law import FittedLaw
+from stepgauge.diagnosis.fits.least_squares import least_squares
 from stepgauge.diagnosis.laws.library import Family
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.inference.metric import Metric
+from stepgauge.inference.problem import slices
 
 SAME_COST = 1e-6
 """Least relative decrease of the sum of squares by a step: with a thousand rows a thousandth in chi-square."""
+SAME_SHAPE = 1e-5
+"""The same for a shape that a search rates: a hundredth of a nat."""
 UNTOLD = 1e-10
 """Share of the largest curvatures below which a combination of parameters is not determined."""
 IMPOSSIBLE = 1e6
@@ -78,50 +81,72 @@ class Fitted:
 
 def solve(families: Sequence[Family], atoms: Sequence[int], data: Residuals, whitening: Metric) -> Fitted:
     """Fit all parameters of the families together, starting from the signatures chosen."""
-    laws = [FittedLaw(family, atom) for family, atom in zip(families, atoms, strict=True)]
-    white = whitening(data.um)
-    if not laws:
-        return Fitted((), white, np.zeros((len(white), 0)))
-    columns = np.concatenate([whitening(law.family.signature(atom)) for law, atom in zip(laws, atoms, strict=True)])
-    coefficients = np.linalg.lstsq(columns.T, white, rcond=None)[0]
-    cuts = np.cumsum([law.family.dimension for law in laws])[:-1]
-    start = [law.start(part) for law, part in zip(laws, np.split(coefficients, cuts), strict=True)]
-    return _refine(laws, np.concatenate(start), data, whitening, white)
-
-
-def _refine(laws: Sequence[FittedLaw], start: Array, data: Residuals, whitening: Metric, white: Array) -> Fitted:
-    cuts = np.cumsum([len(law.names) for law in laws])[:-1]
-    scale = np.concatenate([law.scales(part) for law, part in zip(laws, np.split(start, cuts), strict=True)])
-
-    def left(moved: Array) -> Array:
-        parts = np.split(start + moved * scale, cuts)
-        known = np.concatenate([law.known(part) for law, part in zip(laws, parts, strict=True)])
-        strays = np.concatenate([law.strays(part)[0] for law, part in zip(laws, parts, strict=True)])
-        return np.concatenate([_unexplained(laws, parts, data, whitening, white), known, strays])
-
-    def slopes(moved: Array) -> Array:
-        parts, steps = np.split(start + moved * scale, cuts), np.split(_steps(moved) * scale, cuts)
-        um = [law.slopes(part, step, data) for law, part, step in zip(laws, parts, steps, strict=True)]
-        strays = np.diag(np.concatenate([law.strays(part)[1] for law, part in zip(laws, parts, strict=True)]))
-        known = block_diag(*(law.known_slopes(part) for law, part in zip(laws, parts, strict=True)))
-        return np.vstack([-whitening(np.vstack(um)).T, known, strays]) * scale
-
-    method = "lm" if len(white) > len(start) else "trf"
-    found = least_squares(left, np.zeros(len(start)), slopes, method=method, ftol=SAME_COST, max_nfev=60 * len(start))
-    moved = found.x if found.cost <= 0.5 * float((left(np.zeros(len(start))) ** 2).sum()) else np.zeros(len(start))
-    values = start + moved * scale
-    fitted = list(zip(laws, np.split(values, cuts), strict=True))
+    if not families:
+        return Fitted((), (white := whitening(data.um)), np.zeros((len(white), 0)))
+    together = _Together(families, atoms, data, whitening)
+    moved = together.minimum()
+    slopes = together.slopes(moved)
+    fitted = list(zip(together.laws, together.parts(moved), strict=True))
     spans = np.concatenate([law.spans(part) for law, part in fitted])
-    covariance = _covariance(found.jac[: len(found.jac) - len(start)], scale, spans)
+    covariance = _covariance(slopes[: len(slopes) - len(moved)], together.scale, spans)
     strays = np.concatenate([law.strays(part)[0] for law, part in fitted])
     covariance[strays != 0.0, strays != 0.0] = np.nan  # where a bound holds, the data give no uncertainty
-    solved, first = [], 0
-    for law, part in fitted:
-        own = slice(first, first + len(part))
-        solved.append(_solved(law, part, covariance[own, own]))
-        first += len(part)
-    slope = found.jac[: len(white)]
-    return Fitted(tuple(solved), left(moved)[: len(white)], orthonormal(slope), tuple(np.split(slope, cuts, axis=1)))
+    own = slices(len(part) for _, part in fitted)
+    solved = tuple(_solved(law, part, covariance[s, s]) for (law, part), s in zip(fitted, own, strict=True))
+    slope = slopes[: len(data)]
+    left = together.residuals(moved)[: len(data)]
+    return Fitted(solved, left, orthonormal(slope), tuple(slope[:, s] for s in own))
+
+
+def fitted_effect(family: Family, atom: int, data: Residuals, whitening: Metric) -> Effect:
+    """One law alone with its parameters fitted, starting from the signature chosen, without their uncertainties."""
+    together = _Together([family], [atom], data, whitening)
+    (part,), (law,) = together.parts(together.minimum(SAME_SHAPE)), together.laws
+    return _solved(law, part, np.full((len(part), len(part)), np.nan)).effect
+
+
+class _Together:
+    """Some laws as a sum of squares of steps ``moved (p,)`` from where their signatures begin.
+
+    Their residuals are those of the rows, then of what is known of the parameters and of their ranges.
+    """
+
+    def __init__(self, families: Sequence[Family], atoms: Sequence[int], data: Residuals, whitening: Metric) -> None:
+        self.laws = [FittedLaw(family, atom) for family, atom in zip(families, atoms, strict=True)]
+        self.data, self.whitening, self.white = data, whitening, whitening(data.um)
+        pairs = zip(families, atoms, strict=True)
+        columns = np.concatenate([whitening(family.signature(atom)) for family, atom in pairs])
+        coefficients = np.linalg.lstsq(columns.T, self.white, rcond=None)[0]
+        own = slices(family.dimension for family in families)
+        start = [law.start(coefficients[s]) for law, s in zip(self.laws, own, strict=True)]
+        self.start, self.own = np.concatenate(start), slices(map(len, start))
+        self.scale = np.concatenate([law.scales(part) for law, part in zip(self.laws, start, strict=True)])
+
+    def minimum(self, tolerance: float = SAME_COST) -> Array:
+        """The steps that lead to the least sum of squares."""
+        none = np.zeros(len(self.start))
+        return least_squares(self.residuals, self.slopes, none, tolerance, 60 * len(none))
+
+    def parts(self, moved: Array) -> list[Array]:
+        """The parameters of each law."""
+        return [(self.start + moved * self.scale)[s] for s in self.own]
+
+    def residuals(self, moved: Array) -> Array:
+        """Shape ``(n + 2 p,)``."""
+        parts = self.parts(moved)
+        known = [law.known(part) for law, part in zip(self.laws, parts, strict=True)]
+        strays = [law.strays(part)[0] for law, part in zip(self.laws, parts, strict=True)]
+        left = _unexplained(self.laws, parts, self.data, self.whitening, self.white)
+        return np.concatenate([left, *known, *strays])
+
+    def slopes(self, moved: Array) -> Array:
+        """Shape ``(n + 2 p, p)``."""
+        parts, steps = self.parts(moved), _steps(moved) * self.scale
+        laws = list(zip(self.laws, parts, self.own, strict=True))
+        um = np.vstack([law.slopes(part, steps[s], self.data) for law, part, s in laws])
+        known = block_diag(*(law.known_slopes(part) for law, part, _ in laws))
+        strays = np.diag(np.concatenate([law.strays(part)[1] for law, part, _ in laws]))
+        return np.vstack([-self.whitening(um).T, known, strays]) * self.scale
 
 
 def _unexplained(

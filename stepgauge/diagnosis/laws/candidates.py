@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.diagnosis.fits.solve import solve
+from stepgauge.diagnosis.fits.solve import fitted_effect
 from stepgauge.diagnosis.laws.beside import Discrepancy, UnobservedCourses, untold
 from stepgauge.diagnosis.laws.choices import ALL, is_common
 from stepgauge.diagnosis.laws.grids import usual_shape
@@ -158,7 +158,7 @@ def _refined(
     if not any(isinstance(v, float | tuple) for v in family.atoms[atom].values()):
         return None
     try:
-        effect = solve([family], [atom], replace(data, um=um), metric).solved[0].effect
+        effect = fitted_effect(family, atom, replace(data, um=um), metric)
     except (ValueError, FloatingPointError, np.linalg.LinAlgError):
         return None
     shape = {name: getattr(effect, name) for name in family.atoms[0]}

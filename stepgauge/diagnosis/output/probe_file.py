@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from scipy.optimize import brentq
-
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
 from stepgauge.effects.tripod import QUALIFIED, KinematicPretravel
 from stepgauge.machine.file import Machine
@@ -78,6 +76,7 @@ def giving_way(length_mm: float, lateral_mm_per_N: float, along: float) -> stylu
     The ratio of the two depends on its diameter alone; of one that would have to be thicker than a file allows, the
     compliance across is kept.
     """
+    from scipy.optimize import brentq  # takes a third of a second to import, and few recordings name a tripod
 
     def section(diameter_mm: float) -> stylus.StylusSection:
         return stylus.StylusSection(length_mm, diameter_mm, 1.0)
