@@ -16,7 +16,7 @@ from stepgauge.diagnosis.credible import (
     sign_is_sure,
 )
 from stepgauge.diagnosis.gaussian_processes.random_function import BEAT, PERIODIC, SMOOTH, WAVE, RandomFunction
-from stepgauge.diagnosis.laws.beside import follows_with_lag
+from stepgauge.diagnosis.laws.discrepancy import follows_with_lag
 from stepgauge.diagnosis.laws.geometry import Geometry
 from stepgauge.diagnosis.laws.library import Family
 from stepgauge.diagnosis.priors import Decision, Priors

@@ -2,8 +2,9 @@
 
 *Grow*: of all hypotheses with one term more, two more or one less the most probable one, with shapes fitted anew and
 the model of the noise that suits it, until nothing improves. *Kick*: one term is taken out and forbidden, what is left
-grows, the term is allowed again, and it grows on; what is more probable is kept. A law that holds in a part of the
-record only is proposed from the terms that are there. What each of these is worth: ``benchmarks/search_ablation.py``.
+grows, the term is allowed again, and it grows on; what is more probable is kept. It begins with laws alone. A law that
+holds in a part of the record only is proposed from the terms that are there. What each of these is worth:
+``benchmarks/search_ablation.py``.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.laws.beside import MOST_AMPLITUDES, UnobservedCourses
+from stepgauge.diagnosis.laws.discrepancy import MOST_AMPLITUDES, UnobservedCourses
 from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy import special
 
-from stepgauge.diagnosis.fits.beside import Beside, beside
+from stepgauge.diagnosis.fits.conditional import ConditionalFit, conditional_fit
 from stepgauge.diagnosis.fits.solve import Estimate, Fitted, Solved
 from stepgauge.diagnosis.laws.library import Family, family_signatures
 from stepgauge.diagnosis.residuals import Residuals
@@ -36,9 +36,9 @@ def with_marginals(fitted: Fitted, data: Residuals, metric: Metric) -> Fitted:
     solved = []
     for place, one in enumerate(fitted.solved):
         if _lags_s(one.family):
-            one = _with_all_lags(one, beside(fitted, place, data, metric), data)
+            one = _with_all_lags(one, conditional_fit(fitted, place, data, metric), data)
         if AZIMUTH in one.family.atoms[0]:
-            one = _with_all_azimuths(one, beside(fitted, place, data, metric))
+            one = _with_all_azimuths(one, conditional_fit(fitted, place, data, metric))
         solved.append(one)
     return replace(fitted, solved=tuple(solved))
 
@@ -47,7 +47,7 @@ def _lags_s(family: Family) -> list[float]:
     return sorted({float(atom[LAG]) for atom in family.atoms if atom.get(LAG) is not None})
 
 
-def _with_all_lags(solved: Solved, beside: Beside, data: Residuals) -> Solved:
+def _with_all_lags(solved: Solved, beside: ConditionalFit, data: Residuals) -> Solved:
     """The law with the expectations of lag and size by marginal likelihood beside the other laws, and their deviations.
 
     These are what is stated of a skewed distribution (GUM supplement 1).
@@ -83,7 +83,7 @@ def _size_name(solved: Solved) -> str:
     return name
 
 
-def _with_all_azimuths(solved: Solved, beside: Beside) -> Solved:
+def _with_all_azimuths(solved: Solved, beside: ConditionalFit) -> Solved:
     """The law with the root mean square distance of all azimuths from the one that is told, if it is the larger."""
     family, told = solved.family, solved.parameters[AZIMUTH]
     found = [_sized(beside(family.signature(i)), beside.left, family.sizes) for i in range(len(family.atoms))]

@@ -22,7 +22,7 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
 from stepgauge.diagnosis.gaussian_processes.smooth_functions import sides_of
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.unread import principal, shifts
+from stepgauge.diagnosis.unobserved_inputs import principal, shifts
 from stepgauge.effects.probings import followed
 from stepgauge.files.arrays import Array
 from stepgauge.inference.kernels import matern

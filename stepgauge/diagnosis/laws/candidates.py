@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from stepgauge.diagnosis.fits.solve import fitted_effect
-from stepgauge.diagnosis.laws.beside import Discrepancy, UnobservedCourses, untold
 from stepgauge.diagnosis.laws.choices import ALL, is_common
+from stepgauge.diagnosis.laws.discrepancy import Discrepancy, UnobservedCourses, make_discrepancy
 from stepgauge.diagnosis.laws.grids import usual_shape
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
 from stepgauge.diagnosis.laws.usual import odds_of, size_of_shape, usual_size
@@ -48,7 +48,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
         if id(family.pattern) not in patterns:
             patterns[id(family.pattern)] = _usual_pattern(family)
             courses[id(family.pattern)] = UnobservedCourses(family.pattern)
-        beside = untold(family, courses[id(family.pattern)], data, priors)
+        beside = make_discrepancy(family, courses[id(family.pattern)], data, priors)
         found.append(
             Law(
                 family.kind,

@@ -6,7 +6,7 @@ large, what it leaves out is larger than the scatter, and a second law would be 
 tolerance: a share of its size has other shapes of the same law, those that resemble it most (Kennedy and O'Hagan,
 Journal of the Royal Statistical Society B 63, 2001: 425, section 2). Of a wave these are its harmonics.
 
-And what follows a temperature with a lag depends on what nobody read of it (:mod:`..unread`).
+And what follows a temperature with a lag depends on what nobody read of it (:mod:`..unobserved_inputs`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from stepgauge.diagnosis.laws.library import Family, family_signatures
 from stepgauge.diagnosis.laws.usual import size_of_shape
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.unread import principal, shifts
+from stepgauge.diagnosis.unobserved_inputs import principal, shifts
 from stepgauge.effects.following import Following
 from stepgauge.effects.probings import Probings
 from stepgauge.files.arrays import Array
@@ -68,7 +68,7 @@ class Discrepancy:
         return np.concatenate(parts)
 
 
-def untold(family: Family, courses: UnobservedCourses, data: Residuals, priors: Priors) -> Discrepancy:
+def make_discrepancy(family: Family, courses: UnobservedCourses, data: Residuals, priors: Priors) -> Discrepancy:
     """What a law moves beside its signature by these priors."""
     process = is_process(family)
     return Discrepancy(family, courses, data, priors.laws.discrepancy if process else 0.0)

@@ -13,7 +13,7 @@ from stepgauge.inference.metric import Metric
 
 
 @dataclass(frozen=True)
-class Beside:
+class ConditionalFit:
     """What one law has to explain ``(n,)``, and the tangents of the others, which may explain a part of it."""
 
     left: Array
@@ -26,8 +26,8 @@ class Beside:
         return white - (white @ self.others) @ self.others.T
 
 
-def beside(fitted: Fitted, place: int, data: Residuals, metric: Metric) -> Beside:
+def conditional_fit(fitted: Fitted, place: int, data: Residuals, metric: Metric) -> ConditionalFit:
     """One law of a fit, beside the others."""
     tangents = [t for other, t in enumerate(fitted.tangents) if other != place]
     others = orthonormal(np.hstack([np.zeros((len(fitted.left), 0)), *tangents]))
-    return Beside(fitted.left + metric(fitted.solved[place].displacement_um(data)), others, metric)
+    return ConditionalFit(fitted.left + metric(fitted.solved[place].displacement_um(data)), others, metric)

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from stepgauge.diagnosis.unread import departures, unread_shifts
+from stepgauge.diagnosis.unobserved_inputs import departures, unread_shifts
 from stepgauge.effects.order import followed
 
 Array = NDArray[np.float64]
