@@ -26,4 +26,4 @@ axes = evaluation.plot()
 limit = 1.8 + table["position_mm"] / 350.0
 for sign in (1, -1):
     axes.plot(table["position_mm"], sign * limit, color="black", ls="--", lw=1, label="MPE" if sign > 0 else None)
-axes.legend(loc="lower left")
+axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.06), ncols=3, fontsize="small", frameon=False)

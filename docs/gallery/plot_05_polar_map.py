@@ -22,6 +22,7 @@ print(table.groupby("polar_deg")["pretravel_um"].describe()[["min", "mean", "max
 
 figure, axes = plt.subplots(subplot_kw={"projection": "polar"}, figsize=(5.5, 5), layout="constrained")
 for polar, rows in table.groupby("polar_deg"):
-    axes.plot(np.radians(rows["azimuth_deg"]), rows["pretravel_um"], label=f"{polar:.0f}° from the stylus")
+    closed = rows.iloc[[*range(len(rows)), 0]]
+    axes.plot(np.radians(closed["azimuth_deg"]), closed["pretravel_um"], label=f"{polar:.0f}° from the stylus")
 axes.set_title("Pre-travel (µm) by azimuth")
-axes.legend(loc="lower right")
+figure.legend(loc="outside lower center", ncols=3, frameon=False)

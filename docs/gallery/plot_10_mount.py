@@ -22,5 +22,5 @@ print(diagnosis.summary())
 angle, error = table["target [deg]"], table["deviation [arcsec]"]
 figure, axes = plt.subplots(figsize=(8, 4), layout="constrained")
 points = axes.scatter(angle % 2.5, error - 0.8 * angle, c=angle // 2.5, s=12, cmap="viridis")
-figure.colorbar(points, label="turn of the worm")
+figure.colorbar(points, label="turn of the worm", ticks=range(5))
 axes.set(xlabel="angle within a turn (deg)", ylabel="error (arcsec)")

@@ -32,4 +32,4 @@ for position, rows in both.groupby("position"):
 for sign in (1, -1):
     axes.plot(both["nominal_mm"].unique(), sign * both["mpe_um"].unique(), color="black", ls="--", lw=1)
 axes.set(xlabel="length (mm)", ylabel="error E₀ (µm)")
-axes.legend()
+figure.legend(loc="outside upper center", ncols=3, frameon=False)

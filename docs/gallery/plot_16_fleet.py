@@ -66,8 +66,9 @@ print(found.summary())
 figure, axes = plt.subplots(figsize=(7, 3.5), layout="constrained")
 for one in sg.watch_fleet(folder / "fleet", limits={"scale": 5.0}).watched:
     if one.quantity == "scale x":
-        axes.errorbar(one.days, one.level, 2.0 * np.array(one.u), marker="o", ms=3, capsize=2, label=one.owner)
+        days = np.array(one.days).astype("datetime64[D]")
+        axes.errorbar(days, one.level, 2.0 * np.array(one.u), marker="o", ms=3, capsize=2, label=one.owner)
 axes.axhline(5.0, color="black", ls="--", lw=0.8)
-axes.set(xlabel="day, from 1970-01-01", ylabel="scale error of x (um/m)")
+axes.set(xlabel="day", ylabel="scale error of x (µm/m)")
 axes.legend(ncols=3)
 plt.show()

@@ -37,13 +37,22 @@ def history_chart(series: Sequence[Series], limits: Mapping[str, float], titles:
         shapes += _limits(axis, limits.get(name), QUANTITIES[name].signed)
         layout[axis.replace("y", "yaxis")] = _panel(number, titles[name], QUANTITIES[name].unit)
     layout |= {
-        "xaxis": {"type": "date", "anchor": f"y{len(QUANTITIES)}"},
+        "xaxis": {"type": "date", "anchor": f"y{len(QUANTITIES)}", **_around_one_day(series)},
         "shapes": shapes,
         "margin": {"l": 70, "r": 10, "t": 10, "b": 40},
         "legend": {"orientation": "h", "y": 1.01, "yanchor": "bottom"},
         "hovermode": "closest",
     }
     return {"data": data, "layout": layout}
+
+
+def _around_one_day(series: Sequence[Series]) -> dict[str, Any]:
+    """The range of the axis of time where there is one date alone, of which plotly would show a millisecond."""
+    days = {entry.measured_at for one in series for entry in one.entries}
+    if len(days) != 1:
+        return {}
+    (day,) = days
+    return {"range": [(day + sign * timedelta(days=30)).isoformat() for sign in (-1, 1)]}
 
 
 def _panel(number: int, title: str, unit: str) -> dict[str, Any]:

@@ -42,9 +42,18 @@ def unchanged() -> frozenset[str]:
 @cache
 def _by_length() -> tuple[tuple[tuple[str, ...], str], ...]:
     """Templates with gaps as the words between them, those with most words first."""
-    whole = [(_one_gap(one), _one_gap(german)) for one, german in catalogue().items() if "{}" in one]
+    known = {**effects(), **catalogue()}
+    whole = [(_one_gap(one), _one_gap(german)) for one, german in known.items() if "{}" in one]
     split = [(tuple(one.split("{}")), german) for one, german in whole]
     return tuple(sorted(split, key=lambda one: -sum(map(len, one[0]))))
+
+
+@cache
+def effects() -> Mapping[str, str]:
+    """German names of effects, alone and with their axes."""
+    with Path(__file__).with_name("texts.toml").open("rb") as file:
+        names = tomllib.load(file)["effect"].values()
+    return {f"{english}{more}": f"{german}{more}" for english, german in names for more in ("", " {}")}
 
 
 def _one_gap(text: str) -> str:
@@ -71,8 +80,8 @@ def said_in_german(line: str) -> str:
 
 
 def _translated(text: str, deep: int) -> str:
-    if text in catalogue():
-        return catalogue()[text]
+    if text in catalogue() or text in effects():
+        return catalogue().get(text) or effects()[text]
     if deep and not _QUOTED.fullmatch(text):
         for words, german in _by_length():
             gaps = _gaps(text, words)
