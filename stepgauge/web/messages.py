@@ -12,8 +12,10 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
-DEEPEST = 3
+DEEPEST = 5
 """Messages in the gaps of messages in the gaps."""
+OWN_SHARE = 0.35
+"""So much of a message is a template's own words, or it may be a list of messages."""
 _POINT = re.compile(r"(?<![\w./:'\"=-])(?<!= )([-+−]?\d+)\.(\d+)(?![\w./'\"])")
 _QUOTED = re.compile(r"""('[^']*'|"[^"]*")""")
 _DEGREES, _MICRO, _ROW = (
@@ -45,7 +47,7 @@ def _by_length() -> tuple[tuple[tuple[str, ...], str], ...]:
     known = {**effects(), **catalogue()}
     whole = [(_one_gap(one), _one_gap(german)) for one, german in known.items() if "{}" in one]
     split = [(tuple(one.split("{}")), german) for one, german in whole]
-    return tuple(sorted(split, key=lambda one: -sum(map(len, one[0]))))
+    return tuple(sorted(split, key=lambda one: -_length(one[0])))
 
 
 @cache
@@ -82,16 +84,38 @@ def said_in_german(line: str) -> str:
 def _translated(text: str, deep: int) -> str:
     if text in catalogue() or text in effects():
         return catalogue().get(text) or effects()[text]
-    if deep and not _QUOTED.fullmatch(text):
-        for words, german in _by_length():
-            gaps = _gaps(text, words)
-            if gaps is not None:
-                return _filled(german, [_translated(one, deep - 1) for one in gaps])
-        for joint in _JOINTS:
-            parts = [_translated(one, deep - 1) for one in text.split(joint)]
-            if len(parts) > 1:
-                return joint.join(parts)
-    return text
+    if not deep or _QUOTED.fullmatch(text):
+        return text
+    found = _template(text)
+    if found is not None and _length(found[0]) >= OWN_SHARE * len(text):
+        return _with_gaps(found, deep)
+    return _joined(text, deep, whole=True) or (_with_gaps(found, deep) if found else _joined(text, deep) or text)
+
+
+def _template(text: str) -> tuple[tuple[str, ...], str, list[str]] | None:
+    """The template with most words of its own that a text has, and what fills its gaps."""
+    for words, german in _by_length():
+        gaps = _gaps(text, words)
+        if gaps is not None:
+            return words, german, gaps
+    return None
+
+
+def _with_gaps(found: tuple[tuple[str, ...], str, list[str]], deep: int) -> str:
+    return _filled(found[1], [_translated(one, deep - 1) for one in found[2]])
+
+
+def _joined(text: str, deep: int, whole: bool = False) -> str:
+    """A list of messages, each translated; ``whole``: empty unless each is one."""
+    for joint in _JOINTS:
+        parts = text.split(joint)
+        if len(parts) > 1 and not (whole and any(_known_words(one) < OWN_SHARE * len(one) for one in parts)):
+            return joint.join(_translated(one, deep - 1) for one in parts)
+    return ""
+
+
+def _length(words: tuple[str, ...]) -> int:
+    return sum(map(len, words))
 
 
 def _filled(text: str, gaps: Sequence[str]) -> str:
@@ -102,9 +126,10 @@ def _filled(text: str, gaps: Sequence[str]) -> str:
 
 def _known_words(text: str) -> int:
     """How much of a text is a template's own."""
-    if text in catalogue():
+    if text in catalogue() or text in effects():
         return len(text)
-    return next((sum(map(len, words)) for words, _ in _by_length() if _gaps(text, words) is not None), 0)
+    found = _template(text)
+    return _length(found[0]) if found else 0
 
 
 def _gaps(text: str, words: tuple[str, ...]) -> list[str] | None:
