@@ -53,9 +53,11 @@ def _by_length() -> tuple[tuple[tuple[str, ...], str], ...]:
 @cache
 def effects() -> Mapping[str, str]:
     """German names of effects, alone and with their axes."""
-    with Path(__file__).with_name("texts.toml").open("rb") as file:
-        names = tomllib.load(file)["effect"].values()
-    return {f"{english}{more}": f"{german}{more}" for english, german in names for more in ("", " {}")}
+    from stepgauge.diagnosis.wording.findings import name_of
+    from stepgauge.effects import effect_kinds
+
+    names = {name_of(kind): name_of(kind, language="de") for kind in effect_kinds(every=True)}
+    return {f"{name}{more}": f"{german}{more}" for name, german in names.items() for more in ("", " {}")}
 
 
 def _one_gap(text: str) -> str:

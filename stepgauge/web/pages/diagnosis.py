@@ -84,7 +84,7 @@ def _finding(number: int, effect: Mapping[str, Any], at: Subject, words: Words) 
         "probability": effect["probability"],
         "rivals": [_rival(one, effect["probability"], first, at, words) for one in members],
         "together": {"names": together, "probability": p} if together else None,
-        "next": proposal(effect, words.language),
+        "next": words.message(proposal(effect, "en")),
         "can_plan": bool(effect["commands"]),
     }
 
