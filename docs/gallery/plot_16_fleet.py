@@ -70,5 +70,6 @@ for one in sg.watch_fleet(folder / "fleet", limits={"scale": 5.0}).watched:
         axes.errorbar(days, one.level, 2.0 * np.array(one.u), marker="o", ms=3, capsize=2, label=one.owner)
 axes.axhline(5.0, color="black", ls="--", lw=0.8)
 axes.set(xlabel="day", ylabel="scale error of x (µm/m)")
+axes.tick_params("x", rotation=30)
 axes.legend(ncols=3)
 plt.show()

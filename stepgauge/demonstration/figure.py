@@ -10,6 +10,7 @@ import pandas as pd
 
 from stepgauge.demonstration.answer import RevealedFault
 from stepgauge.figures.style import COLORS, figure_style, new_figure
+from stepgauge.files.notation import printed_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,7 +38,7 @@ def story_figure(answer: RevealedFault, fault: str, residuals: pd.DataFrame, fit
     _residuals(before, residuals, "before", f"machine file as it was, rms {fit['rms_before_um']:.2f} µm")
     _residuals(after, residuals, "after", f"with what was found, rms {fit['rms_after_um']:.2f} µm")
     before.set_ylabel("residual (µm)")
-    before.legend(loc="best")
+    figure.legend(*before.get_legend_handles_labels(), loc="outside lower left", ncols=2, frameon=False)
     _candidates(candidates, answer)
     _numbers(numbers, answer)
     return figure
@@ -80,7 +81,7 @@ def _numbers(axes: Axes, answer: RevealedFault) -> None:
     deviations = [one.deviation for one in answer.numbers]
     axes.axvline(0.0, color=COLORS["measured"], lw=1.2)
     axes.errorbar(deviations, height, xerr=2.0, fmt="o", color=COLORS["after"], capsize=2.0)
-    names = [f"{one.name}\n{one.truth:g} | {one.found:.4g} {one.unit}" for one in answer.numbers]
+    names = [f"{one.name}\n{one.truth:g} | {one.found:.4g} {printed_unit(one.unit)}" for one in answer.numbers]
     axes.set_yticks(height, names)
     reach = max([4.0, *(abs(one) + 2.5 for one in deviations)])
     axes.set_xlim(-reach, reach)

@@ -31,7 +31,8 @@ TEXTS: dict[str, tuple[int | str, ...]] = {
 }
 """Arguments that are texts, by the end of a function's name."""
 TALKING = (
-    *("alignment/", "conditions/", "evaluation/", "history/", "importing/", "project/status", "recording/"),
+    *("alignment/", "conditions/", "evaluation/", "history/", "importing/"),
+    *("correspondence/", "project/status", "recording/"),
     *("diagnosis/design", "diagnosis/further_runs"),
 )
 """Rooms whose every string of two words or more is one that a page may show."""

@@ -24,8 +24,19 @@ def test_every_text_of_the_code_has_its_german_and_few_are_kept_that_are_gone() 
     assert len(gone) < 0.02 * len(known), gone
 
 
-OF_SEVERAL = {"{} {}, beyond the limit {} {}{}"}
-"""Put together of two texts of the code."""
+OF_SEVERAL = {
+    *(
+        "{} {}, beyond the limit {} {}{}",
+        "{}, which separates it from {}",
+        "{} placement",
+        "{} placements",
+        "simulated",
+    ),
+    *("read back as {}: the same {}", "moves to {} mm", "directions", "speeds and distances", "units", "coordinates"),
+    *("tool", "; the tip radius is the server's affair: its tool {} must have {} mm"),
+    *("adequate", "effects", "insufficient", "unknown", "drift of the gauge since its calibration"),
+}
+"""Put together of several texts of the code, and single words that a file of a result has."""
 
 
 def test_a_text_has_as_many_gaps_in_german_and_says_something_else() -> None:
