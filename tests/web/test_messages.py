@@ -34,7 +34,7 @@ OF_SEVERAL = {
     ),
     *("read back as {}: the same {}", "moves to {} mm", "directions", "speeds and distances", "units", "coordinates"),
     *("tool", "; the tip radius is the server's affair: its tool {} must have {} mm"),
-    *("adequate", "effects", "insufficient", "unknown", "drift of the gauge since its calibration"),
+    *("simulated", "adequate", "effects", "insufficient", "unknown", "drift of the gauge since its calibration"),
 }
 """Put together of several texts of the code, and single words that a file of a result has."""
 
