@@ -147,6 +147,14 @@ def recordings_and_gauge(site: Site, name: str) -> tuple[list[Path], str]:
         return recordings, site.stated("gauge")
 
 
+def recording_names(site: Site, name: str, with_inputs: bool = True) -> list[str]:
+    """The recordings of an evaluation, as one would type them; ``with_inputs``: as they were, or an error."""
+    from stepgauge.reports.made_from import recordings_of
+
+    made_from = recordings_of(read_evaluation(site, name, with_inputs), evaluation_file(site, name))
+    return [relative(site.folder, str(one)) for one in made_from]
+
+
 def joined_recording(recordings: Sequence[Path]) -> Recording:
     from stepgauge.recording import join_recordings, read_recording
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 from urllib.parse import urlencode
@@ -96,7 +97,13 @@ def _figure_words(language: str) -> tuple[re.Pattern[str], dict[str, str]]:
 
 def address(path: str, **query: str) -> str:
     """An address of the page, whatever signs are in the names that it carries."""
-    return f"{path}?{urlencode(query)}"
+    return f"{path}?{urlencode(query)}" if query else path
+
+
+def run_verb(request: Request, arguments: Sequence[str], path: str, **query: str) -> Response:
+    """A verb in a process of its own; the page shows how far it is, then goes to the address of its result."""
+    work = site_of(request).works.start(arguments, address(path, **query))
+    return render(request, "work.html.j2", work=work)
 
 
 def error_answer(request: Request, error: Exception) -> Response:

@@ -114,8 +114,7 @@ def test_files_of_a_project_are_found_from_a_folder_beside_it(folder: Path, monk
 def test_values_that_were_tried_are_written_into_the_machine_file(
     folder: Path, begun: list[list[str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made_from = lambda site, name: ([site.folder / "recordings/a.csv"], "gauge")  # noqa: E731
-    monkeypatch.setattr(sources, "recordings_and_gauge", made_from)
+    monkeypatch.setattr(sources, "recording_names", lambda site, name: ["recordings/a.csv"])
     path = folder / "machine/bridge-cmm.toml"
     before = path.read_text()
     values = {"gauge_temperature": "0,05", "scale_temperature": "0.1", "scale_expansion": "0.5"}

@@ -15,7 +15,7 @@ from starlette.routing import Route
 from stepgauge.web.fields import Field, fields_of, read_fields
 from stepgauge.web.folder import existing, relative
 from stepgauge.web.forms import Form, with_form
-from stepgauge.web.render import address, render, site_of
+from stepgauge.web.render import render, run_verb, site_of
 from stepgauge.web.site import Site
 
 if TYPE_CHECKING:
@@ -119,8 +119,7 @@ def make(request: Request, form: Form) -> Response:
     check_filled(said)
     target = f"results/certificate-{Path(result).name}.pdf"
     arguments = ["report", result, "--certificate", FILE, "-o", relative(site.folder, target)]
-    then = address("/report", result=result, paper=target)
-    return render(request, "work.html.j2", work=site.works.start(arguments, then))
+    return run_verb(request, arguments, "/report", result=result, paper=target)
 
 
 def _tables(form: Form) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from starlette.routing import Route
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, with_form
-from stepgauge.web.render import address, json_answer, render, site_of, words_of
+from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.texts import Words
 
@@ -203,7 +203,7 @@ def _run(request: Request, site: Site, files: list[str], folder: str, more: list
     if (site.folder / folder / FILE).exists() and not more:
         folder = relative(site.folder, str(free_name(site.folder, folder)))
     arguments = ["diagnose", *files, *more, "-o", relative(site.folder, folder)]
-    return render(request, "work.html.j2", work=site.works.start(arguments, address("/diagnosis", result=folder)))
+    return run_verb(request, arguments, "/diagnosis", result=folder)
 
 
 def plan_next(request: Request, form: Form) -> Response:
@@ -222,9 +222,7 @@ def plan_next(request: Request, form: Form) -> Response:
         if "/" in word or word.endswith((".toml", ".dmi")):
             inside(site.folder, word)
     program = relative(site.folder, words[-1])
-    return render(
-        request, "work.html.j2", work=site.works.start(words[1:], address("/run", program=program, placement=words[2]))
-    )
+    return run_verb(request, words[1:], "/run", program=program, placement=words[2])
 
 
 ROUTES = [

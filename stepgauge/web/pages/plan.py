@@ -18,7 +18,7 @@ from stepgauge.errors import InputError
 from stepgauge.web.fields import Field
 from stepgauge.web.folder import existing, listed, relative
 from stepgauge.web.forms import Form, asked_form, with_form
-from stepgauge.web.render import json_answer, render, site_of
+from stepgauge.web.render import json_answer, render, run_verb, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
 from stepgauge.web.verb_fields import keywords, options, verb_fields
@@ -217,8 +217,7 @@ def write(request: Request, form: Form) -> Response:
     asked = PlanSettings.of(site, form)
     name = _program_name(asked)
     query: Mapping[str, str] = dict(asked.texts) | {"written": name}
-    work = site.works.start(asked.arguments(relative(site.folder, site.placement), name), f"/plan?{urlencode(query)}")
-    return render(request, "work.html.j2", work=work)
+    return run_verb(request, asked.arguments(relative(site.folder, site.placement), name), "/plan", **query)
 
 
 def file(request: Request) -> Response:

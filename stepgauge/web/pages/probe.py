@@ -19,7 +19,7 @@ from starlette.routing import Route
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, listed, relative
 from stepgauge.web.forms import Form, asked_form, with_form
-from stepgauge.web.render import json_answer, render, site_of
+from stepgauge.web.render import json_answer, render, run_verb, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
 
@@ -201,8 +201,7 @@ def write(request: Request, form: Form) -> Response:
     command = _command(asked)
     if not command:
         raise InputError("probe", "this is no probe file", found=asked.probe, expected="a probe file or a shipped one")
-    then = f"/probe?{urlencode({'probe': command[-1], 'quantity': asked.quantity})}"
-    return render(request, "work.html.j2", work=site.works.start(command, then))
+    return run_verb(request, command, "/probe", probe=command[-1], quantity=asked.quantity)
 
 
 ROUTES = [

@@ -11,7 +11,7 @@ from starlette.routing import Route
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, listed, relative
 from stepgauge.web.forms import Form, with_form
-from stepgauge.web.render import address, render, site_of
+from stepgauge.web.render import render, run_verb, site_of
 from stepgauge.web.site import Site
 
 RESULTS = ("evaluation.json", "diagnosis.json")
@@ -56,8 +56,7 @@ def make(request: Request, form: Form) -> Response:
     target = f"results/report-{Path(result).name}{suffix}"
     relative(site.folder, target)
     words = [word for key in SAID for word in _said(site, result, key, form)]
-    work = site.works.start(["report", result, *words, "-o", target], address("/report", result=result, paper=target))
-    return render(request, "work.html.j2", work=work)
+    return run_verb(request, ["report", result, *words, "-o", target], "/report", result=result, paper=target)
 
 
 def _said(site: Site, result: str, key: str, form: Form) -> list[str]:

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from urllib.parse import urlencode
 
 from starlette.requests import Request
 from starlette.responses import Response
@@ -22,13 +21,14 @@ from stepgauge.web.evaluations import (
     joined_recording,
     read_evaluation,
     recording_files,
+    recording_names,
     recordings_and_gauge,
     stored_budget,
 )
 from stepgauge.web.folder import existing, relative
 from stepgauge.web.forms import Form, with_form
 from stepgauge.web.judgement import decided, verdict
-from stepgauge.web.render import json_answer, render, site_of, words_of
+from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
 
@@ -194,11 +194,9 @@ def probings_json(request: Request) -> Response:
 def diagnose(request: Request, form: Form) -> Response:
     """``stepgauge diagnose`` of the recordings of an evaluation."""
     site = site_of(request)
-    name = relative(site.folder, form.text("evaluation"))
-    recordings = [relative(site.folder, str(one)) for one in recordings_and_gauge(site, name)[0]]
+    recordings = recording_names(site, relative(site.folder, form.text("evaluation")))
     output = _own_folder(site, "diagnose", "diagnosis", recordings[0])
-    work = site.works.start(["diagnose", *recordings, "-o", output], f"/diagnosis?{urlencode({'result': output})}")
-    return render(request, "work.html.j2", work=work)
+    return run_verb(request, ["diagnose", *recordings, "-o", output], "/diagnosis", result=output)
 
 
 def evaluate(request: Request, form: Form) -> Response:
@@ -206,20 +204,15 @@ def evaluate(request: Request, form: Form) -> Response:
     site = site_of(request)
     recording = relative(site.folder, str(existing(site.folder, form.text("recording"))))
     output = _own_folder(site, "evaluate", "evaluation", recording)
-    work = site.works.start(["evaluate", recording, "-o", output], f"/result?{urlencode({'evaluation': output})}")
-    return render(request, "work.html.j2", work=work)
+    return run_verb(request, ["evaluate", recording, "-o", output], "/result", evaluation=output)
 
 
 def evaluate_again(request: Request, form: Form) -> Response:
     """``stepgauge evaluate`` of the recordings of an evaluation, whose files have changed since, into its folder."""
-    from stepgauge.reports.made_from import recordings_of
-
     site = site_of(request)
     name = relative(site.folder, form.text("evaluation"))
-    made_from = recordings_of(read_evaluation(site, name, with_inputs=False), evaluation_file(site, name))
-    recordings = [relative(site.folder, str(one)) for one in made_from]
-    then = f"/result?{urlencode({'evaluation': name})}"
-    return render(request, "work.html.j2", work=site.works.start(["evaluate", *recordings, "-o", name], then))
+    recordings = recording_names(site, name, with_inputs=False)
+    return run_verb(request, ["evaluate", *recordings, "-o", name], "/result", evaluation=name)
 
 
 def _own_folder(site: Site, verb: str, kind: str, recording: str) -> str:
@@ -234,10 +227,9 @@ def write_budget(request: Request, form: Form) -> Response:
     """``stepgauge budget`` with the Monte Carlo, of what the files state."""
     site = site_of(request)
     name = relative(site.folder, form.text("evaluation"))
-    recordings = [relative(site.folder, str(one)) for one in recordings_and_gauge(site, name)[0]]
+    recordings = recording_names(site, name)
     output = _own_folder(site, "budget", "budget", recordings[0])
-    then = f"/result?{urlencode({'evaluation': name})}"
-    return render(request, "work.html.j2", work=site.works.start(["budget", *recordings, "-o", output], then))
+    return run_verb(request, ["budget", *recordings, "-o", output], "/result", evaluation=name)
 
 
 ROUTES = [

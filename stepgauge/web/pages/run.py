@@ -18,7 +18,7 @@ from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, with_form
 from stepgauge.web.measurement_request import MeasurementRequest
 from stepgauge.web.measuring import Run
-from stepgauge.web.render import address, render, site_of, words_of
+from stepgauge.web.render import address, render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.verb_fields import verb_fields
 
@@ -208,9 +208,10 @@ def next_step(request: Request, form: Form) -> Response:
         raise InputError("verb", "not a choice", expected="evaluate or diagnose")
     folder = f"results/{verb}-{Path(name).stem}"
     inside(site.folder, folder)
-    then = address("/result", evaluation=folder) if verb == "evaluation" else address("/diagnosis", result=folder)
     arguments = [request.path_params["verb"], name, "-o", folder]
-    return render(request, "work.html.j2", work=site.works.start(arguments, then))
+    if verb == "evaluation":
+        return run_verb(request, arguments, "/result", evaluation=folder)
+    return run_verb(request, arguments, "/diagnosis", result=folder)
 
 
 ROUTES = [

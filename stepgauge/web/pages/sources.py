@@ -6,18 +6,17 @@ import tomllib
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from urllib.parse import urlencode
 
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web.evaluations import ERRORS, EvaluationView, joined_recording, recordings_and_gauge
+from stepgauge.web.evaluations import ERRORS, EvaluationView, joined_recording, recording_names, recordings_and_gauge
 from stepgauge.web.folder import existing, relative
 from stepgauge.web.forms import Form, asked_form, with_form
 from stepgauge.web.judgement import source_name
-from stepgauge.web.render import render, site_of, words_of
+from stepgauge.web.render import render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.stamps import stamps
 
@@ -116,15 +115,14 @@ def state(request: Request, form: Form) -> Response:
     site = site_of(request)
     name = relative(site.folder, form.text("evaluation"))
     place = existing(site.folder, site.stated("machine"))
-    recordings = [relative(site.folder, str(one)) for one in recordings_and_gauge(site, name)[0]]
+    recordings = recording_names(site, name)
     values = {key: form.number(key, 0.0, one.most, 0.0) or 0.0 for key, one in OPEN_SOURCES.items()}
     tables = tomllib.loads(machine_statement(read_machine(place), values))
     text = changed(place, tables)
     with site.writing():
         write_text(place, text)
         read_machine(place)
-    then = f"/result?{urlencode({'evaluation': name})}"
-    return render(request, "work.html.j2", work=site.works.start(["evaluate", *recordings, "-o", name], then))
+    return run_verb(request, ["evaluate", *recordings, "-o", name], "/result", evaluation=name)
 
 
 ROUTES = [
