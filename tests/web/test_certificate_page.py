@@ -68,7 +68,7 @@ def test_a_filled_form_is_a_file_that_may_be_signed_and_comes_back(folder: Path,
     assert begun == [["report", "results/evaluation", "--certificate", "certificate.toml", "-o", output]]
     shown = Asked(folder, "de").get(certificate.show, result="results/evaluation")
     assert re.search('name="laboratory.city"[^>]* value="Town"', shown)
-    assert 'name="conditions.temperature_C_low" inputmode="decimal" value="19,8"' in shown
+    assert re.search('name="conditions.temperature_C_low"[^>]* value="19,8"', shown)
     emptied = {**FILLED, "result": "results/evaluation", "statements.mpe": ""}
     asked.post(certificate.make, emptied)
     assert read_laboratory(folder / "certificate.toml").statements.mpe is None
