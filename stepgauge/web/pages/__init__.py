@@ -12,15 +12,17 @@ from starlette.routing import BaseRoute
 
 PAGES = (
     *("project", "gauge", "machine", "locate", "plan", "run", "importing"),
-    *("result", "sources", "diagnosis", "probe", "history", "report", "certificate"),
+    *("result", "diagnosis", "probe", "history", "report", "certificate"),
 )
 """Modules of this package; ``nav.NAME`` is the text of each, ``/NAME`` its address, and the first is also ``/``."""
 
 
-NAVIGATION = tuple(name for name in PAGES if name not in ("sources", "probe", "certificate"))
-"""The sources of uncertainty are a part of the result, the probe one of the machine, and a certificate is a report."""
+NAVIGATION = tuple(name for name in PAGES if name not in ("probe", "certificate"))
+"""The probe is a part of the machine, and a certificate is a report: their pages lead to them."""
+PARTS = ("sources",)
+"""Modules whose routes are parts of a page of another one: the sources of uncertainty are on that of the result."""
 
 
 def all_routes() -> list[BaseRoute]:
     """The routes of all pages."""
-    return [route for name in PAGES for route in import_module(f"{__name__}.{name}").ROUTES]
+    return [route for name in (*PAGES, *PARTS) for route in import_module(f"{__name__}.{name}").ROUTES]
