@@ -17,7 +17,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from stepgauge.effects.probings import Probings
-from stepgauge.effects.words import Words as Words
+from stepgauge.effects.words import Wording as Wording
 from stepgauge.files.arrays import Array
 from stepgauge.files.config import TomlTable
 from stepgauge.files.formula import parse_formula
@@ -196,8 +196,8 @@ class Effect(TomlTable):
     recordings: ClassVar[tuple[str, ...]] = RECORDINGS
     touch: ClassVar[tuple[str, ...]] = ()
     process: ClassVar[bool] = False
-    words: ClassVar[Words | None] = None
-    axis_words: ClassVar[Words | None] = None
+    words: ClassVar[Wording | None] = None
+    axis_words: ClassVar[Wording | None] = None
     when: str | None = Field(
         None, description="formula that is true where the effect acts, as x_mm > 300; without it everywhere"
     )
@@ -252,7 +252,7 @@ class Effect(TomlTable):
         return _parameters(cls)
 
     @classmethod
-    def words_at(cls, of: str) -> Words | None:
+    def words_at(cls, of: str) -> Wording | None:
         """The words for a recording of a ``gauge`` or of an ``axis`` by itself."""
         return cls.axis_words or cls.words if of == "axis" else cls.words
 

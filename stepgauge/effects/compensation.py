@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from stepgauge.effects.base import GAUGE, Axis, Displacement, Effect, Words, parameter
+from stepgauge.effects.base import GAUGE, Axis, Displacement, Effect, Wording, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.reversal import STANDSTILL
 from stepgauge.files.arrays import Array
@@ -30,12 +30,12 @@ class AxisCompensation(Effect):
     source: ClassVar[str] = "what controllers do with a bidirectional table of screw or scale errors"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate", "approach")
     recordings: ClassVar[tuple[str, ...]] = GAUGE
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "axis compensation",
         "The machine has a compensation of {axis} that its file does not state, or the other way round.",
         "Look whether the compensation of {axis} is switched on in the controller.",
         "State it in the machine file, or switch it off.",
-        german=Words(
+        german=Wording(
             "Achskorrekturtabelle",
             "Die Maschine hat eine Korrektur von {axis}, die ihre Datei nicht angibt, oder umgekehrt.",
             "Nachsehen, ob die Korrektur von {axis} in der Steuerung eingeschaltet ist.",

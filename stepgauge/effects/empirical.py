@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from stepgauge.effects.base import GAUGE, AnyDirection, Displacement, Effect, Words, along, parameter
+from stepgauge.effects.base import GAUGE, AnyDirection, Displacement, Effect, Wording, along, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
@@ -54,12 +54,12 @@ class Empirical(Effect):
     source: ClassVar[str] = "the fit that found it"
     covariates: ClassVar[tuple[str, ...]] = ("formula",)
     recordings: ClassVar[tuple[str, ...]] = GAUGE
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "empirical law",
         "A formula without a known cause: {formula}.",
         "Look for the cause by other means.",
         "Nothing: do not adjust or compensate before the cause is known.",
-        german=Words(
+        german=Wording(
             "empirisches Gesetz",
             "Eine Formel ohne bekannte Ursache: {formula}.",
             "Die Ursache auf anderem Weg suchen.",

@@ -16,7 +16,7 @@ from stepgauge.effects.base import (
     Displacement,
     Effect,
     EffectPrior,
-    Words,
+    Wording,
     along,
     parameter,
 )
@@ -114,13 +114,13 @@ class ThermalExpansionOf(Following):
         "steel has 11.5, of which some is compensated, aluminium 24; a fifth of what is corrected",
         most=30.0,
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "thermal expansion",
         "Lengths of {of} change with {column}{minus: less {minus}|}{lag_s:, {lag_s:3} late|}, by {um_per_m_K}: up"
         " to {largest} in this recording.",
         "Compare the recorded temperature {column} with a calibrated thermometer.",
         "Correct by this temperature, or keep it constant.",
-        german=Words(
+        german=Wording(
             "Wärmeausdehnung",
             "Längen ({of}) ändern sich mit {column}{minus: minus {minus}|}{lag_s:, um {lag_s:3} verzögert|}, um"
             " {um_per_m_K}: bis {largest} in dieser Aufnahme.",
@@ -128,13 +128,13 @@ class ThermalExpansionOf(Following):
             "Mit dieser Temperatur korrigieren oder sie konstant halten.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "thermal expansion",
         "In proportion to position the readings follow {column}{minus: less {minus}|}{lag_s:, {lag_s:3} late|},"
         " by {um_per_m_K}: the scale, or what realises the targets, expands.",
         "Compare the recorded temperature {column} with a calibrated thermometer.",
         "Correct by this temperature, or keep it constant.",
-        german=Words(
+        german=Wording(
             "Wärmeausdehnung",
             "Im Verhältnis zur Position folgen die Werte {column}{minus: minus {minus}|}{lag_s:, um {lag_s}"
             " verzögert|}, um {um_per_m_K}: Der Maßstab oder was die Ziele darstellt dehnt sich aus.",
@@ -171,13 +171,13 @@ class ThermalShift(Following):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.6, 2.0, "10 to 200 mm of steel between what is measured and held, at most a metre of aluminium", most=30.0
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "thermal shift",
         "The readings move along {direction} with {column}{minus: less {minus}|}{lag_s:, {lag_s:3} late|}, by"
         " {um_per_K}: up to {largest} in this recording.",
         "Compare the recorded temperature {column} with a calibrated thermometer.",
         "Keep this temperature constant, or measure a reference point again and again.",
-        german=Words(
+        german=Wording(
             "thermische Verschiebung",
             "Die Werte wandern längs {direction} mit {column}{minus: minus {minus}|}{lag_s:, um {lag_s}"
             " verzögert|}, um {um_per_K}: bis {largest} in dieser Aufnahme.",
@@ -185,14 +185,14 @@ class ThermalShift(Following):
             "Diese Temperatur konstant halten oder einen Bezugspunkt immer wieder messen.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "thermal shift",
         "All readings follow {column}{minus: less {minus}|}{lag_s:, {lag_s:3} late|} alike, by {um_per_K}: zero"
         " moves, not the scale.",
         "Compare the recorded temperature {column} with a calibrated thermometer; look at what holds the"
         " instrument and the part.",
         "Keep this temperature constant, or read a reference again and again.",
-        german=Words(
+        german=Wording(
             "thermische Verschiebung",
             "Alle Werte folgen {column}{minus: minus {minus}|}{lag_s:, um {lag_s:3} verzögert|} gleich, um"
             " {um_per_K}: Der Nullpunkt wandert, nicht der Maßstab.",
@@ -238,13 +238,13 @@ class ThermalBending(PowerOfCoordinate, Following):
         most=100.0,
         unit="um or urad per K at 1 m",
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "thermal bending",
         "The {axis} guideway bends in {component} (r: a rotation) with {column}{minus: less {minus}|}{lag_s:,"
         " {lag_s} late|}, by {per_K}: up to {largest} in this recording.",
         "Look for what heats one side of {axis}: sun, a lamp, an electrical cabinet.",
         "Remove or shield the source of heat.",
-        german=Words(
+        german=Wording(
             "thermische Biegung",
             "Die Führung {axis} biegt sich in {component} (r: eine Drehung) mit {column}{minus: minus"
             " {minus}|}{lag_s:, um {lag_s:3} verzögert|}, um {per_K}: bis {largest} in dieser Aufnahme.",
@@ -283,13 +283,13 @@ class ScaleWarmUp(Effect):
     process: ClassVar[bool] = True
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.3, 10.0, "a screw warms by 1 K in use", again=1.0)
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "scale warm-up",
         "The {axis} scale warms with a time constant of {time_constant_h} and reads {um_per_m} too"
         " {um_per_m:long|short} in the end.",
         "Log the temperature of the {axis} scale from switching on.",
         "Warm the machine up before measuring.",
-        german=Words(
+        german=Wording(
             "Warmlaufen des Maßstabs",
             "Der Maßstab {axis} erwärmt sich mit einer Zeitkonstante von {time_constant_h} und zeigt am Ende um"
             " {um_per_m} zu {um_per_m:viel|wenig} an.",

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import GAUGE, Displacement, Effect, EffectPrior, Words, parameter
+from stepgauge.effects.base import GAUGE, Displacement, Effect, EffectPrior, Wording, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
@@ -26,12 +26,12 @@ class BlockDefect(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("face",)
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.5, "wear, a burr, dirt on a face", basis="certificate")
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "block defect",
         "Face {face} lies {um} nearer to the {um:end|beginning} block than certified.",
         "Look for dirt, rust or a dent on face {face}.",
         "Clean it; then have the gauge calibrated.",
-        german=Words(
+        german=Wording(
             "fehlerhafte Fläche",
             "Fläche {face} liegt um {um} näher am {um:End|Anfangs}block als im Schein.",
             "Fläche {face} auf Schmutz, Rost oder eine Delle ansehen.",
@@ -58,13 +58,13 @@ class BlockShift(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.5, 0.5, "a block that was knocked, or is loose in its rail", basis="certificate"
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "block shift",
         "Both faces of block {block} lie {um} nearer to the {um:end|beginning} block than certified: the block"
         " was moved.",
         "Look whether block {block} sits tight; lay the gauge elsewhere: does the error go with it?",
         "Have the gauge calibrated; do not use it as it is.",
-        german=Words(
+        german=Wording(
             "verschobener Block",
             "Beide Flächen von Block {block} liegen um {um} näher am {um:End|Anfangs}block als im Schein: Der"
             " Block wurde verschoben.",
@@ -100,13 +100,13 @@ class GaugeReversed(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("face",)
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.1, 1.0, "it is so or not; most gauges fit both ways", most=1.0)
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "gauge reversed",
         "The faces stand where the certificate has them if it is counted from the other end (share {share:=3}; 1"
         " if it is so): the gauge was laid the wrong way round, or its blocks were numbered from the wrong end.",
         "Look at which end of the gauge the beginning of its certificate is.",
         "Turn the gauge round, or number its blocks from the other end; then measure again.",
-        german=Words(
+        german=Wording(
             "Stufenendmaß verkehrt herum",
             "Die Flächen stehen, wo der Schein sie hat, wenn man vom anderen Ende zählt (Anteil {share:=3}; 1,"
             " wenn es so ist): Das Stufenendmaß lag verkehrt herum, oder seine Blöcke wurden vom falschen Ende"
@@ -146,13 +146,13 @@ class Misalignment(Effect):
         again=0.1,
         unit="mrad",
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "misalignment",
         "{placement:In placement {placement} the|The} probed line is {mrad} off the axis of the gauge; the"
         " cosine error makes lengths too long, by up to {largest}.",
         "Probe the 16 points again and compare the placements (stepgauge locate).",
         "Plan anew with the new placement.",
-        german=Words(
+        german=Wording(
             "Schieflage",
             "{placement:In Lage {placement} liegt die|Die} angetastete Linie {placement:|liegt }um {mrad}"
             " schräg zur Achse des Stufenendmaßes; der Kosinusfehler macht Längen um bis zu {largest} zu groß.",
@@ -203,12 +203,12 @@ class GaugeBending(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.2, 60.0, "a steel bar 30 mm high sags 60 um at 1 m", basis="sag", unit="um of sag"
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "gauge bending",
         "The gauge sags by {sag_um} between its supports, which tilts its faces.",
         "Compare the supports of the gauge with those of its certificate.",
         "Support the gauge there.",
-        german=Words(
+        german=Wording(
             "Durchbiegung des Stufenendmaßes",
             "Das Stufenendmaß biegt sich zwischen seinen Auflagen um {sag_um} durch, was seine Flächen neigt.",
             "Die Auflagen des Stufenendmaßes mit denen seines Scheins vergleichen.",

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Literal
 from pydantic import model_validator
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import GAUGE, Axis, Displacement, Effect, EffectPrior, Words, parameter
+from stepgauge.effects.base import GAUGE, Axis, Displacement, Effect, EffectPrior, Wording, parameter
 from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
 from stepgauge.files.arrays import Array
@@ -32,12 +32,12 @@ class Squareness(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         1.0, 8.0, "ISO 10791-1 permits 40 urad; a workshop square shows 300", basis="grade", most=300.0
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "squareness",
         "The axes {plane} are {urad} off perpendicular: up to {largest} in this recording.",
         "Measure the squareness of {plane} by other means: a square, or a ball plate.",
         "Enter the squareness of {plane} in the controller.",
-        german=Words(
+        german=Wording(
             "Rechtwinkligkeit",
             "Die Achsen {plane} stehen um {urad} nicht rechtwinklig: bis {largest} in dieser Aufnahme.",
             "Die Rechtwinkligkeit {plane} anders messen: mit einem Winkel oder einer Kugelplatte.",
@@ -66,12 +66,12 @@ class Straightness(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.25, 1.5, "a straightedge shows 0.15 mm", basis="grade", most=150.0, unit="um over the travel"
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "straightness",
         "The {axis} guideway is curved towards {um:+|-}{direction} by {um} in the middle of {length_mm:4}.",
         "Measure the straightness of {axis} with a straightedge or a laser.",
         "Enter it in the error map, or level the bed.",
-        german=Words(
+        german=Wording(
             "Geradheit",
             "Die Führung {axis} ist in der Mitte von {length_mm:4} um {um} nach {um:+|-}{direction} gekrümmt.",
             "Die Geradheit von {axis} mit einem Lineal oder Laser messen.",
@@ -112,13 +112,13 @@ class AngularError(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.4, 10.0, "pitch and yaw of bridge machines, ISO 230-1", basis="grade", most=300.0
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "angular error",
         "The {travel_axis} carriage rotates about {rotation_axis} by {urad_per_m} of travel; the error of a"
         " length is this rotation times its distance from the scale (Abbe).",
         "Measure the angle of the {travel_axis} carriage with an electronic level or an autocollimator.",
         "Enter it in the error map; look at bearings and preload of the {travel_axis} carriage.",
-        german=Words(
+        german=Wording(
             "Winkelabweichung des Schlittens",
             "Der Schlitten {travel_axis} dreht sich auf seinem Weg um {rotation_axis}, um {urad_per_m}; der"
             " Fehler einer Länge ist diese Drehung mal ihrem Abstand vom Maßstab (Abbe).",
@@ -152,12 +152,12 @@ class Roll(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.15, 10.0, basis="grade", most=300.0)
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "roll",
         "The {axis} carriage rolls by {urad_per_m} of its travel.",
         "Measure the roll of the {axis} carriage with electronic levels.",
         "Enter it in the error map.",
-        german=Words(
+        german=Wording(
             "Rollen des Schlittens",
             "Der Schlitten {axis} rollt auf seinem Weg um {urad_per_m}.",
             "Das Rollen des Schlittens {axis} mit elektronischen Libellen messen.",
@@ -214,13 +214,13 @@ class ErrorMotion(PowerOfCoordinate):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.15, 30.0, "what is left of a guideway beyond a bow", basis="grade", most=3000.0, unit="um/m^3 or urad/m^2"
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "error motion",
         "The {axis} axis errs in {component} (r: a rotation) with the power {order} of its coordinate, up to"
         " {largest} in this recording.",
         "Measure this error motion of {axis} with a laser, an autocollimator or levels.",
         "Enter it in the error map.",
-        german=Words(
+        german=Wording(
             "Bewegungsabweichung",
             "Die Achse {axis} weicht in {component} (r: eine Drehung) mit der Potenz {order} ihrer Koordinate"
             " ab, in dieser Aufnahme bis {largest}.",

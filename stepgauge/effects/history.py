@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import Direction, Displacement, Effect, EffectPrior, Words, along, parameter
+from stepgauge.effects.base import Direction, Displacement, Effect, EffectPrior, Wording, along, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.waves import sine
 
@@ -20,12 +20,12 @@ class StepChange(Effect):
     source: ClassVar[str] = "Heaviside step in time"
     covariates: ClassVar[tuple[str, ...]] = ("time",)
     prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 1.0, "a slipped clamp or a knock")
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "step change",
         "At {time_s:=4} the origin changed by {um} towards {um:+|-}{direction}: a knock or a slipped clamp.",
         "Look at the clamps of the gauge, and whether stylus and probe are tight.",
         "Tighten them; use no readings from before and after together.",
-        german=Words(
+        german=Wording(
             "Sprung",
             "Bei {time_s:=4} sprang der Nullpunkt um {um} nach {um:+|-}{direction}: ein Stoß oder ein"
             " gerutschtes Spannmittel.",
@@ -33,12 +33,12 @@ class StepChange(Effect):
             "Festziehen; Werte von davor und danach nicht zusammen benutzen.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "step change",
         "At {time_s:=4} the reading jumps by {um}: a knock, a slipped clamp or a counting error.",
         "Look at clamps, mirrors and cables, and at the count of the instrument.",
         "Fasten them; use no readings from before and after together.",
-        german=Words(
+        german=Wording(
             "Sprung",
             "Bei {time_s:=4} springt der Wert um {um}: ein Stoß, ein gerutschtes Spannmittel oder ein Zählfehler.",
             "Spannmittel, Spiegel, Kabel und den Zähler des Messgeräts ansehen.",
@@ -73,13 +73,13 @@ class Vibration(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("time",)
     process: ClassVar[bool] = True
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.4, 0.4)
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "vibration",
         "Machine and gauge vibrate relative to each other along {direction} by {amplitude_um} at"
         " {frequency_hz:5}, or at an alias of this frequency at these times of probing.",
         "Switch off, one by one, what turns near the machine: fans, pumps, spindles.",
         "Isolate it, or measure without it.",
-        german=Words(
+        german=Wording(
             "Schwingung",
             "Maschine und Stufenendmaß schwingen gegeneinander längs {direction} um {amplitude_um} mit"
             " {frequency_hz:5} oder einer Alias-Frequenz davon zu diesen Zeiten.",
@@ -87,13 +87,13 @@ class Vibration(Effect):
             "Die Quelle entkoppeln oder ohne sie messen.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "vibration",
         "The reading swings by {amplitude_um} at {frequency_hz:5}, or at a frequency that looks the same at"
         " these moments of reading.",
         "Switch off, one by one, what turns near by: fans, pumps, spindles.",
         "Isolate it, or measure without it.",
-        german=Words(
+        german=Wording(
             "Schwingung",
             "Der Wert schwingt um {amplitude_um} mit {frequency_hz:5} oder einer Frequenz, die zu diesen Zeiten"
             " ebenso aussieht.",
@@ -136,13 +136,13 @@ class DriveCycle(Effect):
     recordings: ClassVar[tuple[str, ...]] = ("spot",)
     process: ClassVar[bool] = True
     prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.5, "what follows or turns has a drive")
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "drive cycle",
         "The reading repeats every {turn_s:4}, by up to {amplitude_um}, as the error of a worm, gear, screw or motor"
         " that turns once in this time would make it.",
         "Compare the period with a turn of each part of the drive, and with half of it.",
         "Correct the periodic error of the drive, or have the part exchanged.",
-        german=Words(
+        german=Wording(
             "Umlauf eines Antriebsteils",
             "Der Wert wiederholt sich alle {turn_s:4}, um bis zu {amplitude_um}, wie beim Fehler von Schnecke,"
             " Zahnrad, Spindel oder Motor, die sich in dieser Zeit einmal drehen.",
@@ -185,12 +185,12 @@ class ApproachMemory(Effect):
     recordings: ClassVar[tuple[str, ...]] = ("gauge", "linear", "rotary", "spot")
     touch: ClassVar[tuple[str, ...]] = ("gauge", "linear", "rotary", "spot")
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.6, 0.7, "reseating of a kinematic probe after a rest")
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "approach memory",
         "The first probing after a pause triggers {um} {um:later|earlier}; this decays to 1/e within {touches:2}.",
         "Probe one point ten times after a pause.",
         "Begin every run with some probings for nothing.",
-        german=Words(
+        german=Wording(
             "erste Antastungen nach einer Pause",
             "Die erste Antastung nach einer Pause schaltet um {um} {um:später|früher}; das klingt in wenigen"
             " Antastungen ab.",
@@ -198,12 +198,12 @@ class ApproachMemory(Effect):
             "Jede Messung mit einigen Antastungen beginnen, die nicht zählen.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "approach memory",
         "The first readings after a pause are {um} off.",
         "Read one target ten times after a pause.",
         "Begin every run with some readings for nothing.",
-        german=Words(
+        german=Wording(
             "erste Werte nach einer Pause",
             "Die ersten Werte nach einer Pause weichen um {um} ab.",
             "Nach einer Pause ein Ziel zehnmal ablesen.",

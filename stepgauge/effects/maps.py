@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from stepgauge.effects.base import GAUGE, Axis, Displacement, Effect, Words, parameter
+from stepgauge.effects.base import GAUGE, Axis, Displacement, Effect, Wording, parameter
 from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
 from stepgauge.files.arrays import Array
@@ -31,12 +31,12 @@ class ErrorMap(Effect):
     source: ClassVar[str] = "ISO 230-2:2014 and ISO 230-1:2012 measurements; Zhang et al. 1985"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     recordings: ClassVar[tuple[str, ...]] = GAUGE
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "error map",
         "The machine has an error map of {axis} that its file does not state, or the other way round.",
         "Look whether the error map is switched on in the controller.",
         "State it in the machine file, or switch it off.",
-        german=Words(
+        german=Wording(
             "Fehlerkarte",
             "Die Maschine hat eine Fehlerkarte von {axis}, die ihre Datei nicht angibt, oder umgekehrt.",
             "Nachsehen, ob die Fehlerkarte in der Steuerung eingeschaltet ist.",

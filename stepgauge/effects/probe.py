@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import GAUGE, UNDETERMINED, Displacement, Effect, EffectPrior, Words, parameter
+from stepgauge.effects.base import GAUGE, UNDETERMINED, Displacement, Effect, EffectPrior, Wording, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.files.arrays import Array
 from stepgauge.probes import EmpiricalProbe, MechanicalProbe, Probe
@@ -33,13 +33,13 @@ class EffectiveRadius(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         2.0, 1.0, "drift of a qualification from day to day, after every change of the stylus"
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "effective radius",
         "The probe triggers {um} {um:later|earlier} than modelled, equally on all faces; blocks appear too"
         " {um:small|large} by twice that.",
         "Is the stylus tight and the tip clean? Qualify it on the reference sphere and compare.",
         "Enter the new effective radius.",
-        german=Words(
+        german=Wording(
             "wirksamer Radius",
             "Der Taster schaltet auf allen Flächen um {um} {um:später|früher} als angenommen; Blöcke erscheinen"
             " um das Doppelte zu {um:klein|groß}.",
@@ -47,13 +47,13 @@ class EffectiveRadius(Effect):
             "Den neuen wirksamen Radius eingeben.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "additive constant",
         "All readings are {um} {um:late or too long|early or too short}, whatever their length: a pre-travel or"
         " an additive constant.",
         "Determine the constant by other means, on a known length or on the reference sphere.",
         "Enter the new constant.",
-        german=Words(
+        german=Wording(
             "Additionskonstante",
             "Alle Werte sind um {um} {um:zu spät oder zu lang|zu früh oder zu kurz}, wie lang die Strecke auch"
             " ist: ein Vorlaufweg oder eine Additionskonstante.",
@@ -83,13 +83,13 @@ class ProbeLobing(Effect):
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     touch: ClassVar[tuple[str, ...]] = ("gauge",)
     prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 1.0, "tripod probes of 50 mm stylus")
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "probe lobing",
         "The pre-travel varies by {amplitude_um} about its mean with the direction of approach, in three lobes:"
         " largest at an azimuth of {phase_deg:=3} and every 120 deg from there.",
         "Probe a sphere from all sides (stepgauge probe qualify).",
         "Compensate by direction (stepgauge probe compensate), or have the probe module exchanged.",
-        german=Words(
+        german=Wording(
             "Dreibogen des Tasters",
             "Der Vorlaufweg ändert sich mit der Antastrichtung um {amplitude_um} um sein Mittel, in drei Bögen,"
             " am größten bei einem Azimut von {phase_deg:=3} und alle 120° davon.",
@@ -125,13 +125,13 @@ class TipChange(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.3, 1.0, "tips are changed and qualified anew between placements"
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "tip change",
         "In placement {placement} the probe triggers {um} {um:later|earlier} than in the others: another tip or"
         " stylus, or one not qualified anew.",
         "Compare the stylus of placement {placement} with that of the others.",
         "Qualify it, and measure this placement again.",
-        german=Words(
+        german=Wording(
             "anderer Taststift",
             "In Lage {placement} schaltet der Taster um {um} {um:später|früher} als in den anderen: ein anderer"
             " Taststift, oder einer, der nicht neu eingemessen wurde.",
@@ -179,12 +179,12 @@ class LeverArm(Effect):
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     touch: ClassVar[tuple[str, ...]] = ("gauge",)
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.5, 2.0, unit="mm")
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "lever arm",
         "The trigger lever is {mm} {mm:longer|shorter} than modelled.",
         "Measure the length of the stylus and compare it with the file.",
         "State the measured length.",
-        german=Words(
+        german=Wording(
             "Hebelarm des Tasters",
             "Der Hebel des Tasters ist um {mm} {mm:länger|kürzer} als angenommen.",
             "Die Länge des Taststifts messen und mit der Datei vergleichen.",
@@ -224,13 +224,13 @@ class PretravelScale(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.3, 10.0, "9 % between a uniform stylus and one with a stiff root"
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "pretravel scale",
         "The pre-travel is {percent} {percent:larger|smaller} than modelled in every direction: the stylus"
         " bends {percent:more|less}, or the spring is set otherwise.",
         "Look which stylus is in the probe, and compare it with the machine file.",
         "Correct the stiffness of the stylus in the machine file.",
-        german=Words(
+        german=Wording(
             "größerer Vorlaufweg",
             "Der Vorlaufweg ist in jeder Richtung um {percent} {percent:größer|kleiner} als angenommen: Der"
             " Stift biegt sich {percent:mehr|weniger}, oder die Feder ist anders eingestellt.",

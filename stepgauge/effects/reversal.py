@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import AXES, UNDETERMINED, Axis, Displacement, Effect, EffectPrior, Words, parameter
+from stepgauge.effects.base import AXES, UNDETERMINED, Axis, Displacement, Effect, EffectPrior, Wording, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.scales import bump
 from stepgauge.files.arrays import Array
@@ -33,13 +33,13 @@ class ReversalError(Effect):
         basis="grade",
         again=2.0,
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "reversal error",
         "{axis} indicates {um} {um:more|less} when probed towards + than towards -: backlash, hysteresis of the"
         " drive, or a pre-travel that depends on the direction. The size of a block has this error.",
         "Drive {axis} to a dial gauge from both sides: if it does not differ, the cause is the probe.",
         "Adjust the drive of {axis} or its backlash compensation; for the probe, qualify it again.",
-        german=Words(
+        german=Wording(
             "Umkehrspanne",
             "{axis} zeigt in Richtung + um {um} {um:mehr|weniger} an als in Richtung -: Lose, Hysterese des"
             " Antriebs oder ein richtungsabhängiger Vorlaufweg. Die Größe eines Blocks hat diesen Fehler.",
@@ -48,13 +48,13 @@ class ReversalError(Effect):
             "Den Antrieb von {axis} oder seinen Losausgleich einstellen; ist es der Taster, ihn neu einmessen.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "reversal error",
         "Coming in the positive direction the reading is {um} {um:more|less} than in the negative one:"
         " backlash, hysteresis of the drive or of the instrument.",
         "Read the position with another instrument, coming from both sides.",
         "Adjust the drive or its backlash compensation.",
-        german=Words(
+        german=Wording(
             "Umkehrspanne",
             "In positiver Richtung angefahren ist der Wert um {um} {um:größer|kleiner} als in negativer: Lose,"
             " Hysterese des Antriebs oder des Messgeräts.",
@@ -90,13 +90,13 @@ class ReversalWear(Effect):
     process: ClassVar[bool] = True
     recordings: ClassVar[tuple[str, ...]] = AXES
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.2, 1.0, "screws wear where they work most", basis="grade")
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "reversal wear",
         "The reversal of {axis} is {um} {um:larger|smaller} about {axis} = {at_mm:=4}, over some {width_mm:2},"
         " than elsewhere: the screw may be worn there.",
         "Drive {axis} to a dial gauge from both sides, near {at_mm:=5} and far from it.",
         "Have the screw of {axis} inspected; its backlash compensation holds for one place only.",
-        german=Words(
+        german=Wording(
             "Umkehrspanne durch Verschleiß",
             "Die Umkehrspanne von {axis} ist bei {axis} = {at_mm:=4}, auf etwa {width_mm:2}, um {um}"
             " {um:größer|kleiner} als sonst: Die Spindel ist dort vielleicht verschlissen.",
@@ -104,13 +104,13 @@ class ReversalWear(Effect):
             "Die Spindel von {axis} prüfen lassen; ihr Losausgleich gilt nur an einer Stelle.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "reversal wear",
         "About {at_mm:=4}, over a width of {width_mm:2}, the reversal is {um} {um:larger|smaller} than"
         " elsewhere: wear of the screw or its nut, or a guide that binds.",
         "Read the position near there and far from it with another instrument, coming from both sides.",
         "Have the drive inspected; a backlash compensation holds for one place only.",
-        german=Words(
+        german=Wording(
             "Umkehrspanne durch Verschleiß",
             "Bei {at_mm:=4}, auf einer Breite von {width_mm:2}, ist die Umkehrspanne um {um} {um:größer|kleiner}"
             " als sonst: Verschleiß von Spindel oder Mutter, oder eine klemmende Führung.",
@@ -158,12 +158,12 @@ class ReversalSlope(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("approach", "coordinate")
     recordings: ClassVar[tuple[str, ...]] = AXES
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.2, 3.0, "screws and racks wear towards one end", basis="grade")
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "reversal error that grows",
         "The reversal error of {axis} grows by {um_per_m} along it: the drive has more play towards one end.",
         "Drive {axis} to a dial gauge from both sides, at both ends of its travel.",
         "Have the drive of {axis} inspected; a backlash compensation holds for one place only.",
-        german=Words(
+        german=Wording(
             "mit der Achse wachsende Umkehrspanne",
             "Die Umkehrspanne von {axis} wächst längs der Achse um {um_per_m}: Der Antrieb hat gegen ein Ende"
             " mehr Lose.",
@@ -171,12 +171,12 @@ class ReversalSlope(Effect):
             "Den Antrieb von {axis} prüfen lassen; ein Losausgleich gilt nur an einer Stelle.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "reversal error that grows",
         "The reversal error grows by {um_per_m} along the axis: the drive has more play towards one end.",
         "Read both ends with another instrument, coming from both sides.",
         "Have the drive inspected; a backlash compensation holds for one place only.",
-        german=Words(
+        german=Wording(
             "mit der Achse wachsende Umkehrspanne",
             "Die Umkehrspanne wächst längs der Achse um {um_per_m}: Der Antrieb hat gegen ein Ende mehr Lose.",
             "Beide Enden mit einem anderen Gerät ablesen, von beiden Seiten kommend.",
@@ -213,13 +213,13 @@ class StickSlip(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.2, 1.0, "slideways more, rolling and air bearings less", basis="grade"
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "stick-slip",
         "After {axis} has turned round, the two directions differ by {um}, which fades over {decay_mm} of way:"
         " friction holds it back.",
         "Look at lubrication and wipers of the {axis} guideway.",
         "Clean and lubricate the guideway of {axis}.",
-        german=Words(
+        german=Wording(
             "Ruckgleiten",
             "Nach einer Umkehr von {axis} weichen beide Richtungen um {um} voneinander ab, was auf {decay_mm}"
             " Weg abklingt: Reibung hält die Achse zurück.",
@@ -227,13 +227,13 @@ class StickSlip(Effect):
             "Die Führung {axis} reinigen und schmieren.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "stick-slip",
         "Just after the axis turns, the two directions differ by {um}, which fades over {decay_mm}: friction in"
         " the guides or the drive.",
         "Look at lubrication and wipers of the guideway; approach a target from farther away.",
         "Clean and lubricate the guideway.",
-        german=Words(
+        german=Wording(
             "Ruckgleiten",
             "Kurz nach einer Umkehr weichen beide Richtungen um {um} voneinander ab, was auf {decay_mm}"
             " abklingt: Reibung in Führung oder Antrieb.",

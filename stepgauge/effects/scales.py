@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import AXES, Axis, Displacement, Effect, EffectPrior, Words, parameter
+from stepgauge.effects.base import AXES, Axis, Displacement, Effect, EffectPrior, Wording, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.waves import sine
 from stepgauge.files.arrays import Array
@@ -24,13 +24,13 @@ class ScaleError(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         1.0, 5.0, "errors permitted to bridge machines grow by 2 to 5 um/m", basis="grade", again=1.0
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "scale error",
         "The {axis} scale indicates {ppm} too {ppm:long|short}, up to {largest} in this recording.",
         "Compare the linear correction of {axis} in the controller, and the temperature of the {axis} scale in"
         " the machine file, with what is there.",
         "Enter a new linear correction of {axis}.",
-        german=Words(
+        german=Wording(
             "Maßstabsfehler",
             "Der Maßstab {axis} zeigt {ppm} zu {ppm:viel|wenig} an, in dieser Aufnahme bis {largest}.",
             "Die lineare Korrektur von {axis} in der Steuerung und die Temperatur des Maßstabs {axis} in der"
@@ -38,13 +38,13 @@ class ScaleError(Effect):
             "Eine neue lineare Korrektur von {axis} eingeben.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "scale error",
         "In proportion to position the readings are {ppm} too {ppm:long|short}. A wrong temperature or"
         " coefficient of expansion, and a line of measurement at an angle to the axis, look the same.",
         "Measure the temperature of the scale, state its coefficient of expansion, and align the line of measurement.",
         "If it stays: enter a new linear correction.",
-        german=Words(
+        german=Wording(
             "Maßstabsfehler",
             "Die Werte sind im Verhältnis zur Position um {ppm} zu {ppm:groß|klein}. Eine falsche Temperatur,"
             " ein falscher Ausdehnungskoeffizient oder eine schräge Messlinie sehen ebenso aus.",
@@ -69,25 +69,25 @@ class ScaleCurvature(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     recordings: ClassVar[tuple[str, ...]] = ("gauge", "linear")
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.6, 5.0, basis="grade")
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "scale curvature",
         "The error of the {axis} scale is a parabola about the middle of its travel, up to {largest} in this"
         " recording.",
         "Compare the error table of {axis} in the controller with the machine's last one.",
         "Make a new error table of {axis} from an evaluation along it (stepgauge compensate).",
-        german=Words(
+        german=Wording(
             "gekrümmter Maßstab",
             "Der Fehler des Maßstabs {axis} ist eine Parabel um die Mitte des Wegs, in dieser Aufnahme bis {largest}.",
             "Die Korrekturtabelle von {axis} in der Steuerung mit der letzten der Maschine vergleichen.",
             "Eine neue Korrekturtabelle von {axis} aus einer Auswertung längs der Achse machen.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "scale curvature",
         "The error is bowed over the travel, by up to {largest}.",
         "Compare the error table of the controller with the last one; look at the screw's preload and its warm-up.",
         "Make a new error table.",
-        german=Words(
+        german=Wording(
             "gekrümmter Maßstab",
             "Der Fehler ist über den Weg gewölbt, um bis zu {largest}.",
             "Die Korrekturtabelle der Steuerung mit der letzten vergleichen; die Vorspannung der Spindel ansehen.",
@@ -118,14 +118,14 @@ class PeriodicScaleError(Effect):
     process: ClassVar[bool] = True
     recordings: ClassVar[tuple[str, ...]] = ("gauge", "linear", "rotary", "distances")
     prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.6, "interpolation and screw pitch", basis="grade")
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "periodic scale error",
         "The error of the {axis} scale repeats every {period_mm:5}, by up to {amplitude_um} for a position and"
         " twice that for a length.",
         "Compare the period{aliases:, and every alias of it that is named,|} with the pitch of the {axis}"
         " scale, screw or rack; look for dirt on the reading head.",
         "Clean the {axis} scale and adjust the gap of its reading head.",
-        german=Words(
+        german=Wording(
             "periodischer Maßstabsfehler",
             "Der Fehler des Maßstabs {axis} wiederholt sich alle {period_mm:5}, um bis zu {amplitude_um} für"
             " eine Position und das Doppelte für eine Länge.",
@@ -134,13 +134,13 @@ class PeriodicScaleError(Effect):
             "Den Maßstab {axis} reinigen und den Spalt seines Lesekopfs einstellen.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "periodic scale error",
         "The error repeats every {period_mm:5}, by up to {amplitude_um}.",
         "Compare the period{aliases:, and every alias of it that is named,|} with the pitch of scale, screw or"
         " gear, with a turn, and with the wavelength.",
         "Clean the scale and adjust its reading head; centre what turns.",
-        german=Words(
+        german=Wording(
             "periodischer Maßstabsfehler",
             "Der Fehler wiederholt sich alle {period_mm:5}, um bis zu {amplitude_um}.",
             "Die Periode{aliases:, auch jede genannte Alias-Periode,|} mit der Teilung von Maßstab, Spindel"
@@ -180,14 +180,14 @@ class LocalScaleDefect(Effect):
     process: ClassVar[bool] = True
     recordings: ClassVar[tuple[str, ...]] = AXES
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.6, 1.0, "dirt or a chip under a tape", basis="grade")
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "local scale defect",
         "Near {axis} = {at_mm:=4}, over about {width_mm:2}, the machine indicates {height_um} too"
         " {height_um:long|short}, wherever the gauge lies.",
         "Inspect the {axis} scale at {at_mm:=5} for dirt, a scratch or a joint.",
         "Clean it; if the error stays: Make a new error table of {axis} from an evaluation along it (stepgauge"
         " compensate).",
-        german=Words(
+        german=Wording(
             "örtlicher Maßstabsfehler",
             "Bei {axis} = {at_mm:=4} zeigt die Maschine auf etwa {width_mm:2} um {height_um} zu"
             " {height_um:viel|wenig} an, wo immer das Stufenendmaß liegt.",
@@ -195,12 +195,12 @@ class LocalScaleDefect(Effect):
             "Reinigen; bleibt die Abweichung, eine neue Korrekturtabelle von {axis} machen.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "local scale defect",
         "About {at_mm:=4}, over a width of {width_mm:2}, the readings are off by {height_um}: look there.",
         "Inspect the scale at this position.",
         "Clean it; if it stays, make a new error table.",
-        german=Words(
+        german=Wording(
             "örtlicher Maßstabsfehler",
             "Bei {at_mm:=4}, auf einer Breite von {width_mm:2}, weichen die Werte um {height_um} ab.",
             "Den Maßstab an dieser Stelle ansehen.",
@@ -243,13 +243,13 @@ class ScaleJoint(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     recordings: ClassVar[tuple[str, ...]] = AXES
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.2, 2.0, "tapes and racks laid end to end", basis="grade")
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "scale joint",
         "From {axis} = {at_mm:=4} on the {axis} scale has {order:another slope, by {size},|a gap of {size}} and"
         " reads {size:more|less}: two scales or tapes may meet there.",
         "Inspect the {axis} scale for a joint at {at_mm:=5}.",
         "Make a new error table of {axis} from an evaluation along it (stepgauge compensate).",
-        german=Words(
+        german=Wording(
             "Stoß zweier Maßstäbe",
             "Ab {axis} = {at_mm:=4} hat der Maßstab {axis} {order:eine andere Steigung, um {size},|eine Lücke"
             " von {size}} und zeigt {size:mehr|weniger} an: Dort stoßen vielleicht zwei Maßstäbe zusammen.",
@@ -257,13 +257,13 @@ class ScaleJoint(Effect):
             "Eine neue Korrekturtabelle von {axis} aus einer Auswertung längs der Achse machen.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "scale joint",
         "At {at_mm:=4} {order:the slope of the error changes|the readings jump} by {size}: two pieces of a"
         " scale, or of a compensation table, meet there.",
         "Inspect the scale for a joint at this position.",
         "Make a new error table.",
-        german=Words(
+        german=Wording(
             "Stoß zweier Maßstäbe",
             "Bei {at_mm:=4} {order:ändert sich die Steigung des Fehlers|springen die Werte} um {size}: Dort"
             " stoßen zwei Maßstäbe oder Korrekturtabellen zusammen.",
@@ -311,12 +311,12 @@ class ScrewError(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     recordings: ClassVar[tuple[str, ...]] = AXES
     sought: ClassVar[bool] = False
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "screw error",
         "The error of the {axis} screw repeats with its pitch of {pitch_mm:5}, by up to {amplitude_um}.",
         "Compare the period with the pitch of the screw of {axis}; look at its bearing and coupling.",
         "Have the screw of {axis} and its bearing aligned.",
-        german=Words(
+        german=Wording(
             "Spindelfehler",
             "Der Fehler der Spindel {axis} wiederholt sich mit ihrer Steigung von {pitch_mm:5}, um bis zu"
             " {amplitude_um}.",

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from stepgauge.effects.base import Displacement, Effect, Words, parameter, whole_numbers
+from stepgauge.effects.base import Displacement, Effect, Wording, parameter, whole_numbers
 from stepgauge.effects.probings import Probings
 from stepgauge.files.arrays import Array
 
@@ -23,12 +23,12 @@ class NoiseGrowth(Effect):
     )
     source: ClassVar[str] = "quadrature sum of independent scatter, JCGM 100:2008, 5.1.2"
     covariates: ClassVar[tuple[str, ...]] = ("scatter",)
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "noise growth",
         "The scatter grows with {per}, by {rate} added in quadrature; these readings have less weight.",
         "Look for what changes with {per}.",
         "Nothing: readings there have less weight.",
-        german=Words(
+        german=Wording(
             "zunehmende Streuung",
             "Die Streuung wächst mit {per}, um {rate} (quadratisch addiert); diese Werte haben weniger Gewicht.",
             "Suchen, was sich mit {per} ändert.",
@@ -73,13 +73,13 @@ class Outliers(Effect):
     equation: ClassVar[str] = "d = um along the approach where the row is listed"
     source: ClassVar[str] = "definition"
     covariates: ClassVar[tuple[str, ...]] = ("row",)
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "outliers",
         "Some probings are far outside the scatter of the repeats and not used in the fit: dirt, a false"
         " trigger, or a hand on the table.",
         "Clean the tip and the faces that are listed in the appendix.",
         "Measure these points again.",
-        german=Words(
+        german=Wording(
             "einzelne Ausreißer",
             "Einige Antastungen liegen weit außerhalb der Streuung und gehen nicht ein: Schmutz, ein falsches"
             " Schalten oder eine Hand auf dem Tisch.",
@@ -87,13 +87,13 @@ class Outliers(Effect):
             "Diese Punkte noch einmal messen.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "outliers",
         "Some readings are far outside the scatter and left out: a lost count, an interrupted beam, dirt, or a"
         " slip in writing.",
         "Look at the readings that are listed in the appendix, and at what happened then.",
         "Measure these targets again.",
-        german=Words(
+        german=Wording(
             "einzelne Ausreißer",
             "Einige Werte liegen weit außerhalb der Streuung und gehen nicht ein: ein verlorener Zähler, ein"
             " unterbrochener Strahl, Schmutz oder ein Schreibfehler.",

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from stepgauge.effects.base import GAUGE, UNDETERMINED, Displacement, Effect, EffectPrior, Words, parameter
+from stepgauge.effects.base import GAUGE, UNDETERMINED, Displacement, Effect, EffectPrior, Wording, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.files.arrays import Array
 
@@ -21,12 +21,12 @@ class TriggerDelay(Effect):
     recordings: ClassVar[tuple[str, ...]] = ("gauge", "linear", "rotary", "spot")
     touch: ClassVar[tuple[str, ...]] = ("gauge", "spot")
     prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.2, "controllers poll in 0.1 to 1 ms")
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "trigger delay",
         "The position is latched {ms} {ms:late|early}: up to {largest} at the speeds of this recording.",
         "Probe one face at two speeds: does the reading change in proportion?",
         "Qualify the probe at the measuring speed.",
-        german=Words(
+        german=Wording(
             "Schaltverzögerung",
             "Die Position wird um {ms} zu {ms:spät|früh} erfasst: bis {largest} bei den Geschwindigkeiten"
             " dieser Aufnahme.",
@@ -34,12 +34,12 @@ class TriggerDelay(Effect):
             "Den Taster mit der Antastgeschwindigkeit einmessen.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "trigger delay",
         "The position is latched {ms} {ms:late|early}.",
         "Read one target at two speeds.",
         "Read at rest, or state the delay.",
-        german=Words(
+        german=Wording(
             "Schaltverzögerung",
             "Die Position wird um {ms} zu {ms:spät|früh} erfasst.",
             "Ein Ziel mit zwei Geschwindigkeiten ablesen.",
@@ -67,12 +67,12 @@ class ServoLag(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("speed",)
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.2, 0.05, "controllers take most of it back", basis="grade")
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "servo lag",
         "The axes fall behind with the square of the measuring speed, up to {largest} in this recording.",
         "Probe one face at three speeds.",
         "Qualify and measure at one speed, a slower one.",
-        german=Words(
+        german=Wording(
             "Schleppabstand",
             "Die Achsen bleiben mit dem Quadrat der Antastgeschwindigkeit zurück, in dieser Aufnahme bis {largest}.",
             "Eine Fläche mit drei Geschwindigkeiten antasten.",
@@ -104,12 +104,12 @@ class InterpolationStep(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("speed", "time")
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     sought: ClassVar[bool] = False
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "interpolation step",
         "Positions are latched once in {cycle_ms} only.",
         "Look up the cycle of the position latch in the manual of the controller.",
         "Measure slower, or state the cycle.",
-        german=Words(
+        german=Wording(
             "Takt der Positionserfassung",
             "Positionen werden nur einmal in {cycle_ms} erfasst.",
             "Den Takt der Positionserfassung im Handbuch der Steuerung nachsehen.",

@@ -22,7 +22,7 @@ from stepgauge.effects.base import (
     Effect,
     EffectPrior,
     Grid,
-    Words,
+    Wording,
     along,
     parameter,
 )
@@ -77,12 +77,12 @@ class GaugeTemperature(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         1.0, 0.3, "a thermometer that is off, or soaking that takes longer than the run"
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "gauge temperature",
         "The gauge is {delta_K} {delta_K:warmer|colder} than recorded: up to {largest} in this recording.",
         "Measure the temperature on the bar of the gauge with a calibrated thermometer, before and after a run.",
         "Wait until the gauge has the temperature of the machine; record its temperature.",
-        german=Words(
+        german=Wording(
             "Temperatur des Stufenendmaßes",
             "Das Stufenendmaß ist um {delta_K} {delta_K:wärmer|kälter} als aufgezeichnet: bis {largest} in"
             " dieser Aufnahme.",
@@ -117,13 +117,13 @@ class GaugeSoaking(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.6, 0.5, "from a store into the room, or in the hands when it is laid"
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "gauge soaking",
         "The gauge begins {delta_K} {delta_K:warmer|colder} than recorded ({warmed}) and takes on the"
         " temperature of its surroundings with a time constant of {time_constant_h}.",
         "Log the temperature on the bar of the gauge from the moment it is laid.",
         "Let the gauge soak for three time constants before measuring; lay it with gloves.",
-        german=Words(
+        german=Wording(
             "Angleichen des Stufenendmaßes",
             "Das Stufenendmaß ist anfangs um {delta_K} {delta_K:wärmer|kälter} als aufgezeichnet und gleicht"
             " sich mit einer Zeitkonstante von {time_constant_h} der Umgebung an.",
@@ -164,13 +164,13 @@ class ScaleTemperature(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.6, 0.5, "a sensor that hangs in the air, or is not calibrated", again=1.0
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "scale temperature",
         "The scale ({axis}) is {delta_K} {delta_K:warmer|colder} than recorded and reads too"
         " {delta_K:short|long}, up to {largest} in this recording.",
         "Measure the scale temperature of {axis} with a calibrated thermometer.",
         "Have its sensor adjusted, or state the measured temperature.",
-        german=Words(
+        german=Wording(
             "Temperatur des Maßstabs",
             "Der Maßstab ({axis}) ist um {delta_K} {delta_K:wärmer|kälter} als aufgezeichnet und zeigt zu"
             " {delta_K:wenig|viel} an, in dieser Aufnahme bis {largest}.",
@@ -211,14 +211,14 @@ class ThermalDrift(Effect):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         1.0, 2.0, "for an hour or more; what ends sooner moves by 2 um in all"
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "thermal drift",
         "Relative to the machine the gauge drifts{start_s: from {start_s:=4} on|} towards"
         " {rate_um_per_h:+|-}{direction}, {time_constant_h:first |}by {rate_um_per_h}{time_constant_h:, settling"
         " with a time constant of {time_constant_h}|}.",
         "Log the temperatures of air, gauge and machine; ask what was switched on before the run.",
         "Wait for equilibrium, or measure there and back (stepgauge plan --order up-down).",
-        german=Words(
+        german=Wording(
             "thermische Drift",
             "Gegen die Maschine driftet das Stufenendmaß{start_s: ab {start_s:=4}|} nach"
             " {rate_um_per_h:+|-}{direction}, {time_constant_h:anfangs |}um {rate_um_per_h}{time_constant_h:,"
@@ -227,13 +227,13 @@ class ThermalDrift(Effect):
             "Das Gleichgewicht abwarten, oder hin und zurück messen.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "drift",
         "The reading drifts, {time_constant_h:first |}by {rate_um_per_h}{time_constant_h:, settling with a time"
         " constant of {time_constant_h}|}.",
         "Log the temperatures of air, axis and instrument.",
         "Wait for equilibrium; measure there and back.",
-        german=Words(
+        german=Wording(
             "Drift",
             "Der Wert driftet, {time_constant_h:anfangs |}um {rate_um_per_h}{time_constant_h:, und kommt mit"
             " einer Zeitkonstante von {time_constant_h} zur Ruhe|}.",
@@ -274,13 +274,13 @@ class TemperatureCycle(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("time",)
     process: ClassVar[bool] = True
     prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 0.5)
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "temperature cycle",
         "The gauge oscillates along {direction} by {amplitude_um} every {period_s:4}, as with an air"
         " conditioning or a coolant unit that switches on and off.",
         "Compare the period with that of the air conditioning or the coolant unit.",
         "Keep the stream of air or coolant off the machine.",
-        german=Words(
+        german=Wording(
             "Temperaturzyklus",
             "Das Stufenendmaß schwankt längs {direction} um {amplitude_um} alle {period_s:4}, wie bei einer"
             " Klimaanlage oder Kühlung, die ein- und ausschaltet.",
@@ -288,13 +288,13 @@ class TemperatureCycle(Effect):
             "Den Luft- oder Kühlmittelstrom von der Maschine fernhalten.",
         ),
     )
-    axis_words: ClassVar[Words | None] = Words(
+    axis_words: ClassVar[Wording | None] = Wording(
         "slow cycle",
         "The reading goes to and fro by {amplitude_um} every {period_s:4}, as an air conditioning or a cooling"
         " unit that switches would make it.",
         "Compare the period with that of the air conditioning or the coolant unit.",
         "Keep the stream of air or coolant off the axis.",
-        german=Words(
+        german=Wording(
             "langsamer Zyklus",
             "Der Wert schwankt um {amplitude_um} alle {period_s:4}, wie bei einer Klimaanlage oder Kühlung, die"
             " ein- und ausschaltet.",

@@ -10,7 +10,16 @@ import numpy as np
 from pydantic import model_validator
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import GAUGE, UNDETERMINED, Displacement, Effect, EffectPrior, UsualShape, Words, parameter
+from stepgauge.effects.base import (
+    GAUGE,
+    UNDETERMINED,
+    Displacement,
+    Effect,
+    EffectPrior,
+    UsualShape,
+    Wording,
+    parameter,
+)
 from stepgauge.effects.probings import Probings, Setting
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
@@ -199,13 +208,13 @@ class KinematicPretravel(Seated):
         basis="stylus",
         unit="um/N",
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "kinematic pretravel",
         "The probe triggers as a tripod on six contacts does, with an arm at an azimuth of {arm_azimuth_deg:=3}"
         " (or opposite, if all gauges lay level): up to {largest} in this recording.",
         "Probe a sphere from all sides (stepgauge probe qualify).",
         "Compensate by direction (stepgauge probe compensate), or have the probe module exchanged.",
-        german=Words(
+        german=Wording(
             "Vorlauf des Dreipunkttasters",
             "Der Taster schaltet wie ein Dreibein auf sechs Kontakten, mit einem Arm bei einem Azimut von"
             " {arm_azimuth_deg:=3} (oder gegenüber, wenn alle Stufenendmaße waagrecht lagen): bis {largest} in"
@@ -247,13 +256,13 @@ class SeatDefect(Seated):
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.2, 5.0, "bends the stylus as kinematic_pretravel does", basis="stylus", unit="um/N"
     )
-    words: ClassVar[Words | None] = Words(
+    words: ClassVar[Wording | None] = Wording(
         "seat defect",
         "One seat of the probe's tripod opens too early, that of the arm at an azimuth of {arm_azimuth_deg:=3} (or"
         " opposite, if all gauges lay level): up to {largest} in this recording.",
         "Probe a sphere from all sides (stepgauge probe qualify).",
         "Have the probe cleaned, or its module exchanged.",
-        german=Words(
+        german=Wording(
             "schadhafte Auflage im Taster",
             "Eine Auflage im Dreibein des Tasters öffnet zu früh, die des Arms bei einem Azimut von"
             " {arm_azimuth_deg:=3} (oder gegenüber, wenn alle Stufenendmaße waagrecht lagen): bis {largest} in"

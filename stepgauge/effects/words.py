@@ -18,16 +18,16 @@ DIGITS = 2
 
 
 @dataclass(frozen=True)
-class Words:
+class Wording:
     """Name, meaning, check and repair of a finding in English, and the same in ``german``."""
 
     name: str = ""
     means: str = ""
     check: str = ""
     repair: str = ""
-    german: Words | None = None
+    german: Wording | None = None
 
-    def said_in(self, language: str) -> Words:
+    def said_in(self, language: str) -> Wording:
         """The words in a language, ``en`` or ``de``; in English where they are not told in it."""
         return self.german if language == "de" and self.german is not None else self
 

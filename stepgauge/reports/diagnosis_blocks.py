@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from stepgauge.diagnosis.wording.catalogue import say
 from stepgauge.diagnosis.wording.findings import name_of, subject
 from stepgauge.diagnosis.wording.headline import possible_name
-from stepgauge.diagnosis.wording.limits import SCATTER_WORDS
 from stepgauge.diagnosis.wording.notation import percent, plus_minus, probability
 from stepgauge.reports.blocks import Block, heading, table, words
 
@@ -24,7 +24,7 @@ def odds_blocks(said: Said) -> Iterator[Block]:
         [_statement(one), probability(one["probability"])] for one in odds["statements"] if not one["includes_set"]
     ]
     rows += [[f"{possible_name(one)} (not stated)", probability(one["probability"])] for one in odds["possible"]]
-    rows += [[SCATTER_WORDS[name], probability(p)] for name, p in odds["scatter"].items() if p >= 0.01]
+    rows += [[say(f"scatter_{name}"), probability(p)] for name, p in odds["scatter"].items() if p >= 0.01]
     yield heading("Probabilities")
     yield words(
         "Averaged over all hypotheses that were computed, weighted by their probability; the assumptions are"

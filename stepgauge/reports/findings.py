@@ -27,7 +27,7 @@ from stepgauge.diagnosis.wording.notation import (
     without,
 )
 from stepgauge.diagnosis.wording.structure import SCATTER, remedy_of_structure
-from stepgauge.effects.words import Words
+from stepgauge.effects.words import Wording
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
 Said = Mapping[str, Any]
@@ -147,7 +147,7 @@ def proposal(one: Said, language: str) -> str:
     return _WORD.sub(lambda match: name_of(match[0]), without(one["separate_by"], one["commands"]))
 
 
-def _remedy_of_row(row: Said, language: str = "en") -> Words:
+def _remedy_of_row(row: Said, language: str = "en") -> Wording:
     both = f"{row['covariate']} and {row['beside']}" if row.get("beside") else str(row["covariate"])
     return remedy_of_structure(row["forms"], both, language)
 

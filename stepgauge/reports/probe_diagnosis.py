@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from stepgauge.diagnosis.wording.catalogue import say
 from stepgauge.diagnosis.wording.findings import name_of
-from stepgauge.diagnosis.wording.limits import QUANTITIES, map_limits
+from stepgauge.diagnosis.wording.limits import limits
 from stepgauge.diagnosis.wording.notation import plus_minus, probability_of, significant
 from stepgauge.reports.blocks import Block, bullets, code, heading, table, words
 from stepgauge.reports.diagnosis_blocks import check_blocks, located_row, odds_blocks, trail_blocks
@@ -52,7 +53,7 @@ def _untried(said: Said) -> str:
 
 def _measured(said: Said) -> Iterator[Block]:
     measured, noise = said["measured"], said["noise"]
-    quantities = " and ".join(QUANTITIES[name] for name in measured["quantities"])
+    quantities = " and ".join(say(name) for name in measured["quantities"])
     yield heading("What was measured")
     yield words(
         f"{measured['probings']} rows in {measured['directions']} directions:"
@@ -61,7 +62,7 @@ def _measured(said: Said) -> Iterator[Block]:
         " are measured minus simulated. Angles are those of the contact normal in the probe's frame; the polar angle is"
         " counted from the stylus axis, 90 deg is a wall parallel to the stylus."
     )
-    rows = [[QUANTITIES[name], _sigma(q), _digit(q)] for name, q in noise["quantities"].items()]
+    rows = [[say(name), _sigma(q), _digit(q)] for name, q in noise["quantities"].items()]
     columns = ("quantity", "standard deviation of one reading", "resolution of the file")
     yield table(columns, rows, (0.0, 1.0, 0.0), note=_repeatability(said))
 
@@ -121,7 +122,7 @@ def _imitated(said: Said) -> Iterator[Block]:
                 f", an amplitude of {significant(law['amplitude'])} {law['unit']}, its first maximum at an azimuth of"
                 f" {significant(law['maximum_deg'])} deg"
             )
-        yield words(f"In probe.diagnosed.toml the {QUANTITIES[law['quantity']]} has a formula for it, of {size}:")
+        yield words(f"In probe.diagnosed.toml the {say(law['quantity'])} has a formula for it, of {size}:")
         yield code(*law["formulas"])
         yield bullets([f"{name} = {plus_minus(c)} (k = 2)" for name, c in law["coefficients"].items()])
     if said["empirical"]:
@@ -144,7 +145,7 @@ def _fit(said: Said) -> Iterator[Block]:
         cells += [
             f"{significant(q['holdout'][by][f'rms_{w}'])} {q['unit']}" for by in held for w in ("before", "after")
         ]
-        rows.append([QUANTITIES[name], *cells])
+        rows.append([say(name), *cells])
     yield heading("Before and after")
     yield table(columns, rows, [1.0] * len(columns), note=_fit_note(said))
 
@@ -161,7 +162,7 @@ def _fit_note(said: Said) -> str:
     if said["measured"]["outliers"]:
         text += " Outliers are excluded from these numbers."
     for name, q in fit.get("with_empirical", {}).items():
-        text += f" With the empirical laws: {QUANTITIES[name]} rms {significant(q['rms_after'])} {q['unit']}"
+        text += f" With the empirical laws: {say(name)} rms {significant(q['rms_after'])} {q['unit']}"
         text += "".join(f", {by} held out {significant(rms)} {q['unit']}" for by, rms in q["holdout_rms_after"].items())
         text += "."
     return text
@@ -179,14 +180,14 @@ def appendix(said: Said) -> Iterator[Block]:
     if said["odds"]:
         yield from trail_blocks(said)
     yield heading("Limits of this diagnosis")
-    yield bullets([*map_limits(said), *said["remarks"]] or ["None beyond the uncertainties stated."])
+    yield bullets([*limits(said), *said["remarks"]] or ["None beyond the uncertainties stated."])
     yield heading("Files")
     yield bullets(list(_files(said["inputs"])))
 
 
 def _off(row: Said, said: Said) -> str:
     units = said["noise"]["quantities"]
-    return ", ".join(f"{significant(v)} {units[name]['unit']} in {QUANTITIES[name]}" for name, v in row["off"].items())
+    return ", ".join(f"{significant(v)} {units[name]['unit']} in {say(name)}" for name, v in row["off"].items())
 
 
 def _facts(effect: Said, said: Said) -> Iterator[str]:
@@ -197,7 +198,7 @@ def _facts(effect: Said, said: Said) -> Iterator[str]:
             unit = said["noise"]["quantities"][name]["unit"]
             largest = significant(effect["largest"][name])
             moved = f"{significant(value)} {unit} rms, {largest} {unit} at most"
-            yield f"moves the {QUANTITIES[name]} of this map by {moved}"
+            yield f"moves the {say(name)} of this map by {moved}"
     yield probability_of(effect)
     if effect["reason"]:
         yield f"why they are not discriminated: {effect['reason']}"

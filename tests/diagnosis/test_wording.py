@@ -13,7 +13,7 @@ from stepgauge.diagnosis.wording.catalogue import sentences, words
 from stepgauge.diagnosis.wording.findings import GAUGE, Subject, meaning, name_of, remedy, words_of
 from stepgauge.diagnosis.wording.headline import headline
 from stepgauge.effects import effect_kinds
-from stepgauge.effects.words import Words, filled
+from stepgauge.effects.words import Wording, filled
 from stepgauge.reports.findings import do_first
 
 AXIS = {kind for name in SENSORS for form in ("axis", "spot", "distances") for kind in kinds_of(name, form)}
@@ -62,7 +62,7 @@ def test_a_template_is_filled_with_magnitude_unit_and_the_word_of_the_sign() -> 
         "along {direction} of {axis}", {"direction": {"value": [0.6, 0.8, 0.0]}, "axis": {"value": "all"}}
     ) == ("along (0.600, 0.800, 0.000) of all axes")
     assert filled("{at_mm}", {}) == "at"
-    assert Words("a").said_in("de").name == "a"
+    assert Wording("a").said_in("de").name == "a"
 
 
 def test_an_axis_is_told_in_its_own_units_by_the_names_that_the_effect_declares() -> None:

@@ -25,7 +25,7 @@ from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.result import Diagnosis, GaugeDiagnosis
 from stepgauge.diagnosis.wording.aliases import EvenSpacing, even, uneven_targets
 from stepgauge.diagnosis.wording.findings import Subject, meaning, subject
-from stepgauge.diagnosis.wording.limits import axis_limits
+from stepgauge.diagnosis.wording.limits import limits
 from stepgauge.diagnosis.wording.phrases import covariate_name, worded, worded_all
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.outputs import open_set
@@ -149,7 +149,7 @@ def _said(found: GaugeDiagnosis, data: AxisData) -> dict[str, Any]:
     said["noise"].pop(f"machine_file_{units.deviation}")
     said["fit"]["holdout"] = {"targets" if by == "faces" else by: one for by, one in said["fit"]["holdout"].items()}
     said["axis"]["even_step"] = None if steps is None else steps.spacing
-    said["limits"] = [*axis_limits(said), *worded_all(conversion.converted(found.remarks), at)]
+    said["limits"] = [*limits(said), *worded_all(conversion.converted(found.remarks), at)]
     said.pop("remarks")
     return dict(without_nan(said))
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from stepgauge.effects.words import Words
+from stepgauge.effects.words import Wording
 
 LANGUAGES = ("en", "de")
 DECIMAL = re.compile(r"(?<=\d)\.(?=\d)")
@@ -23,11 +23,11 @@ def sentences() -> Mapping[str, Sequence[str]]:
 
 
 @cache
-def words(table: str) -> Mapping[str, Words]:
-    """Words by kind: of a ``finding`` that is no effect, of ``structure`` by its form, of a ``map`` of a probe."""
+def words(table: str) -> Mapping[str, Wording]:
+    """Wording by kind: of a ``finding`` that is no effect, of ``structure`` by its form, of a ``map`` of a probe."""
     with Path(__file__).with_name("words.toml").open("rb") as file:
         every = tomllib.load(file)[table]
-    return {kind: replace(Words(*one["en"]), german=Words(*one["de"])) for kind, one in every.items()}
+    return {kind: replace(Wording(*one["en"]), german=Wording(*one["de"])) for kind, one in every.items()}
 
 
 def say(key: str, language: str = "en", **values: object) -> str:

@@ -1,6 +1,6 @@
 """What a finding is called, what it means, what to check and to repair, in English or German.
 
-The words are those that its effect declares (:class:`stepgauge.effects.words.Words`), filled with the values that a
+The words are those that its effect declares (:class:`stepgauge.effects.words.Wording`), filled with the values that a
 ``diagnosis.json`` states. Nothing is translated or rewritten: a sentence is composed in its language from these.
 """
 
@@ -15,7 +15,7 @@ from stepgauge.diagnosis.wording.aliases import aliases_words
 from stepgauge.diagnosis.wording.catalogue import listed, words
 from stepgauge.diagnosis.wording.notation import COVERAGE
 from stepgauge.effects import Effect, effect_kinds
-from stepgauge.effects.words import Words, direction_words, filled
+from stepgauge.effects.words import Wording, direction_words, filled
 
 Said = Mapping[str, Any]
 NO_CHOICE = ("start_s", "pause_s", "about_mm")
@@ -54,7 +54,7 @@ def subject(said: Said) -> Subject:
     return MAP if "map" in said["inputs"] else GAUGE
 
 
-def words_of(kind: str, of: str = "gauge", language: str = "en") -> Words:
+def words_of(kind: str, of: str = "gauge", language: str = "en") -> Wording:
     """The words that a kind declares for a recording of a gauge, an axis or the map of a probe."""
     known, declared = _effects().get(kind), words("finding").get(kind)
     if of == "map" and kind in words("map"):
@@ -132,12 +132,12 @@ def _equation(kind: str) -> str:
     return text.replace("{", "{{").replace("}", "}}")
 
 
-def remedy(one: Said, at: Subject = GAUGE, language: str = "en") -> Words:
+def remedy(one: Said, at: Subject = GAUGE, language: str = "en") -> Wording:
     """What to check by other means, and what to repair once that confirms a finding."""
     declared, unknown = words_of(one["kind"], at.of, language), words("finding")["unknown"].said_in(language)
     values = _values(one, at)
     check, repair = (declared.check or unknown.check, declared.repair or unknown.repair)
-    return Words(check=filled(check, values, language), repair=filled(repair, values, language))
+    return Wording(check=filled(check, values, language), repair=filled(repair, values, language))
 
 
 def _values(one: Said, at: Subject) -> dict[str, Said]:

@@ -1,4 +1,4 @@
-"""Words and numbers of the report of a ``diagnosis.json``: verdict, limits, values with their uncertainties."""
+"""What a diagnosis cannot show, what it lacks, and what its reader must know first, from a ``diagnosis.json``."""
 
 from __future__ import annotations
 
@@ -17,49 +17,65 @@ from stepgauge.diagnosis.wording.phrases import misfit, worded, worded_all
 FEW_DOF = 20
 FULL_TURN_DEG = 240.0
 """Least span of azimuths that separates a harmonic from a constant."""
-QUANTITIES = {"trigger_force_N": "trigger force", "deflection_um": "deflection", "pretravel_um": "pre-travel"}
-SCATTER_WORDS = {
-    "growth": "scatter that grows",
-    "burst": "scatter that is larger in one stretch of the record",
-    "correlation": "scatter correlated from touch to touch",
-    "certificate": "certificate with uncertainties that are too small",
-    "outlying": "single outliers",
-    "heavy": "tails heavier than normal",
-}
+Limit = tuple[str, dict[str, object]]
+"""A key of the catalogue with its values."""
 
 
-def limits(said: Mapping[str, Any]) -> list[str]:
-    """What this recording cannot show, whatever the verdict."""
-    measured, found = said["measured"], []
+def limits(said: Mapping[str, Any], language: str = "en") -> list[str]:
+    """What was measured cannot show, whatever the verdict."""
+    found = {"gauge": _gauge_limits, "axis": _axis_limits, "map": _map_limits}[subject(said).of](said)
+    return [say(f"limit_{key}", language, **values) for key, values in found]
+
+
+def _gauge_limits(said: Mapping[str, Any]) -> Iterator[Limit]:
+    measured = said["measured"]
     if not said["noise"]["from_repeats"]:
-        found.append(
-            "No face was probed twice under the same conditions. The noise is estimated from the repeatability in the"
-            " machine file and from the residuals of the model: structure from face to face may count as noise."
-        )
+        yield "repeats", {}
     elif said["noise"]["dof"] < FEW_DOF:
-        found.append(f"The noise has only {said['noise']['dof']} degrees of freedom; measure more cycles.")
+        yield "dof", {"dof": said["noise"]["dof"]}
     if len(measured["placements"]) == 1:
-        found.append(
-            "The gauge lay in one place. Errors of the machine (scales, guideways) and of the gauge (certificate,"
-            " temperature, bending) can be separated only by further placements."
-        )
+        yield "placement", {}
     if len(measured["speeds_mm_s"]) < 2:
-        found.append("There was one measuring speed: a trigger delay cannot be separated from a larger pre-travel.")
+        yield "speed", {}
     for axis, step in measured.get("even_steps_mm", {}).items():
         leads = listed([f"{one:g}" for one in leads_into_mm(step)], "or")
-        found.append(
-            f"Fronts and backs were probed in whole steps of {significant(step, 4)} mm of {axis}: a periodic error of a"
-            f" period that goes into it ({leads} mm), as of a screw, is the same at all of them, and cannot be told"
-            f" from a tip radius or a backlash of {axis}. A placement shifted along {axis} by a quarter of the pitch"
-            " shows it."
-        )
+        yield "steps", {"axis": axis, "step": significant(step, 4), "leads": leads}
     if not measured["time_recorded"]:
-        found.append("No times were recorded: drift, cycles, steps and vibration could not be tested.")
+        yield "time", {}
     if not measured["gauge_temperature_recorded"]:
-        found.append("The temperature of the gauge was not recorded; that of the certificate was assumed.")
+        yield "temperature", {}
     if said["inputs"]["gauge"]["example"]:
-        found.append("The certificate is an example, not that of a real gauge.")
-    return found
+        yield "example", {}
+
+
+def _axis_limits(said: Mapping[str, Any]) -> Iterator[Limit]:
+    axis = said["axis"]
+    if not said["measured"]["time_recorded"]:
+        yield "time", {}
+    if not said["noise"]["from_repeats"] and axis["form"] == "axis":
+        yield "axis_repeats", {}
+    if axis["form"] in ("axis", "distances"):
+        yield axis["form"], {}
+    if axis["form"] == "axis" and axis["even_step"]:
+        yield "axis_steps", {"step": f"{significant(axis['even_step'], 4)} {axis['unit']}"}
+    yield "sensor", {"sensor": axis["sensor_words"]}
+
+
+def _map_limits(said: Mapping[str, Any]) -> Iterator[Limit]:
+    measured, noise = said["measured"], said["noise"]
+    polar, azimuth = measured["polar_deg"], measured["azimuth_deg"]
+    if not noise["from_repeats"]:
+        yield "map_copies" if noise["copies"] else "map_few" if noise["dof"] else "map_repeats", {"dof": noise["dof"]}
+    elif noise["dof"] < FEW_DOF:
+        yield "dof", {"dof": noise["dof"]}
+    if azimuth["to"] - azimuth["from"] < FULL_TURN_DEG:
+        yield "azimuth", {name: f"{azimuth[end]:g}" for name, end in (("low", "from"), ("high", "to"))}
+    if polar["different"] == 1:
+        yield "polar", {"polar": f"{polar['from']:g}"}
+    if said["inputs"]["probe"]["model"] in ("kinematic", "piezo"):
+        yield from ((name, {}) for name in ("trigger_force_N", "deflection_um") if name not in measured["quantities"])
+    if measured["rows_without_values"]:
+        yield "values", {"count": measured["rows_without_values"]}
 
 
 def warnings(said: Mapping[str, Any], language: str = "en") -> list[str]:
@@ -127,85 +143,3 @@ def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         }
         for covariate, own in rows.items()
     ]
-
-
-def map_limits(said: Mapping[str, Any]) -> list[str]:
-    """What this map cannot show, whatever the verdict."""
-    measured = said["measured"]
-    found = [*_map_scatter(said["noise"])]
-    polar, azimuth = measured["polar_deg"], measured["azimuth_deg"]
-    if azimuth["to"] - azimuth["from"] < FULL_TURN_DEG:
-        found.append(
-            f"The azimuths go from {azimuth['from']:g} to {azimuth['to']:g} deg. Differences between the thirds of"
-            " a circle (eccentricity, a damaged seat, lobes other than three) need azimuths over 360 deg."
-        )
-    if polar["different"] == 1:
-        found.append(
-            f"There is one polar angle, {polar['from']:g} deg. Lever, preload and contact radius have the same"
-            " influence at a single polar angle; oblique directions separate them."
-        )
-    missing = {"trigger_force_N": "trigger forces", "deflection_um": "deflections"}
-    if said["inputs"]["probe"]["model"] in ("kinematic", "piezo"):
-        found += [
-            f"No {words} were measured: effects that only they show could not be tested."
-            for name, words in missing.items()
-            if name not in measured["quantities"]
-        ]
-    if measured["rows_without_values"]:
-        found.append(
-            f"{measured['rows_without_values']} rows have no values (the probe never triggered) and are left out."
-        )
-    return found
-
-
-def _map_scatter(noise: Mapping[str, Any]) -> list[str]:
-    if noise["from_repeats"]:
-        few = f"The scatter has only {noise['dof']} degrees of freedom; measure more repeats."
-        return [few] if noise["dof"] < FEW_DOF else []
-    seen = "No direction was probed twice"
-    if noise["copies"]:
-        seen = "Repeats agree to the last digit: they are copies, or simulated without scatter"
-    elif noise["dof"]:
-        seen = f"Too few directions were probed twice ({noise['dof']} degrees of freedom)"
-    return [
-        f"{seen}. The scatter is estimated from the residuals of the model beyond the rounding of the printed digits:"
-        " chi-square is then near one for any model, irregular errors count as scatter, and a change that is small"
-        " against it is missed. Probe every direction at least twice."
-    ]
-
-
-def _evenly(axis: Mapping[str, Any]) -> str:
-    step = f"{significant(axis['even_step'], 4)} {axis['unit']}"
-    return (
-        f"The targets lie in even steps of {step}: an error whose period is {step} or a whole fraction of it is the"
-        " same at all of them and cannot be seen, and a shorter period may show as a longer one, its alias. Targets at"
-        " uneven steps show both."
-    )
-
-
-def axis_limits(said: Mapping[str, Any]) -> list[str]:
-    """What the recording cannot show, whatever the verdict."""
-    axis, found = said["axis"], []
-    if not said["measured"]["time_recorded"]:
-        found.append("No times were recorded: drift, cycles, jumps and vibration could not be looked for.")
-    if not said["noise"]["from_repeats"] and axis["form"] == "axis":
-        found.append(
-            "No target was read twice in the same direction: structure from target to target may count as noise."
-        )
-    if axis["form"] == "axis":
-        found.append(
-            "Targets count as true unless their uncertainties are given; an error of what realises them is one of the"
-            " axis here. There is no machine file, and none is written."
-        )
-    if axis["form"] == "distances":
-        found.append(
-            "The places of the stations are not known and are fitted: an error in proportion to the distance cannot be"
-            " told. Distances must be between points of one height, or reduced to it."
-        )
-    if axis["form"] == "axis" and axis["even_step"]:
-        found.append(_evenly(axis))
-    words = axis["sensor_words"]
-    found.append(
-        f"Read by {'an' if words[0] in 'aeio' else 'a'} {words}: only what such a sensor can have was looked for."
-    )
-    return found

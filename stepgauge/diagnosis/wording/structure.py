@@ -24,7 +24,7 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
 from stepgauge.diagnosis.result import Located
 from stepgauge.diagnosis.wording.catalogue import words as declared
 from stepgauge.diagnosis.wording.phrases import Phrase, number, worded
-from stepgauge.effects.words import Words, filled
+from stepgauge.effects.words import Wording, filled
 from stepgauge.files.arrays import Array
 from stepgauge.inference.problem import Candidate
 
@@ -107,9 +107,9 @@ def _flat_share(columns: Array, mean: Array, covariance: Array) -> float:
     return float(np.argmax(off)) / len(off) if off.any() else 1.0
 
 
-def remedy_of_structure(forms: Collection[str], covariate: str, language: str = "en") -> Words:
+def remedy_of_structure(forms: Collection[str], covariate: str, language: str = "en") -> Wording:
     """What to check for structure without a known law, over one covariate and with one or several ``forms``."""
     found = {declared("structure").get(form) for form in forms}
     own = (found.pop() if len(found) == 1 else None) or declared("structure")["any"]
     words, values = own.said_in(language), {"covariate": {"value": covariate}}
-    return Words(check=filled(words.check, values), repair=words.repair)
+    return Wording(check=filled(words.check, values), repair=words.repair)
