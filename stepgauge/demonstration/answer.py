@@ -79,8 +79,7 @@ def compare_answer(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Re
 def _members(finding: Mapping[str, Any], truth: Mapping[str, Any]) -> Iterator[NamedCandidate]:
     own = {"share": finding["probability"], **{key: finding[key] for key in ("kind", "label", "parameters")}}
     for one in finding.get("set") or [own]:
-        label = str(one["label"]).replace("_", " ")
-        yield NamedCandidate(label, float(one["share"]), _is_truth(one, truth), one["parameters"])
+        yield NamedCandidate(name_of(str(one["label"])), float(one["share"]), _is_truth(one, truth), one["parameters"])
 
 
 def _is_truth(member: Mapping[str, Any], truth: Mapping[str, Any]) -> bool:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.covariates import WAY
 from stepgauge.diagnosis.gaussian_processes.formula import EmpiricalLaw, rest_um
 from stepgauge.diagnosis.result import Diagnosis, GaugeDiagnosis
+from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.figures.effect_panels import (
     COUNTED,
     MOST_MEANS,
@@ -144,7 +145,7 @@ def draw_residuals(axes: Axes, diagnosis: GaugeDiagnosis) -> None:
 def draw_probabilities(axes: Axes, stored: Diagnosis) -> None:
     """The probability of every effect of a diagnosis that was read back, on axes of somebody else."""
     effects = stored.said["effects"]
-    names = [textwrap.fill(str(one["label"]).replace("_", " "), 24) for one in effects] or ["no effect"]
+    names = [textwrap.fill(name_of(str(one["label"])), 24) for one in effects] or ["no effect"]
     axes.barh(names[::-1], [one["probability"] for one in effects][::-1] or [0.0], color=COLORS["after"], height=0.6)
     axes.set(xlabel="probability", ylabel="effect", xlim=(0.0, 1.0))
     axes.set_title(f"verdict: {stored.verdict}", loc="left")

@@ -40,6 +40,7 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
 )
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
+from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.effects import Effect
 from stepgauge.figures.style import CYCLE
 from stepgauge.files.arrays import Array
@@ -197,7 +198,7 @@ def covariate_values(covariate: str, data: Residuals) -> Array:
 
 
 def _panel_of(finding: Finding, data: Residuals) -> Panel:
-    title = finding.kind.replace("_", " ")
+    title = name_of(finding.kind)
     chosen = [str(v) for v in finding.choices.values() if isinstance(v, str | int)]
     title = f"{title} ({', '.join(chosen)})" if chosen else title
     label, x = _against(finding.effect, data)

@@ -14,6 +14,7 @@ from stepgauge.diagnosis.maps.candidates import EMPIRICAL
 from stepgauge.diagnosis.maps.model import ChangeTerm, build_probe, changed_table, predict
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.result import rms
+from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.figures.style import COLORS, FORMATS, figure_style, new_figure, save_figure
 from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import unit_vectors
@@ -165,7 +166,7 @@ def panels(found: MapDiagnosis) -> list[Panel]:
         strength = {name: rms(share) / by_name[name].noise for name, share in shares.items()}
         largest = max(strength.values(), default=0.0)
         drawn += [
-            Panel(finding.label.replace("_", " "), by_name[name], shares[name], by_label[finding.label])
+            Panel(name_of(finding.label, "map"), by_name[name], shares[name], by_label[finding.label])
             for name, value in strength.items()
             if value > SHARE_SEEN * largest
         ]

@@ -43,7 +43,7 @@ def diagnose_batch(given: Batch | StoredBatch, without: tuple[str, ...], priors:
     """The diagnosis of a batch of one recording: the summary, and ``diagnosis.json`` but for the names of files."""
     from stepgauge.diagnosis.engine import diagnose
     from stepgauge.diagnosis.gaussian_processes.formula import model_unknown
-    from stepgauge.diagnosis.output.files import told_to_dict
+    from stepgauge.diagnosis.output.files import statements_to_dict
     from stepgauge.diagnosis.output.inputs import Inputs
 
     batch = opened(given)
@@ -51,7 +51,7 @@ def diagnose_batch(given: Batch | StoredBatch, without: tuple[str, ...], priors:
     recording = one.recording()
     # what a recording leaves open the crossing settles: a further run of each would cost a tenth of the work
     found = diagnose(recording, batch.gauge(one), batch.machine(one), without, priors, separations=False)
-    return {"summary": found.summary(), "said": told_to_dict(found, Inputs((recording,)), model_unknown(found))}
+    return {"summary": found.summary(), "said": statements_to_dict(found, Inputs((recording,)), model_unknown(found))}
 
 
 def _rows(key: str, value: Mapping[str, Any] | None, error: str) -> list[dict[str, Any]]:

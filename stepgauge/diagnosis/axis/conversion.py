@@ -1,7 +1,7 @@
 """The numbers of a diagnosis of an axis in the user's units.
 
 The JSON of a diagnosis states units in its keys (``rms_before_um``) and beside its parameters. Both are converted
-here, from what was computed (um and mm of a CMM, :class:`.residuals.Scaling`), into the user's units. Wording are made
+here, from what was computed (um and mm of a CMM, :class:`.residuals.Scaling`), into the user's units. Words are made
 of these numbers afterwards.
 """
 

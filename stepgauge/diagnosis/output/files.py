@@ -110,11 +110,11 @@ def diagnosis_to_dict(
 
     ``folder`` is that of the proposed placements, for the commands that name them.
     """
-    said = told_to_dict(diagnosis, inputs, laws, folder)
+    said = statements_to_dict(diagnosis, inputs, laws, folder)
     return {**said, "inputs": without_nan(inputs_json(diagnosis, inputs))}
 
 
-def told_to_dict(
+def statements_to_dict(
     diagnosis: GaugeDiagnosis, inputs: Inputs, laws: Sequence[EmpiricalLaw] = (), folder: str | Path = "."
 ) -> dict[str, Any]:
     """The same without the files that it was made from; parameters as :func:`diagnosis_to_dict`."""

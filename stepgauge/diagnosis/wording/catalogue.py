@@ -24,7 +24,7 @@ def sentences() -> Mapping[str, Sequence[str]]:
 
 @cache
 def words(table: str) -> Mapping[str, Wording]:
-    """Wording by kind: of a ``finding`` that is no effect, of ``structure`` by its form, of a ``map`` of a probe."""
+    """Words by kind: of a ``finding`` that is no effect, of ``structure`` by its form, of a ``map`` of a probe."""
     with Path(__file__).with_name("words.toml").open("rb") as file:
         every = tomllib.load(file)[table]
     return {kind: replace(Wording(*one["en"]), german=Wording(*one["de"])) for kind, one in every.items()}
