@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from stepgauge.diagnosis.wording.findings import name_of
+
 UNITS = {"um", "mm", "ppm", "s", "K", "deg"}
 
 
