@@ -8,17 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Finding, FindingMember
 from stepgauge.diagnosis.wording.catalogue import DECIMAL, listed
 from stepgauge.diagnosis.wording.notation import significant
 from stepgauge.effects.grids import FEWEST_ALONG
 from stepgauge.files.arrays import Array
+
+if TYPE_CHECKING:
+    from stepgauge.diagnosis.residuals import Residuals
+    from stepgauge.diagnosis.result import Finding, FindingMember
 
 LEADS_MM = (1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 32.0, 40.0)
 """Nominal leads of ball screws, ISO 3408-2."""
