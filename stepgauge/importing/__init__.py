@@ -1,16 +1,14 @@
 """What a controller wrote down while it ran a program, read back as a recording.
 
-A log format is one module here with two functions: ``recognises(text) -> bool`` and ``read(text, path) -> ProbeLog``.
 Tables of any layout (CSV, XLSX) are read by :mod:`stepgauge.importing.tables`. What a log has to say about the program
 that made it is checked once for all formats in :mod:`stepgauge.correspondence`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 
@@ -19,6 +17,7 @@ from stepgauge.errors import InputError, naming, reading
 from stepgauge.files.text import read_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
+from stepgauge.importing import control, dmis, grbl, inspection, ippdme, linuxcnc
 from stepgauge.importing.build import ImportOptions, build_recording
 from stepgauge.importing.points import read_points
 from stepgauge.importing.result import Imported
@@ -34,49 +33,45 @@ from stepgauge.recording.identity import check_recording
 
 @dataclass(frozen=True)
 class LogFormat:
-    """A form in which a controller writes what it probed; ``layout`` says its rows in words."""
+    """A form in which a controller writes what it probed; ``layout`` says its rows in words.
+
+    ``reader``: a module with ``recognises(text) -> bool`` and ``read(text, path) -> ProbeLog``; None for tables.
+    """
 
     name: str
     title: str
     layout: str
-
-    def _function(self, name: str) -> Callable[..., object]:
-        function: Callable[..., object] = getattr(import_module(f"stepgauge.importing.{self.name}"), name)
-        return function
+    reader: ModuleType | None = None
 
     def recognises(self, text: str) -> bool:
-        """Whether the gist of a text (:func:`gist`) looks like this format."""
-        return bool(self._function("recognises")(text))
+        """Whether the gist of a text (:func:`gist`) looks like this format; tables are what no log is."""
+        return self.reader is not None and bool(self.reader.recognises(text))
 
     def read(self, text: str, path: str | Path) -> ProbeLog:
         """The rows of a log; :class:`InputError` names the line of what is not understood."""
         check_lines(text, path)
         with reading(path, self.title):
-            log = self._function("read")(text, str(path))
-        assert isinstance(log, ProbeLog)
+            assert self.reader is not None
+            log: ProbeLog = self.reader.read(text, str(path))
         return log
 
 
+_OF_PROGRAMS = "log of our programs on a control (fanuc and its kin, siemens, heidenhain, rrf)"
+_OF_LINUXCNC = "rows of 'n x y z success [seconds]' from (LOG,..), or of 9 coordinates from (PROBEOPEN ..)"
+_OF_IPPDME = "lines like '00010 PtMeas(X(..), ..)' and '00010 # X(..), ..'"
+_OF_POINTS = "a header with x, y and z, and columns separated by ; , | or tabs"
 FORMATS = {
-    known.name: known
-    for known in (
+    one.name: one
+    for one in (
+        LogFormat("linuxcnc", "LinuxCNC probe log", _OF_LINUXCNC, linuxcnc),
+        LogFormat("dmis", "DMIS output", "lines like FA(name)=FEAT/POINT,CART,x,y,z,i,j,k", dmis),
         LogFormat(
-            "linuxcnc",
-            "LinuxCNC probe log",
-            "rows of 'n x y z success [seconds]' from (LOG,..), or of 9 coordinates from (PROBEOPEN ..)",
+            "ippdme", "I++ DME session log", "lines like '00010 PtMeas(X(..), ..)' and '00010 # X(..), ..'", ippdme
         ),
-        LogFormat("dmis", "DMIS output", "lines like FA(name)=FEAT/POINT,CART,x,y,z,i,j,k"),
-        LogFormat("ippdme", "I++ DME session log", "lines like '00010 PtMeas(X(..), ..)' and '00010 # X(..), ..'"),
-        LogFormat(
-            "control",
-            "log of our programs on a control (fanuc and its kin, siemens, heidenhain, rrf)",
-            "a line 'STEPGAUGE n POINTS ..', then 'N1 X.. Y.. Z..', at the end END",
-        ),
-        LogFormat("grbl", "console of grbl, grblHAL or FluidNC", "lines like '[PRB:1.000,2.000,3.000:1]'"),
-        LogFormat(
-            "inspection", "results file of an inspection post (G800, G801)", "lines like 'G801 N1 X.. Y.. Z.. R..'"
-        ),
-        LogFormat("csv", "table of points as text", "a header with x, y and z, and columns separated by ; , | or tabs"),
+        LogFormat("control", _OF_PROGRAMS, control.LAYOUT, control),
+        LogFormat("grbl", "console of grbl, grblHAL or FluidNC", "lines like '[PRB:1.000,2.000,3.000:1]'", grbl),
+        LogFormat("inspection", "results file of an inspection post (G800, G801)", inspection.LAYOUT, inspection),
+        LogFormat("csv", "table of points as text", _OF_POINTS),
         LogFormat("xlsx", "Excel workbook", "a sheet with a header that has x, y and z"),
     )
 }
@@ -103,9 +98,9 @@ def recognise_log(path: Given) -> str:
     if source.is_workbook or source.frame is not None:
         return "xlsx" if source.is_workbook else "csv"
     text = gist(source.decoded[0])
-    for known in FORMATS.values():
-        if known.name not in TABLES and known.recognises(text):
-            return known.name
+    known = next((one.name for one in FORMATS.values() if one.recognises(text)), None)
+    if known is not None:
+        return known
     if any(dialect.recognises(text) for dialect in DIALECTS.values()):
         raise InputError(
             source.name,

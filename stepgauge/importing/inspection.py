@@ -16,6 +16,7 @@ from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.importing.log_lines import LogLines, unit_vectors
 
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))", re.ASCII)
+LAYOUT = "lines like 'G801 N1 X.. Y.. Z.. R..'"
 _LINE = re.compile(r"(?i) *(G\d{3})\b(.*)")
 
 
@@ -41,7 +42,7 @@ def read(text: str, path: str) -> ProbeLog:
             lines.fail("the work plane of the results is turned or shifted", row, expected)
         elif row.upper() != "END":
             lines.dropped[f"{code or row.split()[0]} lines"] += 1
-    values = lines.values("the file has no measured points", "lines G801 N1 X.. Y.. Z.. R..")
+    values = lines.values("the file has no measured points", LAYOUT)
     lines.check_other_axes(values[:, 5:])
     number, radius = values[:, 0].astype(np.int64), values[:, 4]
     if np.ptp(radius) > 0.0:

@@ -34,13 +34,13 @@ class _KnownContacts(ReadingProbe):
 
 def log_difference(text: str, program: Program, dialect: Dialect) -> str | None:
     """What the log has otherwise than the probe, None where nothing; :data:`NOT_KNOWN` where nothing can be said."""
-    from stepgauge.importing import FORMATS, TABLES, gist  # which imports the plan's orders
+    from stepgauge.importing import FORMATS, gist  # which imports the plan's orders
 
     probe = _KnownContacts()
     log, alarm = dialect.log_of(text, "log", program.settings, probe)
     if alarm is not None:
         return f"the program stops itself: {alarm}"
-    form = next((one for one in FORMATS.values() if one.name not in TABLES and one.recognises(gist(log))), None)
+    form = next((one for one in FORMATS.values() if one.recognises(gist(log))), None)
     if form is None:
         return NOT_KNOWN
     try:
