@@ -23,7 +23,7 @@ from pypdf import PdfReader
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
-from stepgauge.files.notation import clean, in_percent, number, quantity
+from stepgauge.files.notation import clean, number, percent, quantity
 from stepgauge.files.resources import folder
 from stepgauge.files.text import write_json
 from stepgauge.machine.uncertain import Uncertain
@@ -335,7 +335,7 @@ def test_a_section_with_nothing_in_it_is_left_out() -> None:
 
 
 def test_numbers_are_not_broken_between_their_digits() -> None:
-    assert clean(f"up to 2\u00a0000 mm\t, {in_percent(0.0087, 2)}") == "up to 2\u00a0000 mm , 0.87 %"
+    assert clean(f"up to 2\u00a0000 mm\t, {percent(0.0087, 2)}") == "up to 2\u00a0000 mm , 0.87 %"
 
 
 @given(text=st.text(st.characters(codec=None)))

@@ -31,7 +31,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Choice, Number, Reads
+from stepgauge.verbs.kinds import ARGUMENT, OneOf, Number, Reads
 from stepgauge.verbs.shared import OutputFile
 
 
@@ -61,7 +61,7 @@ def weigh(
     table: Annotated[str, Reads(), ARGUMENT],
     *,
     load_mm: Annotated[float, Number("mm", above=0.0, high=50.0)] = 2.0,
-    scale: Annotated[str, Choice("spring", "beam")] = "beam",
+    scale: Annotated[str, OneOf("spring", "beam")] = "beam",
 ):
     """Weigh a table.
 

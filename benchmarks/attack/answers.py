@@ -256,7 +256,7 @@ def bench(folder: Path) -> Iterator[Bench]:
     lies = make_placement(centre, centre + length * axis, 1, gauge.n_blocks)
     planned = sg.plan(lies, gauge, machine, blocks=(1, 3), order="up-down", cycles=2)
     state = MachineState(LiveCmm(machine, gauge, lies, MachineClock(None), seed=1))
-    with Server(state, ServerAddress(port=0)).in_thread() as port:
+    with Server(state, ServerAddress(port=0)).serving_in_thread() as port:
         found = Bench(gauge, machine, lies, planned, state, port, Recording.__new__(Recording))
         found.truth = found.measure(folder / "truth.journal", port)
         yield found

@@ -90,7 +90,7 @@ class _Model:
 
     def misclosures(self, x: Array) -> Array:
         """Observed minus model, mm, shape ``(..., 16)``."""
-        q = self.in_block(x)
+        q = self.gauge_coordinates(x)
         r, w, h = x[..., RADIUS, None], x[..., WIDTH, None], x[..., HEIGHT, None]
         lean = np.einsum("...bpk,...bk->...bp", q[..., 1:], x[..., 9:13].reshape(*x.shape[:-1], 2, 2))
         a, s, u = q[..., 0] - lean, q[..., 1], q[..., 2]
@@ -101,7 +101,7 @@ class _Model:
         heights = u[..., 5:7] - (h[..., None] / 2.0) * np.array([1.0, -1.0]) - r[..., None]
         return np.concatenate([front, sides, heights, back], axis=-1).reshape(*x.shape[:-1], 16)
 
-    def in_block(self, x: Array) -> Array:
+    def gauge_coordinates(self, x: Array) -> Array:
         """The points from the centres of their blocks in gauge directions, shape ``(..., 2, 8, 3)``."""
         q = np.einsum("...pk,...jk->...pj", self.points - x[..., None, :3], self.rotation(x))
         q = q.reshape(*x.shape[:-1], 2, 8, 3)

@@ -99,7 +99,7 @@ def complaint(points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | 
 
 
 def _complaints(found: Blocks, gauge: Gauge, blocks: tuple[int, int]) -> Iterator[str]:
-    tip = np.array([_in_block(found, gauge, b) for b in (0, 1)])
+    tip = np.array([_gauge_coordinates(found, gauge, b) for b in (0, 1)])
     yield from _distance(found, gauge, blocks)
     yield from _squareness(found, tip)
     yield from _radius(found)
@@ -109,7 +109,7 @@ def _complaints(found: Blocks, gauge: Gauge, blocks: tuple[int, int]) -> Iterato
 def _agreement(points: Array, found: Blocks, gauge: Gauge, blocks: tuple[int, int], up: Array | None) -> Iterator[str]:
     """The points against each other: the two blocks are equally wide and high, and longer by the same tip diameter."""
     if adjust(points, gauge, blocks, up, BY_HAND_MM).worst > CONTRADICTION:
-        tip = np.array([_in_block(found, gauge, b) for b in (0, 1)])
+        tip = np.array([_gauge_coordinates(found, gauge, b) for b in (0, 1)])
         wide, high = tip[:, 3, 1] - tip[:, 4, 1], tip[:, 5, 2] - tip[:, 6, 2]
         yield (
             f"the two blocks differ in width by {abs(wide[1] - wide[0]):.3f} mm, in height by"
@@ -117,7 +117,7 @@ def _agreement(points: Array, found: Blocks, gauge: Gauge, blocks: tuple[int, in
         )
 
 
-def _in_block(found: Blocks, gauge: Gauge, block: int) -> Array:
+def _gauge_coordinates(found: Blocks, gauge: Gauge, block: int) -> Array:
     """The eight points of a block from its centre, in gauge directions (a, s, up), mm."""
     return (found.points[block] - found.centre_mm[block]) @ np.column_stack([found.axis, found.side, found.up])
 
@@ -168,7 +168,7 @@ def _extent(found: Blocks, gauge: Gauge, blocks: tuple[int, int], tip: Array) ->
         yield from _beyond_edge(p, at, half)
         if abs(p[6, 0]) > half[0] + BESIDE_MM:
             yield f"point {at + 7} is not beside its block but {abs(p[6, 0]):.1f} mm along the gauge from it"
-        yield from _beside_rail(p, at, gauge, float(found.tip_radius_mm))
+        yield from _check_rail_point(p, at, gauge, float(found.tip_radius_mm))
 
 
 def _size(p: Array, at: int, gauge: Gauge, radius: float) -> Iterator[str]:
@@ -196,7 +196,7 @@ def _beyond_edge(p: Array, at: int, half: Array) -> Iterator[str]:
             yield f"point {at + point} lies {beyond[worst] + EDGE_MM:.3f} mm beyond the edge of its face"
 
 
-def _beside_rail(p: Array, at: int, gauge: Gauge, radius: float) -> Iterator[str]:
+def _check_rail_point(p: Array, at: int, gauge: Gauge, radius: float) -> Iterator[str]:
     least = gauge.table.block_width_mm / 2.0 + radius - EDGE_MM
     aside, most = abs(p[6, 1]), gauge.rail_width_mm / 2.0 + EDGE_MM
     if not least <= aside <= most:

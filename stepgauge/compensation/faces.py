@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stepgauge.conditions import require_statement, stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
-from stepgauge.files.notation import in_percent
+from stepgauge.files.notation import percent
 from stepgauge.recording.conventions import CONVENTIONS, Convention, convention_of
 from stepgauge.recording.simulated import SIMULATED_WARNING, is_simulated
 
@@ -288,7 +288,7 @@ def _notes(
 ) -> list[str]:
     angle = angle_deg(one, axis)
     share = np.sin(np.radians(angle))
-    notes = [f"the gauge lay {angle:.3f} deg off {axis}: {in_percent(share, 2)} of other axes' errors are in the table"]
+    notes = [f"the gauge lay {angle:.3f} deg off {axis}: {percent(share, 2)} of other axes' errors are in the table"]
     temperature = one["gauge_temperature_C"]
     if convention in ("corrected_to_20", "nominal_expansion"):
         notes.append(CONVENTIONS[convention])

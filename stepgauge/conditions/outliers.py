@@ -103,7 +103,7 @@ def find_outliers(readings: ByFace, cycle: Rows, resolution_mm: float = 0.0) -> 
     face, count = readings.face, readings.count
     if not (count > 1).any():
         return NONE_FOUND
-    from_middle = _from_middle(readings.off_mm, face, cycle)
+    from_middle = _deviations_from_median(readings.off_mm, face, cycle)
     order = np.lexsort((np.arange(len(face)), face))
     apart = np.abs(np.diff(from_middle[order]))
     same = np.diff(face[order]) == 0
@@ -118,7 +118,7 @@ def find_outliers(readings: ByFace, cycle: Rows, resolution_mm: float = 0.0) -> 
     return _named(from_middle, readings, limit_mm)
 
 
-def _from_middle(off_mm: Array, face: Rows, cycle: Rows) -> Array:
+def _deviations_from_median(off_mm: Array, face: Rows, cycle: Rows) -> Array:
     """Every reading minus the median of its face and minus what moves its whole cycle, ``(n,)``."""
     rest = off_mm - group_medians(off_mm, face)
     cycle = np.unique(cycle, return_inverse=True)[1].ravel()
@@ -227,7 +227,7 @@ def odd_faces(faces: Rows, at_mm: Array, level_um: Array, u_um: Array) -> list[t
         rows = np.flatnonzero((faces % 2 == side) & np.isfinite(level_um))
         if len(rows) < 5:
             continue
-        off, weight = _beside_neighbours(at_mm[rows], level_um[rows])
+        off, weight = _distances_from_neighbours(at_mm[rows], level_um[rows])
         scatter = float(np.quantile(np.abs(off / weight), CALM)) / CALM_SIGMA
         limit = weight * np.maximum(ODD_TIMES * scatter, LEAST_UM + 4.0 * u_um[rows])
         size = np.abs(off) / limit
@@ -254,7 +254,7 @@ def odd_blocks(faces: Rows, level_um: Array, u_um: Array) -> list[tuple[int, flo
     return [(int(faces[fronts[i]] + 1) // 2, float(off[i])) for i in rows] if 0 < rows.size <= few else []
 
 
-def _beside_neighbours(x: Array, y: Array) -> tuple[Array, Array]:
+def _distances_from_neighbours(x: Array, y: Array) -> tuple[Array, Array]:
     """Distance of every value from the line through its two nearest, and how much wider it scatters than one value."""
     n = len(x)
     low = np.clip(np.arange(n) - 1, 0, n - 3)

@@ -116,7 +116,7 @@ def _columns(table: Table, roles: Mapping[int, str]) -> list[FaceColumn]:
             taken = {one.role for one in found} | set(roles.values())
             free = named is not None and named not in taken
             found.append(FaceColumn(header, named if free and named else "unused", "header" if free else ""))
-    return _by_numbers(table, found, roles)
+    return _guess_roles(table, found, roles)
 
 
 def _named(header: str) -> Role | None:
@@ -128,7 +128,7 @@ def _named(header: str) -> Role | None:
     return next(matches, None)
 
 
-def _by_numbers(table: Table, columns: list[FaceColumn], roles: Mapping[int, str]) -> list[FaceColumn]:
+def _guess_roles(table: Table, columns: list[FaceColumn], roles: Mapping[int, str]) -> list[FaceColumn]:
     """What no header says, the numbers do where only one reading is possible: whoever knows says the rest."""
     there = {one.role for one in columns}
     open_ = [n for n, one in enumerate(columns) if one.role == "unused" and n not in roles and not one.header.strip()]

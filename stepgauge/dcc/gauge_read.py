@@ -222,7 +222,7 @@ def _faces(document: Document, wanted: StatedGauge, found: GaugeImport) -> None:
     if len(set(k)) > 1:
         found.report.append(f"coverage factors differ: uncertainties are given for k = {factor:g}")
     found.certificate["coverage_factor"] = factor
-    columns = _from_face_1(nominal_mm, position_mm, expanded_um / k * factor, found)
+    columns = _count_from_face_1(nominal_mm, position_mm, expanded_um / k * factor, found)
     found.rows = [(face, *(float(v) for v in row)) for face, row in enumerate(zip(*columns, strict=True), 1)]  # type: ignore[misc]
 
 
@@ -318,7 +318,7 @@ def _names(lists: Sequence[Quantity]) -> str:
     return ", ".join(sorted({repr(one.name) for one in lists})) or "none"
 
 
-def _from_face_1(nominal: Array, position: Array, u_um: Array, found: GaugeImport) -> tuple[Array, Array, Array]:
+def _count_from_face_1(nominal: Array, position: Array, u_um: Array, found: GaugeImport) -> tuple[Array, Array, Array]:
     """Counted from face 1; where the certificate leaves face 1 out, it is the origin without uncertainty."""
     if len(position) % 2:
         found.report.append("face 1 is not in the list: it is taken as the origin, position 0 with uncertainty 0")

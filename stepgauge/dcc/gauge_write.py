@@ -42,7 +42,7 @@ def gauge_certificate(gauge: Gauge, said: Laboratory) -> Element:
     Positions with U and k as the gauge file has them, expansion with k = 2, block sizes and material as quantities of
     the item. :class:`InputError` names what a DCC demands and ``said`` lacks, or an item that is not this gauge.
     """
-    said = _of_gauge(said, gauge)
+    said = _check_item(said, gauge)
     item = machine_item(said, gauge.table.name)
     item.append(_properties(gauge))
     statements = [statement(ONLY_ITEMS, reference="7.8.2.1 l)")]
@@ -53,7 +53,7 @@ def gauge_certificate(gauge: Gauge, said: Laboratory) -> Element:
     return certificate(administrative(said, item, statements), [_result(gauge, said)])
 
 
-def _of_gauge(said: Laboratory, gauge: Gauge) -> Laboratory:
+def _check_item(said: Laboratory, gauge: Gauge) -> Laboratory:
     """Name and serial number of the item are those of the gauge file, whose certificate is the one that is written."""
     if said.item.serial not in (None, gauge.table.serial):
         found, expected = said.item.serial, f"{gauge.table.serial} ({gauge.table.name})"
@@ -112,11 +112,11 @@ def _result(gauge: Gauge, said: Laboratory) -> Element:
         D.usedMethods(D.usedMethod(words("name", said.method.name or "Calibration of step gauges"))),
         D.usedSoftware(software()),
         D.influenceConditions(condition(place, REFERENCE_TEMPERATURE, [(place, REFERENCE_TEMPERATURE, temperature)])),
-        D.results(D.result(words("name", "Positions of the faces"), D.data(table, *_of_uncertainties(gauge)))),
+        D.results(D.result(words("name", "Positions of the faces"), D.data(table, *_uncertainty_statements(gauge)))),
     )
 
 
-def _of_uncertainties(gauge: Gauge) -> list[Element]:
+def _uncertainty_statements(gauge: Gauge) -> list[Element]:
     """What the gauge file states of the uncertainties of all positions together."""
     stated = gauge.certificate
     known = (

@@ -57,7 +57,7 @@ def _radius(one: Quantity) -> Radius:
 
 
 def _list(document: Document, name: str, one: Quantity) -> ErrorList:
-    face, position = (_beside(document, one, kind) for kind in (FACE, "stepgauge_position"))
+    face, position = (_list_beside(document, one, kind) for kind in (FACE, "stepgauge_position"))
     if ERROR not in one.kinds:
         raise InputError(one.where, f"{one.name} is not marked as a result", expected=f"refType {ERROR}")
     value, expanded = one.scaled(LENGTH, 1e-6), one.expanded_scaled(LENGTH, 1e-6)
@@ -66,7 +66,7 @@ def _list(document: Document, name: str, one: Quantity) -> ErrorList:
     return ErrorList(name, faces, position.scaled(LENGTH, 1e-3), value, expanded, one.k, one.group)
 
 
-def _beside(document: Document, one: Quantity, kind: str) -> Quantity:
+def _list_beside(document: Document, one: Quantity, kind: str) -> Quantity:
     """The list of the same table that says where the values belong."""
     found = [other for other in document.of_kind(kind) if other.group == one.group]
     if len(found) != 1 or len(found[0].values) != len(one.values):

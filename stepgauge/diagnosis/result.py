@@ -20,7 +20,7 @@ from stepgauge.files.arrays import Array
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Plotted, as_lines
-from stepgauge.files.text import in_folder, read_result, result_text, write_text
+from stepgauge.files.text import read_result, result_file, result_text, write_text
 from stepgauge.inference.search import Step
 from stepgauge.recording import Recording
 
@@ -179,7 +179,7 @@ class Diagnosis(Plotted):
         InputError
             a file that is no diagnosis
         """
-        file = in_folder(path, FILE)
+        file = result_file(path, FILE)
         said = read_result(file, "diagnosis", with_inputs=False)
         if not all(key in said for key in NEEDED):
             raise InputError(file, "not a complete diagnosis", expected="diagnosis.json of stepgauge diagnose")

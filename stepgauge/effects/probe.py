@@ -262,7 +262,7 @@ def lever_pretravel_um(probings: Probings, longer_mm: float | Array) -> Array:
     sensor, table = probings.setting.sensor, probings.setting.probe
     sensor = sensor.base if isinstance(sensor, EmpiricalProbe) else sensor
     if isinstance(sensor, MechanicalProbe):
-        return _by_statics_um(sensor, probings, longer_mm)
+        return _static_pretravel_um(sensor, probings, longer_mm)
     if sensor is None or table is None:
         return np.zeros(len(probings))
     c, s = probings.lateral_share()
@@ -270,7 +270,7 @@ def lever_pretravel_um(probings: Probings, longer_mm: float | Array) -> Array:
     return across * (-_mean_pretravel_um(sensor) * longer_mm / (table.shank_length_mm + longer_mm))
 
 
-def _by_statics_um(sensor: MechanicalProbe, probings: Probings, longer_mm: float | Array) -> Array:
+def _static_pretravel_um(sensor: MechanicalProbe, probings: Probings, longer_mm: float | Array) -> Array:
     approach = np.stack([probings.approach(axis) for axis in "xyz"], axis=-1)
     modelled = sensor.pretravel_um(approach)
     changes = []

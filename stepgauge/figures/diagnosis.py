@@ -23,8 +23,8 @@ from stepgauge.figures.effect_panels import (
     COUNTED,
     MOST_MEANS,
     Drawn,
+    EffectPanel,
     Group,
-    Panel,
     covariate_values,
     label_of,
     panels,
@@ -241,8 +241,8 @@ def _distribution(axes: Axes, um: Array, sigma_um: float, name: str) -> None:
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def _effect_panel(axes: Axes, panel: Panel, um: Array, diagnosis: GaugeDiagnosis) -> None:
-    """Panel of an effect, without placements in which it does not show."""
+def _effect_panel(axes: Axes, panel: EffectPanel, um: Array, diagnosis: GaugeDiagnosis) -> None:
+    """EffectPanel of an effect, without placements in which it does not show."""
     data = diagnosis.data
     value, law = panel.of(um), panel.of(panel.share_um)
     told = np.isfinite(diagnosis.noise.by_row_um) & np.isfinite(value)
@@ -286,7 +286,7 @@ def _law_line(axes: Axes, x: Array, law: Array, drawn: Drawn, line: str = "-", l
     axes.plot(x[some], law[some], color="black", linewidth=1.1, zorder=5, label=label, **style)
 
 
-def _means(axes: Axes, panel: Panel, um: Array, rows: NDArray[np.bool_], group: Group, sigma_um: float) -> None:
+def _means(axes: Axes, panel: EffectPanel, um: Array, rows: NDArray[np.bool_], group: Group, sigma_um: float) -> None:
     """Means of neighbouring rows with twice their standard error by the noise: they show structure below the scatter.
 
     Each reading is weighted by its information on the quantity.

@@ -111,7 +111,7 @@ class Group:
 
 
 @dataclass(frozen=True)
-class Panel:
+class EffectPanel:
     """An effect as a quantity that is drawn over a covariate.
 
     ``x (n,)``: the covariate, named by ``label``; ``share_um (n,)``: displacement along the approach; ``weight (n,)``:
@@ -144,7 +144,7 @@ class Panel:
         return np.isin(data.placement, data.placement[shows]) if shows.any() else np.ones(len(data), bool)
 
 
-def panels(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> list[Panel]:
+def panels(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> list[EffectPanel]:
     """Panels of the effects found that displace readings; effects on the scatter have none."""
     data = diagnosis.data
     named = [_panel_of(finding, data) for finding in diagnosis.findings if finding.share_um.any()]
@@ -165,11 +165,11 @@ def label_of(covariate: str) -> str:
         return LABELS.get(covariate, covariate)
     for suffix, unit in sorted(UNITS.items(), key=lambda one: -len(one[0])):
         if covariate.endswith(f"_{suffix}"):
-            return f"{in_words(covariate)} ({unit})"
-    return f"{in_words(covariate)} ({AS_RECORDED})"
+            return f"{covariate_words(covariate)} ({unit})"
+    return f"{covariate_words(covariate)} ({AS_RECORDED})"
 
 
-def in_words(covariate: str) -> str:
+def covariate_words(covariate: str) -> str:
     """A covariate in words: a column without underscores and unit."""
     ends = "|".join(sorted(map(re.escape, UNITS), key=len, reverse=True))
     return re.sub(f"_({ends})$", "", covariate).replace("_", " ")
@@ -197,7 +197,7 @@ def covariate_values(covariate: str, data: Residuals) -> Array:
     return next(one.values for one in covariates(data) if one.name == covariate)
 
 
-def _panel_of(finding: Finding, data: Residuals) -> Panel:
+def _panel_of(finding: Finding, data: Residuals) -> EffectPanel:
     title = name_of(finding.kind)
     chosen = [str(v) for v in finding.choices.values() if isinstance(v, str | int)]
     title = f"{title} ({', '.join(chosen)})" if chosen else title
@@ -205,7 +205,7 @@ def _panel_of(finding: Finding, data: Residuals) -> Panel:
     share = finding.share_um
     along_gauge = bool(finding.effects) or _coherence(x, share * data.side) > _coherence(x, share)
     weight = mask(data, "gauge" if along_gauge else "approach")
-    return Panel(title, label, x, share, _along("gauge" if along_gauge else "approach"), weight, sides(data))
+    return EffectPanel(title, label, x, share, _along("gauge" if along_gauge else "approach"), weight, sides(data))
 
 
 def _coherence(x: Array, um: Array) -> float:
@@ -247,17 +247,17 @@ def _covariate_of(effect: Effect, values: dict[str, object]) -> str:
     return OF_COVARIATE.get(first, "position")
 
 
-def _panel_of_law(law: EmpiricalLaw, data: Residuals) -> Panel:
+def _panel_of_law(law: EmpiricalLaw, data: Residuals) -> EffectPanel:
     form = law.located.form
     label, x = _law_against(law, data)
     weight = mask(data, law.side if law.side in ("gauge", *AXES) else "approach")
     quantity = _along(law.side if law.side in ("gauge", *AXES) else "approach")
     if form == LENGTH:
         weight = weight * length_mm(law.side, data) * 1e-3
-        quantity = f"change {_of_length(law.side)} (µm/m)"
+        quantity = f"change {_length_words(law.side)} (µm/m)"
     groups, split = _law_groups(law, data)
     drawn: Drawn = "stairs" if form in STAIRS else "marks" if form in MARKS else "line"
-    panel = Panel(_title(law), label, x, law.share_um, quantity, weight, groups, split, drawn, not _apart(law))
+    panel = EffectPanel(_title(law), label, x, law.share_um, quantity, weight, groups, split, drawn, not _apart(law))
     return panel if law.side not in ("gauge", *AXES) or form == LENGTH else _centred(panel, law, data)
 
 
@@ -300,7 +300,7 @@ def _law_groups(law: EmpiricalLaw, data: Residuals) -> tuple[tuple[Group, ...], 
     return (fronts, backs), False
 
 
-def _centred(panel: Panel, law: EmpiricalLaw, data: Residuals) -> Panel:
+def _centred(panel: EffectPanel, law: EmpiricalLaw, data: Residuals) -> EffectPanel:
     """Without the constant that only shifts origins: one for all, or one for each separate placement."""
     group = data.placement if _apart(law) else np.zeros(len(data), int)
     value = panel.of(panel.share_um)
@@ -311,9 +311,9 @@ def _centred(panel: Panel, law: EmpiricalLaw, data: Residuals) -> Panel:
 
 
 def _title(law: EmpiricalLaw) -> str:
-    covariate = in_words(law.located.covariate)
+    covariate = covariate_words(law.located.covariate)
     if law.located.beside and law.located.form == SMOOTH:
-        covariate += f" and {in_words(law.located.beside)}"
+        covariate += f" and {covariate_words(law.located.beside)}"
     return f"no known law: {TITLES[law.located.form].format(covariate=covariate)}"
 
 
@@ -321,7 +321,7 @@ def _along(side: str) -> str:
     return f"along {_direction(side)} (µm)"
 
 
-def _of_length(side: str) -> str:
+def _length_words(side: str) -> str:
     return f"along {_direction(side)}" if side in AXES else "of length"
 
 

@@ -21,8 +21,8 @@ def probing_figure(test: ProbingTest) -> Figure:
     with figure_style():
         figure = new_figure(WIDTH_MM, HEIGHT_MM)
         left, right = figure.subplots(1, 2, width_ratios=[1.0, 1.35])
-        _from_above(figure, left, test, parts)
-        _by_point(right, parts, test.fit.form_error_um)
+        _draw_polar(figure, left, test, parts)
+        _draw_points(right, parts, test.fit.form_error_um)
         head = "five styli" if test.multiple else "one stylus"
         form, size = test.values[:2]
         right.set_title(
@@ -37,7 +37,7 @@ def _signed(value: float) -> str:
     return f"{value:.2f}".replace("-", "−")
 
 
-def _from_above(figure: Figure, axes: Axes, test: ProbingTest, parts: list[Array]) -> None:
+def _draw_polar(figure: Figure, axes: Axes, test: ProbingTest, parts: list[Array]) -> None:
     """Seen along each stylus: the pole in the middle, the equator at the rim (angle from the pole as the radius)."""
     reach = float(np.abs(test.fit.residuals_um).max()) or 1.0
     for number, (one, off) in enumerate(zip(test.styli, parts, strict=True)):
@@ -63,7 +63,7 @@ def _places(one: StylusPoints) -> tuple[Array, Array]:
     return from_pole * np.cos(azimuth), from_pole * np.sin(azimuth)
 
 
-def _by_point(axes: Axes, parts: list[Array], form_um: float) -> None:
+def _draw_points(axes: Axes, parts: list[Array], form_um: float) -> None:
     for number, off in enumerate(parts):
         label = f"stylus {number + 1}"
         place = np.arange(1, len(off) + 1)

@@ -156,7 +156,7 @@ def _draw_view(axes: Axes, view: View, local: Path, obstacles: Obstacles, stoppe
     _draw_gauge(axes, view, obstacles)
     start, end = local.start_mm[:, [0, view.vertical]], local.end_mm[:, [0, view.vertical]]
     pieces = np.stack([start, end], axis=1)
-    aside = ~local.measuring & _beside(local, obstacles, view)
+    aside = ~local.measuring & _passes_blocks(local, obstacles, view)
     for kind, where, color, width, style in (
         ("travel", ~local.measuring & ~aside, TRAVEL_COLOR, 0.6, "solid"),
         ("travel beside", aside, TRAVEL_COLOR, 0.6, BESIDE_STYLE),
@@ -197,7 +197,7 @@ def _once(pieces: Array) -> Array:
     return np.array([*joined, *np.unique(others, axis=0)]).reshape(-1, 2, 2)
 
 
-def _beside(local: Path, obstacles: Obstacles, view: View) -> NDArray[np.bool_]:
+def _passes_blocks(local: Path, obstacles: Obstacles, view: View) -> NDArray[np.bool_]:
     """Pieces that pass the blocks on the near or the far side of what a view shows: drawn across them, not through."""
     depth = 3 - view.vertical  # side where up is drawn, up where the side is
     low, high = obstacles.low_mm[:-1, depth].min(), obstacles.high_mm[:-1, depth].max()

@@ -46,7 +46,7 @@ def draw_distribution(axes: Axes, budget: MonteCarloBudget) -> None:
     axes.set_xlabel("position along the gauge (mm)")
 
 
-def _of_xm(summary: Summary, values: Array, part: PlacementReadings) -> Array:
+def _xm_values(summary: Summary, values: Array, part: PlacementReadings) -> Array:
     """The values of XM at every face of a placement."""
     first = summary.index("xm_um", int(part.readings.faces[0]), part.placement)
     return values[first : first + len(part.readings.faces)]
@@ -54,7 +54,7 @@ def _of_xm(summary: Summary, values: Array, part: PlacementReadings) -> Array:
 
 def _draw_interval(axes: Axes, model: MonteCarloModel, summary: Summary, part: PlacementReadings) -> None:
     position = model.gauge.position_mm[part.readings.faces - 1]
-    low, high, mean = (_of_xm(summary, v, part) for v in (summary.low, summary.high, summary.mean))
+    low, high, mean = (_xm_values(summary, v, part) for v in (summary.low, summary.high, summary.mean))
     axes.fill_between(
         position, low, high, color=COLORS["light"], alpha=0.5, linewidth=0, label="95 % coverage interval"
     )
@@ -66,11 +66,11 @@ def _draw_interval(axes: Axes, model: MonteCarloModel, summary: Summary, part: P
 
 def _draw_contributions(axes: Axes, model: MonteCarloModel, summary: Summary, part: PlacementReadings) -> None:
     """Stacked variances: their heights add up, standard uncertainties do not."""
-    total = _of_xm(summary, summary.u, part) ** 2
+    total = _xm_values(summary, summary.u, part) ** 2
     defined = ~np.isnan(total)
     position = model.gauge.position_mm[part.readings.faces - 1][defined]
     variance = {
-        LABELS.get(name) or model.label(name): _of_xm(summary, u, part)[defined] ** 2
+        LABELS.get(name) or model.label(name): _xm_values(summary, u, part)[defined] ** 2
         for name, u in summary.contribution.items()
     }
     order = sorted(variance, key=lambda name: variance[name].sum(), reverse=True)

@@ -23,7 +23,10 @@ def parse_moment(text: str, where: Place) -> datetime.datetime:
         moment = datetime.datetime.fromisoformat(text.strip())
     except ValueError:
         raise InputError(
-            where, "measured_at is no date", found=repr(text), expected=f"{_in_order(text)}, with time 2026-03-02T14:30"
+            where,
+            "measured_at is no date",
+            found=repr(text),
+            expected=f"{_iso_of(text)}, with time 2026-03-02T14:30",
         ) from None
     if moment.year < EARLIEST:
         raise InputError(where, "measured_at is too long ago", found=text, expected=f"a date from {EARLIEST} on")
@@ -47,7 +50,7 @@ def check_past(day: datetime.date, where: Place, what: str) -> None:
         raise InputError(where, f"{what} lies in the future", found=day, expected="today or a day before")
 
 
-def _in_order(text: str) -> str:
+def _iso_of(text: str) -> str:
     """The date that was meant, year first, where that can be told; else an example."""
     match = re.fullmatch(r"(\d{1,2})\.(\d{1,2})\.(\d{4})", text.strip())
     return f"{match[3]}-{match[2]:0>2}-{match[1]:0>2}" if match else "2026-03-02"

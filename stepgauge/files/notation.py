@@ -89,7 +89,7 @@ def quantity(value: float | None, decimals: int, unit: str) -> str:
     return text if text == UNDEFINED else f"{text}{'' if unit == '°' else ' '}{unit}"
 
 
-def in_percent(share: float, decimals: int = 0) -> str:
+def percent(share: float, decimals: int = 0) -> str:
     """A share in percent, with the space that ISO 80000-1 (7.1.4) has before the symbol: 66 %."""
     return f"{100.0 * share:.{decimals}f} %"
 

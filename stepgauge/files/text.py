@@ -16,7 +16,6 @@ __all__ = [
     "as_text",
     "check_folder",
     "check_output",
-    "in_folder",
     "one_set",
     "parse_json",
     "read_bytes",
@@ -24,6 +23,7 @@ __all__ = [
     "read_result",
     "read_text",
     "replacing",
+    "result_file",
     "result_text",
     "write_json",
     "write_sealed",
@@ -230,7 +230,7 @@ def read_result(path: str | Path, kind: str, with_inputs: bool = True) -> dict[s
     return dict(data)
 
 
-def in_folder(path: str | Path, name: str) -> Path:
+def result_file(path: str | Path, name: str) -> Path:
     """The file ``name`` of a folder, or the file itself: results are given by either."""
     return Path(path) / name if Path(path).is_dir() else Path(path)
 

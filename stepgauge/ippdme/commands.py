@@ -73,7 +73,7 @@ EVENT_TAG = One("the tag of an event", lambda value: isinstance(value, Word) and
 
 
 @dataclass(frozen=True)
-class OneOf:
+class ArgumentChoice:
     """A word of a list, then so many numbers."""
 
     words: tuple[str, ...]
@@ -157,7 +157,7 @@ def _empty(*names: str) -> dict[str, Inside]:
 
 
 _PLACE = dict.fromkeys(POSITION, Inside.NUMBER)
-Arguments = NumberArguments | One | OneOf | Names
+Arguments = NumberArguments | One | ArgumentChoice | Names
 
 
 @dataclass(frozen=True)
@@ -200,10 +200,10 @@ COMMANDS = {
     "EnableUser": Signature("48, 51"),
     "DisableUser": Signature("48, 51, 53"),
     "IsUserEnabled": Signature("49"),
-    "SetCoordSystem": Signature("59", OneOf(SELECTABLE)),
+    "SetCoordSystem": Signature("59", ArgumentChoice(SELECTABLE)),
     "GetCoordSystem": Signature("59"),
-    "SetCsyTransformation": Signature("60", OneOf(DEFINABLE, 6)),
-    "GetCsyTransformation": Signature("60", OneOf(DEFINABLE)),
+    "SetCsyTransformation": Signature("60", ArgumentChoice(DEFINABLE, 6)),
+    "GetCsyTransformation": Signature("60", ArgumentChoice(DEFINABLE)),
     "EnumTools": Signature("53, 54"),
     "FindTool": Signature("54", TEXT),
     "ChangeTool": Signature("54, 57, 78", TEXT),

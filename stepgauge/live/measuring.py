@@ -218,7 +218,7 @@ class _MeasuringSession:
         stops = self._search_of(point - 1) if point - 1 in self.touched else [*self.entry]
         if point <= len(self.job):
             stops += [*(move.position for move in self.job.moves(point)[0]), *reversed(self._search_of(point))]
-        return any(_beside_mm(here, a, b) <= LATERAL_MM for a, b in pairwise(stops))
+        return any(_distance_from_move_mm(here, a, b) <= LATERAL_MM for a, b in pairwise(stops))
 
     def _search_of(self, point: int) -> list[Array]:
         """The line on which the tip is in a measurement, from the end of the search to where it is drawn back to."""
@@ -233,7 +233,7 @@ class _MeasuringSession:
         self.link.end()
 
 
-def _beside_mm(place: Array, start: Array, end: Array) -> float:
+def _distance_from_move_mm(place: Array, start: Array, end: Array) -> float:
     """How far a place is from a straight move, mm."""
     way = end - start
     share = np.clip((place - start) @ way / max(float(way @ way), 1e-12), 0.0, 1.0)

@@ -248,7 +248,7 @@ class Server:
             await self._close_link()
 
     @contextmanager
-    def in_thread(self) -> Iterator[int]:
+    def serving_in_thread(self) -> Iterator[int]:
         """Serve in a thread of this process for as long as the block lasts; yields the port."""
         found: queue.Queue[tuple[asyncio.AbstractEventLoop, int] | BaseException] = queue.Queue()
 

@@ -12,7 +12,8 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine, check_recorded
 from stepgauge.machine.virtual import RunConditions, probing_settings
-from stepgauge.montecarlo.model import MonteCarloModel, program_model, recording_model
+from stepgauge.montecarlo.build import program_model, recording_model
+from stepgauge.montecarlo.model import MonteCarloModel
 from stepgauge.planning.plan import parse_section
 from stepgauge.programs import read_program
 from stepgauge.recording import Recording, is_recording_file, join_recordings, read_recording

@@ -10,18 +10,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.alignment import locate
 from stepgauge.alignment.checks import RADIUS_TOLERANCE_MM
 from stepgauge.errors import InputError, naming
 from stepgauge.files.text import write_text
 from stepgauge.gauge.certified import Gauge
-from stepgauge.gauge.placement import Placement, is_placement_file, read_placement
+from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.motion.collision import make_tool
 from stepgauge.motion.moves import ProbingSettings, Program, trace
 from stepgauge.planning.check import check_program, check_travel
 from stepgauge.planning.log_check import NOT_KNOWN, log_difference
-from stepgauge.planning.plan import PlanOptions, faces_in_order, make_program, middle_standoff_mm, parse_blocks
+from stepgauge.planning.plan import PlanOptions, faces_in_order, make_program, middle_standoff_mm
 from stepgauge.probes.schema import ConstantTable
 from stepgauge.programs import DIALECTS, Dialect
 from stepgauge.programs.compare import difference, read_again
@@ -64,31 +63,9 @@ class ProgramText:
         for name, content in self.dialect.files.items():
             write_text(Path(path).with_name(name), content)
 
-    def beside(self, path: str | Path) -> list[Path]:
+    def further_files(self, path: str | Path) -> list[Path]:
         """The further files that :meth:`write` writes."""
         return [Path(path).with_name(name) for name in self.dialect.files]
-
-
-def read_or_locate(
-    source: str | Path,
-    gauge: Gauge,
-    machine: Machine | None = None,
-    tip_radius_mm: float | None = None,
-    points_on: str | None = None,
-) -> Placement:
-    """The placement in a TOML file, or located from the 16 points in a CSV file.
-
-    ``tip_radius_mm``: nominal (None: of the machine); ``points_on``: blocks that the points are on, ``A:B`` (None: the
-    first and the last). :class:`InputError` as the readers and :func:`stepgauge.alignment.locate`.
-    """
-    if is_placement_file(source):
-        return read_placement(source, gauge)
-    if tip_radius_mm is None and machine is not None:
-        tip_radius_mm = machine.probe.tip_radius_mm
-    sigma_um = machine.table.repeatability_um if machine else 1.0
-    from stepgauge.importing.sixteen import read_sixteen  # which imports the plan's orders
-
-    return locate(read_sixteen(source), gauge, parse_blocks(points_on or ":", gauge), sigma_um, tip_radius_mm, source)
 
 
 def agreed_tip_radius_mm(

@@ -57,10 +57,10 @@ def probe_from_table(data: Any, where: str | Path, stylus_direction: Sequence[fl
 
 def make_probe(table: ProbeTable, where: str | Path) -> Probe:
     """The probe that a checked table describes; ``where`` is the file the table stands in."""
-    return with_laws(_of_model(table, where), table.empirical)
+    return with_laws(_probe_of_table(table, where), table.empirical)
 
 
-def _of_model(table: ProbeTable, where: str | Path) -> Probe:
+def _probe_of_table(table: ProbeTable, where: str | Path) -> Probe:
     if isinstance(table, KinematicTable):
         return _mechanical(table, where)
     common = _common(table)

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import NoReturn
 
 from stepgauge.programs.reading import Reader, check_lines
-from stepgauge.programs.table import NOMINAL, QUIET, Code, DialectGrammar, Statement
+from stepgauge.programs.table import NOMINAL, QUIET, Code, DialectGrammar, Production
 
-WORDS = Statement("words", "", "a block of words", "")
-LABEL = Statement("nothing", "", "a label", "", QUIET)
+WORDS = Production("words", "", "a block of words", "")
+LABEL = Production("nothing", "", "a label", "", QUIET)
 MOST_NAMED = 8
 """Alternatives that a message names; where there are more it names the verb that prints the table."""
 
@@ -22,7 +22,7 @@ class Block:
 
     line: int
     text: str
-    form: Statement
+    form: Production
     fields: tuple[str, ...] = ()
     codes: tuple[Code, ...] = ()
     words: Mapping[str, float] = field(default_factory=dict)
@@ -132,7 +132,7 @@ class _Line:
             if match:
                 return Block(self.reader.line, code, form, match.groups())
         first = self.table.word.match(code) if self.table.codes else None
-        if first and (first[1].upper() in self.table.words or _key(first) in self.table.by_code):
+        if first and (first[1].upper() in self.table.words or _key(first) in self.table.codes_by_name):
             return self._words(code)
         return self._unknown(code)
 
@@ -168,7 +168,7 @@ class _Line:
         return float(number)
 
     def _code(self, match: re.Match[str], codes: list[Code]) -> Code:
-        known, word = self.table.by_code.get(_key(match)), match[0].strip()
+        known, word = self.table.codes_by_name.get(_key(match)), match[0].strip()
         if known is None:
             self._refuse(word, self._codes_like(match[1].upper()))
         same = next((one for one in codes if one.group == known.group), None)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.dialect import Dialect
-from stepgauge.programs.table import END, FIRST, FRAME, LAST, START, Code, DialectGrammar, Statement
+from stepgauge.programs.table import END, FIRST, FRAME, LAST, START, Code, DialectGrammar, Production
 
 Row = tuple[str, ...]
 _STANDS = {
@@ -62,7 +62,7 @@ def _codes(codes: Sequence[Code]) -> list[Row]:
     return [(", ".join(names), *rest) for rest, names in found.items()]
 
 
-def _stands(table: DialectGrammar, form: Statement) -> str:
+def _stands(table: DialectGrammar, form: Production) -> str:
     before = next((one.text for one in table.forms if one.name == form.after), "")
     return f"directly after `{before}`" if before else _STANDS[form.when]
 

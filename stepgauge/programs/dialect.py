@@ -9,7 +9,7 @@ from pathlib import Path
 
 from stepgauge.errors import InputError
 from stepgauge.motion.moves import ProbingSettings, Program
-from stepgauge.programs.execution import Control
+from stepgauge.programs.execution import VirtualController
 from stepgauge.programs.options import Option, chosen
 from stepgauge.programs.reading import ControllerAlarmError, Reader, ReadingProbe
 from stepgauge.programs.table import DialectGrammar
@@ -39,7 +39,7 @@ class Dialect:
     name: str
     title: str
     suffix: str
-    control: type[Control]
+    control: type[VirtualController]
     recognised: Callable[[str], bool]
     decimals: int
     carries: tuple[str, ...]

@@ -13,7 +13,7 @@ from typing import ClassVar
 from stepgauge.files.controls import fixed
 from stepgauge.programs.blocks import Block, joined_lines
 from stepgauge.programs.dialect import AUTOMATIC, Dialect
-from stepgauge.programs.execution import Control
+from stepgauge.programs.execution import VirtualController
 from stepgauge.programs.gcode import end_of_line
 from stepgauge.programs.options import Name, NumberOption, Option
 from stepgauge.programs.reading import Reader
@@ -26,8 +26,8 @@ from stepgauge.programs.table import (
     QUIET,
     START,
     DialectGrammar,
+    Production,
     Slot,
-    Statement,
 )
 
 ENCODED = "*"
@@ -42,43 +42,43 @@ _XYZ, _IJK = "{number},{number},{number}", "{number},{number},{number}"
 TABLE = DialectGrammar(
     "dmis",
     forms=(
-        Statement("header", "DMISMN/'{text}',{version}", "begin of the program", NIST, when=FIRST),
-        Statement("nothing", "FILNAM/'{text}',{version}", "name of the output", NIST, when=START),
-        Statement(
+        Production("header", "DMISMN/'{text}',{version}", "begin of the program", NIST, when=FIRST),
+        Production("nothing", "FILNAM/'{text}',{version}", "name of the output", NIST, when=START),
+        Production(
             "nothing", "TEXT/OPER,'{text}'", "message to the operator", "PTC's help on operator instructions", QUIET
         ),
-        Statement("nothing", "TEXT/OUTFIL,'{text}'", "text into the output", NIST, QUIET),
-        Statement("units", "UNITS/MM,ANGDEC", "mm and degrees", NIST, when=START),
-        Statement("device", "DID({device})=DEVICE/STOR,'{file}'", "file of the results", NIST, when=START),
-        Statement("open", "OPEN/DID({device}),FDATA,DMIS,OUTPUT", "opens it", NIST, when=START),
-        Statement("close", "CLOSE/DID({device})", "closes it", NIST, when=END),
-        Statement("machine", "D({name})=DATSET/MCS", "coordinates of the machine", NIST, when=START),
-        Statement(
+        Production("nothing", "TEXT/OUTFIL,'{text}'", "text into the output", NIST, QUIET),
+        Production("units", "UNITS/MM,ANGDEC", "mm and degrees", NIST, when=START),
+        Production("device", "DID({device})=DEVICE/STOR,'{file}'", "file of the results", NIST, when=START),
+        Production("open", "OPEN/DID({device}),FDATA,DMIS,OUTPUT", "opens it", NIST, when=START),
+        Production("close", "CLOSE/DID({device})", "closes it", NIST, when=END),
+        Production("machine", "D({name})=DATSET/MCS", "coordinates of the machine", NIST, when=START),
+        Production(
             "sensor",
             f"S({{name}})=SNSDEF/PROBE,FIXED,CART,{_XYZ},{_IJK},{{positive}}",
             "offset, stylus, tip",
             NIST,
             when=START,
         ),
-        Statement("select", "SNSLCT/S({name})", "selects a sensor", NIST, when=START),
-        Statement("select_calibrated", "SNSLCT/SA({name})", "selects it as calibrated", NOT_CONFIRMED, when=START),
-        Statement("distance", "SNSET/{distance},{positive}", "stand-off, search, retract, mm", NIST),
-        Statement("speed", "FEDRAT/{speed},{unit},{positive}", "speed between points, of the search", NIST),
-        Statement("uncompensated", "PRCOMP/OFF", "no compensation of the tip", NIST, when=START),
-        Statement("mode", "MODE/{mode}", "who moves the machine", NIST, when=START),
-        Statement("feature", f"F({{name}})=FEAT/POINT,CART,{_XYZ},{_IJK}", "nominal point and normal", NIST, QUIET),
-        Statement("sphere", f"F({{name}})=FEAT/SPHERE,OUTER,CART,{_XYZ},{{positive}}", "sphere", NOT_CONFIRMED, QUIET),
-        Statement(
+        Production("select", "SNSLCT/S({name})", "selects a sensor", NIST, when=START),
+        Production("select_calibrated", "SNSLCT/SA({name})", "selects it as calibrated", NOT_CONFIRMED, when=START),
+        Production("distance", "SNSET/{distance},{positive}", "stand-off, search, retract, mm", NIST),
+        Production("speed", "FEDRAT/{speed},{unit},{positive}", "speed between points, of the search", NIST),
+        Production("uncompensated", "PRCOMP/OFF", "no compensation of the tip", NIST, when=START),
+        Production("mode", "MODE/{mode}", "who moves the machine", NIST, when=START),
+        Production("feature", f"F({{name}})=FEAT/POINT,CART,{_XYZ},{_IJK}", "nominal point and normal", NIST, QUIET),
+        Production("sphere", f"F({{name}})=FEAT/SPHERE,OUTER,CART,{_XYZ},{{positive}}", "sphere", NOT_CONFIRMED, QUIET),
+        Production(
             "calibrate", "CALIB/SENS,S({name}),F({name}),{count}", "by hand, to ENDMES", NOT_CONFIRMED, when=START
         ),
-        Statement("meas", "MEAS/POINT,F({name}),1", "measurement of a point, to ENDMES", NIST),
-        Statement("go", f"GOTO/{_XYZ}", "move", NIST),
-        Statement("go", f"GOTO/CART,{_XYZ}", "move", NIST),
-        Statement("probe", f"PTMEAS/CART,{_XYZ},{_IJK}", "measures a point", NIST),
-        Statement("probe", f"PTMEAS/{_XYZ},{_IJK}", "measures a point", NIST),
-        Statement("end_measurement", "ENDMES", "end of MEAS or CALIB", NIST),
-        Statement("output", "OUTPUT/FA({name})", "writes what was measured", NIST),
-        Statement("end_file", "ENDFIL", "end of the program", NIST, ENDS, LAST),
+        Production("meas", "MEAS/POINT,F({name}),1", "measurement of a point, to ENDMES", NIST),
+        Production("go", f"GOTO/{_XYZ}", "move", NIST),
+        Production("go", f"GOTO/CART,{_XYZ}", "move", NIST),
+        Production("probe", f"PTMEAS/CART,{_XYZ},{_IJK}", "measures a point", NIST),
+        Production("probe", f"PTMEAS/{_XYZ},{_IJK}", "measures a point", NIST),
+        Production("end_measurement", "ENDMES", "end of MEAS or CALIB", NIST),
+        Production("output", "OUTPUT/FA({name})", "writes what was measured", NIST),
+        Production("end_file", "ENDFIL", "end of the program", NIST, ENDS, LAST),
     ),
     comments=(end_of_line("$$", NIST, "()?!<>"),),
     slots={
@@ -116,7 +116,7 @@ def statements(text: str, reader: Reader) -> Iterator[str]:
             yield statement
 
 
-class Dmis(Control):
+class Dmis(VirtualController):
     """The software between statements."""
 
     table: ClassVar[DialectGrammar] = TABLE

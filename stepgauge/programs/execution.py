@@ -2,9 +2,9 @@
 
 Coordinates and feeds are numbers in the text (:mod:`stepgauge.programs.table` takes no others), so that only a branch
 can make another path of it. Of a branch both ways are read: either they come together again with nothing between them
-but the program's own variables, or one of them ends the program without a move (:meth:`Control.check_branches`). And
+but the program's own variables, or one of them ends the program without a move. And
 after every search the text is run on with the other answer of the probe: before the next move it must have stopped
-(:meth:`Control.check_otherwise`). What no way comes to may not be a move at all.
+(:meth:`VirtualController.check_otherwise`). What no way comes to may not be a move at all.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ CLEAR_MM = 1.0
 """A contact on a shorter way is within the overtravel of any probe."""
 
 
-class Control:
+class VirtualController:
     """A virtual controller between blocks. A dialect adds a method for every statement of its table."""
 
     table: ClassVar[DialectGrammar]

@@ -28,7 +28,7 @@ _BINARY: Mapping[str, Callable[..., Value]] = {
     "<=": lambda a, b: float(a <= b),
     ">": lambda a, b: float(a > b),
     ">=": lambda a, b: float(a >= b),
-    "<<": lambda a, b: f"{in_words(a)}{in_words(b)}",
+    "<<": lambda a, b: f"{number_words(a)}{number_words(b)}",
     "+": lambda a, b: a + b,
     "-": lambda a, b: a - b,
     "*": lambda a, b: a * b,
@@ -41,7 +41,7 @@ _FUNCTIONS: Mapping[str, Callable[[float], float]] = {
 }
 
 
-def in_words(value: Value) -> str:
+def number_words(value: Value) -> str:
     """A number as controls join it to a text: up to 6 decimals, no zeros at the end."""
     return value if isinstance(value, str) else f"{value + 0.0:.6f}".rstrip("0").rstrip(".")
 
@@ -132,7 +132,7 @@ class _Parser:
         if word == "#":
             return self.lookup(f"#{self.number():.0f}")
         if word == "<<":  # the text of what follows
-            return in_words(self.operand())
+            return number_words(self.operand())
         if word == self.grammar.brackets[0] and self.depth < DEEPEST:
             self.depth += 1
             value = self.expression()

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import ClassVar
 
 from stepgauge.programs.blocks import WORDS, Block
-from stepgauge.programs.execution import Control
+from stepgauge.programs.execution import VirtualController
 from stepgauge.programs.reading import Reader
 from stepgauge.programs.table import END, QUIET, Code, Comment
 
@@ -65,7 +65,7 @@ def moves_with_result(blocks: list[Block], prints: Callable[[Block], bool]) -> s
     return found
 
 
-class GCode(Control):
+class GCode(VirtualController):
     """Modal state of the G-code between blocks.
 
     ``searches``: codes of moves that the probe ends; ``one_shot``: those that hold for their own block only.

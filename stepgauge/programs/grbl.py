@@ -16,7 +16,7 @@ from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.gcode import MOTION, GCode, modal, not_executed
 from stepgauge.programs.reading import Contact, Reader
-from stepgauge.programs.table import END, ENDS, QUIET, START, Code, DialectGrammar, Statement
+from stepgauge.programs.table import END, ENDS, QUIET, START, Code, DialectGrammar, Production
 
 NIST = "NIST RS274/NGC"
 DOCS = "grbl 1.1, doc/markdown/commands.md"
@@ -26,9 +26,9 @@ PROBE, GUARD = "G38.2", "G38.3"
 TABLE = DialectGrammar(
     "grbl",
     forms=(
-        Statement("set_offset", "G10L2P6X0Y0Z0", "makes G59 machine coordinates", f"{NIST}, 3.5.5", when=START),
-        Statement("nothing", "G4P{positive}", "dwell, s", f"{NIST}, 3.5.4", QUIET),
-        Statement(
+        Production("set_offset", "G10L2P6X0Y0Z0", "makes G59 machine coordinates", f"{NIST}, 3.5.5", when=START),
+        Production("nothing", "G4P{positive}", "dwell, s", f"{NIST}, 3.5.4", QUIET),
+        Production(
             "say_search", "(SEARCH {positive} MM BEYOND THE NOMINAL CONTACT)", "states that way, mm", "stepgauge"
         ),
     ),

@@ -13,8 +13,8 @@ from typing import ClassVar
 from stepgauge.files.controls import fixed
 from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import SEARCH, Dialect
-from stepgauge.programs.execution import Control
-from stepgauge.programs.expression import Grammar, in_words
+from stepgauge.programs.execution import VirtualController
+from stepgauge.programs.expression import Grammar, number_words
 from stepgauge.programs.gcode import end_of_line
 from stepgauge.programs.options import YES_NO, Name, NumberOption, Option
 from stepgauge.programs.reading import Contact, Reader
@@ -28,8 +28,8 @@ from stepgauge.programs.table import (
     QUIET,
     START,
     DialectGrammar,
+    Production,
     Slot,
-    Statement,
     Variable,
 )
 
@@ -44,39 +44,39 @@ CONDITIONS = {"FN9": "==", "FN10": "!=", "FN11": ">", "FN12": "<"}
 TABLE = DialectGrammar(
     "heidenhain",
     forms=(
-        Statement("begin", "BEGIN PGM {program} MM", "begin of a program in mm", MANUAL, QUIET, FIRST),
-        Statement("end", "END PGM {program} MM", "end of the program", MANUAL, ENDS, LAST),
-        Statement("line", "L X{number} Y{number} Z{number} R0 F{positive}", "straight move, mm/min", MANUAL),
-        Statement("orientation", "CYCL DEF 13.0 ORIENTATION", "orientation of the spindle", POST, when=START),
-        Statement("orient", "CYCL DEF 13.1 ANGLE {number}", "its angle", POST, when=START, after="orientation"),
-        Statement("cycle", "TCH PROBE 4.0 MEASURING IN 3D", "search along a vector", CYCLES),
-        Statement(
+        Production("begin", "BEGIN PGM {program} MM", "begin of a program in mm", MANUAL, QUIET, FIRST),
+        Production("end", "END PGM {program} MM", "end of the program", MANUAL, ENDS, LAST),
+        Production("line", "L X{number} Y{number} Z{number} R0 F{positive}", "straight move, mm/min", MANUAL),
+        Production("orientation", "CYCL DEF 13.0 ORIENTATION", "orientation of the spindle", POST, when=START),
+        Production("orient", "CYCL DEF 13.1 ANGLE {number}", "its angle", POST, when=START, after="orientation"),
+        Production("cycle", "TCH PROBE 4.0 MEASURING IN 3D", "search along a vector", CYCLES),
+        Production(
             "result_to", "TCH PROBE 4.1 Q{first}", "first of four parameters for the result", CYCLES, after="cycle"
         ),
-        Statement("vector", "TCH PROBE 4.2 IX{number} IY{number} IZ{number}", "direction", CYCLES, after="result_to"),
-        Statement(
+        Production("vector", "TCH PROBE 4.2 IX{number} IY{number} IZ{number}", "direction", CYCLES, after="result_to"),
+        Production(
             "measure",
             "TCH PROBE 4.3 SET UP {positive} F{positive} MB {positive} REFERENCE SYSTEM:0",
             "way, mm/min, way back",
             CYCLES,
             after="vector",
         ),
-        Statement("nothing", "{sync}", "waits for the move", POST, QUIET),
-        Statement("read_length", "{fn18}SYSREAD Q{q} = ID350 NR51", "length of the stylus", POST, QUIET),
-        Statement("always", "{fn9}IF +1 EQU +1 GOTO LBL {label}", "goes on at a label further down", POST, JUMP),
-        Statement("branch", "{fn9}IF {operand} EQU {operand} GOTO LBL {label}", "goes on there if equal", MANUAL, IF),
-        Statement("branch", "{fn10}IF {operand} NE {operand} GOTO LBL {label}", "if not equal", POST, IF),
-        Statement("branch", "{fn11}IF {operand} GT {operand} GOTO LBL {label}", "if greater", MANUAL, IF),
-        Statement("branch", "{fn12}IF {operand} LT {operand} GOTO LBL {label}", "if less", POST, IF),
-        Statement("printed", "{fn16}F-PRINT {mask} / {file}", "prints QS1 by the mask", POST),
-        Statement("text", 'DECLARE STRING QS{q} = "{text}"', "text", POST, QUIET),
-        Statement("to_text", "QS{q} = TOCHAR( DAT+Q{q} DECIMALS{decimals} )", "number as text", POST, QUIET),
-        Statement("say_search", "Q11 = {number}", "way of a search beyond the nominal contact, mm", "stepgauge"),
-        Statement("assign", "{local} = {expression}", "own parameter", MANUAL, QUIET),
-        Statement("stopped", "M0", "stop until the operator goes on", MANUAL, QUIET),
-        Statement("nothing", "M5", "spindle off", MANUAL, CLOSING),
-        Statement("nothing", "M19", "spindle to the angle of cycle 13", POST, when=START),
-        Statement("nothing", "M30", "end of the program", MANUAL, ENDS),
+        Production("nothing", "{sync}", "waits for the move", POST, QUIET),
+        Production("read_length", "{fn18}SYSREAD Q{q} = ID350 NR51", "length of the stylus", POST, QUIET),
+        Production("always", "{fn9}IF +1 EQU +1 GOTO LBL {label}", "goes on at a label further down", POST, JUMP),
+        Production("branch", "{fn9}IF {operand} EQU {operand} GOTO LBL {label}", "goes on there if equal", MANUAL, IF),
+        Production("branch", "{fn10}IF {operand} NE {operand} GOTO LBL {label}", "if not equal", POST, IF),
+        Production("branch", "{fn11}IF {operand} GT {operand} GOTO LBL {label}", "if greater", MANUAL, IF),
+        Production("branch", "{fn12}IF {operand} LT {operand} GOTO LBL {label}", "if less", POST, IF),
+        Production("printed", "{fn16}F-PRINT {mask} / {file}", "prints QS1 by the mask", POST),
+        Production("text", 'DECLARE STRING QS{q} = "{text}"', "text", POST, QUIET),
+        Production("to_text", "QS{q} = TOCHAR( DAT+Q{q} DECIMALS{decimals} )", "number as text", POST, QUIET),
+        Production("say_search", "Q11 = {number}", "way of a search beyond the nominal contact, mm", "stepgauge"),
+        Production("assign", "{local} = {expression}", "own parameter", MANUAL, QUIET),
+        Production("stopped", "M0", "stop until the operator goes on", MANUAL, QUIET),
+        Production("nothing", "M5", "spindle off", MANUAL, CLOSING),
+        Production("nothing", "M19", "spindle to the angle of cycle 13", POST, when=START),
+        Production("nothing", "M30", "end of the program", MANUAL, ENDS),
     ),
     comments=(end_of_line(";", MANUAL, "()?"),),
     slots={
@@ -108,7 +108,7 @@ def recognises(text: str) -> bool:
     return re.search(r"(?im)^[ \t]*(\d+ +)?BEGIN PGM ", text) is not None and "TCH PROBE 4." in text
 
 
-class Heidenhain(Control):
+class Heidenhain(VirtualController):
     """The control between blocks; ``length_mm``: calibrated length of the stylus."""
 
     table: ClassVar[DialectGrammar] = TABLE
@@ -198,7 +198,7 @@ class Heidenhain(Control):
     def printed(self, block: Block) -> None:
         """The mask prints QS1 and nothing else."""
         self.reader.once("log", " / ".join(block.fields[1:]))
-        self.reader.log.append(in_words(self.look_up("QS1")))
+        self.reader.log.append(number_words(self.look_up("QS1")))
 
     def text(self, block: Block) -> None:
         """A text parameter."""

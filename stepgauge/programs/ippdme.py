@@ -12,9 +12,9 @@ from typing import ClassVar
 from stepgauge.files.controls import fixed
 from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import AUTOMATIC, Dialect
-from stepgauge.programs.execution import Control
+from stepgauge.programs.execution import VirtualController
 from stepgauge.programs.reading import Reader
-from stepgauge.programs.table import ENDS, FIRST, LAST, QUIET, SLOTS, START, DialectGrammar, Slot, Statement
+from stepgauge.programs.table import ENDS, FIRST, LAST, QUIET, SLOTS, START, DialectGrammar, Production, Slot
 
 SPEC = "I++ DME 1.4.3"
 FILES = "NIST's test suite of I++ DME"
@@ -32,20 +32,20 @@ _NAMED = re.compile(r"([A-Z]+)\(([^()]*)\)", re.ASCII)
 TABLE = DialectGrammar(
     "ippdme",
     forms=(
-        Statement("command", "{tag} StartSession()", "begin", SPEC, when=FIRST),
-        Statement("command", "{tag} ClearAllErrors()", "clears errors", SPEC, when=START),
-        Statement("command", "{tag} Home()", "goes to the reference points", SPEC, when=START),
-        Statement("command", "{tag} IsHomed()", "asks for it", SPEC, QUIET),
-        Statement("coordinates", "{tag} SetCoordSystem(MachineCsy)", "coordinates of the machine", SPEC, when=START),
-        Statement("tool", '{tag} SetTool("{tool}")', "names the tool", SPEC, when=START),
-        Statement("set_property", "{tag} SetProp(Tool.{property}({positive}))", "distances, mm; speeds, mm/s", SPEC),
-        Statement("command", "{tag} GetProp(Tool.{property}())", "asks for one", SPEC, QUIET),
-        Statement("report", "{tag} OnPtMeasReport({report})", "what a measurement answers", SPEC, when=START),
-        Statement("go_to", "{tag} GoTo({fields})", "move", SPEC),
-        Statement("measure", "{tag} PtMeas({fields})", "measures a point", f"{SPEC}, 6.3.2.13"),
-        Statement("end_session", "{tag} EndSession()", "end", SPEC, ENDS),
-        Statement("nothing", "{between}", "between two commands", FILES, QUIET),
-        Statement("end_file", ":", "end of the file", FILES, QUIET, LAST),
+        Production("command", "{tag} StartSession()", "begin", SPEC, when=FIRST),
+        Production("command", "{tag} ClearAllErrors()", "clears errors", SPEC, when=START),
+        Production("command", "{tag} Home()", "goes to the reference points", SPEC, when=START),
+        Production("command", "{tag} IsHomed()", "asks for it", SPEC, QUIET),
+        Production("coordinates", "{tag} SetCoordSystem(MachineCsy)", "coordinates of the machine", SPEC, when=START),
+        Production("tool", '{tag} SetTool("{tool}")', "names the tool", SPEC, when=START),
+        Production("set_property", "{tag} SetProp(Tool.{property}({positive}))", "distances, mm; speeds, mm/s", SPEC),
+        Production("command", "{tag} GetProp(Tool.{property}())", "asks for one", SPEC, QUIET),
+        Production("report", "{tag} OnPtMeasReport({report})", "what a measurement answers", SPEC, when=START),
+        Production("go_to", "{tag} GoTo({fields})", "move", SPEC),
+        Production("measure", "{tag} PtMeas({fields})", "measures a point", f"{SPEC}, 6.3.2.13"),
+        Production("end_session", "{tag} EndSession()", "end", SPEC, ENDS),
+        Production("nothing", "{between}", "between two commands", FILES, QUIET),
+        Production("end_file", ":", "end of the file", FILES, QUIET, LAST),
     ),
     slots={
         "tag": Slot(r"(?!00000)\d{5}", "00001 to 99999"),
@@ -68,7 +68,7 @@ def recognises(text: str) -> bool:
     return re.match(r"\s*\d{5} StartSession\(\)", text) is not None
 
 
-class Ippdme(Control):
+class Ippdme(VirtualController):
     """The server between commands."""
 
     table: ClassVar[DialectGrammar] = TABLE

@@ -11,17 +11,17 @@ from typing import ClassVar
 
 from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import Dialect
-from stepgauge.programs.execution import Control
-from stepgauge.programs.table import ENDS, LAST, QUIET, DialectGrammar, Statement
+from stepgauge.programs.execution import VirtualController
+from stepgauge.programs.table import ENDS, LAST, QUIET, DialectGrammar, Production
 
 SOURCE = "Pahk and Kim, Fig 4"
 TABLE = DialectGrammar(
     "jinyoung",
     forms=(
-        Statement("go", "MV {number} {number} {number} ;", "move", SOURCE),
-        Statement("measure", "MS {number} {number} {number} ;", "measures: the tip centre at nominal contact", SOURCE),
-        Statement("nothing", "PO 1 ;", "opens a point", SOURCE, QUIET),
-        Statement("end", "END ;", "end of the program", SOURCE, ENDS, LAST),
+        Production("go", "MV {number} {number} {number} ;", "move", SOURCE),
+        Production("measure", "MS {number} {number} {number} ;", "measures: the tip centre at nominal contact", SOURCE),
+        Production("nothing", "PO 1 ;", "opens a point", SOURCE, QUIET),
+        Production("end", "END ;", "end of the program", SOURCE, ENDS, LAST),
     ),
     any_case=False,
     last="end",
@@ -33,7 +33,7 @@ def recognises(text: str) -> bool:
     return re.match(r"\s*(MV\s+[-\d.]|PO\s+\d)", text) is not None
 
 
-class JinYoung(Control):
+class JinYoung(VirtualController):
     """The controller between statements."""
 
     table: ClassVar[DialectGrammar] = TABLE
@@ -45,9 +45,9 @@ class JinYoung(Control):
     def measure(self, block: Block) -> None:
         """A search along the line from the position before."""
         target = [float(value) for value in block.fields]
-        self.reader.touch(target, self.reader.from_here(target, "MS"))
+        self.reader.touch(target, self.reader.direction_to(target, "MS"))
 
-    end = Control.nothing
+    end = VirtualController.nothing
 
 
 DIALECTS = (

@@ -16,7 +16,18 @@ from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.expression import Value
 from stepgauge.programs.gcode import MOTION, STOP, GCode, modal, not_executed
 from stepgauge.programs.reading import Contact, Reader
-from stepgauge.programs.table import CLOSING, END, ENDS, FRAME, QUIET, START, Code, DialectGrammar, Slot, Statement
+from stepgauge.programs.table import (
+    CLOSING,
+    END,
+    ENDS,
+    FRAME,
+    QUIET,
+    START,
+    Code,
+    DialectGrammar,
+    Production,
+    Slot,
+)
 
 NIST = "NIST RS274/NGC"
 DOCS = "LinuxCNC 2.9, G-code overview"
@@ -27,17 +38,17 @@ _REGISTERS = {"#5061": 0, "#5062": 1, "#5063": 2}
 TABLE = DialectGrammar(
     "linuxcnc",
     forms=(
-        Statement("tape", "%", "begin and end of the program", f"{NIST}, 3.2", QUIET, FRAME),
-        Statement(
+        Production("tape", "%", "begin and end of the program", f"{NIST}, 3.2", QUIET, FRAME),
+        Production(
             "say_search", "#<_search_mm>={positive}", "way of a search beyond the nominal contact, mm", "stepgauge"
         ),
-        Statement("count", "#<_n>={count}", "number of the point", f"{DOCS}: parameters", QUIET),
-        Statement("read_input", "M66E0L0", "reads an analog input into #5399", "LinuxCNC 2.9, M-codes: M66", QUIET),
-        Statement("open_log", "(LOGOPEN,{file})", "opens the log", LOGGING, when=START),
-        Statement("printed", "(LOG,{print})", "prints a line of the log", LOGGING),
-        Statement("nothing", "(LOGCLOSE)", "closes the log", LOGGING, CLOSING, END),
-        Statement("open_points", "(PROBEOPEN {file})", "opens a log of all contacts", LOGGING, when=START),
-        Statement("close_points", "(PROBECLOSE)", "closes it", LOGGING, CLOSING, END),
+        Production("count", "#<_n>={count}", "number of the point", f"{DOCS}: parameters", QUIET),
+        Production("read_input", "M66E0L0", "reads an analog input into #5399", "LinuxCNC 2.9, M-codes: M66", QUIET),
+        Production("open_log", "(LOGOPEN,{file})", "opens the log", LOGGING, when=START),
+        Production("printed", "(LOG,{print})", "prints a line of the log", LOGGING),
+        Production("nothing", "(LOGCLOSE)", "closes the log", LOGGING, CLOSING, END),
+        Production("open_points", "(PROBEOPEN {file})", "opens a log of all contacts", LOGGING, when=START),
+        Production("close_points", "(PROBECLOSE)", "closes it", LOGGING, CLOSING, END),
     ),
     comments=not_executed(f"{DOCS}: comments"),
     codes=(

@@ -126,7 +126,7 @@ class Reader:
 
     def search(self, end: Sequence[float], what: str) -> Contact:
         """A straight search that ends at ``end`` at the latest, the search distance beyond the nominal contact."""
-        approach = self.from_here(end, what)
+        approach = self.direction_to(end, what)
         target = [p - self.settings.search_mm * d for p, d in zip(end, approach, strict=True)]
         return self.touch(target, approach, end)
 
@@ -164,7 +164,7 @@ class Reader:
             self.fail(f"{what} has no direction", found=list(vector))
         return [value / size for value in vector]
 
-    def from_here(self, target: Sequence[float], what: str) -> Sequence[float]:
+    def direction_to(self, target: Sequence[float], what: str) -> Sequence[float]:
         """Unit direction from the last position to a target."""
         here = self.builder.last_position
         if here is None:

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 from stepgauge.programs.blocks import WORDS, Block
 from stepgauge.programs.dialect import SEARCH, Dialect
-from stepgauge.programs.expression import Grammar, Value, in_words
+from stepgauge.programs.expression import Grammar, Value, number_words
 from stepgauge.programs.gcode import MOTION, GCode, modal
 from stepgauge.programs.options import ChoiceOption, Name, NumberOption, Option
 from stepgauge.programs.reading import Contact, Reader
@@ -25,8 +25,8 @@ from stepgauge.programs.table import (
     Code,
     Comment,
     DialectGrammar,
+    Production,
     Slot,
-    Statement,
     Variable,
 )
 
@@ -41,20 +41,20 @@ _NO_LABEL = r"(?!\s*(?i:printing|stop|mesh|process|layer|begin|height|remaining|
 TABLE = DialectGrammar(
     "rrf",
     forms=(
-        Statement("branch", "if {{condition}}", "the lines below, further in, if it holds", META, IF),
-        Statement("abort", 'abort "{text}"', "ends the program with a text", META, ENDS),
-        Statement("created", 'echo >"{file}" {expression}', "first line of the log", META, when=START),
-        Statement("written", 'echo >>"{file}" {expression}', "a line of the log", META),
-        Statement(
+        Production("branch", "if {{condition}}", "the lines below, further in, if it holds", META, IF),
+        Production("abort", 'abort "{text}"', "ends the program with a text", META, ENDS),
+        Production("created", 'echo >"{file}" {expression}', "first line of the log", META, when=START),
+        Production("written", 'echo >>"{file}" {expression}', "a line of the log", META),
+        Production(
             "say_search", "var search = {positive}", "way of a search beyond the nominal contact, mm", "stepgauge"
         ),
-        Statement("assign", "var {local} = {expression}", "own variable", META, QUIET),
-        Statement("speed", "M558 K{count} F{positive}", "speed of searches with a probe, mm/min", SOURCE, CLOSING),
-        Statement("nothing", 'M291 R"{text}" P"{text}" S{wait}', "message, and waits", DOCS, QUIET),
-        Statement("nothing", 'M291 P"{text}" S{wait}', "message, and waits", DOCS, QUIET),
-        Statement("nothing", "M400", "waits for the move", DOCS, QUIET),
-        Statement("nothing", "M120", "keeps the state", NOT_CONFIRMED, when=START),
-        Statement("nothing", "M121", "gives the state back: the end of the program", NOT_CONFIRMED, ENDS),
+        Production("assign", "var {local} = {expression}", "own variable", META, QUIET),
+        Production("speed", "M558 K{count} F{positive}", "speed of searches with a probe, mm/min", SOURCE, CLOSING),
+        Production("nothing", 'M291 R"{text}" P"{text}" S{wait}', "message, and waits", DOCS, QUIET),
+        Production("nothing", 'M291 P"{text}" S{wait}', "message, and waits", DOCS, QUIET),
+        Production("nothing", "M400", "waits for the move", DOCS, QUIET),
+        Production("nothing", "M120", "keeps the state", NOT_CONFIRMED, when=START),
+        Production("nothing", "M121", "gives the state back: the end of the program", NOT_CONFIRMED, ENDS),
     ),
     comments=(
         Comment(
@@ -156,7 +156,7 @@ class RepRapFirmware(GCode):
     def created(self, block: Block) -> None:
         """A line of the log."""
         self.reader.once("log", block.fields[0])
-        self.reader.log.append(in_words(self.value(block.fields[1])))
+        self.reader.log.append(number_words(self.value(block.fields[1])))
 
     written = created
 

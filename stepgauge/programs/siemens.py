@@ -12,7 +12,7 @@ from typing import ClassVar
 
 from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
-from stepgauge.programs.expression import Grammar, Value, in_words
+from stepgauge.programs.expression import Grammar, Value, number_words
 from stepgauge.programs.gcode import MOTION, GCode, end_of_line, modal, moves_with_result
 from stepgauge.programs.options import ChoiceOption, Name, NumberOption, Option
 from stepgauge.programs.reading import Contact, Reader
@@ -26,8 +26,8 @@ from stepgauge.programs.table import (
     START,
     Code,
     DialectGrammar,
+    Production,
     Slot,
-    Statement,
     Variable,
 )
 
@@ -42,17 +42,17 @@ LOG_NAME = r"(?=[A-Z_]{2})\w{1,24}(?<!_[A-Z]{3})(?:_(?:MPF|LOG|TXT))?"
 TABLE = DialectGrammar(
     "siemens",
     forms=(
-        Statement("nothing", "DEF INT RET", "declares a variable", POST, QUIET),
-        Statement("nothing", "DEF STRING[{count}] OUT", "declares a text", POST, QUIET),
-        Statement("synchronise", "STOPRE", "stops the block preparation", POST, QUIET),
-        Statement("branch", "IF {condition} GOTOF {label}", "goes on at a label further down", POST, IF),
-        Statement("jump", "GOTOF {label}", "goes on at a label further down", ADVANCED, JUMP),
-        Statement("say", 'MSG("{text}")', "message", MANUAL, QUIET),
-        Statement("written", 'WRITE(RET, "{file}", OUT)', "appends a line to the log", POST),
-        Statement("written", 'WRITE(RET, "{file}", {quoted})', "appends a line to the log", POST),
-        Statement("say_search", "R90 = {number}", "way of a search beyond the nominal contact, mm", "stepgauge"),
-        Statement("assign", "{local} = {expression}", "own variable", MANUAL, QUIET),
-        Statement("orient", "SPOS={number}", "spindle to an angle", MANUAL, when=START),
+        Production("nothing", "DEF INT RET", "declares a variable", POST, QUIET),
+        Production("nothing", "DEF STRING[{count}] OUT", "declares a text", POST, QUIET),
+        Production("synchronise", "STOPRE", "stops the block preparation", POST, QUIET),
+        Production("branch", "IF {condition} GOTOF {label}", "goes on at a label further down", POST, IF),
+        Production("jump", "GOTOF {label}", "goes on at a label further down", ADVANCED, JUMP),
+        Production("say", 'MSG("{text}")', "message", MANUAL, QUIET),
+        Production("written", 'WRITE(RET, "{file}", OUT)', "appends a line to the log", POST),
+        Production("written", 'WRITE(RET, "{file}", {quoted})', "appends a line to the log", POST),
+        Production("say_search", "R90 = {number}", "way of a search beyond the nominal contact, mm", "stepgauge"),
+        Production("assign", "{local} = {expression}", "own variable", MANUAL, QUIET),
+        Production("orient", "SPOS={number}", "spindle to an angle", MANUAL, when=START),
     ),
     comments=(end_of_line(";", MANUAL, "()?!<>"),),
     codes=(
@@ -141,7 +141,7 @@ class Siemens(GCode):
     def written(self, block: Block) -> None:
         """A line of the log."""
         self.reader.once("log", block.fields[0])
-        self.reader.log.append(in_words(self.value(block.fields[1] if len(block.fields) > 1 else "OUT")))
+        self.reader.log.append(number_words(self.value(block.fields[1] if len(block.fields) > 1 else "OUT")))
         self.variables["RET"] = 0.0
 
     def say_search(self, block: Block) -> None:

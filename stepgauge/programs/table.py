@@ -43,7 +43,7 @@ SLOTS: Mapping[str, Slot] = {
 
 
 @dataclass(frozen=True)
-class Statement:
+class Production:
     """A statement: ``text`` with ``{slots}``, what it does, where that is confirmed.
 
     ``name`` is the method of the virtual controller; ``way`` and ``when`` as above; ``after``: the name of the
@@ -103,7 +103,7 @@ class DialectGrammar:
     """
 
     name: str
-    forms: tuple[Statement, ...]
+    forms: tuple[Production, ...]
     comments: tuple[Comment, ...] = ()
     codes: tuple[Code, ...] = ()
     words: Mapping[str, str] = field(default_factory=dict)
@@ -127,11 +127,11 @@ class DialectGrammar:
         return self.slots.get(name) or SLOTS[name]
 
     @cached_property
-    def patterns(self) -> list[tuple[Statement, re.Pattern[str]]]:
+    def patterns(self) -> list[tuple[Production, re.Pattern[str]]]:
         """Every statement as a pattern."""
         return [(one, re.compile("".join(piece for piece, _ in self.pieces(one)), self.flags)) for one in self.forms]
 
-    def pieces(self, form: Statement) -> list[tuple[str, str]]:
+    def pieces(self, form: Production) -> list[tuple[str, str]]:
         """The patterns of a statement piece by piece, fixed words and a group for every slot, and each in words.
 
         A blank between two words is one or more, beside a sign none or more.
@@ -150,7 +150,7 @@ class DialectGrammar:
         return found
 
     @cached_property
-    def by_code(self) -> dict[str, Code]:
+    def codes_by_name(self) -> dict[str, Code]:
         """The codes by name."""
         return {one.code: one for one in self.codes}
 

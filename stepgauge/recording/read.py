@@ -50,7 +50,7 @@ def read_recording(path: str | Path) -> Recording:
         frame, comments = read_parquet(path)
         columns = columns_of(frame)
         header, beside = 0, list[int]()  # rows are counted from 1
-    elif Path(path).is_file() and (found := _of_any_make(path)) is not None:
+    elif Path(path).is_file() and (found := _read_foreign(path)) is not None:
         return found
     else:
         comments, skipped = read_comments(path)
@@ -83,7 +83,7 @@ def _checked(columns: Columns, path: str | Path, header: int, lines: Sequence[in
     return columns
 
 
-def _of_any_make(path: str | Path) -> Recording | None:
+def _read_foreign(path: str | Path) -> Recording | None:
     """A recording in another encoding, or with other marks or names, that states cycle, face and approach of every row.
 
     None for one that is written as ours are, or is none at all.

@@ -110,9 +110,9 @@ class Recording(Plotted):
 
     def of_placement(self, placement: int) -> Recording:
         """The rows of one placement."""
-        return self.of_rows(self.columns["placement"] == placement)
+        return self.select_rows(self.columns["placement"] == placement)
 
-    def of_rows(self, rows: NDArray[Any]) -> Recording:
+    def select_rows(self, rows: NDArray[Any]) -> Recording:
         """Some of the rows, by their indices or a mask."""
         return Recording({name: values[rows] for name, values in self.columns.items()}, self.comments, self.path)
 

@@ -73,7 +73,7 @@ class CertificateHead(TomlTable):
     example: bool = Field(False, description="true: an example, no calibration; needed where readings were simulated")
 
     @model_validator(mode="after")
-    def _in_order(self) -> CertificateHead:
+    def _check_order_of_days(self) -> CertificateHead:
         known = [(name, day) for name in DAYS if (day := getattr(self, name)) is not None]
         for (before, early), (after, late) in pairwise(known):
             if late < early:

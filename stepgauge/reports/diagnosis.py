@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from stepgauge.diagnosis.wording.findings import subject
 from stepgauge.diagnosis.wording.headline import headline
 from stepgauge.diagnosis.wording.limits import warnings
-from stepgauge.files.text import in_folder, read_result
+from stepgauge.files.text import read_result, result_file
 from stepgauge.reports import axis_diagnosis, gauge_diagnosis, probe_diagnosis
 from stepgauge.reports.blocks import figure, part
 from stepgauge.reports.blocks import pictures as pictures_of
@@ -89,7 +89,7 @@ def read_said(path: str | Path) -> tuple[dict[str, Any], Path]:
 
     That the machine file was changed since, as a diagnosis asks for, takes nothing from what it says.
     """
-    file = in_folder(path, "diagnosis.json")
+    file = result_file(path, "diagnosis.json")
     said = read_result(file, "diagnosis", with_inputs=False)
     return said, file.parent
 

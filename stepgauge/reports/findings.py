@@ -158,12 +158,12 @@ def found_part(said: Said, *more: Block | None) -> dict[str, Any]:
     inner: list[int] = []
     left_out = 0
     for number, effect in enumerate(said["effects"], 1):
-        rows.append(_row(str(number), effect, _of_set(members_of(effect)[0], effect), said))
+        rows.append(_row(str(number), effect, _member_probability(members_of(effect)[0], effect), said))
         rivals = _rivals(said, effect)
         left_out += max(len(members_of(effect)) - 1 - len(rivals), 0)
         for one in rivals:
             inner.append(len(rows))
-            rows.append(_row("or", one, _of_set(one, effect), said))
+            rows.append(_row("or", one, _member_probability(one, effect), said))
         others, p = combinations(effect)
         if others:
             inner.append(len(rows))
@@ -183,7 +183,7 @@ def _rivals(said: Said, effect: Said) -> list[Said]:
     return members_of(effect)[1:][: min(max(room, 1), MOST_RIVALS)]
 
 
-def _of_set(one: Said, effect: Said) -> float | None:
+def _member_probability(one: Said, effect: Said) -> float | None:
     """Probability of a member of a set; None where only that of the first one is known."""
     return None if one["share"] is None else float(one["share"] * effect["probability"])
 
@@ -195,7 +195,7 @@ def combinations(effect: Said, language: str = "en") -> tuple[list[str], float]:
     """
     members = members_of(effect)
     known = {one["kind"] for one in members}
-    left = float(effect["probability"]) - sum(_of_set(one, effect) or 0.0 for one in members)
+    left = float(effect["probability"]) - sum(_member_probability(one, effect) or 0.0 for one in members)
     others = [name for name in effect["confounded_with"] if name not in known]
     several = [one["labels"] for one in effect.get("several", ())]
     return in_place(others, several, language=language), max(left, 0.0)

@@ -41,7 +41,7 @@ def fleet_story(said: Said, drawn: bool = True) -> dict[str, Any]:
             part("What the fleet cannot tell apart", *_open(said)),
             part("Sizes, and by which recordings", *sizes, *_settled(said)),
             part("What was looked for", *_looked_for(said)),
-            part("What is nothing wrong", *_in_order(said)),
+            part("What is nothing wrong", *_scatter_section(said)),
         ],
         "data": {"name": "fleet.json", "text": json.dumps(said, indent=1, ensure_ascii=False)},
         "version": said["stepgauge"],
@@ -142,6 +142,6 @@ def _alone(one: Said) -> str:
     return f"{visit}: {_kind(one['kind'])} {size}, probability {one['probability']:.3f}"
 
 
-def _in_order(said: Said) -> Iterator[Block]:
+def _scatter_section(said: Said) -> Iterator[Block]:
     yield words("Standard deviations of what machines in order, days and visits differ by, estimated over the fleet.")
     yield bullets([f"{name}: {rounded(sd, 2)}" for name, sd in said["in_order"].items()])

@@ -153,7 +153,7 @@ def _fit(said: Said) -> Block:
 def appendix(said: Said) -> Iterator[Block]:
     """All numbers, the search, the limits, the files."""
     for number, effect in enumerate(said["effects"], 1):
-        yield from _in_full(number, effect, said)
+        yield from _finding_in_full(number, effect, said)
     yield from trail_blocks(said)
     yield heading("Limits of this diagnosis")
     yield bullets([*limits(said), *said["remarks"]] or ["None beyond the uncertainties stated."])
@@ -161,7 +161,7 @@ def appendix(said: Said) -> Iterator[Block]:
     yield bullets(list(_files(said)))
 
 
-def _in_full(number: int, effect: Said, said: Said) -> Iterator[Block]:
+def _finding_in_full(number: int, effect: Said, said: Said) -> Iterator[Block]:
     """All numbers of a finding and of its rivals."""
     yield heading(f"Finding {number}: {name_of(effect['label'])}")
     yield from set_table(effect, said)

@@ -10,7 +10,7 @@ from typing import Any
 from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.diagnosis.wording.notation import percent, plus_minus, significant
 from stepgauge.files.notation import counted
-from stepgauge.files.text import in_folder, read_result
+from stepgauge.files.text import read_result, result_file
 from stepgauge.recording.simulated import SIMULATED_WARNING
 from stepgauge.reports.blocks import Block, bullets, heading, part, table, words
 from stepgauge.reports.diagnosis import STORY
@@ -53,7 +53,7 @@ def _warnings(said: Said) -> Iterator[str]:
 
 def read_story(path: str | Path) -> dict[str, Any]:
     """The page of the folder of an investigation, or of its ``investigation.json``."""
-    return investigation_story(read_result(in_folder(path, "investigation.json"), "investigation", with_inputs=False))
+    return investigation_story(read_result(result_file(path, "investigation.json"), "investigation", with_inputs=False))
 
 
 def sentence(said: Said) -> str:

@@ -122,13 +122,13 @@ def _parameter(title: str, name: str, units: Units, of: Callable[[Any], Any]) ->
 def _further(data: dict[str, Any], units: Units) -> list[PrintedTable]:
     """A table for each further standard, with what of it is unconfirmed."""
     return [
-        _by_standard(name, title, axes, units)
+        _standard_table(name, title, axes, units)
         for name, title in FURTHER_LABELS.items()
         if (axes := [one for one in data["axes"] if name in one["further"]])
     ]
 
 
-def _by_standard(name: str, title: str, axes: list[dict[str, Any]], units: Units) -> PrintedTable:
+def _standard_table(name: str, title: str, axes: list[dict[str, Any]], units: Units) -> PrintedTable:
     own = axes[0]["further"][name]
     columns = [words("Axis", "name")]
     columns += [
@@ -185,12 +185,12 @@ def _targets(one: dict[str, Any], units: Units) -> PrintedTable:
     columns = [
         numbers("Block" if one["gauge_against_axis"] is not None else "No.", "", "block", 0),
         numbers("Target", units.position_symbol, "target_mm", 3),
-        *(_of_target(name, key, units) for name, key in known if key in one["targets"][0]),
+        *(_target_column(name, key, units) for name, key in known if key in one["targets"][0]),
     ]
     return table_of(f"Targets of placement {one['placement']}, {one['name']}", one["targets"], columns)
 
 
-def _of_target(name: str, key: str, units: Units) -> Cells:
+def _target_column(name: str, key: str, units: Units) -> Cells:
     times = 2.0 if key.startswith("s_") else 1.0
     return numbers(name, units.deviation_symbol, lambda row: times * row[key], 2)
 

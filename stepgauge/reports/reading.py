@@ -12,7 +12,7 @@ from pydantic import ConfigDict, Field
 from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.files import read_evaluation
 from stepgauge.files.config import TomlTable, check_table
-from stepgauge.files.text import in_folder
+from stepgauge.files.text import result_file
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine, check_recorded
@@ -105,7 +105,7 @@ class EvaluationTable(_Stored):
 
 def find_evaluation(path: str | Path) -> Path:
     """The ``evaluation.json`` of a folder, or the file itself."""
-    return in_folder(path, "evaluation.json")
+    return result_file(path, "evaluation.json")
 
 
 def read_checked_evaluation(path: str | Path, with_inputs: bool = True) -> dict[str, Any]:

@@ -51,7 +51,7 @@ def _files(source: Path) -> dict[str, bytes]:
         check_packages(text, source.parent / part)
         for name in _names(text, part):
             if name not in found and (source.parent / name).exists():
-                found[name] = _beside(source, name)
+                found[name] = _read_beside(source, name)
                 parts += [name] if name.lower().endswith(".typ") else []
         if len(found) > MOST_FILES or sum(map(len, found.values())) > MOST_BYTES:
             expected = f"at most {MOST_FILES} files of {MOST_BYTES / 1e6:.0f} MB in all"
@@ -65,7 +65,7 @@ def _names(text: str, part: str) -> list[str]:
     return [way for one in ways if not (way := one.lstrip("/")).startswith("..")]
 
 
-def _beside(source: Path, name: str) -> bytes:
+def _read_beside(source: Path, name: str) -> bytes:
     place = source.parent / name
     if place.resolve() != source.parent.resolve() / name or not place.is_file():
         expected = "a copy of the file beside the template"

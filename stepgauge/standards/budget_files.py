@@ -16,7 +16,7 @@ from stepgauge.files.config import TomlTable, check_table
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Plotted, as_lines, figures
 from stepgauge.files.tables import csv_text, result_cell
-from stepgauge.files.text import in_folder, read_result, write_json, write_text
+from stepgauge.files.text import read_result, result_file, write_json, write_text
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.budget import BudgetLine, UncertaintyBudget, UncertaintySource
 
@@ -295,7 +295,7 @@ def dof_text(dof: float | None, infinite: str = "∞") -> str:
 
 def read_budget(path: str | Path) -> StoredBudget:
     """A ``budget.json``, given by its path or its folder (:class:`InputError` where it is not one)."""
-    file = in_folder(path, "budget.json")
+    file = result_file(path, "budget.json")
     return check_table(StoredBudget, read_result(file, "budget"), file)
 
 

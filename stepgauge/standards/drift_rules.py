@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stepgauge.files.notation import in_percent
+from stepgauge.files.notation import percent
 from stepgauge.standards.drift import LONGEST_AXIS_MM, SETTLED_SHARE, STANDARD, DriftTest
 from stepgauge.standards.rules import Rule
 
@@ -36,10 +36,10 @@ def _etve(test: DriftTest) -> tuple[Rule, ...]:
 def _axis(test: DriftTest) -> tuple[Rule, ...]:
     source = f"{STANDARD}, test of linear axes"
     known = test.settled
-    share = "less than two hours measured" if known is None else in_percent(known)
+    share = "less than two hours measured" if known is None else percent(known)
     settled = Rule(
         f"{source} (unconfirmed)",
-        f"moved until the last 60 min change less than {in_percent(SETTLED_SHARE)} of the first 60 min",
+        f"moved until the last 60 min change less than {percent(SETTLED_SHARE)} of the first 60 min",
         share,
         known is not None and known < SETTLED_SHARE,
     )

@@ -13,7 +13,7 @@ import numpy as np
 
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
-from stepgauge.files.notation import in_percent
+from stepgauge.files.notation import percent
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
 from stepgauge.machine.file import Machine
@@ -123,7 +123,7 @@ def _too_short(longest_mm: float, line_mm: float, reason: str) -> str | None:
     if longest_mm >= asked:
         return None
     return (
-        f"longest length {longest_mm:.1f} mm, asked {asked:.1f} mm ({in_percent(LONGEST_SHARE)} of {line_mm:.1f} mm):"
+        f"longest length {longest_mm:.1f} mm, asked {asked:.1f} mm ({percent(LONGEST_SHARE)} of {line_mm:.1f} mm):"
         f" short by {asked - longest_mm:.1f} mm; {reason}"
     )
 

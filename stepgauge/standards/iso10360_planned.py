@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stepgauge.errors import InputError, naming
-from stepgauge.files.notation import in_percent
+from stepgauge.files.notation import percent
 from stepgauge.files.shown import Summarized, as_lines
 from stepgauge.machine.file import Machine
 from stepgauge.planning.program import check_tool
@@ -38,7 +38,7 @@ class SevenPositions(Summarized):
             self.machine.path,
             naming("allow_short", words=words),
             found=f"position {problems[0].orientation.number}: {problems[0].problem}",
-            expected=f"{in_percent(LONGEST_SHARE)} of the travel",
+            expected=f"{percent(LONGEST_SHARE)} of the travel",
         )
 
     def summary(self) -> str:
@@ -65,7 +65,7 @@ class SevenPositions(Summarized):
         if one.program is None or one.probe is None:
             return str(one.problem)
         blocks = ", ".join(map(str, one.blocks))
-        line = f"blocks {blocks}; longest {one.longest_mm:.1f} mm, {in_percent(one.share)} of the travel"
+        line = f"blocks {blocks}; longest {one.longest_mm:.1f} mm, {percent(one.share)} of the travel"
         if one.turned(self.machine):
             line += "; stylus square to the gauge, (" + ", ".join(f"{v:.4f}" for v in one.probe.stylus_direction) + ")"
         return f"{line}; {one.problem}" if one.problem else line

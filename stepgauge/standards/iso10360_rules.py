@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from stepgauge.files.notation import in_percent, plural
+from stepgauge.files.notation import percent, plural
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.standards.iso10360_positions import Position, TestLength
@@ -127,7 +127,7 @@ def _count_repeats(position: Position) -> int:
 
 
 def _longest(positions: Sequence[Position], machine: Machine | None) -> Rule:
-    asks = f"longest length at least {in_percent(LONGEST_SHARE)} of the machine's travel along the measured line"
+    asks = f"longest length at least {percent(LONGEST_SHARE)} of the machine's travel along the measured line"
     if machine is None:
         return Rule(TEST, asks, NO_TRAVEL, None)
     short = [
@@ -139,7 +139,7 @@ def _longest(positions: Sequence[Position], machine: Machine | None) -> Rule:
 
 
 def _spread(positions: Sequence[Position]) -> Rule:
-    asks = f"lengths spread over the line (here: no gap above {in_percent(LARGEST_GAP)} of the longest)"
+    asks = f"lengths spread over the line (here: no gap above {percent(LARGEST_GAP)} of the longest)"
     wide = []
     for one in positions:
         sizes = [0.0, *sorted({length.nominal_mm for length in one.lengths})]

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Choice, Count, Number, Pair, Reads, Repeated, Supplied
+from stepgauge.verbs.kinds import ARGUMENT, Count, Number, OneOf, Pair, Reads, Repeated, Supplied
 from stepgauge.verbs.shared import (
     Convention,
     CorrectDrift,
@@ -65,18 +65,18 @@ def budget(
     machine: MachineLike,
     *,
     placements: Placements = (),
-    method: Annotated[str, Choice("gum", "monte-carlo")] = "gum",
+    method: Annotated[str, OneOf("gum", "monte-carlo")] = "gum",
     blocks: Section = None,
     r_eff_origin: ReffOrigin = "first",
     u_gauge_temperature_K: UGaugeTemperature = None,
     certificate_correlation: Annotated[float | None, Number("", 0.0, 1.0)] = None,
-    repeats: Annotated[str, Choice("pooled", "face")] = "pooled",
+    repeats: Annotated[str, OneOf("pooled", "face")] = "pooled",
     coverage_percent: Annotated[float, Number("%", 50.0, 99.99)] = 95.45,
     runs: Annotated[int, Count(0)] = 10_000,
     seed: Annotated[int, Count(0)] = 0,
     gauge_temperature_C: GaugeTemperature = None,
     search_mm: Search = 2.0,
-    measurand: Annotated[str, Choice("as-is", "at-20")] = "as-is",
+    measurand: Annotated[str, OneOf("as-is", "at-20")] = "as-is",
     contributions: Annotated["str | Iterable[str]", Repeated(Pair(whole=True), "contribution")] = (),
     measured_at: MeasuredAt = None,
     temperature_convention: Convention = None,

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import Written, verb
-from stepgauge.verbs.kinds import ARGUMENT, Choice, Count, Number, Reads, Vector
+from stepgauge.verbs.kinds import ARGUMENT, Count, Number, OneOf, Reads, Vector
 from stepgauge.verbs.shared import File, OutputFile, Plot
 
 if TYPE_CHECKING:
@@ -38,23 +38,23 @@ def write(compensation: "Compensation | SkewCompensation", output: OutputFile, *
 def compensate(
     evaluation: Annotated["File | Evaluation", Reads("EVALUATION", folder=True), ARGUMENT],
     *,
-    to: Annotated[str, Choice(*FORMATS)],
-    axis: Annotated[str | None, Choice("x", "y", "z")] = None,
-    plane: Annotated[str | None, Choice("xy", "xz", "yz")] = None,
+    to: Annotated[str, OneOf(*FORMATS)],
+    axis: Annotated[str | None, OneOf("x", "y", "z")] = None,
+    plane: Annotated[str | None, OneOf("xy", "xz", "yz")] = None,
     template: Annotated[File | None, Reads("FILE")] = None,
     tip_radius_mm: Annotated[float | None, Number("mm", above=0.0, high=50.0)] = None,
     u_tip_radius_um: Annotated[float, Number("um", 0.0, 100.0)] = 0.0,
-    travel: Annotated[str | None, Choice("both", "mean", "positive", "negative")] = None,
+    travel: Annotated[str | None, OneOf("both", "mean", "positive", "negative")] = None,
     step_mm: Annotated[float | None, Number("mm", above=0.0, high=1e5)] = None,
     range_mm: Annotated["tuple[float, float] | None", Vector("LOW,HIGH", count=2, unit="mm")] = None,
-    extend: Annotated[str, Choice("none", "hold", "linear")] = "none",
+    extend: Annotated[str, OneOf("none", "hold", "linear")] = "none",
     zero_at_mm: Annotated[float | None, Coordinate] = None,
     offset_mm: Annotated[float, Coordinate] = 0.0,
     angle_limit_deg: Annotated[float, Number("deg", 0.0, 10.0)] = 1.0,
     placement_number: Annotated[int | None, Count(1)] = None,
     file_type: Annotated[int, Count(0, 1)] = 0,
     joint: Annotated[int | None, Count(0, 30)] = None,
-    unconfirmed_sense: Annotated[str | None, Choice(*UNCONFIRMED)] = None,
+    unconfirmed_sense: Annotated[str | None, OneOf(*UNCONFIRMED)] = None,
 ) -> "Compensation | SkewCompensation":
     """Error table of an axis, ready for a controller, from an evaluation.
 

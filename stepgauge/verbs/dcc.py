@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Choice, Number, Reads, Text
+from stepgauge.verbs.kinds import ARGUMENT, Number, OneOf, Reads, Text
 from stepgauge.verbs.shared import File, GaugeLike, MachineIfNeeded, OutputFile
 
 if TYPE_CHECKING:
@@ -146,7 +146,7 @@ def import_gauge_dcc(
     block_height_mm: Size = None,
     positions: Annotated[str | None, Text("NAME")] = None,
     nominal: Annotated[str | None, Text("NAME")] = None,
-    deviations: Annotated[str | None, Choice("measured-nominal", "nominal-measured")] = None,
+    deviations: Annotated[str | None, OneOf("measured-nominal", "nominal-measured")] = None,
 ) -> "GaugeFromCertificate":
     """A gauge certificate that arrived as a DCC, as a gauge file that all verbs read.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.demonstration.faults import NAMES
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import Choice, Count, Supplied
+from stepgauge.verbs.kinds import Count, OneOf, Supplied
 from stepgauge.verbs.shared import OutputFolder
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ COUNT = len(STEPS) + 4
 def demo(
     output: OutputFolder = "stepgauge-demo",
     *,
-    conceal: Annotated[str | None, Choice(*NAMES)] = None,
+    conceal: Annotated[str | None, OneOf(*NAMES)] = None,
     seed: Annotated[int | None, Count(0)] = None,
     run: Annotated[Callable[..., object], Supplied("run")],
     tell: Annotated[Callable[[str], None], Supplied("tell")] = print,

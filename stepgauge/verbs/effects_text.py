@@ -59,7 +59,7 @@ def _describe(effect: type[Effect], given: Given) -> str:
     lines = [f"{effect.kind}: {effect.title()}", f"  {effect.equation}", f"  source: {effect.source}", ""]
     lines += [_parameter(parameter) for parameter in effect.parameters()]
     lines.append(f"  {'when':<16} {effect.model_fields['when'].description}; optional")
-    lines += _in_formulas() if effect.kind == "empirical" else []
+    lines += _formula_words() if effect.kind == "empirical" else []
     lines += _usual(effect, *given)
     lines += ["", "  [[effect]]", f'  kind = "{effect.kind}"']
     lines += [f"  {p.name} = {_example(p)}" for p in effect.parameters() if p.required]
@@ -111,7 +111,7 @@ _MISSING = {
 }
 
 
-def _in_formulas() -> list[str]:
+def _formula_words() -> list[str]:
     from stepgauge.effects.empirical import DERIVED
     from stepgauge.files.formula import CONSTANTS, FUNCTIONS
 

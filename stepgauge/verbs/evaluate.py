@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import Choice, Repeated
+from stepgauge.verbs.kinds import OneOf, Repeated
 from stepgauge.verbs.shared import (
     Convention,
     CorrectDrift,
@@ -36,7 +36,7 @@ def write(
     output: OutputFolder,
     *,
     figure: Figure = "png",
-    draw: Annotated["str | Iterable[str]", Repeated(Choice(*FIGURES, "all"), "draw")] = (),
+    draw: Annotated["str | Iterable[str]", Repeated(OneOf(*FIGURES, "all"), "draw")] = (),
 ) -> list[Path]:
     """Files of an evaluation.
 

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Choice, Count, Number, Reads
+from stepgauge.verbs.kinds import ARGUMENT, Count, Number, OneOf, Reads
 from stepgauge.verbs.shared import File, OutputFile
 
 if TYPE_CHECKING:
@@ -31,14 +31,14 @@ def write(export: "Export", output: OutputFile) -> list[File]:
 def export_recording(
     recording: Annotated["File | Recording | Run | pd.DataFrame", Reads("RECORDING"), ARGUMENT],
     *,
-    to: Annotated[str, Choice("dmis", "ippdme", "linuxcnc", "csv", "xlsx")],
+    to: Annotated[str, OneOf("dmis", "ippdme", "linuxcnc", "csv", "xlsx")],
     placement_number: Annotated[int | None, Count(1)] = None,
-    length_unit: Annotated[str, Choice("mm", "um", "m", "inch")] = "mm",
-    delimiter: Annotated[str | None, Choice(*DELIMITERS)] = None,
-    decimal: Annotated[str, Choice("point", "comma")] = "point",
-    points: Annotated[str, Choice("centres", "surface")] = "centres",
+    length_unit: Annotated[str, OneOf("mm", "um", "m", "inch")] = "mm",
+    delimiter: Annotated[str | None, OneOf(*DELIMITERS)] = None,
+    decimal: Annotated[str, OneOf("point", "comma")] = "point",
+    points: Annotated[str, OneOf("centres", "surface")] = "centres",
     tip_radius_mm: Annotated[float | None, Number("mm", above=0.0, high=25.0)] = None,
-    log_form: Annotated[str, Choice("log", "probeopen")] = "log",
+    log_form: Annotated[str, OneOf("log", "probeopen")] = "log",
 ) -> "Export":
     """Write a recording in the form of another program.
 

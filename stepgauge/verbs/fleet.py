@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Choice, Count, Number, Reads, Repeated, Supplied, Text, Writes
+from stepgauge.verbs.kinds import ARGUMENT, Count, Number, OneOf, Reads, Repeated, Supplied, Text, Writes
 from stepgauge.verbs.shared import (
     GAUGE,
     MACHINE,
@@ -105,7 +105,7 @@ def write_answer(
     answer: "pd.DataFrame",
     output: Annotated[File | None, Writes(suffixes=(".csv", ".json", ".parquet"), short="o")] = None,
     *,
-    to: Annotated[str, Choice("csv", "json")] = "csv",
+    to: Annotated[str, OneOf("csv", "json")] = "csv",
 ) -> list[File]:
     """The answer as a file, or as text.
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Choice, Flag, Pair, Reads, Repeated, Supplied, Text, Writes
+from stepgauge.verbs.kinds import ARGUMENT, Flag, OneOf, Pair, Reads, Repeated, Supplied, Text, Writes
 from stepgauge.verbs.shared import Figure, File, OutputFolder
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def machine_history(
     limits: Annotated["Mapping[str, float] | None", Repeated(Pair(names=LIMITS), "limit")] = None,
     machine_name: Annotated[str | None, Text("NAME")] = None,
     gauge_serial: Annotated[str | None, Text("SERIAL")] = None,
-    date_from: Annotated[str, Choice("record", "file")] = "record",
+    date_from: Annotated[str, OneOf("record", "file")] = "record",
     store: Annotated[File | None, Writes("FILE")] = None,
     rebuild: Annotated[bool, Flag()] = False,
     own_store: Annotated[Path | None, Supplied("history store")] = None,

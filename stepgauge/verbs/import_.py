@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import Written, verb
-from stepgauge.verbs.kinds import ARGUMENT, Choice, Count, Kind, Number, Pair, Reads, Repeated, Text
+from stepgauge.verbs.kinds import ARGUMENT, Count, Kind, Number, OneOf, Pair, Reads, Repeated, Text
 from stepgauge.verbs.shared import (
     PLACEMENT,
     TEMPERATURE,
@@ -87,30 +87,30 @@ def said(imported: "Imported") -> str:
 def import_recording(
     log: Annotated["Given", Reads("LOG", foreign=True), ARGUMENT],
     *,
-    format: Annotated[str | None, Choice(*FORMATS)] = None,
-    sensor: Annotated[str | None, Choice(*SENSORS)] = None,
+    format: Annotated[str | None, OneOf(*FORMATS)] = None,
+    sensor: Annotated[str | None, OneOf(*SENSORS)] = None,
     gauge: GaugeIfNeeded = None,
     placement: Annotated["File | Placement | None", PLACEMENT] = None,
     program: Annotated[File | None, Reads("PROGRAM")] = None,
     machine: MachineIfNeeded = None,
     placement_number: PlacementNumber = 1,
     tip_radius_mm: Annotated[float | None, Number("mm", above=0.0, high=25.0)] = None,
-    points: Annotated[str | None, Choice("centres", "surface")] = None,
+    points: Annotated[str | None, OneOf("centres", "surface")] = None,
     gauge_temperature_C: Annotated[float | None, TEMPERATURE] = None,
     temperature_convention: Convention = None,
     unit: Annotated[str | None, LengthOrAngle()] = None,
     deviation_unit: Annotated[str | None, LengthOrAngle()] = None,
-    temperature_unit: Annotated[str, Choice("C", "K", "F")] = "C",
-    time_unit: Annotated[str | None, Choice("s", "ms", "min", "h")] = None,
+    temperature_unit: Annotated[str, OneOf("C", "K", "F")] = "C",
+    time_unit: Annotated[str | None, OneOf("s", "ms", "min", "h")] = None,
     columns: Annotated["Pairs", Repeated(Pair(metavar="NAME=HEADER", whole=True), "column")] = (),
     rows: Annotated["str | Sequence[str]", Repeated(Text("[HEADER=]TEXT"), "rows")] = (),
     constants: Annotated["Pairs", Repeated(Pair(whole=True), "set")] = (),
-    accept: Annotated["str | Sequence[str]", Repeated(Choice(*ACCEPTED), "accept")] = (),
+    accept: Annotated["str | Sequence[str]", Repeated(OneOf(*ACCEPTED), "accept")] = (),
     header: Annotated[str | None, Text("NAMES")] = None,
     table: Annotated[int | None, Count(1)] = None,
     sheet: Annotated[str | None, Text("NAME")] = None,
-    delimiter: Annotated[str | None, Choice("semicolon", "tab", "bar", "comma")] = None,
-    decimal: Annotated[str | None, Choice("point", "comma")] = None,
+    delimiter: Annotated[str | None, OneOf("semicolon", "tab", "bar", "comma")] = None,
+    decimal: Annotated[str | None, OneOf("point", "comma")] = None,
     targets: Annotated[str | None, Text("TARGETS")] = None,
     heights: Annotated[File | None, Reads("FILE")] = None,
 ) -> "Imported":

@@ -29,14 +29,14 @@ T = TypeVar("T")
 
 def as_gauge(gauge: File | Gauge) -> Gauge:
     """A gauge, or the one of a file or shipped name."""
-    return read_gauge(gauge) if isinstance(gauge, File) else of_kind(gauge, Gauge, "gauge")
+    return read_gauge(gauge) if isinstance(gauge, File) else require_kind(gauge, Gauge, "gauge")
 
 
 def as_machine(machine: File | Machine) -> Machine:
     """A machine, or the one of a file or shipped name."""
     from stepgauge.machine.file import Machine, read_machine
 
-    return read_machine(machine) if isinstance(machine, File) else of_kind(machine, Machine, "machine")
+    return read_machine(machine) if isinstance(machine, File) else require_kind(machine, Machine, "machine")
 
 
 def as_machine_with(machine: File | Machine, styli: File | Machine | Iterable[File | Machine]) -> Machine:
@@ -50,14 +50,14 @@ def moves_of_plan(plan: object) -> Program:
     """The moves of a plan; :class:`InputError` for anything else."""
     from stepgauge.planning.planned import Plan  # with all that plans, which a program's text does not need
 
-    return of_kind(plan, Plan, "program").program
+    return require_kind(plan, Plan, "program").program
 
 
 def as_placement(placement: File | Placement, gauge: Gauge) -> Placement:
     """A placement, or the one of a file, checked against its gauge."""
     if isinstance(placement, File):
         return read_placement(placement, gauge)
-    return of_kind(placement, Placement, "placement")
+    return require_kind(placement, Placement, "placement")
 
 
 def as_placements(placements: File | Placement | Iterable[File | Placement], gauge: Gauge) -> list[Placement]:
@@ -76,7 +76,7 @@ def as_recordings(
             return read_recording(given)
         if hasattr(given, "columns") and not isinstance(given, Recording) and hasattr(given, "iloc"):
             return recording_of_frame(cast("pd.DataFrame", given))
-        return of_kind(getattr(given, "recording", given), Recording, "recording")
+        return require_kind(getattr(given, "recording", given), Recording, "recording")
 
     found = [one(given) for given in several(recordings)]
     if not found:
@@ -100,7 +100,7 @@ def as_axis(given: File | AxisRecording | pd.DataFrame) -> AxisRecording:
         return read_axis_recording(given)
     if not isinstance(given, AxisRecording) and hasattr(given, "iloc"):
         return axis_recording_of_frame(given)
-    return of_kind(given, AxisRecording, "recording")
+    return require_kind(given, AxisRecording, "recording")
 
 
 def are_of_axis(given: Iterable[object]) -> bool:
@@ -143,7 +143,7 @@ def stored_evaluation(evaluation: File | Evaluation) -> tuple[dict[str, Any], Fi
 
     if isinstance(evaluation, File):
         return read_checked_evaluation(evaluation), find_evaluation(evaluation)
-    return evaluation_to_dict(of_kind(evaluation, Evaluation, "evaluation")), "evaluation"
+    return evaluation_to_dict(require_kind(evaluation, Evaluation, "evaluation")), "evaluation"
 
 
 def as_blocks(blocks: Blocks, gauge: Gauge) -> tuple[int, int] | None:
@@ -168,7 +168,7 @@ def several(given: Any) -> list[Any]:
     return list(given) if isinstance(given, list | tuple) else [given]
 
 
-def of_kind(given: object, kind: type[T], name: str) -> T:
+def require_kind(given: object, kind: type[T], name: str) -> T:
     """What is given, where it is of the kind that ``name`` says (:class:`InputError` if not)."""
     if not isinstance(given, kind):
         expected = f"a {kind.__name__} or a file"

@@ -140,7 +140,7 @@ class Count(Number):
 
 
 @dataclass(eq=False)
-class Choice(Kind):
+class OneOf(Kind):
     """One of some words."""
 
     def __init__(self, *words: str) -> None:

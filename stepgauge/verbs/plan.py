@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import Written, verb
-from stepgauge.verbs.kinds import ARGUMENT, BlockRange, Choice, Count, Flag, Number, Pair, Reads, Repeated, Text, Vector
+from stepgauge.verbs.kinds import ARGUMENT, BlockRange, Count, Flag, Number, OneOf, Pair, Reads, Repeated, Text, Vector
 from stepgauge.verbs.shared import DIALECTS, File, GaugeLike, MachineIfNeeded, OutputFile, TipRadius
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def write(
     plan: "Plan",
     output: OutputFile,
     *,
-    dialect: Annotated[str, Choice(*DIALECTS)],
+    dialect: Annotated[str, OneOf(*DIALECTS)],
     template: TextFile = None,
     unchecked: Annotated[bool, Flag()] = False,
     tool: Annotated[str, Text("NAME")] = "",
@@ -54,7 +54,7 @@ def write(
     rendered = plan.write(
         output, dialect, template=template, tool=tool, unchecked=unchecked, options=dict(settings or {})
     )
-    return Written([output, *rendered.beside(output)], [rendered.note])
+    return Written([output, *rendered.further_files(output)], [rendered.note])
 
 
 @verb(write)
@@ -66,9 +66,9 @@ def plan(
     cycles: Annotated[int, Count(1, 1000)] = 5,
     first_again: Annotated[bool, Flag()] = False,
     blocks: Annotated["str | Sequence[int] | None", BlockRange(listed=True)] = None,
-    route: Annotated[str, Choice("side", "over")] = "side",
-    around: Annotated[str, Choice("+s", "-s")] = "+s",
-    order: Annotated[str, Choice("blocks", "fronts-backs", "up-down")] = "blocks",
+    route: Annotated[str, OneOf("side", "over")] = "side",
+    around: Annotated[str, OneOf("+s", "-s")] = "+s",
+    order: Annotated[str, OneOf("blocks", "fronts-backs", "up-down")] = "blocks",
     clearance_mm: Annotated[float, Number("mm", above=0.0)] = 5.0,
     margin_mm: Annotated[float, Number("mm", 0.0)] = 0.5,
     height_mm: Annotated[float, Number("mm")] = 0.0,
@@ -134,7 +134,6 @@ def plan(
         agreed_tip_radius_mm,
         checked_program,
         make_settings,
-        read_or_locate,
     )
     from stepgauge.verbs.inputs import as_block_list, as_gauge, as_machine, as_placement
 
@@ -144,7 +143,7 @@ def plan(
     if teach:
         return _teach(placement, steps, cmm, choice, tip_radius_mm, points_on, margin_mm)
     if isinstance(placement, File):
-        lies, where = read_or_locate(placement, steps, cmm, tip_radius_mm, points_on), placement
+        lies, where = _read_or_locate(placement, steps, cmm, tip_radius_mm, points_on), placement
     else:
         lies, where = as_placement(placement, steps), "placement"
     radius = agreed_tip_radius_mm(lies, cmm, tip_radius_mm, where)
@@ -194,3 +193,24 @@ def _teach(
     blocks = parse_blocks(points_on or ":", gauge)
     program, _ = teach_program(read_sixteen(points), gauge, blocks, machine, settings, margin_mm)
     return Plan(program, machine is not None)
+
+
+def _read_or_locate(
+    source: File,
+    gauge: "Gauge",
+    machine: "Machine | None",
+    tip_radius_mm: float | None,
+    points_on: str | None,
+) -> "Placement":
+    """The placement in a TOML file, or located from the 16 points in a file."""
+    from stepgauge.alignment import locate
+    from stepgauge.gauge.placement import is_placement_file, read_placement
+    from stepgauge.importing.sixteen import read_sixteen
+    from stepgauge.planning.plan import parse_blocks
+
+    if is_placement_file(source):
+        return read_placement(source, gauge)
+    if tip_radius_mm is None and machine is not None:
+        tip_radius_mm = machine.probe.tip_radius_mm
+    sigma_um = machine.table.repeatability_um if machine else 1.0
+    return locate(read_sixteen(source), gauge, parse_blocks(points_on or ":", gauge), sigma_um, tip_radius_mm, source)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import Written, verb
-from stepgauge.verbs.kinds import ARGUMENT, Choice, Count, Flag, Number, Reads, Text, Vector, Writes
+from stepgauge.verbs.kinds import ARGUMENT, Count, Flag, Number, OneOf, Reads, Text, Vector, Writes
 from stepgauge.verbs.shared import FIGURES, CoverageFactor, File, OutputFile, Plot, TipDiameter
 
 if TYPE_CHECKING:
@@ -184,9 +184,9 @@ def qualify_probe(
     tip_diameter_mm: TipDiameter = None,
     u_tip_diameter_um: Annotated[float, U] = 0.0,
     noise_um: Annotated[float | None, U] = None,
-    transducer: Annotated[str, Choice("kinematic", "piezo")] = "kinematic",
+    transducer: Annotated[str, OneOf("kinematic", "piezo")] = "kinematic",
     lobe_azimuth: Annotated[str | float, Text("DEG|fit")] = "0",
-    slip: Annotated[str, Choice("full", "mayer")] = "full",
+    slip: Annotated[str, OneOf("full", "mayer")] = "full",
     stylus_axis: Annotated["Sequence[float]", Vector("I,J,K", count=3)] = (0.0, 0.0, 1.0),
 ) -> "Qualified":
     """Qualify a tip: effective radius, form error, and lobing of the probe.
@@ -267,7 +267,7 @@ def compensate_points(
     points: Points,
     *,
     qualification: Annotated[File, Reads("FILE", short="q")],
-    method: Annotated[str, Choice("lobed", "mean")] = "lobed",
+    method: Annotated[str, OneOf("lobed", "mean")] = "lobed",
     on_sphere: Annotated[bool, Flag()] = False,
 ) -> "Compensated":
     """Correct recorded points for the probe's pre-travel and find the points of the surface.
@@ -315,7 +315,7 @@ def write_bench(bench: "BenchResult", output: OutputFile, *, plot: Plot = None) 
 def probe_bench(
     series: Annotated[File, Reads("SERIES.csv"), ARGUMENT],
     *,
-    contact_from: Annotated[str, Choice("signal", "tip")] = "signal",
+    contact_from: Annotated[str, OneOf("signal", "tip")] = "signal",
     coverage_factor: CoverageFactor = 2.0,
 ) -> "BenchResult":
     """Evaluate a probe test bench: a push rod on a grating, a laser on the tip.

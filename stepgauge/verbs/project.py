@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Choice, Count, Flag, Reads, Supplied, Text
+from stepgauge.verbs.kinds import ARGUMENT, Count, Flag, OneOf, Reads, Supplied, Text
 from stepgauge.verbs.shared import DIALECTS, File
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def init(
     *,
     gauge: Annotated[File | None, Reads("GAUGE", room=".", short="g")] = None,
     machine: Annotated[File | None, Reads("MACHINE", room="machines", short="m")] = None,
-    dialect: Annotated[str | None, Choice(*DIALECTS)] = None,
+    dialect: Annotated[str | None, OneOf(*DIALECTS)] = None,
     operator: Words = None,
     customer: Words = None,
     location: Words = None,

@@ -20,7 +20,7 @@ from stepgauge.reports.reading import find_evaluation, read_checked_evaluation
 from stepgauge.reports.render import renderer, write_report
 from stepgauge.reports.sources import read_sources
 from stepgauge.standards.budget_files import StoredBudget
-from stepgauge.verbs.inputs import File, of_kind
+from stepgauge.verbs.inputs import File, require_kind
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.result import Diagnosis
@@ -64,7 +64,7 @@ def _check_date(day: object) -> None:
     if isinstance(day, datetime.datetime):
         raise InputError(naming("date"), "this is a moment", found=day, expected="a date without time")
     if day is not None:
-        check_past(of_kind(day, datetime.date, "date"), naming("date"), "the date of the report")
+        check_past(require_kind(day, datetime.date, "date"), naming("date"), "the date of the report")
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def _kind(result: object) -> str:
 def _evaluation_of(result: File | Evaluation, with_inputs: bool = True) -> dict[str, Any]:
     if isinstance(result, File):
         return read_checked_evaluation(result, with_inputs)
-    return evaluation_to_dict(of_kind(result, Evaluation, "evaluation"))
+    return evaluation_to_dict(require_kind(result, Evaluation, "evaluation"))
 
 
 def _signed(asked: ReportRequest, template: File | None) -> tuple[str, ...]:
@@ -142,7 +142,7 @@ def _story(result: File | Diagnosis) -> dict[str, Any]:
     from stepgauge.diagnosis.result import Diagnosis
     from stepgauge.reports.diagnosis import read_story, story_of
 
-    return read_story(result) if isinstance(result, File) else story_of(of_kind(result, Diagnosis, "diagnosis"))
+    return read_story(result) if isinstance(result, File) else story_of(require_kind(result, Diagnosis, "diagnosis"))
 
 
 def _fleet(result: File | FleetInference) -> dict[str, Any]:
@@ -197,7 +197,7 @@ def _evaluation_page(asked: ReportRequest, result: File | Evaluation, recordings
         gauge = as_gauge(gauge_of(data, result) if asked.gauge is None else asked.gauge)
         files, evaluation = recordings or recordings_of(data, result), read_evaluation(result, gauge)
     else:
-        evaluation = of_kind(result, Evaluation, "evaluation")
+        evaluation = require_kind(result, Evaluation, "evaluation")
         files = recordings or [one for one in evaluation.path.split(", ") if one]
     tables = as_recordings(files)
     return evaluation_page(evaluation, tables[0] if len(tables) == 1 else join_recordings(tables))

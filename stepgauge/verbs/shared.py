@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 from stepgauge.verbs.kinds import (
     ARGUMENT,
     BlockRange,
-    Choice,
     Count,
     Flag,
     Moment,
     Number,
+    OneOf,
     Reads,
     Repeated,
     Supplied,
@@ -65,10 +65,10 @@ Section = Annotated[
 ]
 ReffOrigin = Annotated[
     str,
-    Choice("first", "all"),
+    OneOf("first", "all"),
     "effective radius from the first used block (its XB is then zero by construction) or from all used blocks",
 ]
-Figure = Annotated[str, Choice("png", "svg", "pdf"), "format of the figures in the folder"]
+Figure = Annotated[str, OneOf("png", "svg", "pdf"), "format of the figures in the folder"]
 FIGURES = (".png", ".svg", ".pdf")
 TEMPERATURE = Number("deg C", -10.0, 60.0, what="no temperature of a gauge")
 GaugeTemperature = Annotated[
@@ -84,7 +84,7 @@ UGaugeTemperature = Annotated[
 ]
 Convention = Annotated[
     str | None,
-    Choice("as_read", "corrected_to_20", "nominal_expansion"),
+    OneOf("as_read", "corrected_to_20", "nominal_expansion"),
     "what the readings have been corrected for. as_read: nothing; corrected_to_20: the machine has corrected them to 20"
     " deg C; nominal_expansion: to be corrected here, with the expansion of scales and gauge; default: as the recording"
     " says",
@@ -110,7 +110,7 @@ Jobs = Annotated[
 ]
 Tool = Annotated[str, Text("NAME"), "what the server calls the probe"]
 PlacementNumber = Annotated[int, Count(1), "number of this placement, in a calibration with several"]
-Dialect = Annotated[str | None, Choice(*DIALECTS), "language of the program; default: recognised from its text"]
+Dialect = Annotated[str | None, OneOf(*DIALECTS), "language of the program; default: recognised from its text"]
 FurtherStyli = Annotated[
     "File | Machine | Iterable[File | Machine]",
     Repeated(Reads("FILE"), "further-stylus"),

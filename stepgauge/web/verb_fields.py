@@ -7,7 +7,7 @@ from typing import Any
 
 from stepgauge.verbs.catalogue import find_verb
 from stepgauge.verbs.define import REQUIRED, VerbParameter
-from stepgauge.verbs.kinds import Choice, Count, Flag, Number
+from stepgauge.verbs.kinds import Count, Flag, Number, OneOf
 from stepgauge.web.fields import Field, FieldKind
 
 FAR = 1e9
@@ -28,7 +28,7 @@ def _field(one: VerbParameter) -> Field:
     kind, shown = one.one, ""
     if one.default not in (REQUIRED, None, False, ()):
         shown = f"{one.default:g}" if isinstance(one.default, float) else str(one.default)
-    kinds: Mapping[type, FieldKind] = {Flag: "tick", Choice: "choice", Number: "number", Count: "number"}
+    kinds: Mapping[type, FieldKind] = {Flag: "tick", OneOf: "choice", Number: "number", Count: "number"}
     least, most = -FAR, FAR
     if isinstance(kind, Number):
         least, most = max(kind.low if kind.above is None else kind.above, -FAR), min(kind.high, FAR)

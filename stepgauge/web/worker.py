@@ -180,7 +180,7 @@ def _server(asked: MeasurementRequest) -> Iterator[str]:
         asked.gauge_temperature_C,
         asked.seed,
     )
-    with Server(MachineState(cmm), ServerAddress(port=0)).in_thread() as port:
+    with Server(MachineState(cmm), ServerAddress(port=0)).serving_in_thread() as port:
         yield f"127.0.0.1:{port}"
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import Choice, Number, Reads, Repeated, Text, Vector
+from stepgauge.verbs.kinds import Number, OneOf, Reads, Repeated, Text, Vector
 from stepgauge.verbs.shared import (
     Convention,
     CoverageFactor,
@@ -46,12 +46,12 @@ def iso10360(
     normal_gauge: Annotated["File | Gauge | None", Reads("GAUGE", room=".")] = None,
     tip_diameter_mm: TipDiameter = None,
     u_tip_diameter_um: Annotated[float | None, U] = None,
-    unidirectional: Annotated[str, Choice("fronts", "backs")] = "fronts",
+    unidirectional: Annotated[str, OneOf("fronts", "backs")] = "fronts",
     lengths_mm: Annotated["Sequence[float] | None", Vector("MM,...", unit="mm", above=0.0)] = None,
     u_gauge_temperature_K: UGaugeTemperature = None,
     u_alignment_mrad: Annotated[float | None, Number("mrad", 0.0)] = None,
     u_fixture_um: Annotated[float | None, U] = None,
-    also: Annotated["str | Iterable[str]", Repeated(Choice("b89", "vdi2617"), "also")] = (),
+    also: Annotated["str | Iterable[str]", Repeated(OneOf("b89", "vdi2617"), "also")] = (),
     coverage_factor: CoverageFactor = 2.0,
     temperature_convention: Convention = None,
 ) -> "StandardTest":

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Choice, Number, Pair, Reads, Repeated
+from stepgauge.verbs.kinds import ARGUMENT, Number, OneOf, Pair, Reads, Repeated
 from stepgauge.verbs.shared import Convention, File, GaugeIfNeeded, MachineIfNeeded, Placements, TipDiameter
 from stepgauge.verbs.statements import write_test
 
@@ -42,10 +42,10 @@ def iso230(
     machine: MachineIfNeeded = None,
     placements: Placements = (),
     tip_diameter_mm: TipDiameter = None,
-    pair: Annotated[str, Choice("middle", "faces")] = "middle",
-    actual: Annotated[str | None, Choice("reading", "target")] = None,
+    pair: Annotated[str, OneOf("middle", "faces")] = "middle",
+    actual: Annotated[str | None, OneOf("reading", "target")] = None,
     tolerances: Annotated["str | Iterable[str]", TOLERANCES] = (),
-    also: Annotated["str | Iterable[str]", Repeated(Choice("vdi3441", "b5.54"), "also")] = (),
+    also: Annotated["str | Iterable[str]", Repeated(OneOf("vdi3441", "b5.54"), "also")] = (),
     expanded_uncertainty_um: Annotated[float | None, EXPANDED] = None,
     temperature_convention: Convention = None,
 ) -> "StandardTest":

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Choice, Reads
+from stepgauge.verbs.kinds import ARGUMENT, OneOf, Reads
 from stepgauge.verbs.shared import File, GaugeIfNeeded
 from stepgauge.verbs.statements import write_test
 from stepgauge.verbs.test.iso230 import EXPANDED, TOLERANCES
@@ -25,7 +25,7 @@ def iso230_3(
     source: Annotated["File | Recording | Run", Reads("TABLE|RECORDING"), ARGUMENT],
     gauge: GaugeIfNeeded = None,
     *,
-    test: Annotated[str, Choice("etve", "axis")],
+    test: Annotated[str, OneOf("etve", "axis")],
     tolerances: Annotated["str | Iterable[str]", TOLERANCES] = (),
     expanded_uncertainty_um: Annotated[float | None, EXPANDED] = None,
 ) -> "StandardTest":

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import Of, Written, verb
-from stepgauge.verbs.kinds import Choice, Count, Flag, Text
+from stepgauge.verbs.kinds import Count, Flag, OneOf, Text
 from stepgauge.verbs.plan import PATH, Controls, TextFile, plan
 from stepgauge.verbs.shared import DIALECTS, GaugeLike, MachineLike, OutputFolder, Search
 
@@ -17,7 +17,7 @@ def write(
     planned: "SevenPositions",
     output: OutputFolder,
     *,
-    dialect: Annotated[str, Choice(*DIALECTS)],
+    dialect: Annotated[str, OneOf(*DIALECTS)],
     template: TextFile = None,
     tool: Annotated[str, Text("NAME")] = "",
     settings: Controls = None,
@@ -42,7 +42,7 @@ def plan_iso10360(
     machine: MachineLike,
     *,
     cycles: Annotated[int, Count(1, 1000)] = 3,
-    stylus: Annotated[str, Choice("auto", "machine", "square")] = "auto",
+    stylus: Annotated[str, OneOf("auto", "machine", "square")] = "auto",
     allow_short: Annotated[bool, Flag()] = False,
     search_mm: Search = 2.0,
     **path: Annotated[Any, Of(plan, *OTHERS)],
