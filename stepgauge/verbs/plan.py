@@ -205,11 +205,12 @@ def _read_or_locate(
     """The placement in a TOML file, or located from the 16 points in a file."""
     from stepgauge.alignment import locate
     from stepgauge.gauge.placement import is_placement_file, read_placement
-    from stepgauge.importing.sixteen import read_sixteen
     from stepgauge.planning.plan import parse_blocks
 
     if is_placement_file(source):
         return read_placement(source, gauge)
+    from stepgauge.importing.sixteen import read_sixteen  # long to load
+
     if tip_radius_mm is None and machine is not None:
         tip_radius_mm = machine.probe.tip_radius_mm
     sigma_um = machine.table.repeatability_um if machine else 1.0
