@@ -136,13 +136,13 @@ class PeriodicScaleError(Effect):
     )
     axis_words: ClassVar[Wording | None] = Wording(
         "periodic scale error",
-        "The error repeats every {period_mm:5}, by up to {amplitude_um}.",
+        "The error repeats every {period_mm:5}{turns:, {turns}|}, by up to {amplitude_um}.",
         "Compare the period{aliases:, and every alias of it that is named,|} with the pitch of scale, screw or"
         " gear, with a turn, and with the wavelength.",
         "Clean the scale and adjust its reading head; centre what turns.",
         german=Wording(
             "periodischer Maßstabsfehler",
-            "Der Fehler wiederholt sich alle {period_mm:5}, um bis zu {amplitude_um}.",
+            "Der Fehler wiederholt sich alle {period_mm:5}{turns:, {turns}|}, um bis zu {amplitude_um}.",
             "Die Periode{aliases:, auch jede genannte Alias-Periode,|} mit der Teilung von Maßstab, Spindel"
             " oder Getriebe, mit einer Umdrehung und mit der Wellenlänge vergleichen.",
             "Den Maßstab reinigen und seinen Lesekopf einstellen; zentrieren, was sich dreht.",

@@ -45,7 +45,7 @@ def test_every_kind_declares_all_its_words_in_both_languages(kind: str, of: str)
         assert gaps(getattr(english, part)) == gaps(getattr(german, part)), part
     effect = effect_kinds(every=True).get(kind)
     if effect is not None and of != "map":
-        known = {one.name for one in effect.parameters()} | {"largest", "aliases"}
+        known = {one.name for one in effect.parameters()} | {"largest", "aliases", "turns"}
         every = (text for one in (english, german) for text in (one.means, one.check, one.repair))
         assert set().union(*map(gaps, every)) <= known
 
@@ -69,7 +69,7 @@ def test_an_axis_is_told_in_its_own_units_by_the_names_that_the_effect_declares(
     rotary = Subject("axis", "deg", "arcsec")
     wave = {"period_deg": {"value": 7.2, "unit": "deg"}, "amplitude_arcsec": {"value": 1.5, "unit": "arcsec"}}
     assert meaning({"kind": "periodic_scale_error", "parameters": wave}, rotary).endswith(
-        "every 7.2 deg, by up to 1.5 arcsec."
+        "every 7.2 deg, about 50 times a turn, by up to 1.5 arcsec."
     )
     reversal = {"kind": "reversal_error", "parameters": {"arcsec": {"value": -3.0, "unit": "arcsec"}}}
     assert "3 arcsec less" in meaning(reversal, rotary)

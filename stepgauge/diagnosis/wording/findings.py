@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any
 
 from stepgauge.diagnosis.wording.aliases import aliases_words
-from stepgauge.diagnosis.wording.catalogue import listed, words
+from stepgauge.diagnosis.wording.catalogue import listed, say, words
 from stepgauge.diagnosis.wording.notation import COVERAGE
 from stepgauge.effects import Effect, effect_kinds
 from stepgauge.effects.words import Wording, direction_words, filled
@@ -122,8 +122,9 @@ def in_place(
 def meaning(one: Said, at: Subject = GAUGE, language: str = "en") -> str:
     """What a finding, or one of its set, means: sentences with its values, in the units of the diagnosis."""
     declared = words_of(one["kind"], at.of, language).means or _equation(one["kind"])
-    part = {"en": "Only where {}: ", "de": "Nur wo {}: "}[language].format(one["where"]) if one.get("where") else ""
-    return part + filled(declared, _values(one, at), language) + aliases_words(one.get("aliases", {}), language)
+    part = say("only_where", language, where=one["where"]) if one.get("where") else ""
+    aliases = aliases_words(one.get("aliases", {}), language)
+    return part + filled(declared, _values(one, at, language), language) + aliases
 
 
 def _equation(kind: str) -> str:
@@ -135,12 +136,19 @@ def _equation(kind: str) -> str:
 def remedy(one: Said, at: Subject = GAUGE, language: str = "en") -> Wording:
     """What to check by other means, and what to repair once that confirms a finding."""
     declared, unknown = words_of(one["kind"], at.of, language), words("finding")["unknown"].said_in(language)
-    values = _values(one, at)
+    values = _values(one, at, language)
     check, repair = (declared.check or unknown.check, declared.repair or unknown.repair)
     return Wording(check=filled(check, values, language), repair=filled(repair, values, language))
 
 
-def _values(one: Said, at: Subject) -> dict[str, Said]:
+def _turns(values: Mapping[str, Said], language: str) -> str:
+    """How often something repeats in a turn."""
+    period = values.get("period_mm", {}).get("value")
+    count = round(360.0 / period) if period else 0
+    return "" if not count else say("turn", language) if count == 1 else say("turns", language, count=count)
+
+
+def _values(one: Said, at: Subject, language: str) -> dict[str, Said]:
     """The values of a template by the names that its effect declares."""
     stated = one["parameters"]
     values: dict[str, Said] = dict(stated)
@@ -149,6 +157,7 @@ def _values(one: Said, at: Subject) -> dict[str, Said]:
         values[each.name] = stated.get(each.name) or stated.get(at.key(each.name)) or {"value": None}
     sure = [name for name, p in stated.items() if p.get("u") and abs(p["value"]) > COVERAGE * p["u"]]
     values["determined"] = {"value": listed([name_of(name) for name in sure])}
+    values["turns"] = {"value": _turns(values, language) if at.position == "deg" else None}
     values["aliases"] = {"value": bool(one.get("aliases"))}
     values["largest"] = {"value": one.get(at.key("largest_um")), "unit": at.deviation}
     return values
