@@ -153,7 +153,23 @@ class Moves:
             return grid
         volume = 0.0 if refined.by_size else proposal.volume_of(atom) + refined.gain
         term = Term(law, atom, refined.columns, proposal.sd, law.log_odds + volume, refined.shape)
-        return self._with(hypothesis, term) if refined.by_size else self._narrowed(hypothesis, term, grid)
+        return self._of_its_size(hypothesis, term) if refined.by_size else self._narrowed(hypothesis, term, grid)
+
+    def _of_its_size(self, hypothesis: Hypothesis, term: Term) -> Hypothesis:
+        """The hypothesis with a term whose signature depends on its size, at the size that it has beside the others.
+
+        What these explain changes with it: it is fitted again to what they leave in the hypothesis with both.
+        """
+        law = term.candidate
+        assert isinstance(law, Law) and law.refine is not None
+        for _ in range(ROUNDS):
+            both = self.evidence.apart((*hypothesis.terms, term), hypothesis.noise, hypothesis.sigma_um)
+            left = self._unexplained(both) + both.contribution_um(len(hypothesis.terms))
+            again = law.refine(term.atom, left)
+            if again is None or again.shape == term.shape:
+                break
+            term = replace(term, columns=again.columns, shape=again.shape)
+        return self._with(hypothesis, term)
 
     def _unexplained(self, hypothesis: Hypothesis) -> Array:
         """Residuals without the terms of a hypothesis; what nuisance parameters took of them is left in."""

@@ -70,3 +70,15 @@ def test_a_law_that_is_not_linear_in_its_size_is_as_probable_as_with_the_signatu
     only = make_law("sag", sag(term.shape) / term.shape, amplitude_prior(0.1, 10.0))
     alone = Search(make_problem(values, 0.2, [only]), NoisePriors()).run()
     assert found.log_posterior == pytest.approx(alone.log_posterior, abs=0.02)
+
+
+def test_the_size_is_the_one_that_it_has_beside_another_cause():
+    """A trend looks much like it: alone, the law would have to be far larger."""
+    values = sag(2.0) + 3.0 * X + np.random.default_rng(4).normal(0.0, 0.05, 60)
+    trend = make_law("trend", X, amplitude_prior(0.1, 10.0))
+    problem = make_problem(values, 0.05, [by_size([1.0, 10.0]), trend])
+    found = Search(problem, NoisePriors()).run()
+    assert found.labels == {"sag", "trend"}
+    place = next(i for i, term in enumerate(found.terms) if term.candidate.label == "sag")
+    assert found.terms[place].shape == pytest.approx(2.0, rel=0.1)
+    assert found.amplitudes(place)[0][0] == pytest.approx(found.terms[place].shape, rel=0.01)
