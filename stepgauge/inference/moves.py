@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from stepgauge.inference.evidence import Evidence
 from stepgauge.inference.hypothesis import Hypothesis, log_posterior
+from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_proposals import NoiseProposals
 from stepgauge.inference.priors import NoisePriors
-from stepgauge.inference.problem import Candidate, Law, Problem, Term
+from stepgauge.inference.problem import Candidate, Law, OfSize, Problem, Term
 from stepgauge.inference.proposal import Proposal, limit_per_kind
 from stepgauge.inference.screening import Screening
 
@@ -137,6 +138,9 @@ class Moves:
 
     def _shaped(self, hypothesis: Hypothesis, proposal: Proposal) -> Hypothesis:
         grid = self._with(hypothesis, proposal.term())
+        law = proposal.candidate
+        if isinstance(law, Law) and law.of_size is not None:
+            return self._of_its_size(hypothesis, proposal, law.of_size)
         best = max(grid, self._between(hypothesis, proposal, proposal.atom, grid), key=log_posterior)
         if best.log_posterior > grid.log_posterior + COARSE:
             others = (self._between(hypothesis, proposal, atom, grid) for atom in proposal.peaks(PEAKS))
@@ -151,25 +155,19 @@ class Moves:
         refined = law.refine(atom, self._unexplained(hypothesis))
         if refined is None:
             return grid
-        volume = 0.0 if refined.by_size else proposal.volume_of(atom) + refined.gain
-        term = Term(law, atom, refined.columns, proposal.sd, law.log_odds + volume, refined.shape)
-        return self._of_its_size(hypothesis, term) if refined.by_size else self._narrowed(hypothesis, term, grid)
+        log_prior = law.log_odds + proposal.volume_of(atom) + refined.gain
+        return self._narrowed(hypothesis, Term(law, atom, refined.columns, proposal.sd, log_prior, refined.shape), grid)
 
-    def _of_its_size(self, hypothesis: Hypothesis, term: Term) -> Hypothesis:
-        """The hypothesis with a term whose signature depends on its size, at the size that it has beside the others.
-
-        What these explain changes with it: it is fitted again to what they leave in the hypothesis with both.
-        """
-        law = term.candidate
-        assert isinstance(law, Law) and law.refine is not None
-        for _ in range(ROUNDS):
-            both = self.evidence.apart((*hypothesis.terms, term), hypothesis.noise, hypothesis.sigma_um)
-            left = self._unexplained(both) + both.contribution_um(len(hypothesis.terms))
-            again = law.refine(term.atom, left)
-            if again is None or again.shape == term.shape:
-                break
-            term = replace(term, columns=again.columns, shape=again.shape)
-        return self._with(hypothesis, term)
+    def _of_its_size(self, hypothesis: Hypothesis, proposal: Proposal, of_size: OfSize) -> Hypothesis:
+        """The hypothesis with a law that is not linear in its size, with the signature of the size that fits best."""
+        grid, beside = self._with(hypothesis, proposal.term()), [term.nuisance for term in hypothesis.terms]
+        metric = Metric(self.problem, hypothesis.noise, self.noise_models, hypothesis.sigma_um, beside)
+        exact = of_size(proposal.atom, self.problem.residual_um, metric)
+        if exact is None:
+            return grid
+        log_prior = proposal.candidate.log_odds
+        own = Term(proposal.candidate, proposal.atom, exact.columns, proposal.sd, log_prior, exact.shape)
+        return max(grid, self._with(hypothesis, own), key=log_posterior)
 
     def _unexplained(self, hypothesis: Hypothesis) -> Array:
         """Residuals without the terms of a hypothesis; what nuisance parameters took of them is left in."""

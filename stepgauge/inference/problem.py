@@ -45,20 +45,26 @@ class AmplitudePrior:
 class Refined:
     """A signature between the points of a grid: ``columns (d, n)`` and its shape parameters.
 
-    ``gain``: logarithm of its prior over that of the point of the grid. ``by_size``: whether the shape follows from the
-    amplitude alone, as of a law that is not linear in its size: its prior is that of the amplitude, and of no shapes.
+    ``gain``: logarithm of its prior over that of the point of the grid.
     """
 
     columns: Array
     shape: Any
     gain: float = 0.0
-    by_size: bool = False
 
 
 Refine = Callable[[int, Array], Refined | None]
 """From the number of an atom and residuals ``(n,)`` in um to the signature that fits them best near this atom.
 
 The residuals are those without other terms; nuisance parameters are free.
+"""
+
+
+OfSize = Callable[[int, Array, Callable[[Array], Array]], Refined | None]
+"""From the number of an atom to the signature that a law has at the size that fits best, near this atom.
+
+To residuals ``(n,)``, beside all other terms and nuisance parameters: the last argument maps columns ``(..., n)`` to
+independent variables without these.
 """
 
 
@@ -100,7 +106,9 @@ class Law(Candidate):
 
     ``pattern (atoms, depth, n)`` times each of ``shares (k, n)``; candidates that differ only in the shares have the
     same pattern. ``log_weight (atoms,)``: prior of the shapes; ``positive``: whether amplitudes are; ``least``: the
-    smallest magnitude of a single amplitude; ``refine``: see :data:`Refine`. ``discrepancy``:
+    smallest magnitude of a single amplitude; ``refine``: see :data:`Refine`. ``of_size``: see
+    :data:`OfSize`; of a law that is not linear in its size the shapes on the grid are sizes, its prior is that of the
+    amplitude alone, and a term has the signature of its size. ``discrepancy``:
     from the number of an atom to columns ``(p, n)`` in which reality may depart from the signature, with amplitudes of
     the same size (model discrepancy; Kennedy and O'Hagan, J. R. Stat. Soc. B 63, 2001: 425). They are never reported.
     """
@@ -111,6 +119,7 @@ class Law(Candidate):
     positive: bool = False
     least: float = 0.0
     refine: Refine | None = None
+    of_size: OfSize | None = None
     discrepancy: Callable[[int], Array] | None = None
 
     @property

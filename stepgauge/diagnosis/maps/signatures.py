@@ -168,7 +168,8 @@ def _law(rows: MapRows, group: Sequence[ProbeChange], grid: ProbeLaw, priors: Pr
         log_weight=_weights(grid.points),
         positive=grid.positive,
         least=prior.least * group[0].nominal,
-        refine=partial(_refined, rows, grid, priors),
+        refine=partial(_refined, rows, grid, priors) if group[0].shape != "line" else None,
+        of_size=partial(_fitted_near, rows, grid, priors) if group[0].shape == "line" else None,
     )
 
 
@@ -226,22 +227,26 @@ def signature(rows: MapRows, point: Point) -> Iterator[tuple[Point, Array]]:
 
 
 def _refined(rows: MapRows, law: ProbeLaw, priors: Priors, atom: int, left: Array) -> Refined | None:
-    """The signature at the size, direction or phase that fits best: bounded least squares of the statics."""
-    point, columns = law.points[atom], law.pattern[atom]
-    candidate = point.candidate
-    if candidate.shape == "linear":
+    """The signature in the direction, or at the phase, that fits best."""
+    if law.points[atom].candidate.shape == "linear":
         return None
     used = np.abs(left) <= FAR * float(np.median(np.abs(left)))
-    amplitudes = np.linalg.lstsq(columns[: len(point.step), used].T, left[used], rcond=None)[0]
+    return _fitted_near(rows, law, priors, atom, left, lambda um: um[..., used])
+
+
+def _fitted_near(
+    rows: MapRows, law: ProbeLaw, priors: Priors, atom: int, left: Array, metric: Response
+) -> Refined | None:
+    """The signature of the values of all knobs that fit best, beginning at an atom; rounded, to be used again."""
+    point, columns = law.points[atom], law.pattern[atom]
+    candidate = point.candidate
+    amplitudes = np.linalg.lstsq(metric(columns[: len(point.step)]).T, metric(left), rcond=None)[0]
     start = (ChangeTerm(candidate, point.values(amplitudes)),)
-    found = fit_changes(start, rows, lambda um: um[..., used], priors, left, STEPS)
+    found = fit_changes(start, rows, metric, priors, left, STEPS)
     moved = (float(f"{value - none:.{DIGITS}g}") for value, none in zip(found.values, candidate.none, strict=True))
     near = point_of(ChangeTerm(candidate, tuple(none + off for none, off in zip(candidate.none, moved, strict=True))))
-    if near.size == 0.0:
-        return None
-    for exact, own in signature(rows, near):
-        return Refined(_deep(own, len(columns)), exact, by_size=candidate.shape == "line")
-    return None
+    exact = () if near.size == 0.0 else signature(rows, near)
+    return next((Refined(_deep(own, len(columns)), shape) for shape, own in exact), None)
 
 
 def point_of(term: ChangeTerm) -> Point:
