@@ -241,7 +241,7 @@ def _fitted_near(
     point, columns = law.points[atom], law.pattern[atom]
     candidate = point.candidate
     amplitudes = np.linalg.lstsq(metric(columns[: len(point.step)]).T, metric(left), rcond=None)[0]
-    start = (ChangeTerm(candidate, point.values(amplitudes)),)
+    start = (ChangeTerm(candidate, point.values(np.asarray(amplitudes, float))),)
     found = fit_changes(start, rows, metric, priors, left, STEPS)
     moved = (float(f"{value - none:.{DIGITS}g}") for value, none in zip(found.values, candidate.none, strict=True))
     near = point_of(ChangeTerm(candidate, tuple(none + off for none, off in zip(candidate.none, moved, strict=True))))
