@@ -153,6 +153,13 @@ def test_a_place_is_no_target_by_its_name_alone() -> None:
     assert read(rows(TARGETS, READINGS, header="Position,Reading [mm]")).recording.form == "axis"
 
 
+def test_hours_without_their_minutes_are_no_time() -> None:
+    hours, spot = np.array([20, 20, 20, 21, 21, 21, 22, 22, 22]), 12.5 + 1e-3 * np.sin(TARGETS)
+    found = read(rows(hours, spot, header="Hour,Reading [mm]"))
+    assert "time_s" not in found.recording.frame
+    assert "'Hour' as the time (several rows have the same" in found.rejected[0]
+
+
 def test_a_plate_of_three_pairs_needs_one_column_and_the_unit() -> None:
     """The nominal value is the one whose name goes with that of the reading."""
     text = rows(READINGS, READINGS + 5.0, TARGETS, TARGETS + 5.0, header="Meas X,Meas Y,Nom X,Nom Y")

@@ -66,6 +66,9 @@ def clock_of(table: Table, columns: Sequence[Column], time_unit: str | None, dec
         parts = [values[one.place] * (_part_of_time(one) or 0.0) for one in counted]
         apart = len(counted) > 1 and float(values[finest.place].max()) < 60.0
         seconds = np.sum(parts, axis=0) if apart else parts[counted.index(finest)]
+        if finest.unit is None and (_part_of_time(finest) or 0.0) > 1.0 and not np.diff(seconds).all():
+            decisions.reject(f"{finest.header!r} as the time", "several rows have the same, and no column has the rest")
+            return None
         return Clock(_past_midnight(seconds) if apart else seconds, None, ())
     if len(columns) == 1 and np.isfinite(values[columns[0].place]).all():
         return _unstated(table, columns[0], time_unit, decisions)
