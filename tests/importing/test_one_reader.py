@@ -153,6 +153,12 @@ def test_a_place_is_no_target_by_its_name_alone() -> None:
     assert read(rows(TARGETS, READINGS, header="Position,Reading [mm]")).recording.form == "axis"
 
 
+def test_a_place_beside_numbers_without_a_name_is_no_reading() -> None:
+    said = asked(rows(TARGETS, TARGETS * 1e-2, header="Winkel [°],Data")).as_typed()
+    assert "no column is named as the reading" in said
+    assert '"Data"' in said
+
+
 def test_hours_without_their_minutes_are_no_time() -> None:
     hours, spot = np.array([20, 20, 20, 21, 21, 21, 22, 22, 22]), 12.5 + 1e-3 * np.sin(TARGETS)
     found = read(rows(hours, spot, header="Hour,Reading [mm]"))

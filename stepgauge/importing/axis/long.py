@@ -42,6 +42,7 @@ from stepgauge.importing.tables.labels import LABEL, Label, parse_label, way_of
 from stepgauge.importing.tables.questions import Answer, Decisions, as_column, shown
 from stepgauge.importing.tables.rivals import called, one_of
 from stepgauge.importing.tables.values import beside, check_finite, clock_of, finite
+from stepgauge.importing.tables.vocabulary import WORDS, words_of
 
 Whole = NDArray[np.int64]
 
@@ -218,6 +219,10 @@ def _only_length(table: Table, roles: Sequence[Column]) -> list[Column]:
     free = [one for one in roles if one.role is None and not is_known(one.name)]
     free = [one for one in free if _has_numbers(table, one.place)]
     lengths = [one for one in free if one.unit is not None and one.unit.quantity in ("length", "angle")]
+    if (
+        len(free) > 1 and lengths and set(words_of(lengths[0].name)) <= WORDS["place"]
+    ):  # the other one may be read there
+        return []
     return lengths if len(lengths) == 1 else free if len(free) == 1 and not lengths else []
 
 
