@@ -100,7 +100,7 @@ def test_a_reversal_that_differs_along_the_axis_is_told_with_its_numbers() -> No
     for one in (made, sorted_by_way):
         found = diagnose_axis(one).said
         told = [form["where"] for form in found["unexplained"]]
-        assert any("reversal error that differs along the axis, from -9" in words for words in told), told
+        assert any("reversal error that differs along the axis: -9" in words for words in told), told
         assert not any(form["covariate"] == "order" for form in found["unexplained"])
 
 
