@@ -99,7 +99,15 @@ def test_the_json_keeps_the_contract(name: str) -> None:
             assert set(parameter) in ({"value"}, {"value", "u", "unit"})
     for one in data["located"] + data["unexplained"]:
         (stated,) = {"probability", "probability_if_alone"} & set(one)
-        assert set(one) - {"beside", "laws", "separate_by"} == {"covariate", "side", "where", "share", stated, "form"}
+        assert set(one) - {"beside", "laws", "separate_by"} == {
+            "covariate",
+            "side",
+            "where",
+            "phrases",
+            "share",
+            stated,
+            "form",
+        }
         if one["form"] == "smooth" and "beside" in one:
             assert f"{one['covariate']} and {one['beside']}" in one["where"]
         assert 0.0 <= one[stated] <= 1.0
@@ -172,7 +180,7 @@ def test_the_report_says_what_the_json_says(name: str) -> None:
         assert effect["kind"].replace("_", " ") in text
         assert effect["meaning"] in text
         for kind in effect["confounded_with"]:
-            assert kind.replace("_", " ") in text
+            assert all(name_of(part) in text for part in kind.split(" + "))
         for key, parameter in effect["parameters"].items():
             if "unit" in parameter:
                 assert f"- {key} = {plus_minus(parameter)}" in text
