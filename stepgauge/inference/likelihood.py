@@ -67,6 +67,8 @@ class Likelihood:
         """Cholesky factor of A, and amplitudes in units of their prior sd."""
         s2 = float(np.exp(2.0 * log_sigma))
         factor = factored(self.g / s2, self.rounding / s2)
+        if not len(factor):  # LAPACK knows no system without unknowns
+            return factor, self.b.copy()
         return factor, POTRS(factor, self.b / s2, lower=1)[0]
 
     def square(self, amplitudes: Array, log_sigma: float) -> float:
@@ -106,5 +108,7 @@ def factored(matrix: Array, rounding: float) -> Array:
 
 def inverse(factor: Array) -> Array:
     """The inverse of a matrix from its lower Cholesky factor."""
+    if not len(factor):
+        return factor.copy()
     lower = POTRI(factor, lower=1)[0]
     return np.tril(lower) + np.tril(lower, -1).T

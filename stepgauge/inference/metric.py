@@ -120,7 +120,7 @@ class Metric:
         sd = np.concatenate([sd, *(own for _, own in beside)])
         wide = self.rows(columns / sigma_um) * sd[:, None]
         value, vector = np.linalg.eigh(wide @ wide.T)
-        keep = value > ROUNDING * value[-1]
+        keep = value > ROUNDING * value.max(initial=0.0)
         value, vector = value[keep], vector[:, keep]
         self.basis = wide.T @ (vector / np.sqrt(value))
         self.kept = 1.0 / np.sqrt(1.0 + value)

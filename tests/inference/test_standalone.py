@@ -46,3 +46,13 @@ def test_a_problem_whose_rows_do_not_match_says_which() -> None:
         sg.inference.make_problem(np.zeros(5), 1.0, [law, law])
     with pytest.raises(ValueError, match="4 dimensions"):
         sg.inference.make_law("too deep", np.zeros((1, 1, 1, 5)), prior)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.3])
+def test_a_problem_may_have_no_nuisance(slope: float) -> None:
+    """Readings whose zero is known: a line through zero is found, or nothing is."""
+    t = np.linspace(-5.0, 5.0, 60)
+    y = np.random.default_rng(1).normal(0.0, 0.3, 60) + slope * t
+    law = sg.inference.make_law("slope", t[None, None], sg.inference.amplitude_prior(0.01, 10.0))
+    found = sg.inference.infer(sg.inference.make_problem(y, 0.3, [law], nuisance=np.zeros((0, 60))))
+    assert [term.candidate.label for term in found.best.terms] == (["slope"] if slope else [])
