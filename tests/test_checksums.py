@@ -13,7 +13,7 @@ from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError
 from stepgauge.files.checksum import checksum, seal_text, with_checksum
 from stepgauge.files.config import read_toml
-from stepgauge.files.text import read_result, read_text, write_json, write_sealed
+from stepgauge.files.text import format_of, read_result, read_text, write_json, write_sealed
 from stepgauge.gauge.placement import read_placement, write_placement
 from tests.build import make_gauge, make_pose
 
@@ -80,12 +80,17 @@ def test_a_placement(tmp_path: Path) -> None:
 def test_a_result_and_a_diagnosis(tmp_path: Path) -> None:
     said = {"verdict": "adequate", "effects": [{"value": 2.5}], "unexplained": None, "fit": {}, "inputs": {}}
     path = tmp_path / "diagnosis.json"
-    write_json(path, {"format": "stepgauge diagnosis 1", **said})
+    write_json(path, {"format": format_of("diagnosis"), **said})
     for read in (lambda one: Diagnosis.read(one).said, lambda one: read_result(one, "diagnosis")):
         refused, silent = unseen_changes(path, read)
         assert (refused > 100, silent) == (True, [])
-    path.write_text(json.dumps({"format": "stepgauge diagnosis 1", **said}))
+    path.write_text(json.dumps({"format": format_of("diagnosis"), **said}))
     with pytest.raises(InputError, match="this diagnosis has no checksum; expected the file as stepgauge wrote it"):
+        Diagnosis.read(path)
+    path.write_text(json.dumps({"format": "stepgauge diagnosis 1", **said}))
+    with pytest.raises(
+        InputError, match="of another version of stepgauge; found stepgauge diagnosis 1; expected .*again"
+    ):
         Diagnosis.read(path)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import stat
 from pathlib import Path
 from typing import Any
@@ -211,15 +212,27 @@ def parse_json(text: str, path: str | Path) -> Any:
             raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
 
 
+FORMATS = {"diagnosis": 2}
+"""Number of the format of a result, of which keys have changed since it was 1."""
+
+
+def format_of(kind: str) -> str:
+    """The key ``format`` of the JSON file of a result."""
+    return f"stepgauge {kind} {FORMATS.get(kind, 1)}"
+
+
 def read_result(path: str | Path, kind: str, with_inputs: bool = True) -> dict[str, Any]:
-    """The result of a verb, by the key ``format`` (``stepgauge KIND 1``); :class:`InputError` for anything else.
+    """The result of a verb, by the key ``format`` (:func:`format_of`); :class:`InputError` for anything else.
 
     ``kind`` is the noun of the result, e.g. ``evaluation``; the file is ``KIND.json``. A result that was changed after
     it was written is refused, and, ``with_inputs``, one of whose inputs has changed since (:func:`check_inputs`).
     """
     data = read_json(path)
     found = data.get("format") if isinstance(data, dict) else None
-    if found != f"stepgauge {kind} 1":
+    if found != format_of(kind):
+        if re.fullmatch(rf"stepgauge {kind} \d+", str(found)):
+            what = f"this {kind} is of another version of stepgauge"
+            raise InputError(path, what, found=found, expected=f"{format_of(kind)}: make it again")
         article = "an" if kind[0] in "aeiou" else "a"
         raise InputError(path, f"not {article} {kind}", found=repr(found), expected=f"{kind}.json of stepgauge")
     if not is_whole(data):

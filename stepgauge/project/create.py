@@ -25,6 +25,7 @@ OUTPUTS: Mapping[str, str] = {
     "budget": f"{RESULTS}/budget",
     "report": f"{RESULTS}/report.pdf",
     "diagnose": f"{RESULTS}/diagnosis",
+    "history": f"{RESULTS}/history",
 }
 """Where a verb writes in a new project unless it is told otherwise with -o."""
 

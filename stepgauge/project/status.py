@@ -235,7 +235,8 @@ def _next(
     evaluations = [one.path for one in done if one.what == "evaluation"]
     if evaluations and not _is_reported(project, evaluations[-1]):
         return _command(project, "report", evaluations[-1]), "write the report"
-    return _command(project, "plan", items[2].path), "all is there, the report too; measure again when it is due"
+    reason = "all is there, the report too: compare it with what was found before; measure again when it is due"
+    return _command(project, "history", os.path.relpath(project.folder / RESULTS)), reason
 
 
 def _command(project: Project, verb: str, path: str, output: str = "") -> str:

@@ -56,7 +56,9 @@ def test_the_loop_needs_no_option_in_a_project(
     said = run("report", "results/evaluation")
     assert said.code == 0
     shown = run("status").out
-    assert re.search(r"next +stepgauge plan placement.toml\n +all is there", shown)
+    assert re.search(r"next +stepgauge history results\n +all is there", shown)
+    assert run("history", "results").code == 0
+    assert (project / "results/history/history.json").exists()
     assert re.search(r"PDF +results/report.pdf\n +written 20", shown)
     assert "--placement placement.toml" in said.err
     assert "--operator A. Person" in said.err

@@ -28,11 +28,11 @@ from stepgauge.diagnosis.wording.aliases import aliases_of
 from stepgauge.diagnosis.wording.findings import meaning
 from stepgauge.diagnosis.wording.phrases import Phrase, worded, worded_all
 from stepgauge.effects import along_approach_um
-from stepgauge.files.text import write_json, write_sealed
+from stepgauge.files.text import format_of, write_json, write_sealed
 from stepgauge.inference.search import Step
 from stepgauge.recording import Recording
 
-FORMAT = "stepgauge diagnosis 1"
+FORMAT = format_of("diagnosis")
 MACHINE_FILE = "machine.diagnosed.toml"
 HEADLINE_FOLDS = ("cycles", "placements", "faces")
 """Groups of which the first in the recording is used for ``holdout_rms_*``. The prediction of a face that is held out

@@ -15,12 +15,12 @@ PAGE_OF = {
     "machine": "/machine",
     "locate": "/locate",
     "plan": "/plan",
-    "again": "/plan",
     "simulate": "/run",
     "evaluate": "/result",
     "budget": "/result",
     "diagnose": "/diagnosis",
     "report": "/report",
+    "history": "/history",
 }
 """The page on which the verb that is next can be done."""
 
@@ -40,8 +40,6 @@ def status(request: Request) -> Response:
 
     found = project_status(site_of(request).project())
     reason = next((one.what for one in found.items[:2] if one.wrong), found.command.split()[1])
-    if reason == "plan" and any(one.what == "recording" and not one.wrong for one in found.items):
-        reason = "again"
     return render(request, "project_status.html.j2", status=found, reason=reason, page=PAGE_OF.get(reason, ""))
 
 
