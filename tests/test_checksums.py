@@ -88,9 +88,7 @@ def test_a_result_and_a_diagnosis(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="this diagnosis has no checksum; expected the file as stepgauge wrote it"):
         Diagnosis.read(path)
     path.write_text(json.dumps({"format": "stepgauge diagnosis 1", **said}))
-    with pytest.raises(
-        InputError, match="of another version of stepgauge; found stepgauge diagnosis 1; expected .*again"
-    ):
+    with pytest.raises(InputError, match="of another version of stepgauge; found stepgauge diagnosis 1; expected"):
         Diagnosis.read(path)
 
 

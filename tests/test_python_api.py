@@ -449,6 +449,11 @@ def test_results_come_back_from_their_files(tmp_path: Path, measured: dict[str, 
     assert back.summary() == measured["evaluation"].summary()
     back.write(tmp_path / "again")
     assert (tmp_path / "again/evaluation.json").read_bytes() == (tmp_path / "evaluation.json").read_bytes()
+    limited = sg.evaluate(measured["recording"], gauge, mpe="min(1.8 + L/350, 3)")
+    limited.write(tmp_path / "limited")
+    back = sg.read_evaluation(tmp_path / "limited", gauge)
+    assert (back.limit, back.summary()) == (limited.limit, limited.summary())
+    assert "errors are beyond the limit" in back.summary()
     measured["budget"].write(tmp_path)
     assert sg.read_budget(tmp_path) == measured["budget"]
     measured["placement"].write(tmp_path / "p.toml")

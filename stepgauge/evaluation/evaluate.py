@@ -127,7 +127,7 @@ def _um(value: float) -> str:
 class Evaluation(Plotted):
     """Results of all placements of a recording.
 
-    ``limit``: maximum permissible error that they are compared with; ``judged``: what that comparison gives.
+    ``limit``: maximum permissible error that they are compared with; ``limit_remark``: what that comparison gives.
     ``recording``, ``machine``: what
     it was made from and on which machine, where they are known, for further figures.
     """
@@ -140,7 +140,7 @@ class Evaluation(Plotted):
     path: str = ""
     comments: Mapping[str, str] = field(default_factory=dict)
     limit: Mpe | None = None
-    judged: str = ""
+    limit_remark: str = ""
     recording: Recording | None = field(default=None, repr=False, compare=False)
     machine: Machine | None = field(default=None, repr=False, compare=False)
 
@@ -161,8 +161,8 @@ class Evaluation(Plotted):
 
     def summary(self) -> str:
         """Notes, span, range of XM, largest 2s and R_eff by placement, as the command line prints them."""
-        judged = [self.judged] if self.judged else []
-        return as_lines(*(line for one in self.results for line in one.lines()), *judged)
+        remark = [self.limit_remark] if self.limit_remark else []
+        return as_lines(*(line for one in self.results for line in one.lines()), *remark)
 
     def to_frame(self) -> pd.DataFrame:
         """One row per face and placement: positions in mm, errors and standard deviations in um, NaN if undefined."""

@@ -113,6 +113,13 @@ def limit_of(
     return Mpe.parse(machine.table.mpe)
 
 
+def limit_remark(evaluation: Mapping[str, Any], limit: Mpe) -> str:
+    """Without a budget nothing is decided; what the errors alone are of the limit is said."""
+    judged = conformity(evaluation, None, limit)
+    beyond = sum(abs(one.error_um) > one.limit_um for one in judged.faces)
+    return f"{judged.text} {beyond} of {len(judged.faces)} errors are beyond the limit."
+
+
 def conformity(evaluation: Mapping[str, Any], budget: StoredBudget | None, mpe: Mpe) -> Conformity:
     """The decisions on an evaluation; ``budget``: of it; without one, or with an incomplete one, nothing is decided.
 

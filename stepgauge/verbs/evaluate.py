@@ -25,7 +25,7 @@ from stepgauge.verbs.shared import (
 if TYPE_CHECKING:
     from stepgauge.evaluation.evaluate import Evaluation
     from stepgauge.evaluation.face_errors import REffOrigin
-    from stepgauge.standards.mpe import Mpe as Limit
+
 
 FIGURES = ("error", "bidirectional", "repeatability", "arrows", "run")
 """Written out so that --help needs no matplotlib; a test compares it with what is drawn."""
@@ -101,9 +101,10 @@ def evaluate(
     from dataclasses import replace
 
     from stepgauge.evaluation.evaluate import evaluate as evaluate_recording
+    from stepgauge.evaluation.files import evaluation_to_dict
     from stepgauge.recording import join_recordings
     from stepgauge.recording.conventions import state_convention, with_convention
-    from stepgauge.standards.conformity import limit_of
+    from stepgauge.standards.conformity import limit_of, limit_remark
     from stepgauge.verbs.inputs import as_blocks, as_gauge, as_machine, as_placements, as_recordings
 
     cmm = None if machine is None else as_machine(machine)
@@ -116,15 +117,5 @@ def evaluate(
     whole = whole.with_comments(measured_at=measured_at, machine=machine_name)
     found = evaluate_recording(whole, steps, section, cast("REffOrigin", r_eff_origin), lies, correct_drift)
     limit = limit_of(found.comments, cmm, asked=mpe)
-    judged = "" if limit is None else _judged(found, limit)
-    return replace(found, limit=limit, judged=judged, recording=whole, machine=cmm)
-
-
-def _judged(evaluation: "Evaluation", limit: "Limit") -> str:
-    """Without a budget nothing is decided; what the errors alone are of the limit is said."""
-    from stepgauge.evaluation.files import evaluation_to_dict
-    from stepgauge.standards.conformity import conformity
-
-    judged = conformity(evaluation_to_dict(evaluation), None, limit)
-    beyond = sum(abs(one.error_um) > one.limit_um for one in judged.faces)
-    return f"{judged.text} {beyond} of {len(judged.faces)} errors are beyond the limit."
+    remark = "" if limit is None else limit_remark(evaluation_to_dict(found), limit)
+    return replace(found, limit=limit, limit_remark=remark, recording=whole, machine=cmm)

@@ -15,6 +15,8 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.gauge.placement import read_placement as read_placement_file
 from stepgauge.reports.reading import check_gauge, read_checked_evaluation
+from stepgauge.standards.conformity import limit_remark
+from stepgauge.standards.mpe import Mpe
 from stepgauge.verbs.inputs import File, as_gauge
 
 
@@ -44,7 +46,10 @@ def read_evaluation(path: File, gauge: File | Gauge) -> Evaluation:
     check_gauge(data, steps)
     results = tuple(_result(one) for one in data["placements"])
     first, last = data["blocks"]
-    return Evaluation(steps, (first, last), data["r_eff_origin"], results, data["recording"], data["comments"])
+    limit = Mpe.parse(data["mpe"]) if data.get("mpe") else None
+    remark = "" if limit is None else limit_remark(data, limit)
+    origin, path, comments = data["r_eff_origin"], data["recording"], data["comments"]
+    return Evaluation(steps, (first, last), origin, results, path, comments, limit, remark)
 
 
 def read_result(path: File) -> Any:
