@@ -2,9 +2,8 @@
 
 *Grow*: of all hypotheses with one term more, two more or one less the most probable one, with shapes fitted anew and
 the model of the noise that suits it, until nothing improves. *Kick*: one term is taken out and forbidden, what is left
-grows, the term is allowed again, and it grows on; what is more probable is kept. It begins with laws alone. A law that
-holds in a part of the record only is proposed from the terms that are there. What each of these is worth:
-``benchmarks/search_ablation.py``.
+grows, the term is allowed again, and it grows on; what is more probable is kept. A law that holds in a part of the
+record only is proposed from the terms that are there. What each of these is worth: ``benchmarks/search_ablation.py``.
 """
 
 from __future__ import annotations
@@ -62,24 +61,11 @@ class Search(Moves):
             best = self._better(best, found)
 
     def _grown_from_nothing(self) -> Iterator[Hypothesis]:
-        """Correlated noise may stand for a cause, and a cause for noise: one is chosen first once, and once last.
-
-        So may random functions: from laws alone at first, and from anything where one of these may be there.
-        """
-        laws = self.grow(self.reshaped(self.grow(self.start, self._nameless, with_noise=False)))
-        yield laws
+        """Correlated noise may stand for a cause, and a cause for noise: one is chosen first once, and once last."""
+        yield self.grow(self.reshaped(self.grow(self.start, with_noise=False)))
         noisy = self.reshaped(self.start)
         if noisy is not self.start:
-            yield (other := self.grow(self.grow(noisy, self._nameless)))
-            laws = max(laws, other, key=log_posterior)
-        alone = [self.added(self.start, one) for one in self.proposed(self.start) if not one.candidate.named]
-        if not laws.named or any(one.log_posterior > laws.log_posterior - RIVALLED for one in alone):
-            yield self.grow(self.reshaped(self.grow(self.start, with_noise=False)))
-
-    @property
-    def _nameless(self) -> frozenset[str]:
-        """Labels of all random functions."""
-        return frozenset(one.label for one in self.problem.candidates if not one.named)
+            yield self.grow(noisy)
 
     def _further(self, best: Hypothesis) -> Iterator[Hypothesis]:
         for place in sorted(range(len(best.terms)), key=best.significance):
