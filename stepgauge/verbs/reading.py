@@ -48,8 +48,8 @@ def read_evaluation(path: File, gauge: File | Gauge) -> Evaluation:
     first, last = data["blocks"]
     limit = Mpe.parse(data["mpe"]) if data.get("mpe") else None
     remark = "" if limit is None else limit_remark(data, limit)
-    origin, path, comments = data["r_eff_origin"], data["recording"], data["comments"]
-    return Evaluation(steps, (first, last), origin, results, path, comments, limit, remark)
+    origin, name, comments = data["r_eff_origin"], data["recording"], data["comments"]
+    return Evaluation(steps, (first, last), origin, results, name, comments, limit, remark)
 
 
 def read_result(path: File) -> Any:
