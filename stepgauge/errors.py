@@ -16,6 +16,8 @@ from typing import ClassVar, ParamSpec, TypeVar
 
 LONGEST = 300
 """Characters of a message."""
+_WORD = 24
+"""Characters of the longest word or number that is not cut through."""
 _SHORTEST = 40
 """Characters that are left of a part of a message that is too long."""
 _UNIT = re.compile(r"_(per_K|mm|um|mm_s|s|C|K|deg|mrad|percent|MB)$")
@@ -164,11 +166,16 @@ def _message(where: str, what: str, found: object, expected: object, longest: in
 
 
 def _cut(text: str, longest: int) -> str:
-    """The beginning and the end of a text that is too long."""
+    """The beginning and the end of a text that is too long, both of whole words where there are any."""
     if len(text) <= longest:
         return text
     end = (longest - 3) // 3
-    return f"{text[: longest - 3 - end]}...{text[-end:]}"
+    first, last = text[: longest - 3 - end], text[-end:]
+    if not text[len(first)].isspace() and (space := first.rfind(" ")) >= len(first) - _WORD:
+        first = first[: max(space, 0)]
+    if not text[-end - 1].isspace() and 0 <= (space := last.find(" ")) < _WORD:
+        last = last[space + 1 :]
+    return f"{first.rstrip()}...{last.lstrip()}"
 
 
 def _place(text: str, longest: int) -> str:

@@ -22,6 +22,8 @@ ACCEPTABLE = ("missing", "doubled", "order", "foreign")
 """Kinds of differences that ``--accept`` knows."""
 TAKEN = {"doubled": "the last touch of each"}
 """What is taken of a kind that is accepted, where that is not the log as it is."""
+NEXT_TO_MM = 2.0
+"""A row this far beside the line of a search is a reading of that search, from another line than the program's."""
 SHOWN = 5
 """Further differences that a message names one by one."""
 
@@ -101,11 +103,14 @@ def _moved(comparison: Comparison, missing: Rows, extra: Rows) -> Rows:
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
-def refuse(comparison: Comparison, differences: Sequence[LogDifference]) -> NoReturn:
-    """The error of the first difference, with a word on the others."""
+def refuse(comparison: Comparison, differences: Sequence[LogDifference], left: int) -> NoReturn:
+    """The error of the first difference, with a word on the others; ``left``: rows that are readings of their points.
+
+    An option is offered only where it leaves something to be read.
+    """
     first, log, expected = differences[0], comparison.log, comparison.expected
     more = _more(comparison, differences[1:])
-    if first.kind in ACCEPTABLE:
+    if first.kind in ACCEPTABLE and left:
         more += f" ({{}} {first.kind} takes {TAKEN.get(first.kind, 'it as it is')})"
     if first.row >= len(log):
         _refuse_end(comparison, first.point)
@@ -126,7 +131,7 @@ def refuse_all(comparison: Comparison) -> NoReturn:
     size = min(len(comparison.log), len(comparison.expected))
     same = comparison.key[:size] == comparison.row_key[:size]
     first = size if same.all() else int(same.argmin())
-    refuse(comparison, [LogDifference("other", first, first, True)])
+    refuse(comparison, [LogDifference("other", first, first, True)], 0)
 
 
 def _refuse_place(comparison: Comparison, difference: LogDifference, more: str) -> NoReturn:
@@ -142,6 +147,9 @@ def _refuse_place(comparison: Comparison, difference: LogDifference, more: str) 
     found, wanted = coordinates(log.position_mm[row]), expected.place(difference.point)
     if comparison.row_key[row] == FOREIGN:
         along, beside = from_target(log.position_mm[[row]], expected, np.array([difference.point]))
+        if abs(along[0]) <= expected.search_mm and beside[0] <= NEXT_TO_MM:
+            what = "it is beside the line of its search (another placement, or the log of another program?)"
+            more = ""
         found += f", {along[0]:+.3f} mm along the approach and {beside[0]:.3f} mm beside it"
         wanted += f", within {expected.search_mm:g} mm along and {expected.lateral_mm:g} mm beside"
     else:

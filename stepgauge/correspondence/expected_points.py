@@ -105,7 +105,7 @@ def _where(log: ProbeLog) -> FaceWords:
 
 def check_beside(log: ProbeLog, gauge: Gauge, placement: Placement) -> None:
     """:class:`InputError` where most rows lie beside the blocks: another placement, or another unit."""
-    check_mostly_on_blocks(log.position_mm, gauge, placement, _where(log))
+    check_mostly_on_blocks(log.position_mm, gauge, placement, _where(log), named=log.form == "table")
 
 
 def faces_of_log(log: ProbeLog, gauge: Gauge, placement: Placement) -> Rows:

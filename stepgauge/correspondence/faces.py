@@ -158,11 +158,18 @@ def _check_approach(along: Array, where: FaceWords) -> None:
         )
 
 
-def check_mostly_on_blocks(position_mm: Array, gauge: Gauge, placement: Placement, where: FaceWords) -> None:
-    """:class:`InputError` where most points lie beside the blocks; a few may be points of something else."""
+def check_mostly_on_blocks(
+    position_mm: Array, gauge: Gauge, placement: Placement, where: FaceWords, named: bool = True
+) -> None:
+    """:class:`InputError` where most points lie beside the blocks; a few may be points of something else.
+
+    ``named``: somebody named the columns, who may have exchanged two of them; a controller does not.
+    """
     tip = placement.to_gauge(gauge, position_mm)
     if beside_blocks(tip, gauge).mean() > 0.5:
-        _check_on_face(tip, gauge, where, _exchanged(position_mm, gauge, placement))
+        hint = _exchanged(position_mm, gauge, placement) if named else ""
+        other = "" if named else " (another placement, or the log of another program?)"
+        _check_on_face(tip, gauge, where, hint, other)
 
 
 def beside_blocks(tip: Array, gauge: Gauge) -> NDArray[np.bool_]:
@@ -181,12 +188,13 @@ def _exchanged(position_mm: Array, gauge: Gauge, placement: Placement) -> str:
     return ""
 
 
-def _check_on_face(tip: Array, gauge: Gauge, where: FaceWords, hint: str = "") -> None:
+def _check_on_face(tip: Array, gauge: Gauge, where: FaceWords, hint: str = "", other: str = "") -> None:
+    """``hint``: why the points are beside the blocks; ``other``: why where no unit says so."""
     half = np.array([gauge.table.block_width_mm, gauge.table.block_height_mm]) / 2.0
     beside = beside_blocks(tip, gauge)
     if beside.any():
         row = int(beside.argmax())
-        hint = hint or unit_hint(float(np.ptp(tip[:, 0])), float(np.ptp(gauge.position_mm)))
+        hint = hint or unit_hint(float(np.ptp(tip[:, 0])), float(np.ptp(gauge.position_mm))) or other
         raise InputError(
             where.at[row],
             f"{where.move} is aimed beside the blocks of the gauge as placed{hint}",

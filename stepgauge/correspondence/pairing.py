@@ -75,7 +75,7 @@ def match(log: ProbeLog, expected: ExpectedPoints, accept: Sequence[str] = ()) -
     differences = find_differences(comparison, point, row)
     refused = [one for one in differences.entries if one.kind not in accept]
     if refused:
-        refuse(comparison, refused)
+        refuse(comparison, refused, len(point) + len(differences.moved))
     point, row = np.r_[point, differences.moved[:, 0]], np.r_[row, differences.moved[:, 1]]
     rank = np.lexsort((point, row))
     _check_places(comparison, point[rank], row[rank])

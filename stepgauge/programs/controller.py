@@ -38,7 +38,21 @@ class Played(ReadingProbe):
         if not measuring:
             return Contact(end, False)
         self.next += 1
-        return Contact(self.readings[self.next - 1], True, self.time_s[self.next - 1])
+        read = self.readings[self.next - 1]
+        return Contact(_on_line(read, target, end), True, self.time_s[self.next - 1])
+
+
+def _on_line(read: Sequence[float], target: Sequence[float], end: Sequence[float]) -> list[float]:
+    """A reading as a control has it that keeps its own coordinates on the line of the search, ``(3,)``, mm.
+
+    Its axes follow the command, so that errors of the machine across the search move the tip and no indication. Where a
+    program states no line (CMMs) the reading stays as it is.
+    """
+    way, read_mm = np.subtract(end, target), np.asarray(read, dtype=float)
+    if not way.any():
+        return [float(value) for value in read]
+    share = (read_mm - target) @ way / (way @ way)
+    return [float(value) for value in target + share * way]
 
 
 @dataclass(frozen=True)
