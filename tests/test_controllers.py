@@ -16,9 +16,12 @@ import stepgauge
 from benchmarks.dialects import allowed_um, outcome
 from stepgauge.errors import InputError
 from stepgauge.importing import FORMATS, ImportOptions, import_log, read_log, recognise_log
+from stepgauge.machine.virtual import run_program
 from stepgauge.motion.moves import ProbingSettings, Program
+from stepgauge.planning.plan import PlanOptions, make_program
 from stepgauge.planning.program import program_text
 from stepgauge.programs import DIALECTS, fanuc, heidenhain
+from stepgauge.programs.controller import controller_log
 from stepgauge.programs.expression import Grammar, evaluate
 from stepgauge.programs.reading import Contact, Reader, ReadingProbe
 from tests.build import make_gauge, make_machine, make_points, make_pose
@@ -310,3 +313,25 @@ def test_dmis_has_its_sensor_calibrated_by_hand_on_request() -> None:
     ):
         with pytest.raises(InputError, match=words):
             DIALECTS["dmis"].read(text.replace(old, new, 1), "x", program.settings)
+
+
+@pytest.mark.parametrize("name", [name for name in LOGGED if not DIALECTS[name].family])
+def test_errors_across_the_search_move_the_tip_and_no_coordinate_of_the_log(name: str, tmp_path: Path) -> None:
+    """A mill that is 0.4 mm out of square: the log is on the lines of the program, and errors along them stay."""
+    gauge = make_gauge(3)
+    placement = make_pose(0.3, 0.01, origin=(100.0, -50.0, 30.0)).placement(gauge)
+    machine = replace(make_machine(), effects=({"kind": "squareness", "plane": "xy", "urad": 8000.0},))
+    settings = ProbingSettings(standoff_mm=3.0, tip_radius_mm=machine.probe.tip_radius_mm)
+    planned = make_program(placement, gauge, PlanOptions(1, 3, cycles=2), settings)
+    text = program_text(planned, name).text
+    program = DIALECTS[name].read(text, "x", settings)
+    run = run_program(program, machine, gauge, placement, 1)
+    (tmp_path / "log").write_text(controller_log(text, "x", DIALECTS[name], settings, run).text)
+    read = import_log(
+        tmp_path / "log", recognise_log(tmp_path / "log"), gauge, placement, program, ImportOptions()
+    ).settled()
+    approach = program.approach[program.is_measure]
+    off = read.position_mm - run.recording.position_mm
+    along = np.einsum("ij,ij->i", off, approach)
+    assert np.linalg.norm(off - along[:, None] * approach, axis=1).max() > 0.1
+    assert np.abs(along).max() < 2e-3

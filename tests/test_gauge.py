@@ -10,6 +10,8 @@ import pytest
 from stepgauge.errors import InputError
 from stepgauge.files.resources import folder, shipped_names
 from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import parse_placement
+from tests.build import make_gauge
 
 TOML = """
 [gauge]
@@ -134,3 +136,17 @@ def test_wrong_keys_are_refused_with_their_name(tmp_path: Path, old: str, new: s
 def test_an_unknown_gauge_names_the_shipped_ones() -> None:
     with pytest.raises(InputError, match="step-gauge-1020, step-gauge-420"):
         read_gauge("no-such-gauge")
+
+
+@pytest.mark.parametrize(("which", "certified", "placed"), [("certificate", 25.4, 1.0), ("placement", 1.0, 25.4)])
+def test_what_is_in_inches_is_named(which: str, certified: float, placed: float) -> None:
+    """Nominal and certified positions may both be in inches, so that only the placement shows it; or the other way."""
+    gauge = make_gauge(2, size=20.0 / certified, gap=100.0 / certified)
+    text = f"c1_mm = [0, 0, 0]\nc2_mm = [{120.0 / placed}, 0, 0]\n"
+    with pytest.raises(InputError, match=f"the {which} looks like inches, not mm"):
+        parse_placement(text + "first_block = 1\nlast_block = 2\n", "x.toml", gauge)
+
+
+def test_all_keys_that_are_missing_are_named_at_once() -> None:
+    with pytest.raises(InputError, match="keys c1_mm, c2_mm, last_block are missing$"):
+        parse_placement("first_block = 1\n", "x.toml", make_gauge(2))

@@ -52,6 +52,13 @@ def test_a_message_that_is_too_long_keeps_what_matters() -> None:
         assert words in said
 
 
+def test_a_message_is_cut_between_words() -> None:
+    text = " ".join(f"word{n}" for n in range(200))
+    start, end = one_line(text, 100).split("...")
+    assert text.startswith(start + " ") and text.endswith(" " + end) and len(start + end) > 80
+    assert len(one_line("9" * 500, 100)) == 100
+
+
 def test_escapes_of_a_terminal_do_not_reach_it() -> None:
     assert one_line("a\x1b[2J\x07b\nc\u202ed") == r"a\x1b[2J\x07b c\u202ed"
 

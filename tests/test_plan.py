@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stepgauge import plan
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import read_placement
-from stepgauge.machine.file import Machine
+from stepgauge.machine.file import Machine, MachineTable
 from stepgauge.motion.collision import make_tool
 from stepgauge.motion.moves import ProbingSettings, Program, trace
 from stepgauge.planning.check import check_program, check_travel
@@ -27,7 +30,7 @@ from stepgauge.planning.plan import (
 )
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
-from tests.build import Pose, angles, gauges, make_gauge, make_machine, make_pose, positions
+from tests.build import Pose, angles, gauges, make_gauge, make_machine, make_points, make_pose, positions
 from tests.conftest import ROOT
 
 options = st.builds(
@@ -158,6 +161,33 @@ def test_travel_that_is_too_small_names_the_point_and_by_how_much(gauge, machine
     assert "C1F42" in message
     assert "0 to 700 mm" in message
     assert "in z for point" in too_small(gauge, machine, (200.0, 300.0, 590.0))
+
+
+@pytest.mark.parametrize("side", [300.0, -5.0])
+def test_the_gauge_moved_as_the_message_says_lies_within_the_travel(gauge, machine, side: float) -> None:
+    message = too_small(gauge, machine, (side, 300.0, 200.0))
+    told = re.search(r"lay the gauge (\S+) to (\S+) mm farther towards ([+-])x", message)
+    assert told is not None
+    for moved in (float(told[1]), float(told[2])):
+        pose = make_pose(0.0, 0.0, origin=(side + (moved if told[3] == "+" else -moved), 300.0, 200.0))
+        check_travel(
+            make_program(pose.placement(gauge), gauge, PlanOptions(1, 21, cycles=1), ProbingSettings()), machine
+        )
+
+
+def test_a_path_that_is_longer_than_the_travel_says_what_makes_it_shorter(tmp_path: Path) -> None:
+    """The 16 points of a bar of two blocks on a small mill; the stand-off that nobody states fits."""
+    gauge = make_gauge(2, size=20.0, gap=100.0, height=20.0)
+    travel = {"x": [-300, 0], "y": [-200, 0], "z": [-70, 0]}
+    machine = make_machine(stylus_length_mm=60.0, stylus_diameter_mm=1.0, tip_radius_mm=1.0)
+    table = MachineTable.model_validate(machine.table.model_dump(exclude_unset=True) | {"travel_mm": travel})
+    machine = replace(machine, table=table)
+    points = make_points(gauge, make_pose(0.0, 0.0, origin=(-220.0, -100.0, -58.0)), 1.0, (1, 2))
+    rows = [f"{n},{x:.3f},{y:.3f},{z:.3f}" for n, (x, y, z) in enumerate(points, 1)]
+    (tmp_path / "rough.csv").write_text("\n".join(["point,x_mm,y_mm,z_mm", *rows]) + "\n")
+    with pytest.raises(InputError, match=r"too small .* in z .*the path takes \d.* mm; shorten it .* standoff_mm"):
+        plan(tmp_path / "rough.csv", gauge, machine, teach=True, standoff_mm=45.0)
+    assert plan(tmp_path / "rough.csv", gauge, machine, teach=True)
 
 
 def refused(gauge: Gauge, machine: Machine, pitch: float = 0.0, **changes: object) -> str:

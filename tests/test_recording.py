@@ -215,3 +215,8 @@ def test_reading_and_writing_a_recording_loads_no_pandas(tmp_path: Path) -> None
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"
+
+
+def test_the_log_of_a_controller_is_to_be_imported_first(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="this is no recording: .*'stepgauge import' makes of the log"):
+        read(tmp_path, "Grbl 1.1h\nok\n[PRB:-221.165,-99.950,-60.000:1]\nok\n")

@@ -88,12 +88,22 @@ def _as_input_error(model: type[TomlTable], error: ValidationError, where: str |
     if first["type"] == "extra_forbidden":
         return InputError(where, f"key {name} is not known{more}", expected=_known_keys(model, str(first["loc"][-1])))
     if first["type"] == "missing":
-        return InputError(where, f"key {name} is missing{more}", expected=_meaning(model, first["loc"]))
+        return _missing(model, details, first, where, name)
     said = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
     asked, meaning = _PLAIN.get(first["type"], said), _meaning(model, first["loc"]) if first["loc"] else ""
     expected = f"{asked} ({meaning})" if asked and meaning else asked or meaning
     what = f"{'key' if first['loc'] else 'table'} {name} is wrong{more}"
     return InputError(where, what, found=_written(first["input"]), expected=expected)
+
+
+def _missing(model: type[TomlTable], details: list[Any], first: Any, where: str | Path, name: str) -> InputError:
+    """Every key of the table that is missing at once, and how much else is wrong in it."""
+    beside = [one for one in details if one["type"] == "missing" and one["loc"][:-1] == first["loc"][:-1]]
+    more = f" (and {len(details) - len(beside)} more)" if len(details) > len(beside) else ""
+    keys = [str(one["loc"][-1]) for one in beside if one is not first]
+    if not keys:
+        return InputError(where, f"key {name} is missing{more}", expected=_meaning(model, first["loc"]))
+    return InputError(where, f"keys {', '.join([name, *keys])} are missing{more}")
 
 
 _PLAIN = {

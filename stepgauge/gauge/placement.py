@@ -17,6 +17,7 @@ from stepgauge.files.arrays import Array
 from stepgauge.files.config import TomlTable, Vector3, check_table, parse_toml
 from stepgauge.files.shown import Plotted, as_lines
 from stepgauge.files.text import read_text, write_sealed
+from stepgauge.files.units import likely_unit
 from stepgauge.gauge.certified import Gauge
 
 if TYPE_CHECKING:
@@ -212,10 +213,18 @@ def _check_distance(placement: Placement, path: str | Path, gauge: Gauge) -> Non
     if abs(found - certified) > distance_tolerance_mm(certified):
         raise InputError(
             path,
-            f"c1_mm and c2_mm are not blocks {placement.first_block} and {placement.last_block} of {gauge.table.name}",
+            f"c1_mm and c2_mm are not blocks {placement.first_block} and {placement.last_block} of {gauge.table.name}"
+            + _in_inches(found, certified),
             found=f"{found:.3f} mm apart",
             expected=f"{certified:.3f} mm",
         )
+
+
+def _in_inches(found_mm: float, certified_mm: float) -> str:
+    """Words where one of the two is the other in inches; else empty."""
+    which = ("placement", found_mm, certified_mm), ("certificate", certified_mm, found_mm)
+    inches = [name for name, one, other in which if likely_unit(one, other) == "inches"]
+    return f" (the {inches[0]} looks like inches, not mm)" if inches else ""
 
 
 def block_distance_mm(gauge: Gauge, first: int, last: int) -> float:

@@ -5,6 +5,7 @@ The path to the first position (home) is chosen by the machine and is not checke
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -22,6 +23,8 @@ from stepgauge.motion.moves import Path, Program, trace
 PROBED_BLOCK_MARGIN_MM = 0.1
 """Least gap of shank and body to the block that is probed; elsewhere the full margin applies."""
 FACE_TOLERANCE_MM = 1e-6
+ALONG = 0.5
+"""Component of an approach from which its stand-off makes the path longer along a machine axis."""
 
 
 @dataclass(frozen=True)
@@ -72,17 +75,24 @@ def check_program(
     PathError
         a measuring move that meets another face than its own first, or a move that comes too close to something
     """
-    gaps = check_path(program, [(face - 1) // 2 for face in faces], placement, gauge, tool, margin_mm)
+    gaps = check_path(program, [(face - 1) // 2 for face in faces], placement, gauge, tool, margin_mm, "height_mm")
     _check_faces(program, faces, trace(program), make_obstacles(gauge, placement), tool.tip_radius_mm)
     return gaps
 
 
 def check_path(
-    program: Program, rows: Sequence[int], placement: Placement, gauge: Gauge, tool: Tool, margin_mm: float
+    program: Program,
+    rows: Sequence[int],
+    placement: Placement,
+    gauge: Gauge,
+    tool: Tool,
+    margin_mm: float,
+    higher: str | None = None,
 ) -> dict[str, float]:
     """Check that nothing but what is touched comes too close; ``rows``: of the obstacle each measuring move touches.
 
-    Rows are those of :class:`~stepgauge.motion.collision.Obstacles`; the rest as :func:`check_program`.
+    Rows are those of :class:`~stepgauge.motion.collision.Obstacles`; ``higher``: the argument that raises the path,
+    where one does; the rest as :func:`check_program`.
     """
     if not np.isfinite(margin_mm):
         raise InputError("margin", "not a finite number", found=margin_mm, expected="mm")
@@ -93,7 +103,7 @@ def check_path(
     conflicts = [(name, one) for name, (_, found) in judged.items() for one in found]
     if conflicts:
         name, first = conflicts[0]
-        expected = _remedy(name, placement, first.expected)
+        expected = _remedy(name, placement, first.expected, higher)
         raise _refused(program, [one for _, one in conflicts], first.where, first.what, first.found, expected)
     return {name: least for name, (least, _) in judged.items()}
 
@@ -164,17 +174,19 @@ def _worst(short: Array) -> Iterator[tuple[int, int]]:
         yield piece, int(short[piece].argmax())
 
 
-def _remedy(part: str, placement: Placement, expected: str) -> Naming:
+def _remedy(part: str, placement: Placement, expected: str, higher: str | None) -> Naming | str:
     """What is expected, and how to reach it."""
     if part == "tip ball":
         words = f"{expected} (another {{}}, {{}} or {{}}, or a smaller tip)"
         return naming("standoff_mm", "clearance_mm", "route", words=words)
     square = ", ".join(f"{0.0 - value:.9f}" for value in placement.up)
-    words = (
-        f"{expected} (probe higher with {{}}, take a longer stylus, or turn the head so that the stylus stands square"
-        f" to the gauge: stylus_direction = [{square}] in [probe])"
+    longer = (
+        "take a longer stylus, or turn the head so that the stylus stands square to the gauge:"
+        f" stylus_direction = [{square}] in [probe])"
     )
-    return naming("height_mm", words=words)
+    if higher is None:
+        return f"{expected} ({longer}"
+    return naming(higher, words=f"{expected} (probe higher with {{}}, {longer}")
 
 
 def _move_name(program: Program, path: Path, piece: int) -> str:
@@ -209,8 +221,25 @@ def check_travel(program: Program, machine: Machine) -> None:
         f" for point {_point_name(program, worst)}, move '{'measure' if measure[worst] else program.names[worst]}'"
         f" ({outside.size} of {len(program)} moves are outside)",
         f"{'xyz'[axis]} = {reach[worst, axis]:.3f} mm",
-        f"{low:g} to {high:g} mm",
+        _into_travel("xyz"[axis], limits[axis], reach[:, axis], program.approach[measure, axis]),
     )
+
+
+def _into_travel(axis: str, travel: Array, reached: Array, approach: Array) -> Naming | str:
+    """The travel along one axis, and how a path that leaves it comes to lie inside, mm: moved, else made shorter.
+
+    Along a search the stand-offs make it long, beside it the way around the blocks.
+    """
+    reach = reached.min(), reached.max()
+    words, size, way = f"{travel[0]:g} to {travel[1]:g} mm", travel[1] - travel[0], reach[1] - reach[0]
+    if way <= size:
+        under = bool(reach[0] < travel[0])
+        least = travel[0] - reach[0] if under else reach[1] - travel[1]
+        least_um, most_um = math.ceil(1e3 * least), math.floor(1e3 * (least + size - way))
+        moved = f"{1e-3 * least_um:.3f} to {1e-3 * max(least_um, most_um):.3f}"
+        return f"{words}: lay the gauge {moved} mm farther towards {'-+'[under]}{axis}"
+    option = "standoff_mm" if np.abs(approach).max() > ALONG else "clearance_mm"
+    return naming(option, words=f"{words}: the path takes {way:.3f} mm; shorten it with a smaller {{}}")
 
 
 def _outside(program: Program, reach: Array, limits: Array, beyond: Array) -> Iterator[Conflict]:

@@ -45,13 +45,10 @@ class Played(ReadingProbe):
 def _on_line(read: Sequence[float], target: Sequence[float], end: Sequence[float]) -> list[float]:
     """A reading as a control has it that keeps its own coordinates on the line of the search, ``(3,)``, mm.
 
-    Its axes follow the command, so that errors of the machine across the search move the tip and no indication. Where a
-    program states no line (CMMs) the reading stays as it is.
+    Its axes follow the command, so that errors of the machine across the search move the tip and no indication.
     """
-    way, read_mm = np.subtract(end, target), np.asarray(read, dtype=float)
-    if not way.any():
-        return [float(value) for value in read]
-    share = (read_mm - target) @ way / (way @ way)
+    way = np.subtract(end, target)
+    share = np.subtract(read, target) @ way / (way @ way)
     return [float(value) for value in target + share * way]
 
 

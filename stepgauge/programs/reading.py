@@ -135,7 +135,9 @@ class Reader:
     ) -> Contact:
         """A measuring move to a nominal tip centre, and where it really ended."""
         self.measure(target, approach, name)
-        return self.probe.answer(self.builder.size - 1, True, target if end is None else end, target)
+        if end is None:
+            end = [p + self.settings.search_mm * d for p, d in zip(target, approach, strict=True)]
+        return self.probe.answer(self.builder.size - 1, True, end, target)
 
     def travel(self, end: Sequence[float]) -> Contact:
         """A move on the way that a trigger would end."""

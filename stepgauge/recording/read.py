@@ -184,6 +184,9 @@ def _check_header(path: str | Path, skipped: int) -> None:
     if len(header) == 1 and any(mark in line for mark in ";\t|"):
         what = "the columns are not separated by commas"
         raise InputError(where, what, found=line, expected="a recording, which 'stepgauge import' makes of any table")
+    if line.strip() and not any(name in KNOWN or near_miss(name, KNOWN) for name in header):
+        expected = "a recording, which 'stepgauge import' makes of the log of a controller"
+        raise InputError(where, "this is no recording: no column has a name of one", found=line, expected=expected)
     twice = [name for name in header if header.count(name) > 1]
     if twice:
         raise InputError(where, f"column {twice[0]!r} is there twice", found=line)

@@ -118,7 +118,10 @@ def list_effects(
     known, asked = effect_kinds(every=True), several(kinds) if isinstance(kinds, str) else list(kinds)
     rows = [(kind, known[kind].title()) for kind in sorted(known) if kind in asked or not asked]
     if not asked:
-        return Listing.of(rows, "\n'stepgauge list effects KIND' explains one: equation, parameters, units and bounds.")
+        together = "geometric_errors: all errors of the geometry together, as a diagnosis names them."
+        left_out = "'diagnose --without KIND' leaves out any of these."
+        explained = "'stepgauge list effects KIND' explains one: equation, parameters, units and bounds."
+        return Listing.of(rows, f"\n{together}\n{left_out}\n{explained}")
     steps = None if gauge is None else as_gauge(gauge)
     return Listing(effects_text(asked, steps, None if machine is None else as_machine(machine)), rows)
 

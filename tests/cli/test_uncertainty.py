@@ -197,3 +197,9 @@ def test_errors_of_the_geometry_together_are_explained_as_effects_are() -> None:
     assert "straightness" in said
     assert "from 4 placements on" in said
     assert "prior odds: 1 to 200" in said
+
+
+def test_what_a_diagnosis_can_leave_out_stands_with_the_effects() -> None:
+    from stepgauge.diagnosis.laws.geometry import KIND
+
+    assert f"\n{KIND}: " in run("list", "effects")

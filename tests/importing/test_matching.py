@@ -196,3 +196,25 @@ def test_errors_that_the_controller_reported_are_in_the_message(tmp_path: Path) 
             CASE.imported(path, "ippdme", program)
         assert "cycle 2, face 1" in str(error.value)
         assert f"in line {answer + 1} PtMeas: Error(2, 1006" in str(error.value)
+
+
+def test_a_reading_beside_its_line_is_called_that_and_no_option_is_offered() -> None:
+    """Nothing is missing there; the point of the program is met from another line."""
+    log = log_of(CASE, list(range(N)), "program")
+    log.position_mm[:] += 0.3 * CASE.placement.side
+    with pytest.raises(InputError, match=r"it is beside the line of its search.* 0.300 mm beside it") as error:
+        read(log, "program")
+    assert "accept" not in str(error.value)
+    log = log_of(CASE, list(range(N)), "program")
+    log.position_mm[:] += 9.0 * CASE.placement.up
+    with pytest.raises(InputError) as error:
+        read(log, "program")
+    assert "missing takes" not in str(error.value)
+
+
+def test_a_controller_that_names_no_columns_has_exchanged_none() -> None:
+    along_x, along_y = make_case(yaw=0.0, pitch=0.0), make_case(yaw=np.pi / 2.0, pitch=0.0)
+    log = log_of(along_y, list(range(N)), "program")
+    with pytest.raises(InputError, match=r"beside the blocks .*the log of another program\?") as error:
+        build_recording(log, along_x.gauge, along_x.placement, along_x.program("linuxcnc"), ImportOptions())
+    assert "exchanged" not in str(error.value)
