@@ -148,5 +148,5 @@ def test_what_is_in_inches_is_named(which: str, certified: float, placed: float)
 
 
 def test_all_keys_that_are_missing_are_named_at_once() -> None:
-    with pytest.raises(InputError, match="keys c1_mm, c2_mm, last_block are missing$"):
+    with pytest.raises(InputError, match=r"keys c1_mm, c2_mm, last_block are missing$"):
         parse_placement("first_block = 1\n", "x.toml", make_gauge(2))

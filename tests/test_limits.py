@@ -55,7 +55,9 @@ def test_a_message_that_is_too_long_keeps_what_matters() -> None:
 def test_a_message_is_cut_between_words() -> None:
     text = " ".join(f"word{n}" for n in range(200))
     start, end = one_line(text, 100).split("...")
-    assert text.startswith(start + " ") and text.endswith(" " + end) and len(start + end) > 80
+    assert text.startswith(start + " ")
+    assert text.endswith(" " + end)
+    assert len(start + end) > 80
     assert len(one_line("9" * 500, 100)) == 100
 
 

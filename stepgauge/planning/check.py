@@ -212,7 +212,6 @@ def check_travel(program: Program, machine: Machine) -> None:
     worst = int(beyond.max(axis=1).argmax())
     conflicts = list(_outside(program, reach, limits, beyond))
     axis = int(beyond[worst].argmax())
-    low, high = limits[axis]
     raise _refused(
         program,
         conflicts,
