@@ -59,7 +59,8 @@ def write_dcc(
     ----------
     evaluation : its folder or evaluation.json, or an evaluation
     machine : machine file or shipped name: adds the name of the machine and the temperature of the scales
-    budget : budget.json of stepgauge budget; default: the one beside the evaluation
+    budget : budget.json of stepgauge budget; default: that of the evaluation, beside it or among
+        the results of the project
     attach : printed certificate (.pdf) to put into the file
 
     Returns
@@ -76,12 +77,13 @@ def write_dcc(
     from stepgauge.dcc.elements import attach as attach_file
     from stepgauge.dcc.files import certificate_of, read_pdf
     from stepgauge.errors import InputError, naming
+    from stepgauge.reports.made_from import BUDGET, budget_of
     from stepgauge.reports.sources import read_sources
     from stepgauge.verbs.inputs import stored_evaluation
 
     data, path = stored_evaluation(evaluation)
     if budget is None and isinstance(evaluation, File):
-        budget = Path(path).parent / "budget.json"
+        budget = budget_of(data, path) or Path(path).parent / BUDGET
     if budget is None or (isinstance(budget, File) and not Path(budget).exists()):
         where = naming("budget") if budget is None else budget
         raise InputError(where, "no such file: a certificate needs uncertainties", expected="stepgauge budget")

@@ -78,7 +78,8 @@ def report(
     gauge : gauge file or shipped name: adds the certificate's uncertainties; must be the gauge of the evaluation
     placements : placement file of locate (needs ``gauge``): adds angles and uncertainties; once per placement, in order
     machine : machine file or shipped name: adds travel, speeds, probe and temperature of the scales
-    budget : budget.json of stepgauge budget, or its folder: adds uncertainties; default: the one in RESULT
+    budget : budget.json of stepgauge budget, or its folder: adds uncertainties; default: that of RESULT, in
+        its folder or among the results of the project
     certificate : certificate.toml: makes the report a calibration certificate in the order of ISO/IEC 17025; it states
         number, operator, customer, location, date and remarks itself
     mpe : maximum permissible error "A + L/K" or "min(A + L/K, B)", um with L in mm: pass, fail or undecidable by

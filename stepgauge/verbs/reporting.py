@@ -16,7 +16,7 @@ from stepgauge.machine.file import Machine
 from stepgauge.reports.content import make_content
 from stepgauge.reports.kinds import FLEET, kind_of
 from stepgauge.reports.page import UserStatements
-from stepgauge.reports.reading import find_evaluation, read_checked_evaluation
+from stepgauge.reports.reading import read_checked_evaluation
 from stepgauge.reports.render import renderer, write_report
 from stepgauge.reports.sources import read_sources
 from stepgauge.standards.budget_files import StoredBudget
@@ -122,7 +122,7 @@ def _signed(asked: ReportRequest, template: File | None) -> tuple[str, ...]:
     if asked.placements and gauge is None:
         what = "are checked against their gauge, which is missing"
         raise InputError(naming("placements"), what, expected=naming("gauge"))
-    budget = asked.budget if asked.budget is not None else _budget_beside(result)
+    budget = asked.budget if asked.budget is not None else _budget_of(result, data)
     sources = read_sources(data, gauge, asked.placements, asked.machine, budget, asked.certificate, asked.mpe)
     stated = UserStatements(asked.date or datetime.date.today(), **asked.said)
     if sources.laboratory is not None:
@@ -130,12 +130,11 @@ def _signed(asked: ReportRequest, template: File | None) -> tuple[str, ...]:
     return write_report(asked.path, make_content(data, stated, sources), template)
 
 
-def _budget_beside(result: File | Evaluation) -> Path | None:
-    """The budget that lies beside an evaluation; one of another evaluation is refused when it is read."""
-    if not isinstance(result, File):
-        return None
-    path = find_evaluation(result).parent / "budget.json"
-    return path if path.is_file() else None
+def _budget_of(result: File | Evaluation, data: dict[str, Any]) -> Path | None:
+    """The budget that lies where its files lie; of an object none is known."""
+    from stepgauge.reports.made_from import budget_of
+
+    return budget_of(data, result) if isinstance(result, File) else None
 
 
 def _story(result: File | Diagnosis) -> dict[str, Any]:

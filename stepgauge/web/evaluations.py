@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 ERRORS = ("xm", "xf", "xb", "xr")
 MOST_OVER = 4
 MOST_LISTED = 200
-MOST_BUDGETS = 10
 
 
 def evaluation_folders(site: Site) -> list[str]:
@@ -120,19 +119,35 @@ class EvaluationView:
         return urlencode([*pairs, *(("over", one) for one in self.over)])
 
 
+def budget_file(site: Site, name: str, data: Mapping[str, Any]) -> Path | None:
+    """The budget of an evaluation, as ``report`` finds it; as one would type it."""
+    from stepgauge.reports.made_from import budget_of
+
+    found = budget_of(dict(data), site.folder / evaluation_file(site, name))
+    return None if found is None else Path(relative(site.folder, str(found)))
+
+
+def budget_words(site: Site, name: str) -> list[str]:
+    """The words by which a verb is given the budget of an evaluation; none where there is none."""
+    if not (site.folder / name / "evaluation.json").is_file():
+        return []
+    found = budget_file(site, name, read_evaluation(site, name))
+    return [] if found is None else ["--budget", str(found)]
+
+
 def stored_budget(site: Site, shown: EvaluationView) -> StoredBudget | None:
-    """The budget of this evaluation that the project has; of several the one that lacks least."""
+    """The budget of this evaluation that the project has."""
     from stepgauge.standards.budget_files import check_budget, read_budget
 
-    there = []
-    for path in files_named(site, "budget.json")[:MOST_BUDGETS]:
-        try:
-            found = read_budget(path)
-            check_budget(found, dict(shown.data), path)
-        except InputError:
-            continue
-        there.append(found)
-    return min(there, key=lambda one: len(one.not_included), default=None)
+    path = budget_file(site, shown.name, shown.data)
+    if path is None:
+        return None
+    found = read_budget(site.folder / path)
+    try:
+        check_budget(found, dict(shown.data), path)
+    except InputError:  # beside it lies one of another evaluation, which the report refuses by its reason
+        return None
+    return found
 
 
 def recordings_and_gauge(site: Site, name: str) -> tuple[list[Path], str]:

@@ -12,7 +12,6 @@ from stepgauge.web.texts import Words
 if TYPE_CHECKING:
     from stepgauge.standards.budget_files import StoredBudget
     from stepgauge.standards.conformity import Conformity
-    from stepgauge.standards.mpe import Mpe
 
 
 LOOK = {"conforms": "good", "does not conform": "error", "not decidable": "warning", "no statement": "warning"}
@@ -52,27 +51,21 @@ def source_name(words: Words, what: str) -> str:
 def decided(
     site: Site, evaluation: Mapping[str, Any], budget: StoredBudget | None
 ) -> tuple[Conformity | None, InputError | None]:
-    """Decision and why there is none; no limit stated: None twice."""
+    """Decision and why there is none; no limit stated: None twice.
+
+    By what ``report`` takes in this project: its machine, and the limit of the project, of the evaluation or of the
+    machine file, in this order; what the report refuses is why nothing is decided.
+    """
+    from stepgauge.reports.sources import read_sources
     from stepgauge.standards.conformity import conformity
 
+    if not site.has_project:
+        return None, None
     try:
-        limit = stated_limit(site, evaluation)
+        project = site.project()
+        stated = {**project.common, **project.table(("report",))}
+        machine = site.stated("machine") if "machine" in stated else None
+        said = read_sources(dict(evaluation), None, (), machine, budget, mpe=stated.get("mpe"))
     except InputError as error:
         return None, error
-    return (None if limit is None else conformity(evaluation, budget, limit)), None
-
-
-def stated_limit(site: Site, evaluation: Mapping[str, Any]) -> Mpe | None:
-    """The limit that ``report`` takes: of the project, of the evaluation, of the project's machine file, in this order.
-
-    :class:`InputError` for what is no limit, and for a machine that is not the one of the recording.
-    """
-    from stepgauge.machine.file import read_machine
-    from stepgauge.standards.conformity import limit_of
-
-    if not site.has_project:
-        return None
-    project = site.project()
-    stated = {**project.common, **project.table(("report",))}
-    machine = read_machine(site.stated("machine")) if "machine" in stated else None
-    return limit_of(evaluation["comments"], machine, asked=stated.get("mpe"), stored=evaluation.get("mpe"))
+    return (None if said.mpe is None else conformity(evaluation, budget, said.mpe)), None

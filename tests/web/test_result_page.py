@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from starlette.requests import Request
 
+import stepgauge as sg
+from stepgauge.cli import main
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.standards.budget_files import StoredGap, write_budget
+from stepgauge.standards.budget_given import stated_with
 from stepgauge.standards.conformity import conformity
 from stepgauge.standards.mpe import Mpe
 from stepgauge.verbs.catalogue import VERBS
 from stepgauge.web.app import make_app
+from stepgauge.web.pages import report
 from stepgauge.web.pages.result import errors
 from stepgauge.web.site import Site
+from stepgauge.web.work import WorkList
 from tests.dcc.made import evaluated, one_recording
 from tests.measured import shipped
-from tests.web.conftest import make_project
+from tests.web.conftest import Asked, make_project
+
+MACHINE = "machine/bridge-cmm.toml"
+NOT_RUN = {"number": 1, "is_running": True, "has_failed": False, "seconds": 0.0, "then": "", "words": list}
 
 
 @pytest.fixture
@@ -38,7 +48,7 @@ def limit(folder: Path, text: str) -> None:
 
 def of_machine(folder: Path, text: str, name: str = "") -> None:
     """Stated in the machine file; ``name``: of another machine."""
-    path = folder / "machine/bridge-cmm.toml"
+    path = folder / MACHINE
     said = path.read_text("utf-8").replace("[machine]\n", f'[machine]\nmpe = "{text}"\n', 1)
     path.write_text(said.replace('name = "', f'name = "{name}', 1), "utf-8")
 
@@ -52,7 +62,8 @@ def budget(folder: Path, gaps: list[str]) -> None:
     left = [StoredGap(what=gap, state_by="-") for gap in gaps]
     where = folder / f"results/budget-{len(gaps)}"
     where.mkdir()
-    write_budget(where, found.model_copy(update={"quantities": sure, "not_included": left}))
+    given = stated_with(sg.read_gauge(folder / "gauge/step-gauge-420.toml"), sg.read_machine(folder / MACHINE), [])
+    write_budget(where, found.model_copy(update={"quantities": sure, "not_included": left, "given": given}))
 
 
 def page(folder: Path) -> str:
@@ -69,7 +80,7 @@ def test_the_page_decides_as_the_report_does(folder: Path, mpe: str, gaps: list[
     limit(folder, mpe)
     budget(folder, gaps)
     shown = page(folder)
-    assert f"<p><b>{word}</b></p><p>MPE = ± {mpe} µm" in shown
+    assert f"<p><b>{word}</b></p><p>MPE = ± {mpe} µm" in shown, shown[:900]
     assert ("U lacks: probing" in shown) is bool(gaps)
     judged = conformity(evaluated(1)[0], None, Mpe.parse(mpe))
     assert shown.count("</td></tr>") >= len(judged.faces) > 0
@@ -95,11 +106,46 @@ def test_without_a_budget_nothing_is_decided_and_without_a_limit_nothing_is_said
 
 
 def test_the_limit_of_another_machine_and_a_wrong_one_decide_nothing(folder: Path) -> None:
-    of_machine(folder, "25", "Another ")
-    shown = page(folder)
-    assert "Undecidable:" in shown
-    assert "not the machine of this recording" in shown
     limit(folder, "nothing")
     shown = page(folder)
     assert "this is no maximum permissible error" in shown
     assert "Range of XM" in shown
+    of_machine(folder, "25", "Another ")
+    shown = page(folder)
+    assert "Undecidable:" in shown
+    assert "not the machine of this recording" in shown
+
+
+@pytest.mark.parametrize(("mpe", "gaps", "word"), [("30", [], "Pass"), ("30", ["probing"], "Undecidable")])
+def test_result_page_and_preview_find_the_same_budget(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, mpe: str, gaps: list[str], word: str
+) -> None:
+    limit(folder, mpe)
+    budget(folder, gaps)
+    assert f"<b>{word}</b>" in page(folder)
+    project = folder / "stepgauge.toml"
+    project.write_text(re.sub("^placement = .*$", "", project.read_text("utf-8"), flags=re.M), "utf-8")
+    begun: list[list[str]] = []
+    monkeypatch.setattr(
+        WorkList, "start", lambda _, arguments, then: begun.append(arguments) or SimpleNamespace(**NOT_RUN)
+    )
+    Asked(folder).post(report.make, {"result": "results/evaluation"})
+    (arguments,) = begun
+    assert arguments[2:4] == ["--budget", f"results/budget-{len(gaps)}/budget.json"]
+    without = [*arguments[:2], "-o", "results/found.html"]
+    for one in (arguments, without):
+        main(one)
+        text = Path(one[-1]).read_text("utf-8")
+        assert word.lower() in text.lower()
+        assert "uncertainty was not evaluated" not in text
+        assert "lacks the uncertainty budget" not in text
+    (folder / "results/evaluation/budget.json").write_text("{}")
+    assert f"<b>{word}</b>" in page(folder)
+
+
+def test_a_budget_of_another_measurement_is_not_taken(folder: Path) -> None:
+    limit(folder, "30")
+    budget(folder, [])
+    path = folder / "results/budget-0/budget.json"
+    path.write_text(path.read_text("utf-8").replace('"value_um": ', '"value_um": 1'), "utf-8")
+    assert "U lacks: the whole of it" in page(folder)

@@ -12,6 +12,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
+from stepgauge.web.evaluations import budget_words
 from stepgauge.web.fields import Field, fields_of, read_fields
 from stepgauge.web.folder import existing, relative
 from stepgauge.web.forms import Form, with_form
@@ -118,7 +119,15 @@ def make(request: Request, form: Form) -> Response:
         said = read_laboratory(site.folder / FILE)
     check_filled(said)
     target = f"results/certificate-{Path(result).name}.pdf"
-    arguments = ["report", result, "--certificate", FILE, "-o", relative(site.folder, target)]
+    arguments = [
+        "report",
+        result,
+        "--certificate",
+        FILE,
+        *budget_words(site, result),
+        "-o",
+        relative(site.folder, target),
+    ]
     return run_verb(request, arguments, "/report", result=result, paper=target)
 
 

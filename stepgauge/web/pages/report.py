@@ -9,6 +9,7 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
+from stepgauge.web.evaluations import budget_words
 from stepgauge.web.folder import existing, listed, relative
 from stepgauge.web.forms import Form, with_form
 from stepgauge.web.render import render, run_verb, site_of
@@ -56,7 +57,13 @@ def make(request: Request, form: Form) -> Response:
     target = f"results/report-{Path(result).name}{suffix}"
     relative(site.folder, target)
     words = [word for key in SAID for word in _said(site, result, key, form)]
-    return run_verb(request, ["report", result, *words, "-o", target], "/report", result=result, paper=target)
+    return run_verb(
+        request,
+        ["report", result, *words, *budget_words(site, result), "-o", target],
+        "/report",
+        result=result,
+        paper=target,
+    )
 
 
 def _said(site: Site, result: str, key: str, form: Form) -> list[str]:

@@ -89,7 +89,7 @@ def errors(request: Request) -> Response:
         why=why,
         notes=_notes(shown, words),
         simulated=_is_simulated(shown.data),
-        has_budget=budget is not None,
+        has_budget=budget is not None and why is None,
     )
 
 
