@@ -136,6 +136,17 @@ def has_points(given: Given, layout: TableLayout) -> bool:
     return named or (bool(layout.columns) and set(layout.columns) <= {*POSITION, *DIRECTIONS})
 
 
+def names_faces(given: Given, layout: TableLayout) -> bool:
+    """Whether a table says of its rows which faces they are, and has no x, y and z."""
+    bare = replace(layout, columns={})
+    try:
+        tables = read_file(read_source(given).beginning, bare, Decisions()).tables
+    except InputError:
+        return False
+    every = [read_columns(one.headers, one.units, {}, POINTS) for one in tables]
+    return any("face" in (roles := {one.role for one in columns}) and not set(POSITION) <= roles for columns in every)
+
+
 def _names_points(table: Table, layout: TableLayout) -> bool:
     chosen = {name: header for name, header in layout.columns.items() if name in (*POSITION, *DIRECTIONS)}
     columns = read_columns(table.headers, table.units, chosen, POINTS)
@@ -193,7 +204,8 @@ def _ask_points(table: Table, columns: Sequence[Column], decisions: Decisions) -
 
 def _coordinates(columns: Sequence[Column]) -> list[Answer]:
     missing = [role for role in POSITION if all(one.role != role for one in columns)]
-    return [Answer("columns", f"{missing[0]}=HEADER", "for each")] if missing else []
+    headers = tuple(one.header for one in columns if one.header)
+    return [Answer("columns", f"{missing[0]}=HEADER", "for each", headers)] if missing else []
 
 
 def _points(table: Table, columns: Sequence[Column], layout: TableLayout) -> _Points:

@@ -12,8 +12,9 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.importing import TABLES, ImportOptions, import_log, read_run_program, recognise_log
 from stepgauge.importing.axis import AxisOptions, import_axis
+from stepgauge.importing.axis.placed import on_placement
 from stepgauge.importing.axis.targets import gauge_targets, parse_targets
-from stepgauge.importing.points import has_points
+from stepgauge.importing.points import has_points, names_faces
 from stepgauge.importing.result import Imported, imported_or_asked
 from stepgauge.importing.tables.cells import DELIMITERS
 from stepgauge.importing.tables.columns import parse_columns
@@ -80,12 +81,18 @@ def import_recording(
     )
     chosen = [f"{name}={value}" for name, value in pairs_of(columns, "columns").items()]
 
+    of_faces = placement is None or (targets is None and names_faces(content, layout))
+
     def of_axis(decisions: Decisions) -> Imported:
         known = None if targets is None else parse_targets(targets)
-        known = gauge_targets(gauge) if known is None and gauge is not None else known
+        known = gauge_targets(gauge) if known is None and gauge is not None and of_faces else known
         assert sensor is not None
         options = AxisOptions(sensor, unit, deviation_unit, known, "missing" in accept, heights)
-        return import_axis(content, options, replace(layout, columns=parse_columns(chosen)), decisions)
+        found = import_axis(content, options, replace(layout, columns=parse_columns(chosen)), decisions)
+        if sensor != "touch" or gauge is None or placement is None or not of_faces:
+            return found
+        placed = on_placement(found, gauge, placement, tip_radius_mm, placement_number)
+        return finished(placed, gauge_temperature_C)
 
     def of_points(decisions: Decisions) -> Imported:
         steps, lies, cmm = gauge, placement, machine
@@ -101,15 +108,20 @@ def import_recording(
         known_layout = replace(layout, columns=parse_columns(chosen))
         kind = format or recognise_log(content)
         found = import_log(content, kind, steps, lies, ran, options, known_layout, decisions)
+        return finished(found, None)
+
+    def finished(found: Imported, stated_C: float | None) -> Imported:
         recording = found.recording
         assert isinstance(recording, Recording)
+        if stated_C is not None:
+            recording = replace(recording, frame=recording.frame.assign(gauge_temperature_C=stated_C))
         recording = state_convention(recording.with_comments(sensor=sensor), temperature_convention)
-        if cmm is not None:
-            check_recorded(recording.comments, cmm)
-            recording = with_convention(recording, cmm.table)
+        if machine is not None:
+            check_recorded(recording.comments, machine)
+            recording = with_convention(recording, machine.table)
         return replace(found, recording=recording)
 
-    axis = sensor is not None and placement is None and not names_points(content, format, layout, chosen)
+    axis = sensor is not None and not names_points(content, format, layout, chosen)
     return imported_or_asked(of_axis if axis else of_points)
 
 

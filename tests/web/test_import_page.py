@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import re
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import stepgauge as sg
@@ -83,3 +85,68 @@ def test_what_cannot_be_imported_says_why_without_words_of_the_command_line(
     assert said in answer
     assert not re.search(r"--[a-z]", answer)
     assert not list(folder.rglob("recordings/*.csv"))
+
+
+FACES = range(1, 43)
+OF_FACES = "\n".join(
+    ["Face;Nominal;Actual 1;Actual 2", *(f"{n};{10 * n - 10};{10 * n - 10}.001;{10 * n - 10}.002" for n in FACES)]
+)
+OF_FACES_IN_ORDER = "\n".join(["Fläche;X;Wert", *(f"{n};{10 * n - 10};{10 * n - 10}.001" for n in FACES)])
+
+
+def choices(shown: str) -> list[tuple[str, str]]:
+    """Every choice of the questions of a page, as a form sends it: of a select its first and its last value."""
+    found = re.findall(r'type="radio" name="(question_\d+)" value="([^"]+)"', shown)
+    for name, options in re.findall(r'<select name="(question_\d+)">(.*?)</select>', shown):
+        values = [one for one in re.findall(r'value="([^"]*)"', options) if one]
+        found += [(name, values[0]), (name, values[-1])]
+    return found
+
+
+@pytest.mark.parametrize("table", [OF_FACES, OF_FACES_IN_ORDER])
+@pytest.mark.parametrize("located", [True, False])
+def test_faces_along_the_gauge_are_asked_for_with_choices_that_settle_it(
+    folder: Path, table: str, located: bool
+) -> None:
+    if located:
+        gauge = sg.read_gauge(folder / "gauge/step-gauge-420.toml")
+        sg.locate(Path("examples/demo/points.csv"), gauge, machine=sg.read_machine("bridge-cmm")).write(
+            folder / "placement.toml"
+        )
+    asked, form = Asked(folder), {"pasted": table}
+    first = asked.post(importing.look, form)
+    assert "HEADER" not in first
+    found = choices(first)
+    assert found
+    for name, value in found:
+        second = asked.post(importing.look, {**form, name: value})
+        assert f'name="answer" value="{value}" checked' in second
+        assert (name, value) not in choices(second)
+        of = re.search(r'name="answers_of" value="(\w+)"', second)
+        assert of
+        kept = {"answer": value, "answers_of": of[1]}
+        assert choices(asked.post(importing.look, {"pasted": f"{table}\n", **kept})) == found
+    settled = asked.post(importing.look, {**form, "question_1": "sensor=touch"})
+    assert "All is clear" in settled
+    asked.post(
+        importing.save, {**form, "answer": "sensor=touch", "measured_on": "2026-05-04", "output": "recordings/f.csv"}
+    )
+    saved = asked.get(importing.show, saved="recordings/f.csv")
+    assert ("/run/next/evaluate" in saved) is located
+    assert "/run/next/diagnose" in saved
+
+
+def test_positions_of_faces_are_evaluated_where_the_gauge_lay(folder: Path) -> None:
+    gauge, machine = sg.read_gauge(folder / "gauge/step-gauge-420.toml"), sg.read_machine("bridge-cmm")
+    placement = sg.locate(Path("examples/demo/points.csv"), gauge, machine=machine)
+    error_um = np.arange(42) * 0.05
+    rows = [
+        f"{n};{a:.3f};{b:.6f}"
+        for n, a, b in zip(FACES, gauge.nominal_mm, gauge.position_mm + error_um / 1e3, strict=True)
+    ]
+    table = pd.read_csv(io.StringIO("\n".join(["Face;Nominal;Actual", *rows])), sep=";")
+    known = {"sensor": "touch", "gauge": gauge, "placement": placement}
+    recording = sg.import_recording(table, **known, gauge_temperature_C=20.0).recording
+    result = sg.evaluate(recording, gauge).results[0]
+    np.testing.assert_allclose(result.xf_um[::2], error_um[::2], atol=0.06)
+    np.testing.assert_array_equal(recording.frame["face"], FACES)

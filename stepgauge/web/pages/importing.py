@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,9 +24,11 @@ from stepgauge.web.verb_fields import verb_fields
 
 if TYPE_CHECKING:
     from stepgauge.importing.result import Imported
+    from stepgauge.importing.tables.questions import Answer as ImportChoice
 
 GAUGE = "gauge"
 """What was measured: the step gauge of the project, touched; else the sensor that looked along an axis."""
+TOUCH = "touch"
 FIRST_NAME = "recordings/measured.csv"
 SEVERAL = ("columns", "rows", "constants", "accept")
 """Arguments to which an answer is added; in others it takes the place of what was there."""
@@ -33,6 +36,10 @@ SINGLE = (
     *("sensor", "unit", "deviation_unit", "temperature_unit", "points", "placement_number", "tip_radius_mm", "format"),
     *("header", "table", "sheet", "delimiter", "decimal", "targets", "temperature_convention"),
 )
+HEADER = "=HEADER"
+"""Where a choice leaves open which column it is."""
+PAGE_OF = {"gauge": "/gauge", "machine": "/machine", "placement": "/locate", "program": "/plan"}
+"""Where something is stated that an import needs and this page does not ask for."""
 PROGRAMS = (".dmi", ".ngc", ".ipp", ".nc", ".mpf", ".h", ".gcode", ".jyc", ".tap")
 GROUPS = {
     "length": ("target", "reading", "x_mm", "y_mm", "z_mm", "from", "to", "face"),
@@ -62,6 +69,7 @@ def show(request: Request) -> Response:
     from stepgauge.recording.conventions import CONVENTIONS
 
     site = site_of(request)
+    saved = request.query_params.get("saved", "")
     ready = site.has_project and Path(site.placement).exists()
     return render(
         request,
@@ -71,17 +79,46 @@ def show(request: Request) -> Response:
         conventions=CONVENTIONS,
         name=relative(site.folder, str(free_name(site.folder, FIRST_NAME))),
         programs=listed(site.folder, PROGRAMS, deep=1),
-        saved=request.query_params.get("saved", ""),
+        saved=saved,
+        of_axis=bool(saved) and _is_of_axis(site, saved),
     )
+
+
+def _is_of_axis(site: Site, name: str) -> bool:
+    """Whether a recording is none of a gauge, which alone can be evaluated."""
+    from stepgauge.axis.recording import is_axis_recording
+
+    return is_axis_recording(existing(site.folder, name))
 
 
 def look(request: Request, form: Form) -> Response:
     """What the file was taken for, with what is open; nothing is written."""
-    if "file" not in form.files and not form.has("pasted"):
-        return render(request, "importing_part.html.j2", imported=None, answers=[], group=_group)
-    answers = list(_answers(form))
-    imported = _imported(site_of(request), form, answers)
-    return render(request, "importing_part.html.j2", imported=imported, answers=answers, group=_group)
+    imported, answers, error = None, list[Answer](), None
+    if "file" in form.files or form.has("pasted"):
+        try:
+            answers = list(_answers(form))
+            imported = _imported(site_of(request), form, answers)
+        except InputError as wrong:  # shown with the choices, one of which may be why: each can be taken back
+            error = wrong
+    content = {"imported": imported, "answers": answers, "error": error, "of": _checksum(form)}
+    return render(request, "importing_part.html.j2", **content, group=_group, open_to=_open_to, page_of=PAGE_OF)
+
+
+def _checksum(form: Form) -> str:
+    """Of what is imported: the choices of one file are none of another."""
+    return hashlib.sha256(form.files.get("file") or form.text("pasted").encode()).hexdigest()[:16]
+
+
+def _open_to(choice: ImportChoice) -> str:
+    """How the page asks for a choice: a value to ``tick``, a column or value to ``select``, text to ``type``.
+
+    Empty where it has another field or page for it.
+    """
+    if choice.argument not in (*SEVERAL, *SINGLE):
+        return ""
+    if choice.value.endswith(HEADER):
+        return "column"
+    return "tick" if choice.value else "select" if choice.suggestions else "type"
 
 
 def _group(taken: str) -> str:
@@ -90,6 +127,8 @@ def _group(taken: str) -> str:
 
 def _answers(form: Form) -> Iterable[Answer]:
     """The choices of this form: those that are kept, those of the questions, and what was typed for one."""
+    if form.text("answers_of", _checksum(form)) != _checksum(form):
+        return
     texts = form.text("answer").split("\n")
     texts += [form.text(f"question_{n}") for n in range(1, 20)]
     for text in dict.fromkeys(one for one in texts if "=" in one):
@@ -101,10 +140,13 @@ def _answers(form: Form) -> Iterable[Answer]:
             yield Answer(argument, value)
 
 
-def _imported(site: Site, form: Form, answers: Iterable[Answer]) -> Imported:
+def _imported(site: Site, form: Form, answers: Sequence[Answer]) -> Imported:
     import stepgauge as sg
 
+    sensor = next((one.value for one in answers if one.argument == "sensor"), "")
     given = dict[str, Any](_known(site, form))
+    if sensor not in ("", TOUCH):  # of one axis, to which no file of the project belongs
+        given = {}
     for one in answers:
         given[one.argument] = [*given.get(one.argument, ()), one.value] if one.argument in SEVERAL else _typed(one)
     data = form.files.get("file") or form.text("pasted").encode()
