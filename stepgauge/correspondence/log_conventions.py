@@ -27,6 +27,7 @@ from stepgauge.motion.moves import Program
 
 Settled = tuple[ProbeLog, Placement, Program | None, tuple[str, ...]]
 ALARM, SHIFT, REPEATS = "alarm", "shift", "repeats"
+TABLES = ("table", "workbook")
 UNITS = ("inch", "m", "um")
 """Units of length, beside mm, that an option may state."""
 ORIGIN = "coordinates of the workpiece in one, of the machine in the other?"
@@ -88,18 +89,18 @@ def _alarm_words(log: ProbeLog, accept: Sequence[str]) -> tuple[str, ...]:
 
 def _settle_unit(log: ProbeLog, gauge: Gauge, placement: Placement) -> tuple[ProbeLog, tuple[str, ...]]:
     """Of the units that a log leaves open, the one in which its points lie on the gauge."""
-    if log.form == "table" or log.units == ("mm",) or _on_gauge(log.position_mm, gauge, placement):
+    if log.units == ("mm",) or _on_gauge(log.position_mm, gauge, placement):
         return log, ()
     fitting = [name for name in UNITS if _on_gauge(log.position_mm * LENGTH_MM[name], gauge, placement)]
     if not fitting:
         return log, ()
-    if fitting[0] in log.units:
+    if fitting[0] in log.units and log.form not in TABLES:
         words = f"the program was in {fitting[0]}, and in that unit the points are on the gauge"
         return log.in_unit(fitting[0]), (words,)
     raise InputError(
         log.at(0),
         f"the points are beside the gauge as placed, and on it where they are in {fitting[0]}",
-        found="no unit in the log",
+        found="no unit in the log" if log.form not in TABLES else "coordinates that were taken as mm",
         expected=naming("unit", words=f"{{}} {fitting[0]}, or the placement of this run"),
     )
 

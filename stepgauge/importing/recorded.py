@@ -18,7 +18,7 @@ from stepgauge.importing.points import has_points, names_faces
 from stepgauge.importing.result import Imported, imported_or_asked
 from stepgauge.importing.tables.cells import DELIMITERS
 from stepgauge.importing.tables.columns import parse_columns
-from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.questions import Decisions, shown
 from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.machine.file import Machine, check_recorded
@@ -119,10 +119,20 @@ def import_recording(
         if machine is not None:
             check_recorded(recording.comments, machine)
             recording = with_convention(recording, machine.table)
-        return replace(found, recording=recording)
+        return replace(found, recording=recording, report=(*found.report, *missing_faces(recording)))
 
     axis = sensor is not None and not names_points(content, format, layout, chosen)
     return imported_or_asked(of_axis if axis else of_points)
+
+
+def missing_faces(recording: Recording) -> tuple[str, ...]:
+    """The warning that names the faces between measured ones, of whole blocks, of which nothing is there."""
+    there = set(recording.frame["face"])
+    first, last = (min(there) - 1) // 2 * 2 + 1, (max(there) + 1) // 2 * 2
+    lacking = [str(one) for one in range(first, last + 1) if one not in there]
+    if not lacking:
+        return ()
+    return (f"warning: nothing was measured of faces that lie between measured ones: {shown(lacking)}",)
 
 
 def names_points_of(values: Mapping[str, Any]) -> bool:

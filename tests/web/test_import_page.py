@@ -150,3 +150,32 @@ def test_positions_of_faces_are_evaluated_where_the_gauge_lay(folder: Path) -> N
     result = sg.evaluate(recording, gauge).results[0]
     np.testing.assert_allclose(result.xf_um[::2], error_um[::2], atol=0.06)
     np.testing.assert_array_equal(recording.frame["face"], FACES)
+
+
+def points(folder: Path, without: int = 0, unit_mm: float = 1.0, unit: str = "") -> str:
+    gauge, machine = sg.read_gauge(folder / "gauge/step-gauge-420.toml"), sg.read_machine("bridge-cmm")
+    placement = sg.locate(Path("examples/demo/points.csv"), gauge, machine=machine)
+    placement.write(folder / "placement.toml")
+    plan = sg.plan(placement, gauge, machine, cycles=1, blocks="1:10")
+    frame = sg.simulate(plan, machine, gauge, placement, seed=1).recording.frame
+    frame = frame[frame["face"] != without]
+    header = [f"{one}{unit}" for one in "XYZ"]
+    named = (frame[["x_mm", "y_mm", "z_mm"]] / unit_mm).set_axis(header, axis="columns")
+    return named.to_csv(index=False, sep="\t", float_format="%.7f")
+
+
+def test_faces_that_are_missing_are_named_before_the_import_is_accepted(folder: Path) -> None:
+    assert "nothing was measured of faces" not in Asked(folder).post(importing.look, {"pasted": points(folder)})
+    said = Asked(folder).post(importing.look, {"pasted": points(folder, without=17)})
+    assert '<p class="warning">warning: nothing was measured of faces that lie between measured ones: 17</p>' in said
+    german = Asked(folder, "de").post(importing.look, {"pasted": points(folder, without=17)})
+    assert "Warnung: nichts gemessen" in german
+
+
+def test_inches_are_recognised_and_a_choice_takes_them(folder: Path) -> None:
+    table = points(folder, unit_mm=25.4)
+    said = Asked(folder).post(importing.look, {"pasted": table})
+    assert "on it where they are in inch" in said
+    assert "shifted" not in said
+    assert ("question_1", "unit=inch") in choices(said)
+    assert "All is clear" in Asked(folder).post(importing.look, {"pasted": table, "question_1": "unit=inch"})

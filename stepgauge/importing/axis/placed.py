@@ -45,7 +45,8 @@ def on_placement(
     frame[POSITION] = placement.to_machine(gauge, np.column_stack([along, *np.zeros((2, len(along)))]))
     frame[APPROACH] = approach[:, None] * placement.axis
     for name in found.covariates:
-        frame[f"{name} stated" if name.lower() in frame.columns else name] = found.frame[name].to_numpy()
+        if name.lower() not in frame.columns:
+            frame[name] = found.frame[name].to_numpy()
     report = (*imported.report, f"{WORDS} {radius:g} mm")
     said = {"gauge": gauge.table.name, "gauge_serial": gauge.table.serial, "tip_radius_mm": f"{radius:g}"}
     kept = {key: value for key, value in found.comments.items() if key != "artefact"}

@@ -100,7 +100,13 @@ def look(request: Request, form: Form) -> Response:
             imported = _imported(site_of(request), form, answers)
         except InputError as wrong:  # shown with the choices, one of which may be why: each can be taken back
             error = wrong
-    content = {"imported": imported, "answers": answers, "error": error, "of": _checksum(form)}
+    content = {
+        "imported": imported,
+        "answers": answers,
+        "error": error,
+        "of": _checksum(form),
+        "taken": [one.text for one in answers],
+    }
     return render(request, "importing_part.html.j2", **content, group=_group, open_to=_open_to, page_of=PAGE_OF)
 
 
