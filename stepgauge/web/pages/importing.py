@@ -100,7 +100,7 @@ def look(request: Request, form: Form) -> Response:
             imported = _imported(site_of(request), form, answers)
         except InputError as wrong:  # shown with the choices, one of which may be why: each can be taken back
             error = wrong
-    content = {
+    content: dict[str, Any] = {
         "imported": imported,
         "answers": answers,
         "error": error,
