@@ -35,6 +35,8 @@ _HEADERS: Sequence[tuple[Role, str]] = (
 )
 _PLAIN_DEVIATION = re.compile("deviation|error|abweich|diff", re.IGNORECASE)
 LARGEST_DEVIATION_MM = 0.2
+LARGEST_MM = {"deviation": LARGEST_DEVIATION_MM, "uncertainty": 0.05}
+"""No certificate of a step gauge states more."""
 UNSURE_UM = (0.01, 0.05)
 """An uncertainty without a unit in this range may be one of each unit."""
 SAME_MM = 2e-4
@@ -72,7 +74,10 @@ class FaceTable:
 
 
 def read_face_table(
-    given: Given, roles: Mapping[int, str] | None = None, units: Mapping[str, str] | None = None
+    given: Given,
+    roles: Mapping[int, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    expanded: tuple[float, float] | None = None,
 ) -> FaceTable:
     """The faces in a table of a certificate: text with any delimiter and decimal mark, or an Excel workbook.
 
@@ -82,6 +87,7 @@ def read_face_table(
     roles : by number of a column (from 0), one of :data:`ROLES`, where it is known better than by header and numbers
     units : by role (``position``, ``deviation``, ``uncertainty``), one of :data:`UNITS`; ``sign``: of deviations, one
         of :data:`~stepgauge.dcc.gauge_read.SUBTRACTIONS`
+    expanded : a in um and b in um/m of U = a + b L, where the certificate states this instead of a column of U
 
     Raises
     ------
@@ -92,7 +98,7 @@ def read_face_table(
     table = only_table(source)
     columns = _columns(table, roles or {})
     _check_once(source.name, columns)
-    values, columns, notes = _values(table, columns, units or {})
+    values, columns, notes = _values(table, columns, units or {}, expanded)
     return FaceTable(tuple(columns), _cells(table), values, notes)
 
 
@@ -179,10 +185,10 @@ def _check_once(name: str, columns: Sequence[FaceColumn]) -> None:
 
 
 def _values(
-    table: Table, columns: list[FaceColumn], units: Mapping[str, str]
+    table: Table, columns: list[FaceColumn], units: Mapping[str, str], expanded: tuple[float, float] | None
 ) -> tuple[Array, list[FaceColumn], tuple[str, ...]]:
     place: dict[Role, int] = {one.role: n for n, one in enumerate(columns) if one.role != "unused"}
-    _check_there(table, place)
+    _check_there(table, place, expanded)
     notes: list[str] = []
     for role, where in place.items():
         bad = np.flatnonzero(~np.isfinite(table.numbers(where)))
@@ -190,8 +196,11 @@ def _values(
             cells = table.cells(where)
             raise InputError(table.at(int(bad[0])), f"the {role} is no number", found=repr(str(cells[int(bad[0])])))
     position, nominal, columns = _lengths(table, place, columns, units, notes)
-    columns = _with_unit(table, columns, place["uncertainty"], units, "uncertainty")
-    u_um = table.numbers(place["uncertainty"]) * UNITS[columns[place["uncertainty"]].unit] * 1e3
+    if expanded is None:
+        columns = _with_unit(table, columns, place["uncertainty"], units, "uncertainty")
+        u_um = table.numbers(place["uncertainty"]) * UNITS[columns[place["uncertainty"]].unit] * 1e3
+    else:
+        u_um = expanded[0] + expanded[1] * nominal / 1e3
     face = table.numbers(place["face"]) if "face" in place else np.arange(1.0, len(position) + 1)
     if len(position) % 2 and position[0] > 1.0 and ("face" not in place or face[0] == 2.0):
         face, nominal, position, u_um = (np.concatenate([[0.0], one]) for one in (face, nominal, position, u_um))
@@ -200,12 +209,16 @@ def _values(
     return np.column_stack([face, nominal, position, u_um]), columns, tuple(notes)
 
 
-def _check_there(table: Table, place: Mapping[Role, int]) -> None:
+def _check_there(table: Table, place: Mapping[Role, int], expanded: tuple[float, float] | None) -> None:
     if "position" not in place and not {"nominal", "deviation"} <= set(place):
         expected = "a column of certified positions, or of nominal positions and deviations"
         raise InputError(table.path, "the positions are not found", found=_shown(table), expected=expected)
-    if "uncertainty" not in place:
-        raise InputError(table.path, "the uncertainty is not found", found=_shown(table), expected="a column of U")
+    if "uncertainty" not in place and expanded is None:
+        expected = naming("U_um", "U_um_per_m", words="a column of U, or {} and {}")
+        raise InputError(table.path, "the uncertainty is not found", found=_shown(table), expected=expected)
+    if "uncertainty" in place and expanded is not None:
+        expected = naming("U_um", "U_um_per_m", words="one of them: a column of U, or {} and {}")
+        raise InputError(table.path, "the uncertainty is stated twice", expected=expected)
 
 
 def _shown(table: Table) -> str:
@@ -276,6 +289,8 @@ def _with_unit(
         unit = "mm"
     if not unit:
         unit = _unit_by_size(table, place, of)
+    elif not asked and of in LARGEST_MM:
+        _check_size(table, place, of, unit)
     return [FaceColumn(c.header, c.role, c.why, unit) if n == place else c for n, c in enumerate(columns)]
 
 
@@ -284,6 +299,15 @@ def _header_unit(header: str, table: Table, place: int) -> str:
     words = [found.name] if found is not None else re.findall(r"[A-Za-zµμ]+", header)
     known = [unit.name for unit in map(find_unit, reversed(words)) if unit is not None and unit.name in UNITS]
     return known[0] if known else ""
+
+
+def _check_size(table: Table, place: int, of: str, unit: str) -> None:
+    """:class:`InputError` where the header says mm, and only um makes numbers of a gauge."""
+    values = np.abs(table.numbers(place))
+    largest = float(values.max()) * UNITS[unit]
+    if unit == "mm" and LARGEST_MM[of] < largest <= LARGEST_MM[of] * 1e3:
+        what, expected = f"the {of} is far too large in mm and looks like um (factor 1000)", naming(f"{of}_unit")
+        raise InputError(table.at(int(values.argmax())), what, found=f"{largest:g} mm", expected=expected)
 
 
 def _unit_by_size(table: Table, place: int, of: str) -> str:

@@ -31,7 +31,8 @@ class Field:
     """A field: ``name`` is the key of the file, ``factor`` what the value of the file is divided by to be shown.
 
     ``label``: what it is called, where that is not its name (``name`` may say of which table it is); ``default``: what
-    holds where it is empty; ``whole``: a whole number; ``sentence``: what it is.
+    holds where it is empty; ``whole``: a whole number; ``sentence``: what it is; ``decides``:
+    a decision (pass, fail) needs it.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Field:
     default: str = ""
     whole: bool = False
     sentence: str = ""
+    decides: bool = False
 
     def shown(self, value: Any) -> str:
         """A value of the file as the field has it."""

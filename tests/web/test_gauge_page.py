@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from stepgauge.errors import InputError
 from stepgauge.importing.tables.source import Source
 from stepgauge.web.pages import gauge as gauge_page
 from stepgauge.web.pages import machine as machine_page
+from stepgauge.web.texts import Words
 from tests.conftest import ROOT
 from tests.dcc.made import gauge_xml
 from tests.web.conftest import Asked
@@ -182,3 +184,31 @@ def test_a_digital_certificate_fills_in_the_rest(tmp_path: Path) -> None:
     assert "/gauge?saved=gauge" in answer, answer
     made = next((tmp_path / "gauge").glob("*.toml"))
     np.testing.assert_allclose(sg.read_gauge(made).position_mm, gauge.position_mm, atol=1e-9)
+
+
+def test_u_that_grows_with_the_length_is_two_fields(tmp_path: Path) -> None:
+    form = {**FORM, "table": lines(FACE, NOMINAL, POSITION, head="face\tnominal mm\tposition mm")}
+    said = Asked(tmp_path).post(gauge_page.check, form)
+    assert "U = a + b·L" in said
+    Asked(tmp_path).post(gauge_page.save, {**form, "U_um": "0,3", "U_um_per_m": "1"})
+    read = sg.read_gauge(tmp_path / "gauge/A-1.toml")
+    np.testing.assert_allclose(2.0 * read.u_um, 0.3 + np.array(NOMINAL) / 1e3)
+    both = {**FORM, "table": LAYOUTS["as Excel pastes it"], "U_um": "0,3"}
+    assert "stated twice" in Asked(tmp_path).post(gauge_page.check, both)
+    shown = Asked(tmp_path).get(gauge_page.show)
+    assert all(f'name="{name}"' in shown for name in (*gauge_page.EXPANDED, *gauge_page.UNIT_FIELDS))
+    assert re.search(r"Drift in a year[^*]*<b[^>]*>\*\*</b>", shown)
+
+
+@pytest.mark.parametrize(
+    ("table", "unit"),
+    [
+        (lines(NOMINAL, OFF_UM, U_UM, head="Nominal mm\tDeviation (mm)\tU (µm)"), "deviation_unit"),
+        (lines(NOMINAL, POSITION, U_UM, head="Nominal mm\tPosition mm\tU (mm)"), "uncertainty_unit"),
+    ],
+)
+def test_um_under_a_header_of_mm_are_recognised_and_settled_by_the_field(tmp_path: Path, table: str, unit: str) -> None:
+    said = Asked(tmp_path).post(gauge_page.check, {**FORM, "table": table})
+    assert "looks like um (factor 1000)" in said
+    assert Words("en").label(unit) in said
+    assert "6 faces of 3 blocks" in Asked(tmp_path).post(gauge_page.check, {**FORM, "table": table, unit: "um"})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,7 +43,10 @@ OF_CERTIFICATE = (
     *("proportional_um_per_m", "drift_um_per_m_per_year", "recall", "example"),
 )
 SELDOM = {"rail_width_mm", "rail_height_mm", "degrees_of_freedom", "correlation", "proportional_um_per_m"}
+DECIDES = {"drift_um_per_m_per_year"}
+"""Without these a budget lacks something, and nothing is decided by it."""
 UNIT_FIELDS = ("deviation_unit", "uncertainty_unit")
+EXPANDED = ("U_um", "U_um_per_m")
 STANDS_OUT = 6.0
 """A deviation so many times the usual distance from the line between its neighbours is shown to be looked at."""
 LEAST_SHOWN_UM = 1.0
@@ -55,7 +58,8 @@ def fields() -> tuple[tuple[Field, ...], tuple[Field, ...]]:
     """The fields of gauge and certificate."""
     from stepgauge.gauge.certified import CertificateTable, GaugeTable
 
-    return fields_of(GaugeTable, OF_GAUGE), fields_of(CertificateTable, OF_CERTIFICATE)
+    of_certificate = fields_of(CertificateTable, OF_CERTIFICATE)
+    return fields_of(GaugeTable, OF_GAUGE), tuple(replace(one, decides=one.name in DECIDES) for one in of_certificate)
 
 
 @dataclass(frozen=True)
@@ -175,6 +179,12 @@ def _source(data: bytes) -> Any:
     return Source(TABLE, data)
 
 
+def _expanded(form: Form) -> tuple[float, float] | None:
+    """U = a + b L as it is stated beside the table, um and um/m."""
+    a, b = (form.number(name, 0.0, 100.0) for name in EXPANDED)
+    return None if a is None and b is None else (a or 0.0, b or 0.0)
+
+
 def _roles(form: Form) -> dict[int, str]:
     found = {n: form.text(f"column_{n}") for n in range(30)}
     return {n: role for n, role in found.items() if role}
@@ -192,7 +202,7 @@ def _found(form: Form, with_usual: bool = False) -> tuple[GaugeImport, FaceTable
         raise InputError(naming("table"), naming("empty"))
     units = {name.removesuffix("_unit"): form.text(name) for name in UNIT_FIELDS}
     said = {**units, "sign": form.text("deviations")}
-    table = read_upload(data, TABLE, read_face_table, _source(data), _roles(form), said)
+    table = read_upload(data, TABLE, read_face_table, _source(data), _roles(form), said, _expanded(form))
     of_gauge, of_certificate = ({one.name: one for one in some} for some in fields())
     stated = _stated_fields(form, of_gauge, with_usual), _stated_fields(form, of_certificate, with_usual)
     rows = [(int(face), a, b, u) for face, a, b, u in table.values.tolist()]
