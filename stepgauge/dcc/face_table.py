@@ -214,11 +214,11 @@ def _check_there(table: Table, place: Mapping[Role, int], expanded: tuple[float,
         expected = "a column of certified positions, or of nominal positions and deviations"
         raise InputError(table.path, "the positions are not found", found=_shown(table), expected=expected)
     if "uncertainty" not in place and expanded is None:
-        expected = naming("U_um", "U_um_per_m", words="a column of U, or {} and {}")
-        raise InputError(table.path, "the uncertainty is not found", found=_shown(table), expected=expected)
+        either = naming("U_um", "U_um_per_m", words="a column of U, or {} and {}")
+        raise InputError(table.path, "the uncertainty is not found", found=_shown(table), expected=either)
     if "uncertainty" in place and expanded is not None:
-        expected = naming("U_um", "U_um_per_m", words="one of them: a column of U, or {} and {}")
-        raise InputError(table.path, "the uncertainty is stated twice", expected=expected)
+        either = naming("U_um", "U_um_per_m", words="one of them: a column of U, or {} and {}")
+        raise InputError(table.path, "the uncertainty is stated twice", expected=either)
 
 
 def _shown(table: Table) -> str:
