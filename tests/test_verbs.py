@@ -31,7 +31,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, OneOf, Number, Reads
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import (OneOf, Number, Reads)
 from stepgauge.verbs.shared import OutputFile
 
 

@@ -22,6 +22,7 @@ from stepgauge.errors import InputError, reader
 from stepgauge.files.arrays import Array
 from stepgauge.files.shown import Plotted, as_lines
 from stepgauge.files.text import read_text, write_text
+from stepgauge.files.units import column_name
 from stepgauge.recording import PROBINGS, comment_lines
 from stepgauge.recording.lines import is_beside, lines_beside, row_lines
 
@@ -259,6 +260,7 @@ def _table(path: str | Path, over: Sequence[int]) -> pd.DataFrame:
 
 def _plain_columns(frame: pd.DataFrame, units: AxisUnits) -> pd.DataFrame:
     frame = frame.rename(columns={long: short for short, long in _names(units).items()})
+    frame = frame.rename(columns={one: column_name(str(one)) for one in frame.columns if one not in (*OWN, *STATIONS)})
     for name, value in (("placement", 1), ("cycle", 1), ("way", 1)):
         if name not in frame:
             frame.insert(0, name, value)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from stepgauge.axis.recording import AxisRecording, places_of
+from stepgauge.axis.units import BASE
 from stepgauge.conditions.condition import Condition, Conditions, State
 from stepgauge.conditions.drift import SURE, drift_rate
 from stepgauge.conditions.outliers import find_outliers
@@ -22,6 +25,8 @@ Columns = dict[tuple[int, int], pd.Series]
 SMALLEST, LARGE, LARGEST = 0.3e-6, 1e-3, 2e-2
 """Range of all deviations over the travel: below the first no axis and no instrument is; beyond the second it is
 remarked, for only an axis that nobody ever adjusted is so wrong; beyond the third it is another unit."""
+ORDINARY = (0.5, 20.0)
+"""Ranges in um or arcsec that some axis or stage has, however long or short its travel: they tell nothing of a unit."""
 SAME_SLOPE = 0.02
 """Deviations in um that rise with the targets in mm by one to so much are the positions themselves."""
 WILD_SHARE = 1e-3
@@ -32,6 +37,36 @@ sure."""
 TURNED = 0.3
 """A run whose sum with the others is so much of its difference has its sign turned."""
 NOTABLE_UM = 0.1
+_TEMPERATURE = re.compile(r"temp|°C|_C$", re.IGNORECASE)
+"""Names of columns with a temperature."""
+
+
+def recording_conditions(recording: AxisRecording) -> Conditions:
+    """What was found of the readings of every setting up; nothing of a spot or distances, which have no targets."""
+    if recording.form != "axis":
+        return Conditions()
+    settings = recording.frame.groupby("placement")
+    return sum((setting_up_conditions(recording, rows) for _, rows in settings), Conditions())
+
+
+def setting_up_conditions(recording: AxisRecording, rows: pd.DataFrame) -> Conditions:
+    """What was found of the readings of one setting up, whether they are used or not."""
+    target = rows["target"].to_numpy(float) * recording.units.base_position
+    reading = rows["reading"].to_numpy(float) * recording.units.base_position
+    return axis_conditions(
+        (reading - target) * BASE[recording.units.axis][1],
+        target,
+        places_of(target),
+        rows["way"].to_numpy(np.int64),
+        rows["cycle"].to_numpy(np.int64),
+        {name: rows[name].to_numpy(float) for name in temperatures_of(recording)},
+        "arcsec" if recording.units.axis == "rotary" else "um",
+    )
+
+
+def temperatures_of(recording: AxisRecording) -> list[str]:
+    """Names of the columns with a temperature."""
+    return [one for one in recording.covariates if _TEMPERATURE.search(one)]
 
 
 def axis_conditions(
@@ -65,6 +100,12 @@ def axis_conditions(
     return Conditions(tuple(found))
 
 
+def is_unlikely(size: float, travel: float) -> bool:
+    """Whether a range of deviations is that of no axis of such a travel, both in um or arcsec: a wrong unit."""
+    ordinary = ORDINARY[0] <= size <= ORDINARY[1]
+    return travel > 0.0 and not ordinary and not SMALLEST <= size / travel <= LARGEST
+
+
 def _units(um: Array, target_mm: Array, unit: str) -> Iterator[Condition]:
     """The size of the deviations beside the travel; single slips do not count."""
     travel = float(np.ptp(target_mm)) * (1e3 if unit == "um" else 3600.0)
@@ -75,10 +116,10 @@ def _units(um: Array, target_mm: Array, unit: str) -> Iterator[Condition]:
     if unit == "um" and abs(abs(slope) - 1.0) < SAME_SLOPE:
         words = f"the deviations rise like the targets themselves: positions under the name of deviations? {found}"
         yield Condition("units", "prevents", words, found, "reading minus target", high - low)
-    elif share < SMALLEST:
+    elif is_unlikely(high - low, travel) and share < SMALLEST:
         words = f"no axis is so good: {found}; in a larger unit than stated?"
         yield Condition("units", "prevents", words, found, f"{SMALLEST * travel:.2g} {unit} or more")
-    elif share > LARGEST:
+    elif is_unlikely(high - low, travel):
         words = f"no axis is so wrong: {found}; in a smaller unit than stated?"
         yield Condition("units", "prevents", words, found, f"{LARGEST * travel:.3g} {unit} at most", high - low)
     elif share > LARGE:

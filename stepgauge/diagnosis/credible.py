@@ -254,7 +254,7 @@ def law_probability(
 
 def presence_probability(statement: StatedTerm, answer: Posterior) -> float:
     """Probability that there is something where a term is stated, whatever it is."""
-    return answer.probability(one.candidate.label for one in statement.credible_set.members)
+    return answer.probability_of_any(frozenset({one.candidate.label}) for one in statement.credible_set.members)
 
 
 def spread_factor(answer: Posterior, state: Hypothesis, label: str, least: float) -> float:

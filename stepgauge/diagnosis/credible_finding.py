@@ -78,7 +78,7 @@ def credible_finding(
         values,
         probability,
         own.share_um,
-        own=min(answer.probability([label]) / possible, probability),
+        own=min(answer.probability_of_any([frozenset({label})]) / possible, probability),
         confounded_with=tuple(dict.fromkeys((*kinds, *joined_kinds(combined)))),
         alternatives=tuple(dict.fromkeys(same)),
         members=tuple(_members(rivals, fits, alone, values)),

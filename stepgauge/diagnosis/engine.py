@@ -118,7 +118,7 @@ def diagnose_with_search(
     start_s, table = clock_start_s(recorded), priors or shipped_priors()
     found = _search(recorded, start_s, table, without, progress)
     if found is None:
-        return _insufficient(_some(recorded)), None
+        return insufficient(recorded), None
     return _told(found, recorded, start_s, table, without, separations), found
 
 
@@ -278,7 +278,9 @@ def _fit(data: Residuals, noise: Noise, stated: Sequence[Finding], beside_um: Ar
     )
 
 
-def _insufficient(data: Residuals) -> GaugeDiagnosis:
+def insufficient(recorded: Residuals) -> GaugeDiagnosis:
+    """The diagnosis of residuals that cannot tell: no search is made."""
+    data = _some(recorded)
     problem = bare_problem(data)
     sigma = problem.within_um
     by_row, none = row_scatter_um(data, sigma), np.zeros(0, np.intp)

@@ -186,13 +186,16 @@ class Diagnosis(Plotted):
         return Diagnosis(said, str(file))
 
     def summary(self) -> str:
-        """Verdict, effects and fit in a line."""
+        """Verdict, effects and fit in a line; then what its reader must know of the readings."""
+        from stepgauge.conditions import stored_conditions
         from stepgauge.diagnosis.wording.headline import summary_line
+        from stepgauge.diagnosis.wording.limits import step_limits
 
-        return as_lines(summary_line(self.said))
+        known = (*stored_conditions(self.said).notes, *step_limits(self.said))
+        return as_lines(summary_line(self.said), *(f"note: {one}" for one in known))
 
     def __repr__(self) -> str:
-        return f"<Diagnosis {self.summary()}>"
+        return f"<Diagnosis {self.summary().splitlines()[0]}>"
 
     def to_frame(self) -> pd.DataFrame:
         """One row per number of a finding: probability of the finding, value, standard uncertainty u, and the unit."""

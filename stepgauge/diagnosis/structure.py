@@ -47,7 +47,10 @@ def _undetermined(statement: StatedTerm, model: Model, answer: Posterior, data: 
     if statement in model.impossible:
         phrase["say"] = "impossible"
     elif statement in model.weak:
-        phrase |= {"say": "weak", "probability": number(answer.probability([statement.lead.candidate.label]))}
+        phrase |= {
+            "say": "weak",
+            "probability": number(answer.probability_of_any([frozenset({statement.lead.candidate.label})])),
+        }
     where = covariate_of(statement.source, data)
     return described(where, "both", UNDETERMINED, [phrase], 1.0, presence_probability(statement, answer))
 
@@ -79,7 +82,9 @@ def _described(statement: StatedTerm, model: Model, answer: Posterior, data: Res
     named.
     """
     lead, others = statement.lead, [one for one in statement.credible_set.members if not one.candidate.named]
-    own = answer.probability(one.candidate.label for one in others if one.candidate.kind == lead.candidate.kind)
+    own = answer.probability_of_any(
+        frozenset({one.candidate.label}) for one in others if one.candidate.kind == lead.candidate.kind
+    )
     form = _by_harmonics(statement, model, located(lead.candidate, lead.proposal.atom, own, fitted=_fitted_shape(lead)))
     phrases = [*_without_index(form), *_regime(statement, model, data)]
     if own >= priors.decision.stated:
@@ -89,7 +94,7 @@ def _described(statement: StatedTerm, model: Model, answer: Posterior, data: Res
     rest = [name for name in names if name != form.covariate]
     if rest:
         phrases.append({"say": "or_function", "covariates": rest})
-    probability = answer.probability(one.candidate.label for one in others)
+    probability = answer.probability_of_any(frozenset({one.candidate.label}) for one in others)
     return replace(form, where=worded(phrases), phrases=tuple(phrases), probability=probability)
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import keyword
 import math
+import re
+import unicodedata
 from dataclasses import dataclass
 
 from stepgauge.files.notation import rounded
@@ -97,6 +100,17 @@ def find_unit(text: str) -> Unit | None:
     if key in TEMPERATURE_C:
         return Unit(name, "temperature", *TEMPERATURE_C[key])
     return Unit(name, "none", 1.0) if key in ("", "-", "1") else None
+
+
+def column_name(header: str) -> str:
+    """The name of a column as laws and formulas take it: letters, digits and underscores, the unit at the end.
+
+    ``Air humidity [%]`` is ``Air_humidity_percent``; what begins with a digit, or is a word of formulas, is set behind
+    an underscore.
+    """
+    name = re.sub(r"\W+", "_", header.replace("%", " percent ").replace("°", " deg ").strip()).strip("_")
+    name = unicodedata.normalize("NFKC", name)
+    return name if name.isidentifier() and not keyword.iskeyword(name) else f"_{name}"
 
 
 def unit_hint(found_mm: float, expected_mm: float, tolerance: float = 0.05) -> str:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,9 @@ from stepgauge.inference.noise_models import NoiseModel
 from stepgauge.inference.problem import Candidate, Law, Term, renumbered, residual_columns
 from stepgauge.inference.proposal import Proposal
 from stepgauge.inference.search import Search
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Array = NDArray[np.float64]
 NEAR = 9.0
@@ -44,7 +49,7 @@ class Member:
     hypothesis: Hypothesis | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class CredibleSet:
     """One term of the best hypothesis with its rivals.
 
@@ -55,6 +60,10 @@ class CredibleSet:
     term: int
     members: tuple[Member, ...]
     nothing: float
+
+    def __repr__(self) -> str:
+        shares = ", ".join(f"{one.candidate.label} {one.probability:.3g}" for one in self.members)
+        return f"<CredibleSet {shares}, nothing {self.nothing:.3g}>"
 
     @property
     def law_probability(self) -> float:
@@ -105,8 +114,43 @@ class Posterior:
         return np.asarray(special.softmax([one.log_posterior for one in self.hypotheses]))
 
     def probability(self, labels: Iterable[str]) -> float:
-        """Probability that any candidate with one of these labels is a term."""
-        return self.probability_of_any(frozenset({label}) for label in labels)
+        """Probability that any candidate with one of these labels is a term; one label may stand alone.
+
+        Raises
+        ------
+        ValueError
+            a label that no candidate has: a probability of nought would say that it was tested
+        """
+        wanted = [labels] if isinstance(labels, str) else list(labels)
+        known = {one.label for one in self.search.problem.candidates}.union(*self._labels)
+        for label in wanted:
+            if label not in known:
+                near = difflib.get_close_matches(str(label), known, 3) or sorted(known)[:10]
+                raise ValueError(f"no candidate has the label {label!r}; expected {', '.join(near)}")
+        return self.probability_of_any(frozenset({label}) for label in wanted)
+
+    def to_frame(self) -> pd.DataFrame:
+        """A row per candidate: its label, its probability, and whether the best hypothesis has it as a term."""
+        import pandas as pd
+
+        terms, labels = self.best.labels, [one.label for one in self.search.problem.candidates]
+        rows = [(label, self.probability_of_any([frozenset({label})]), label in terms) for label in labels]
+        frame = pd.DataFrame(rows, columns=["label", "probability", "in_best"])
+        return frame.sort_values("probability", ascending=False, kind="stable", ignore_index=True)
+
+    def summary(self) -> str:
+        """The terms of the best hypothesis with their probabilities and rivals, a line each."""
+        lines = []
+        for one in self.sets:
+            first, *rivals = one.members
+            others = "".join(f", or {rival.candidate.label} {rival.probability:.3g}" for rival in rivals)
+            lines.append(f"{first.candidate.label} {first.probability:.3g}{others}")
+        return "\n".join(lines or ["no term: nothing is more probable than scatter alone"])
+
+    def __repr__(self) -> str:
+        return (
+            f"<Posterior of {len(self.search.problem.candidates)} candidates: {'; '.join(self.summary().splitlines())}>"
+        )
 
     def probability_of_any(self, sets: Iterable[frozenset[str]]) -> float:
         """Probability that all candidates with the labels of one of these sets are terms."""

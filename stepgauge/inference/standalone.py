@@ -88,10 +88,14 @@ def make_problem(
     Raises
     ------
     ValueError
-        candidates, nuisances or times of another number of rows, or two candidates of one label
+        residuals that are no finite numbers, candidates, nuisances or times of another number of rows, or two
+        candidates of one label
     """
     values = np.asarray(residuals, float)
     n = len(values)
+    wrong = np.flatnonzero(~np.isfinite(values))
+    if len(wrong):
+        raise ValueError(f"residual {wrong[0] + 1} of {n} is no finite number: {values[wrong[0]]}; leave such rows out")
     free = np.ones((1, n)) if nuisance is None else np.atleast_2d(np.asarray(nuisance, float))
     when = np.arange(float(n)) if time is None else np.asarray(time, float)
     for what, rows in [("nuisance", free.shape[1]), ("time", len(when)), *((c.label, _rows(c)) for c in candidates)]:

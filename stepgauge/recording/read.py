@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 import warnings
+from collections import Counter
 from collections.abc import Sequence
 from itertools import islice
 from pathlib import Path
@@ -17,6 +18,7 @@ from stepgauge.errors import InputError, reader
 from stepgauge.files.outputs import was_read
 from stepgauge.files.parquet import is_parquet, read_parquet
 from stepgauge.files.tables import is_foreign
+from stepgauge.files.units import column_name
 from stepgauge.recording.columns import APPROACH, COUNTS, KNOWN, OPTIONAL, POSITION, REQUIRED, near_miss
 from stepgauge.recording.lines import LONGEST_HEADER, lines_beside, read_comments, row_lines
 from stepgauge.recording.table import PROBINGS, Columns, Recording, join_recordings
@@ -78,7 +80,7 @@ def rows_of(columns: Columns) -> int:
 def _checked(columns: Columns, path: str | Path, header: int, lines: Sequence[int]) -> Columns:
     """All that :func:`read_recording` checks; counts as whole numbers."""
     _check_columns(columns, path, header)
-    columns = _check_numbers(columns, path, lines)
+    columns = _check_numbers(_named_for_laws(columns), path, lines)
     _check_values(columns, path, lines)
     return columns
 
@@ -190,6 +192,13 @@ def _check_header(path: str | Path, skipped: int) -> None:
     twice = [name for name in header if header.count(name) > 1]
     if twice:
         raise InputError(where, f"column {twice[0]!r} is there twice", found=line)
+
+
+def _named_for_laws(columns: Columns) -> Columns:
+    """Columns besides those that are known, by names that a formula can have; none takes the name of another."""
+    names = {name: name if name in KNOWN else column_name(name) for name in columns}
+    told = Counter(names.values())
+    return {names[name] if told[names[name]] == 1 else name: values for name, values in columns.items()}
 
 
 def _check_columns(columns: Columns, path: str | Path, line: int) -> None:

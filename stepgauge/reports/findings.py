@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from stepgauge.conditions import stored_conditions
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import (
     finding_name,
@@ -272,6 +273,9 @@ def _note(said: Said, left_out: int) -> str:
 
 def _nothing(said: Said) -> str:
     if said["verdict"] == "insufficient":
+        prevented = stored_conditions(said).no_statement
+        if prevented:
+            return prevented
         tested = "No statement is likelier than not: see the probabilities."
         return tested if said["odds"] else "Nothing could be tested: the noise is not known well enough."
     return "No systematic effect, and no structure, is more probable than scatter alone."

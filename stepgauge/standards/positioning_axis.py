@@ -7,8 +7,6 @@ positions: certified faces or gauge blocks.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -19,7 +17,7 @@ from stepgauge.axis.recording import AxisRecording, places_of, ways_doubt
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.axis.units import BASE
 from stepgauge.conditions import Conditions
-from stepgauge.conditions.axis import axis_conditions
+from stepgauge.conditions.axis import setting_up_conditions, temperatures_of
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.standards.iso230 import AxisParameters, Direction, OneWay
@@ -30,8 +28,6 @@ from stepgauge.standards.rules import Excluded
 
 Actual = Literal["reading", "target"]
 ACTUAL: tuple[Actual, ...] = ("reading", "target")
-TEMPERATURE = re.compile(r"temp|°C|_C$", re.IGNORECASE)
-"""Names of columns with a temperature."""
 _NAMES = {1: "up", -1: "down"}
 LEAST_EVALUATED = "2 targets in 2 runs at least, in every direction (ISO 230-2 asks 5 in 5)"
 EACH_RUN = "ISO 230-2:2014 (each target in each run, in both directions)"
@@ -108,7 +104,7 @@ def _axis_test(recording: AxisRecording, rows: pd.DataFrame, placement: int, act
     }
     at = target_mm[complete]
     name = recording.comments.get("axis", "axis")
-    temperatures = [one for one in recording.covariates if TEMPERATURE.search(one)]
+    temperatures = temperatures_of(recording)
     units = ROTARY if recording.units.axis == "rotary" else LINEAR
     return AxisTest(
         placement,
@@ -125,23 +121,7 @@ def _axis_test(recording: AxisRecording, rows: pd.DataFrame, placement: int, act
         excluded,
         f"{name}, setting up {placement}" if several else name,
         units,
-        _conditions(recording, rows, temperatures),
-    )
-
-
-def _conditions(recording: AxisRecording, rows: pd.DataFrame, temperatures: Sequence[str]) -> Conditions:
-    """What was found of the readings, whether they are used or not."""
-    target = rows["target"].to_numpy(float) * recording.units.base_position
-    reading = rows["reading"].to_numpy(float) * recording.units.base_position
-    rotary = recording.units.axis == "rotary"
-    return axis_conditions(
-        (reading - target) * BASE[recording.units.axis][1],
-        target,
-        places_of(target),
-        rows["way"].to_numpy(np.int64),
-        rows["cycle"].to_numpy(np.int64),
-        {name: rows[name].to_numpy(float) for name in temperatures},
-        "arcsec" if rotary else "um",
+        setting_up_conditions(recording, rows),
     )
 
 
@@ -166,15 +146,24 @@ def _base(recording: AxisRecording) -> str:
     return "deg" if recording.units.axis == "rotary" else "mm"
 
 
+def _complete_places(table: pd.DataFrame, runs: list[int]) -> list[int]:
+    """Places with a reading in every direction and in every one of some runs."""
+    full = table.index[table[runs].notna().all(axis=1)]
+    ways = set(table.index.get_level_values("way"))
+    return sorted(set.intersection(*({place for place, way in full if way == one} for one in ways)))
+
+
 def _complete(
     table: pd.DataFrame, target_mm: Array, path: str, unit: str
 ) -> tuple[list[int], list[int], tuple[Excluded, ...]]:
-    """Places with all directions in every run that is used, and these runs: those with the most readings."""
-    counts = table.notna().sum()
-    runs = [int(run) for run in table.columns[counts == counts.max()]]
-    full = table.index[table[runs].notna().all(axis=1)]
-    ways = set(table.index.get_level_values("way"))
-    complete = sorted(set.intersection(*({place for place, way in full if way == one} for one in ways)))
+    """Places with all directions in every run that is used, and these runs: what leaves the most readings.
+
+    A missing reading costs its target or its run; runs with the most readings go before others.
+    """
+    counts = table.notna().sum().sort_values(ascending=False, kind="stable")
+    every = [sorted(int(run) for run in counts.index[:number]) for number in range(len(counts), 0, -1)]
+    kept = [(_complete_places(table, some), some) for some in every]
+    complete, runs = max(kept, key=lambda one: (min(len(one[0]), len(one[1])) > 1, len(one[0]) * len(one[1])))
     if len(complete) < 2 or len(runs) < 2:
         found, expected = f"{len(complete)} targets, {len(runs)} runs", LEAST_EVALUATED
         raise InputError(path, "too few complete targets or runs", found=found, expected=expected)

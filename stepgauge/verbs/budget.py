@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Count, Number, OneOf, Pair, Reads, Repeated, Supplied
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import Count, Number, OneOf, Pair, Reads, Repeated, Supplied
 from stepgauge.verbs.shared import (
     Convention,
     CorrectDrift,

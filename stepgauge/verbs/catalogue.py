@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from importlib import import_module
 
 from stepgauge.verbs.define import Verb, verb_of
-from stepgauge.verbs.kinds import Kind
+from stepgauge.verbs.kind import Kind
 
 PLACES: Mapping[str, str] = {
     "init": "project.init",

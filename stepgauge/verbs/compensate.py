@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import Written, verb
-from stepgauge.verbs.kinds import ARGUMENT, Count, Number, OneOf, Reads, Vector
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import Count, Number, OneOf, Reads, Vector
 from stepgauge.verbs.shared import File, OutputFile, Plot
 
 if TYPE_CHECKING:

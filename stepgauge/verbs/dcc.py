@@ -4,7 +4,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Number, OneOf, Reads, Text
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import Number, OneOf, Reads, Text
 from stepgauge.verbs.shared import File, GaugeLike, MachineIfNeeded, OutputFile
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ from functools import cached_property, wraps
 from typing import Any, ParamSpec, TypeVar
 
 from stepgauge.errors import name_option, option_of
-from stepgauge.verbs.kinds import ARGUMENT, Kind, Reads, Repeated, Supplied, Writes
+from stepgauge.verbs.kind import ARGUMENT, Kind
+from stepgauge.verbs.kinds import Reads, Repeated, Supplied, Writes
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -142,11 +143,15 @@ class Verb:
         """Commands as they are typed."""
         return _sections(self.function).get("Examples", "")
 
-    def check(self, given: Mapping[str, Any]) -> None:
-        """:class:`InputError` for the first parameter whose value is none of its kind."""
+    def taken(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """What Python gives, as the verb wants it; :class:`InputError` for the first value that is none of its kind."""
+        found = dict(given)
         for one in self.parameters:
-            if one.name in given and given[one.name] is not None and given[one.name] is not one.default:
-                one.kind.check(one.name, given[one.name])
+            value = given.get(one.name)
+            stated = one.name in given and (one.required if value is None else value is not one.default)
+            if stated:
+                found[one.name] = one.kind.taken(one.name, given[one.name])
+        return found
 
 
 def verb(
@@ -177,12 +182,12 @@ def verb(
             """The checks, then the work."""
             if not signature:
                 signature.append(inspect.signature(function))
-            given = dict(signature[0].bind(*args, **kwargs).arguments)
+            bound = signature[0].bind(*args, **kwargs)
             for one in signature[0].parameters.values():
                 if one.kind is inspect.Parameter.VAR_KEYWORD:
-                    given |= given.pop(one.name, {})
-            known.check(given)
-            return function(*args, **kwargs)
+                    bound.arguments[one.name] = known.taken(bound.arguments.get(one.name, {}))
+            bound.arguments.update(known.taken(bound.arguments))
+            return function(*bound.args, **bound.kwargs)
 
         call.verb = known  # type: ignore[attr-defined]
         return call

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import Written, verb
-from stepgauge.verbs.kinds import ARGUMENT, Flag, Pair, Reads, Repeated, Supplied
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import Flag, Pair, Reads, Repeated, Supplied
 from stepgauge.verbs.shared import (
     Figure,
     File,

@@ -4,7 +4,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Count, Number, OneOf, Reads, Repeated, Supplied, Text, Writes
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import Count, Number, OneOf, Reads, Repeated, Supplied, Text, Writes
 from stepgauge.verbs.shared import (
     GAUGE,
     MACHINE,

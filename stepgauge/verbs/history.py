@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Flag, OneOf, Pair, Reads, Repeated, Supplied, Text, Writes
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import Flag, OneOf, Pair, Reads, Repeated, Supplied, Text, Writes
 from stepgauge.verbs.shared import Figure, File, OutputFolder
 
 if TYPE_CHECKING:

@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import Written, verb
-from stepgauge.verbs.kinds import ARGUMENT, Count, Kind, Number, OneOf, Pair, Reads, Repeated, Text
+from stepgauge.verbs.kind import ARGUMENT, Kind
+from stepgauge.verbs.kinds import Count, Number, OneOf, Pair, Reads, Repeated, Text
 from stepgauge.verbs.shared import (
     PLACEMENT,
     TEMPERATURE,

@@ -116,9 +116,14 @@ def are_of_axis(given: Iterable[object]) -> bool:
 
 def _is_of_axis(one: object) -> bool:
     from stepgauge.axis.recording import FORM, FORMS, AxisRecording, is_axis_recording
+    from stepgauge.recording import POSITION
 
     if isinstance(one, File):
         return is_axis_recording(one)
+    columns = getattr(one, "columns", None) if hasattr(one, "iloc") else None
+    if columns is not None and FORM not in one.attrs and not set(POSITION) & set(map(str, columns)):  # type: ignore[attr-defined]
+        found, expected = ", ".join(map(str, columns)), "what import_recording(table, sensor=..) makes of it"
+        raise InputError(naming("recordings"), "a table that is no recording", found=found, expected=expected)
     return isinstance(one, AxisRecording) or getattr(one, "attrs", {}).get(FORM) in FORMS
 
 

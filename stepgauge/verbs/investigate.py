@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import Count, Flag, Kind, Number, Reads, Supplied, Text, Writes
+from stepgauge.verbs.kind import Kind
+from stepgauge.verbs.kinds import Count, Flag, Number, Reads, Supplied, Text, Writes
 from stepgauge.verbs.shared import Figure, File, FurtherStyli, GaugeLike, MachineLike, Priors, Tool, Without
 
 if TYPE_CHECKING:

@@ -7,60 +7,13 @@ Every kind is understood by the command line, the Python function, the project f
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from os import PathLike
 from typing import Any, ClassVar
 
-from stepgauge.errors import InputError, naming
-
-ARGUMENT = "argument"
-"""Marks a parameter that stands on the command line without a name."""
-
-
-@dataclass(eq=False)
-class Kind:
-    """A text, and what all kinds have."""
-
-    metavar: str = field(default="TEXT", kw_only=True)
-    name: str = field(default="text", kw_only=True)
-    unit: str = field(default="", kw_only=True)
-    room: str | None = field(default=None, kw_only=True)
-    is_path: ClassVar[bool] = False
-    is_read: ClassVar[bool] = False
-
-    def parse(self, text: str) -> Any:
-        """The value that a text states (``ValueError`` for none)."""
-        return text
-
-    def fault(self, value: Any) -> tuple[str, str] | None:
-        """What is wrong with a value and what would be right; None where it is good."""
-        return None
-
-    def bounds(self) -> str:
-        """What limits a value, in words; empty where nothing does."""
-        return ""
-
-    def written(self, value: Any) -> Any:
-        """A value as a person would write it; what is none stays as it is."""
-        return value
-
-    def check(self, parameter: str, value: Any) -> None:
-        """:class:`InputError` that names the parameter, for what is no value of this kind."""
-        wrong = self.fault(value)
-        if wrong is not None:
-            written = self.written(value)
-            found = repr(written) if isinstance(written, str) else written
-            raise InputError(naming(parameter), wrong[0], found=found, expected=wrong[1])
-
-    def read(self, parameter: str, given: Any) -> Any:
-        """The checked value of a text, or of what a project file states."""
-        try:
-            value = self.parse(given) if isinstance(given, str) else given
-        except ValueError as error:
-            expected = str(error) or self.bounds() or f"a {self.name}"
-            raise InputError(naming(parameter), f"not a {self.name}", found=repr(given), expected=expected) from None
-        self.check(parameter, value)
-        return value
+from stepgauge.errors import naming
+from stepgauge.verbs.kind import Kind, is_number, is_pair, several
 
 
 @dataclass(eq=False)
@@ -71,7 +24,7 @@ class Flag(Kind):
     name: str = field(default="flag", kw_only=True)
 
     def fault(self, value: Any) -> tuple[str, str] | None:
-        return None if value in (True, False, None) else ("not yes or no", "true or false")
+        return None if isinstance(value, int) and value in (True, False) else ("not yes or no", "true or false")
 
 
 METAVARS = {"deg C": "C", "%": "PERCENT"}
@@ -148,7 +101,7 @@ class OneOf(Kind):
         self.words = words
 
     def fault(self, value: Any) -> tuple[str, str] | None:
-        return None if value in self.words else ("not a choice", self.bounds())
+        return None if isinstance(value, str) and value in self.words else ("not a choice", self.bounds())
 
     def bounds(self) -> str:
         return ", ".join(self.words)
@@ -156,9 +109,15 @@ class OneOf(Kind):
 
 @dataclass(eq=False)
 class Text(Kind):
-    """Any text; ``metavar`` says of what."""
+    """Any text; ``metavar`` says of what. Python may give a number for one that is a number, or a path."""
 
     metavar: str = "TEXT"
+
+    def taken(self, parameter: str, given: Any) -> Any:
+        return super().taken(parameter, str(given) if is_number(given) else given)
+
+    def fault(self, value: Any) -> tuple[str, str] | None:
+        return None if isinstance(value, str | PathLike) else ("not a text", f"a text: {self.metavar}")
 
 
 @dataclass(eq=False)
@@ -170,6 +129,10 @@ class BlockRange(Kind):
 
     def __post_init__(self) -> None:
         self.metavar = "A:B|A,B,.." if self.listed else "A:B"
+
+    def fault(self, value: Any) -> tuple[str, str] | None:
+        numbers = isinstance(value, list | tuple) and all(map(is_number, value))
+        return None if numbers or isinstance(value, str) else (f"not a {self.name}", self.metavar)
 
 
 @dataclass(eq=False)
@@ -269,11 +232,23 @@ class Pair(Kind):
         except ValueError:
             raise ValueError(self.bounds()) from None
 
+    def taken(self, parameter: str, given: Any) -> Any:
+        if self.whole and isinstance(given, tuple):
+            given = f"{given[0]}={given[1]}"
+        elif isinstance(given, str):
+            return self.read(parameter, given)
+        self.check(parameter, given)
+        return given
+
     def written(self, value: Any) -> Any:
+        if not is_pair(value):
+            return value
         name, number = value
         return f"{name}={number:g}" if isinstance(number, int | float) else f"{name}={number}"
 
     def fault(self, value: Any) -> tuple[str, str] | None:
+        if not (isinstance(value, str) if self.whole else is_pair(value)):
+            return f"not a {self.name}", self.bounds() or f"{self.metavar}, or a dict"
         if not self.names:
             return None
         name, number = value
@@ -308,6 +283,21 @@ class Reads(Kind):
             raise ValueError("the name of a file")
         return text
 
+    def fault(self, value: Any) -> tuple[str, str] | None:
+        is_table = hasattr(value, "iloc") and hasattr(value, "columns")
+        ours = any(one.__module__.partition(".")[0] == "stepgauge" for one in type(value).__mro__)
+        if isinstance(value, str | PathLike) or is_table or hasattr(value, "read") or ours:
+            return None
+        expected = f"{self.metavar}: a path, a DataFrame or a result of stepgauge"
+        return "neither a file nor what is read from one", expected
+
+    def taken(self, parameter: str, given: Any) -> Any:
+        settled = getattr(given, "settled", None)  # of an import: its recording, or the questions that it leaves open
+        return super().taken(parameter, given if settled is None else settled())
+
+    def written(self, value: Any) -> Any:
+        return value if isinstance(value, str | PathLike) else type(value).__name__
+
 
 @dataclass(eq=False)
 class Writes(Kind):
@@ -326,6 +316,8 @@ class Writes(Kind):
         return text
 
     def fault(self, value: Any) -> tuple[str, str] | None:
+        if not isinstance(value, str | PathLike):
+            return f"not a {self.name}", self.bounds() or "a path"
         if not self.suffixes or str(value).lower().endswith(self.suffixes):
             return None
         return "not a name with such a suffix", self.bounds()
@@ -349,15 +341,17 @@ class Repeated(Kind):
         return self.kind.bounds()
 
     def check(self, parameter: str, value: Any) -> None:
-        for one in values_of(value, isinstance(self.kind, Pair)):
+        for one in value.items() if isinstance(value, Mapping) else several(value):
             self.kind.check(parameter, one)
 
-
-def values_of(given: Any, pairs: bool) -> Iterable[Any]:
-    """What is given once, several times, or as a mapping."""
-    if pairs and isinstance(given, dict):
-        return list(given.items())
-    return given if isinstance(given, list | tuple) else [given]
+    def taken(self, parameter: str, given: Any) -> Any:
+        pairs = isinstance(self.kind, Pair)
+        if pairs and isinstance(given, Mapping):
+            given = list(given.items())
+        if not isinstance(given, list | tuple) and not pairs:
+            return self.kind.taken(parameter, given)
+        every = [self.kind.taken(parameter, one) for one in several(given)]
+        return dict(every) if pairs and not self.kind.whole else every
 
 
 @dataclass(eq=False)

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Repeated, Text, Writes
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import Repeated, Text, Writes
 from stepgauge.verbs.shared import File, GaugeIfNeeded, MachineIfNeeded
 
 if TYPE_CHECKING:

@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Flag, Number, Reads
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import Flag, Number, Reads
 from stepgauge.verbs.shared import File, GaugeLike, MachineIfNeeded, OutputFile, Section
 
 if TYPE_CHECKING:

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import Of, verb
-from stepgauge.verbs.kinds import ARGUMENT, Flag, Reads, Supplied, Text, Writes
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import Flag, Reads, Supplied, Text, Writes
 from stepgauge.verbs.plan import PATH, plan
 from stepgauge.verbs.shared import (
     TEMPERATURE,

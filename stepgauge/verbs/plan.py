@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import Written, verb
-from stepgauge.verbs.kinds import ARGUMENT, BlockRange, Count, Flag, Number, OneOf, Pair, Reads, Repeated, Text, Vector
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import BlockRange, Count, Flag, Number, OneOf, Pair, Reads, Repeated, Text, Vector
 from stepgauge.verbs.shared import DIALECTS, File, GaugeLike, MachineIfNeeded, OutputFile, TipRadius
 
 if TYPE_CHECKING:

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import Written, verb
-from stepgauge.verbs.kinds import ARGUMENT, Count, Flag, Number, OneOf, Reads, Text, Vector, Writes
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import Count, Flag, Number, OneOf, Reads, Text, Vector, Writes
 from stepgauge.verbs.shared import FIGURES, CoverageFactor, File, OutputFile, Plot, TipDiameter
 
 if TYPE_CHECKING:

@@ -4,7 +4,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Count, Flag, OneOf, Reads, Supplied, Text
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import Count, Flag, OneOf, Reads, Supplied, Text
 from stepgauge.verbs.shared import DIALECTS, File
 
 if TYPE_CHECKING:

@@ -4,7 +4,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import Of, verb
-from stepgauge.verbs.kinds import ARGUMENT, Flag, Reads, Repeated, Writes
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import Flag, Reads, Repeated, Writes
 from stepgauge.verbs.shared import File, GaugeIfNeeded, MachineIfNeeded, Mpe, Placements
 from stepgauge.verbs.statements import NAMES, stated
 

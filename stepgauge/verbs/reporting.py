@@ -15,6 +15,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.reports.content import make_content
 from stepgauge.reports.kinds import FLEET, kind_of
+from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import UserStatements
 from stepgauge.reports.reading import read_checked_evaluation
 from stepgauge.reports.render import renderer, write_report
@@ -36,6 +37,11 @@ def write_result(
     """Write what is asked for; returns notes on the file. Parameters are those of the verb ``report``."""
     _check_date(asked.date)
     kinds = {_kind(one) for one in asked.results}
+    if "test" in kinds:
+        expected = "its write(folder): the report beside its tables and figures"
+        raise InputError(
+            naming("results"), "a test by a standard writes its own report", found="a test", expected=expected
+        )
     if kinds != {"evaluation"} or len(asked.results) > 1 or interactive:
         asked.check_plain("only the report of one evaluation prints these")
     if len(asked.results) > 1:
@@ -101,7 +107,7 @@ def _kind(result: object) -> str:
         return kind_of(result)
     from stepgauge.fleet.hierarchical.answer import FleetInference
 
-    kinds = {Evaluation: "evaluation", FleetInference: FLEET}
+    kinds = {Evaluation: "evaluation", FleetInference: FLEET, StandardTest: "test"}
     return next((name for kind, name in kinds.items() if isinstance(result, kind)), "diagnosis")
 
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from stepgauge.verbs.kind import ARGUMENT
 from stepgauge.verbs.kinds import (
-    ARGUMENT,
     BlockRange,
     Count,
     Flag,

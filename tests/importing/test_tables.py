@@ -175,8 +175,8 @@ def test_columns_are_mapped_by_hand_and_the_others_kept_or_dropped(tmp_path: Pat
         read(case, path)
     mapping = parse_columns([f"{target}=Ergebnis {n}" for n, target in enumerate(XYZ, 1)])
     imported = read(case, path, TableLayout(columns=mapping))
-    assert imported.recording.frame["Feuchte  rel. [%]"].tolist() == [45.5] * 24
-    assert imported.recording.frame["X Soll"].tolist() == list(np.arange(24.0))
+    assert imported.recording.frame["Feuchte_rel_percent"].tolist() == [45.5] * 24
+    assert imported.recording.frame["X_Soll"].tolist() == list(np.arange(24.0))
     assert "dropped: columns Bemerkung (not numbers in every row)" in imported.report
     with pytest.raises(InputError, match="there is no column 'Ergebnis 9' for x_mm; found Ergebnis 1, Ergebnis 2"):
         read(case, path, TableLayout(columns={**mapping, "x_mm": "Ergebnis 9"}))

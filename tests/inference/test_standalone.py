@@ -56,3 +56,23 @@ def test_a_problem_may_have_no_nuisance(slope: float) -> None:
     law = sg.inference.make_law("slope", t[None, None], sg.inference.amplitude_prior(0.01, 10.0))
     found = sg.inference.infer(sg.inference.make_problem(y, 0.3, [law], nuisance=np.zeros((0, 60))))
     assert [term.candidate.label for term in found.best.terms] == (["slope"] if slope else [])
+
+
+def test_a_posterior_says_itself_and_knows_its_labels() -> None:
+    """A label that nobody tested had the probability 0, and a word was taken letter by letter."""
+    t = np.linspace(-5.0, 5.0, 60)
+    y = np.random.default_rng(1).normal(0.0, 0.3, 60) + 0.3 * t
+    prior = sg.inference.amplitude_prior(0.01, 10.0)
+    laws = [sg.inference.make_law("slope", t, prior), sg.inference.make_law("bend", t**2, prior)]
+    found = sg.inference.infer(sg.inference.make_problem(y, 0.3, laws))
+    assert found.probability("slope") == found.probability(["slope"]) > 0.99
+    with pytest.raises(ValueError, match="no candidate has the label 'slop'; expected slope"):
+        found.probability(["slop"])
+    frame = found.to_frame()
+    assert list(frame["label"]) == ["slope", "bend"]
+    assert frame["in_best"].tolist() == [True, False]
+    assert found.summary().startswith("slope ")
+    assert max(len(repr(found)), len(repr(found.sets))) < 200
+    y[7] = np.nan
+    with pytest.raises(ValueError, match="residual 8 of 60 is no finite number"):
+        sg.inference.make_problem(y, 0.3, laws)

@@ -14,10 +14,13 @@ import pandas as pd
 from stepgauge.axis.recording import AxisRecording, join_axis_recordings, places_of
 from stepgauge.axis.sensors import SENSORS, not_candidates
 from stepgauge.axis.units import AxisUnits
+from stepgauge.conditions import NOTHING, Conditions
+from stepgauge.conditions.axis import recording_conditions
+from stepgauge.conditions.condition import Name
 from stepgauge.diagnosis.axis.conversion import UnitConversion
 from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
 from stepgauge.diagnosis.axis.reversal import is_reversal, reversal_phrase
-from stepgauge.diagnosis.engine import diagnose_residuals
+from stepgauge.diagnosis.engine import diagnose_residuals, insufficient
 from stepgauge.diagnosis.output.files import diagnosis_to_dict, without_nan
 from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
@@ -37,6 +40,8 @@ if TYPE_CHECKING:
 
 UNUSED = ("empirical", "inputs")
 """Parts of the JSON that are of a gauge on a machine, and are told otherwise here."""
+SOUGHT: tuple[Name, ...] = ("outliers", "drift")
+"""Conditions that are findings here: the search looks for single readings that are off, and for what moves in time."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -50,6 +55,7 @@ class AxisDiagnosis(Diagnosis):
     verdict: str
     found: GaugeDiagnosis
     data: AxisData
+    conditions: Conditions = NOTHING
     recordings: tuple[AxisRecording, ...] = ()
     path: str = ""
 
@@ -58,7 +64,8 @@ class AxisDiagnosis(Diagnosis):
         """All that is stated, in JSON types and the user's units."""
         files = [{"path": str(one.path), "sha256": file_sha256(one.path)} for one in self.recordings]
         simulated = any(is_simulated(one.comments) for one in self.recordings)
-        return {**_said(self.found, self.data), "inputs": {"recordings": files, "simulated": simulated}}
+        said = _said(self.found, self.data, self.conditions)
+        return {**said, "inputs": {"recordings": files, "simulated": simulated}}
 
     def figures(self) -> dict[str, Figure]:
         """Deviations before and after."""
@@ -77,12 +84,14 @@ def diagnose_axis(
 ) -> AxisDiagnosis:
     """What is behind the deviations of an axis; parameters as :func:`stepgauge.diagnosis.engine.diagnose`.
 
-    Only effects that the sensor and the form of the recording can have are candidates.
+    Only effects that the sensor and the form of the recording can have are candidates. Nothing is stated of readings
+    whose conditions prevent a statement.
     """
-    data = axis_data(recording)
+    data, conditions = axis_data(recording), recording_conditions(recording).without(*SOUGHT)
     absent = {*not_candidates(recording.sensor, recording.form, recording.units.axis == "rotary"), *without}
-    found = diagnose_residuals(data.residuals, absent, priors)
-    return AxisDiagnosis(found.verdict, found, data, (recording,))
+    prevented = bool(conditions.preventing)
+    found = insufficient(data.residuals) if prevented else diagnose_residuals(data.residuals, absent, priors)
+    return AxisDiagnosis(found.verdict, found, data, conditions, (recording,))
 
 
 def diagnose_axes(
@@ -118,13 +127,14 @@ def _rows(told: AxisDiagnosis, names: Sequence[tuple[str, int]]) -> pd.DataFrame
     return row_table(told.found, (), names, (units.position, places), (units.deviation, factor))
 
 
-def _said(found: GaugeDiagnosis, data: AxisData) -> dict[str, Any]:
+def _said(found: GaugeDiagnosis, data: AxisData, conditions: Conditions) -> dict[str, Any]:
     recording = data.recording
     units = recording.units
     raw = diagnosis_to_dict(found, Inputs((_Rows(recording),)))  # type: ignore[arg-type]
     conversion = UnitConversion(units, data.scaling)
     said = conversion.converted({key: value for key, value in raw.items() if key not in UNUSED})
     said["axis"] = {**_axis(recording), "repeatability": data.repeatability / units.base_deviation}
+    said["conditions"] = conditions.as_dicts()
     at, steps = subject(said), _even_steps(recording)
     for effect in said["effects"]:
         effect["separate_by"], effect["commands"], effect["reason"] = "", [], ""

@@ -100,11 +100,13 @@ def map_structure(found: StatedMap) -> Iterator[Located]:
         same = [
             one.candidate.label for one in said.credible_set.members if one.candidate.kind == said.lead.candidate.kind
         ]
-        yield _located(*function_of(said), found, found.answer.probability(same))
+        yield _located(*function_of(said), found, found.answer.probability_of_any(frozenset({one}) for one in same))
     for said in found.vague:
         label = said.lead.candidate.label
         words = f"similar to {name_of(label)}, whose size this map does not determine"
-        yield Located(DIRECTION, "both", UNDETERMINED, words, 1.0, found.answer.probability([label]))
+        yield Located(
+            DIRECTION, "both", UNDETERMINED, words, 1.0, found.answer.probability_of_any([frozenset({label})])
+        )
 
 
 def located_alone(found: StatedMap, left: Sequence[Located]) -> Iterator[Located]:

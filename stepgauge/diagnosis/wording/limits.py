@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from stepgauge.conditions import stored_conditions
 from stepgauge.conditions.duplicates import copies_words
 from stepgauge.diagnosis.gaussian_processes.random_function import SMOOTH
 from stepgauge.diagnosis.wording.aliases import leads_into_mm
@@ -56,9 +57,19 @@ def _axis_limits(said: Mapping[str, Any]) -> Iterator[Limit]:
         yield "axis_repeats", {}
     if axis["form"] in ("axis", "distances"):
         yield axis["form"], {}
-    if axis["form"] == "axis" and axis["even_step"]:
-        yield "axis_steps", {"step": f"{significant(axis['even_step'], 4)} {axis['unit']}"}
+    yield from _axis_steps(said)
     yield "sensor", {"sensor": axis["sensor_words"]}
+
+
+def _axis_steps(said: Mapping[str, Any]) -> Iterator[Limit]:
+    axis = said.get("axis", {})
+    if axis.get("form") == "axis" and axis["even_step"]:
+        yield "axis_steps", {"step": f"{significant(axis['even_step'], 4)} {axis['unit']}"}
+
+
+def step_limits(said: Mapping[str, Any], language: str = "en") -> list[str]:
+    """That an error whose period is the even step of an axis is not seen, whatever was found."""
+    return [say(f"limit_{key}", language, **values) for key, values in _axis_steps(said)]
 
 
 def _map_limits(said: Mapping[str, Any]) -> Iterator[Limit]:
@@ -85,6 +96,7 @@ def warnings(said: Mapping[str, Any], language: str = "en") -> list[str]:
         if not check["passed"]:
             text = worded(check["phrase"], subject(said), language)
             found.append(say("check_fails", language, check=say(f"part_{check['check']}", language), text=text))
+    found += stored_conditions(said).notes
     return [*found, *misfits(said, language), *without_scatter(said, language)]
 
 
@@ -114,6 +126,9 @@ def lacking(said: Mapping[str, Any], language: str = "en") -> list[str]:
     """What an insufficient recording lacks."""
     if said["verdict"] != "insufficient":
         return []
+    prevented = [one.sentence for one in stored_conditions(said).preventing]
+    if prevented:
+        return prevented
     if "axis" in said:
         return [say("lacks_axis", language)]
     if "map" in said["inputs"]:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from stepgauge.axis.recording import FORM, FORMS, AxisRecording, ways_doubt
+from stepgauge.conditions.axis import recording_conditions
 from stepgauge.errors import reading
 from stepgauge.importing.axis.build import AxisOptions, build_axis
 from stepgauge.importing.axis.heights import read_heights, reduced
@@ -66,10 +67,12 @@ def import_axis(
     if options.heights is not None:
         recording = reduced(recording, read_heights(options.heights), options.heights)
     clock = () if found.clock is None else found.clock.words
+    doubted = recording_conditions(recording).of("units", "channel", "duplicates")
+    doubts = (f"warning: {one.sentence}" for one in doubted)
     decided = (*decisions.taken, *decisions.rejected)
     lines = file.comments if source.is_workbook or source.frame is not None else said_lines(source.decoded[0])
     thermal, told = read_convention([*lines, *(f"{key}: {value}" for key, value in table.facts.items())])
-    report = (*file.notes, *table.left_out, *_words(roles, found, recording, targets), *told, *clock, *decided)
+    report = (*file.notes, *table.left_out, *_words(roles, found, recording, targets), *told, *clock, *decided, *doubts)
     comments = {key: value for key, value in comment_lines(file.comments).items() if key not in _OURS}
     name = Path(source.name).name
     said = {**recording.comments, **_date(found), **thermal, **comments, "log": name, "import": "\n".join(report)}

@@ -14,7 +14,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.axis.recording import OWN, STATIONS, AxisRecording, places_of
-from stepgauge.axis.units import AxisUnits, base_of, plain_name
+from stepgauge.axis.units import BASE, AxisUnits, base_of, plain_name
+from stepgauge.conditions.axis import LARGEST, is_unlikely
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import ANGLE_DEG, LENGTH_MM, Unit, find_unit, unit_hint
@@ -25,8 +26,6 @@ from stepgauge.importing.tables.columns import CORRECTION, DEVIATION, DEVIATIONS
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Answer, Decisions
 
-POSSIBLE = (1e-8, 2e-2)
-"""Deviations over the travel: from 10 nm of 1 m to 2 mm of 100 mm. What is beyond has another unit than it says."""
 UNIT_RATIOS = [a / b for units in (LENGTH_MM, ANGLE_DEG) for a in units.values() for b in units.values() if a != b]
 _UNITS = ("units", "unit", "einheit", "einheiten")
 NEAR_ONE = min(abs(ratio - 1.0) for ratio in UNIT_RATIOS) / 2.0
@@ -85,7 +84,7 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
     elif u_target is not None:
         frame["u_target"] = u_target * _value_factor(found, units, options, DEVIATION)
     for name, values in found.others.items():
-        frame[f"{name} recorded" if name in OWN or name in STATIONS else name] = values
+        frame[f"{name}_recorded" if name in OWN or name in STATIONS else name] = values
     artefact = options.targets.name if options.targets else "targets" if form == "axis" else "none"
     comments = {"artefact": artefact, **({"turned": _sign_words(found)} if turned else {})}
     return AxisRecording(frame, form, units, options.sensor, comments, table.path), targets
@@ -124,7 +123,7 @@ def _role(found: Long, table: Table, target: Array | None, decisions: Decisions)
     slope *= scale
     if abs(slope - 1.0) < NEAR_ONE:
         return READING
-    far = abs(float(found.value.mean())) * scale > POSSIBLE[1] * float(np.ptp(target))
+    far = abs(float(found.value.mean())) * scale > LARGEST * float(np.ptp(target))
     if abs(slope) < NEAR_NOUGHT and found.column.role == READING and far:
         way = Answer("columns", f"{DEVIATION}={found.column.header}", "if they are deviations")
         expected = Answer("columns", "target=HEADER", "for the right targets")
@@ -162,21 +161,27 @@ def _units(
         asked = asked or "mm"
     name = _settled_unit(table, "unit", options.unit, stated) or asked
     of_value = found.column.unit if role == DEVIATION else None
-    if of_value is not None and not _is_possible(found, of_value, stated):
+    doubted = of_value is not None and not _is_possible(found, of_value, stated)
+    if of_value is not None and doubted:
         if options.deviation_unit is None:
             what = f"the deviations are an unlikely part of the travel: is their unit {of_value.name}?"
             told = plain_name(of_value.name)
             others = [Answer("deviation_unit", one) for one in ("um", "mm", "nm") if one != told]
             decisions.ask(
-                table.path, what, Answer("deviation_unit", told, "if it is"), *others, found=found.column.header
+                table.path,
+                what,
+                Answer("deviation_unit", told, "if it is"),
+                *others,
+                found=" over ".join(one.called for one in (found.column, found.target) if one is not None),
             )
         of_value = None
     deviation = _settled_unit(table, "deviation_unit", options.deviation_unit, of_value) or options.deviation_unit
     if not name:
         what = f"the unit of the {'target' if of_axis else 'reading'}s is not stated"
         units = Answer("unit", suggestions=("mm", "um", "m", "inch", "deg", "arcsec"))
-        decisions.ask(table.path, what, units, found=found.column.header)
-    if role == DEVIATION and deviation is None:
+        asked_of = found.target if of_axis and found.target is not None else found.column
+        decisions.ask(table.path, what, units, found=asked_of.called)
+    if role == DEVIATION and deviation is None and not doubted:
         units = Answer("deviation_unit", suggestions=("um", "mm", "nm", "uin", "arcsec"))
         decisions.ask(table.path, "the unit of the deviations is not stated", units, found=found.column.header)
     return AxisUnits.of(name, deviation) if name else None
@@ -187,9 +192,10 @@ def _is_possible(found: Long, unit: Unit, of_target: Unit | None) -> bool:
     target = found.numbers("target")
     if target is None or of_target is None or of_target.quantity != unit.quantity:
         return True
-    travel = float(np.ptp(target)) * of_target.factor
-    size = float(np.ptp(found.value)) * unit.factor
-    return not travel or not size or POSSIBLE[0] < size / travel < POSSIBLE[1]
+    fine = BASE["linear" if unit.quantity == "length" else "rotary"][1]
+    travel = float(np.ptp(target)) * of_target.factor * fine
+    size = float(np.ptp(found.value)) * unit.factor * fine
+    return not size or not is_unlikely(size, travel)
 
 
 def _of_file(found: Long, table: Table) -> Unit | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
-from stepgauge.files.units import Unit, find_unit
+from stepgauge.files.units import Unit, column_name, find_unit
 from stepgauge.importing.tables.clock import Clock, counted_clock, is_date, joined, read_clock
 from stepgauge.importing.tables.columns import IGNORE, Column
 from stepgauge.importing.tables.grid import Table
@@ -118,17 +118,19 @@ def beside(table: Table, columns: Sequence[Column], taken: Collection[str] = ())
     for one in columns:
         values, unit = table.numbers(one.place), one.unit or split_name(one.header)[1]
         unit = unit or (find_unit(one.header.strip("[]()")) if one.header[0] in "[(" else None)
-        name = one.header.replace(",", " ").replace('"', " ").strip()
+        name = column_name(one.header)
         if unit is not None and unit.quantity == "temperature":
-            values, name = scaled(values, unit), _temperature_name(name)
-        if np.isfinite(values).all() and name not in kept and name not in taken:
+            values, name = scaled(values, unit), _temperature_name(one.header)
+        gaps = int((~np.isfinite(values)).sum())
+        if not gaps and name not in kept and name not in taken:
             kept[name] = values
         else:
-            dropped.append(one.header)
+            some = f" (no number in {gaps} of {len(values)} rows)" if 0 < gaps < len(values) else ""
+            dropped.append(f"{one.header}{some}")
     return kept, dropped
 
 
 def _temperature_name(header: str) -> str:
     """The name of a column of temperatures in a recording: ``Material_C`` for ``Material [degC]``."""
     name = split_name(header)[0].strip(" []()")
-    return f"{'temperature' if find_unit(name) else name}_C"
+    return f"{'temperature' if find_unit(name) else column_name(name)}_C"

@@ -4,7 +4,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Flag, Number, Reads, Repeated
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import Flag, Number, Reads, Repeated
 from stepgauge.verbs.shared import CoverageFactor, File, MachineName
 from stepgauge.verbs.statements import write_test
 

@@ -4,7 +4,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, Number, OneOf, Pair, Reads, Repeated
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import Number, OneOf, Pair, Reads, Repeated
 from stepgauge.verbs.shared import Convention, File, GaugeIfNeeded, MachineIfNeeded, Placements, TipDiameter
 from stepgauge.verbs.statements import write_test
 

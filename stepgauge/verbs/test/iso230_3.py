@@ -4,7 +4,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import ARGUMENT, OneOf, Reads
+from stepgauge.verbs.kind import ARGUMENT
+from stepgauge.verbs.kinds import OneOf, Reads
 from stepgauge.verbs.shared import File, GaugeIfNeeded
 from stepgauge.verbs.statements import write_test
 from stepgauge.verbs.test.iso230 import EXPANDED, TOLERANCES

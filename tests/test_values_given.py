@@ -1,0 +1,79 @@
+"""What Python gives a verb: the kinds of its parameters take it, or say what is wrong, found and expected."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import stepgauge as sg
+from stepgauge.errors import InputError
+from stepgauge.verbs.catalogue import all_verbs
+from stepgauge.verbs.kinds import Pair, Reads, Repeated, Text
+from tests.axis.test_conditions import table
+
+
+def axis() -> Any:
+    return sg.import_recording(table(), sensor="laser").settled()
+
+
+@pytest.mark.parametrize("given", [{"A": 12}, MappingProxyType({"A": 12.0}), "A=12", ["A=12"], ("A=12",)])
+def test_pairs_are_a_mapping_or_texts(given: Any) -> None:
+    assert sg.iso230(axis(), tolerances=given).test.requirement.tolerance_um == {"A": 12.0}
+
+
+def test_every_parameter_of_every_verb_refuses_what_is_none_of_its_kind() -> None:
+    """By name; whatever the kind, an object that nothing understands ends as one line."""
+    checked = 0
+    for _, verb in all_verbs():
+        for one in verb.parameters:
+            if isinstance(one.one, Reads | Text | Pair):
+                for wrong in ([3 + 4j], b"text", object()):
+                    with pytest.raises(InputError, match=f"^{one.name}: .*found .*expected "):
+                        one.kind.taken(one.name, wrong)
+                    checked += 1
+    assert checked > 200
+
+
+def test_a_number_is_taken_for_a_text_that_is_one() -> None:
+    assert Text("LIMIT").taken("mpe", 3.0) == "3.0"
+    assert Text("LIMIT").taken("mpe", np.float64(3.5)) == "3.5"
+    assert Repeated(Pair(names=("A",)), "limit").taken("limits", ["A=3"]) == {"A": 3.0}
+
+
+@pytest.mark.parametrize("wrong", [{"a": [1]}, np.zeros((3, 2)), pd.Series([1.0]), 3.0, None, b"x", [pd.DataFrame()]])
+def test_an_import_takes_a_path_an_open_file_or_a_table(wrong: Any) -> None:
+    with pytest.raises(InputError, match=r"^log: neither a file nor what is read from one"):
+        sg.import_recording(wrong, sensor="laser")
+
+
+def test_a_diagnosis_takes_what_an_import_gives() -> None:
+    asked = sg.import_recording(table(1e-3), sensor="laser")
+    with pytest.raises(InputError, match="is their unit um"):
+        sg.diagnose(asked)
+    stated = sg.import_recording(table(1e-3), sensor="laser", deviation_unit="um")
+    assert sg.diagnose(stated).said == sg.diagnose(stated.recording).said
+    with pytest.raises(InputError, match=r"a table that is no recording.*import_recording"):
+        sg.diagnose(table())
+
+
+def test_a_report_of_a_test_says_who_writes_it(tmp_path: Path) -> None:
+    test = sg.iso230(axis())
+    with pytest.raises(InputError, match=r"writes its own report.*write\(folder\)"):
+        sg.report(test, tmp_path / "x.pdf")
+    assert not list(tmp_path.iterdir())
+
+
+def test_missing_readings_cost_their_targets_where_that_leaves_more() -> None:
+    """Two gaps in different runs left one run of three: the 15 targets without them are whole in all."""
+    holed = table()
+    holed.loc[[5, 40], "deviation [um]"] = np.nan
+    (one,) = sg.iso230(sg.import_recording(holed, sensor="laser", accept="missing")).test.axes
+    assert (len(one.targets.machine_mm), one.runs) == (15, (1, 2, 3))
+    short = table(runs=5).iloc[:-20]  # a run that was stopped costs itself
+    (one,) = sg.iso230(sg.import_recording(short, sensor="laser")).test.axes
+    assert (len(one.targets.machine_mm), one.runs) == (17, (1, 2, 3, 4))
