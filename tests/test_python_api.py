@@ -172,7 +172,6 @@ StoredBudget.plot(self, axes=None, placement=None)
 StoredBudget.write(self, folder, figure="png")
 StoredResult.summary(self)
 StoredResult.to_frame(self)
-StoredResult.plot(self, axes=None)
 """
 
 

@@ -23,6 +23,8 @@ from stepgauge.standards.iso230 import AxisParameters, Direction
 from stepgauge.standards.positioning import AxisTest, Units
 
 WIDTH_MM, HEIGHT_MM = 170.0, 100.0
+MARGIN = 0.015
+"""Share of the width right of the parameters, whose last letter is cut where another font is used."""
 TITLE_GAP_PT = 10.0
 """Between the name of the axis and the parameters beside it, points of print."""
 
@@ -122,7 +124,7 @@ def _label(axes: Axes, test: AxisTest) -> None:
     if isinstance(p, AxisParameters):
         values = {"R": p.R_um, **values, "mean B": p.mean_B_um}
     told = (f"{name} = {value:.2f} {test.units.deviation_symbol}".replace("-", "−") for name, value in values.items())
-    axes.set_title(", ".join(told), loc="right")
+    axes.set_title(", ".join(told), loc="right", x=1.0 - MARGIN)
 
 
 def _part_titles(figure: Figure, axes: Axes) -> None:

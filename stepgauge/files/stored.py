@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
-from stepgauge.files.shown import Plotted, Summarized
+from stepgauge.files.shown import Summarized
 from stepgauge.files.text import read_json, read_result
 
 if TYPE_CHECKING:
@@ -39,8 +39,8 @@ def _plain(value: Any) -> Any:
 
 
 @dataclass(frozen=True, repr=False)
-class StoredResult(Plotted):
-    """A result as its file has it: its ``kind`` and its ``values`` by key."""
+class StoredResult(Summarized):
+    """A result as its file has it: its ``kind`` and its ``values`` by key; its figures lie beside the file."""
 
     kind: str
     values: Mapping[str, Any]

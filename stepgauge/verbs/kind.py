@@ -74,6 +74,11 @@ def is_number(value: Any) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
+def is_array(value: Any) -> bool:
+    """Whether a value is a list of something, or an array."""
+    return isinstance(value, list | tuple | range) or hasattr(value, "__array__")
+
+
 def is_pair(value: Any) -> bool:
     """Whether a value is a name with something."""
     return isinstance(value, tuple) and len(value) == 2

@@ -13,7 +13,7 @@ from os import PathLike
 from typing import Any, ClassVar
 
 from stepgauge.errors import naming
-from stepgauge.verbs.kind import Kind, is_number, is_pair, several
+from stepgauge.verbs.kind import Kind, is_array, is_number, is_pair, several
 
 
 @dataclass(eq=False)
@@ -109,15 +109,20 @@ class OneOf(Kind):
 
 @dataclass(eq=False)
 class Text(Kind):
-    """Any text; ``metavar`` says of what. Python may give a number for one that is a number, or a path."""
+    """Any text; ``metavar`` says of what. Python may give a path, or the number that it states.
+
+    ``numbers``: or several.
+    """
 
     metavar: str = "TEXT"
+    numbers: bool = False
 
     def taken(self, parameter: str, given: Any) -> Any:
         return super().taken(parameter, str(given) if is_number(given) else given)
 
     def fault(self, value: Any) -> tuple[str, str] | None:
-        return None if isinstance(value, str | PathLike) else ("not a text", f"a text: {self.metavar}")
+        several_of = self.numbers and is_array(value) and all(map(is_number, value))
+        return None if several_of or isinstance(value, str | PathLike) else ("not a text", f"a text: {self.metavar}")
 
 
 @dataclass(eq=False)
@@ -264,7 +269,7 @@ class Reads(Kind):
     """A file that is read, or in Python the object that stands for it; ``room``: of the shipped files it may name.
 
     ``foreign``: what somebody else wrote, whose reading has a limit of time and memory. ``optional``: the command
-    line may leave it out, and Python states None.
+    line may leave it out, and Python states None. ``numbers``: Python may give them instead.
     """
 
     metavar: str = "FILE"
@@ -274,6 +279,7 @@ class Reads(Kind):
     foreign: bool = False
     folder: bool = False
     optional: bool = False
+    numbers: bool = False
     name: str = field(default="file", kw_only=True)
     is_path: ClassVar[bool] = True
     is_read: ClassVar[bool] = True
@@ -287,6 +293,8 @@ class Reads(Kind):
         is_table = hasattr(value, "iloc") and hasattr(value, "columns")
         ours = any(one.__module__.partition(".")[0] == "stepgauge" for one in type(value).__mro__)
         if isinstance(value, str | PathLike) or is_table or hasattr(value, "read") or ours:
+            return None
+        if self.numbers and is_array(value):
             return None
         expected = f"{self.metavar}: a path, a DataFrame or a result of stepgauge"
         return "neither a file nor what is read from one", expected

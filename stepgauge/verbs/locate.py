@@ -31,7 +31,7 @@ def write(placement: "Placement", output: OutputFile) -> list[File]:
 
 @verb(write)
 def locate(
-    points: Annotated["File | ArrayLike | pd.DataFrame", Reads(foreign=True), ARGUMENT],
+    points: Annotated["File | ArrayLike | pd.DataFrame", Reads(foreign=True, numbers=True), ARGUMENT],
     gauge: GaugeLike,
     *,
     machine: MachineIfNeeded = None,

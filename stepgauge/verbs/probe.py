@@ -61,8 +61,8 @@ def write_map(
 def probe_map(
     probe: ProbeFile,
     *,
-    polar_deg: Annotated["Angles", Text("ANGLES")] = "10:90:10",
-    azimuth_deg: Annotated["Angles", Text("ANGLES")] = "0:360:10",
+    polar_deg: Annotated["Angles", Text("ANGLES", numbers=True)] = "10:90:10",
+    azimuth_deg: Annotated["Angles", Text("ANGLES", numbers=True)] = "0:360:10",
     stylus_direction: Direction = None,
 ) -> "DirectionMap":
     """Map what a probe does over the directions in which surfaces push its tip.
