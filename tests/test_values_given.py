@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tomllib
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -67,6 +69,10 @@ def test_a_report_of_a_test_says_who_writes_it(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"writes its own report.*write\(folder\)"):
         sg.report(test, tmp_path / "x.pdf")
     assert not list(tmp_path.iterdir())
+    paths, _ = test.write(tmp_path)
+    assert any(path.suffix == ".pdf" for path in paths)
+    with pytest.raises(InputError, match=r"^axes: .*plot\(\) alone"):
+        test.plot(test.plot().axes[0])
 
 
 def test_missing_readings_cost_their_targets_where_that_leaves_more() -> None:
@@ -78,3 +84,25 @@ def test_missing_readings_cost_their_targets_where_that_leaves_more() -> None:
     short = table(runs=5).iloc[:-20]  # a run that was stopped costs itself
     (one,) = sg.iso230(sg.import_recording(short, sensor="laser")).test.axes
     assert (len(one.targets.machine_mm), one.runs) == (17, (1, 2, 3, 4))
+
+
+def test_recordings_are_equal_where_their_numbers_are(tmp_path: Path) -> None:
+    one = axis()
+    one.write(tmp_path / "axis.csv")
+    back = sg.read_axis_recording(tmp_path / "axis.csv")
+    back.write(tmp_path / "again.csv")
+    assert sg.read_axis_recording(tmp_path / "again.csv") == back
+    assert axis() == one
+    assert one != replace(one, frame=one.frame.assign(reading=one.frame["reading"] + 1e-3))
+    assert one != "axis"
+
+
+def test_a_shipped_file_is_its_text() -> None:
+    assert tomllib.loads(str(sg.list_files("bridge-cmm.toml")))["machine"]
+
+
+def test_a_direction_of_1_and_0_is_told_what_is_understood() -> None:
+    given = table().replace({"direction": {"+": 1, "-": 0}})
+    asked = sg.import_recording(given, sensor="laser")
+    assert asked.recording is None
+    assert "1 and -1, + and -" in asked.questions[0].text

@@ -1,7 +1,33 @@
 """The type of numbers in arrays."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 """Floating-point numbers; shapes stand in the docstrings."""
+
+
+def same_content(one: Any, other: object) -> bool:
+    """Whether two results of a kind hold the same numbers and words, wherever they were read from: their ``==``."""
+    if type(one) is not type(other):
+        return NotImplemented
+    names = [field.name for field in fields(one) if field.name != "path"]
+    return all(_same(getattr(one, name), getattr(other, name)) for name in names)
+
+
+def _same(one: Any, other: Any) -> bool:
+    if hasattr(one, "columns") and hasattr(other, "columns"):
+        return list(one.columns) == list(other.columns) and all(_same(one[name], other[name]) for name in one.columns)
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
+    if hasattr(one, "__array__") or hasattr(other, "__array__"):
+        values, others = np.asarray(one), np.asarray(other)
+        numbers = values.dtype.kind in "fc" and others.dtype.kind in "fc"
+        return np.array_equal(values, others, equal_nan=numbers)
+    return bool(one == other)

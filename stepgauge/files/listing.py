@@ -26,6 +26,10 @@ class Listing(Summarized):
         lines = [f"{name:<{width}}  {words}" for name, words in rows]
         return cls("\n".join([*lines, after] if after else lines), rows)
 
+    def __str__(self) -> str:
+        """The text, as the file has it."""
+        return self.text
+
     def summary(self) -> str:
         """The text."""
         return self.text

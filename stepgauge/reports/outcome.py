@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stepgauge.errors import InputError, naming
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Summarized, as_lines
 from stepgauge.files.stored import result_shown
@@ -15,6 +16,7 @@ from stepgauge.reports.page import UserStatements
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Reported = Callable[[Path, UserStatements, "str | Path | None", str], tuple[list[Path], tuple[str, ...]]]
@@ -41,8 +43,11 @@ class StandardTest(Summarized):
 
         return pd.read_csv(io.StringIO(self.table), comment="#")
 
-    def plot(self) -> Figure:
-        """The figure of the standard."""
+    def plot(self, axes: Axes | None = None) -> Figure:
+        """The figure of the standard; ``axes``: :class:`InputError`, for its panels and legend are a figure."""
+        if axes is not None:
+            what = "a test by a standard is drawn as a figure of several panels"
+            raise InputError(naming("axes"), what, found=type(axes).__name__, expected="plot() alone, which gives it")
         return self.drawn()
 
     def write(

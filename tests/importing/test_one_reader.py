@@ -239,7 +239,7 @@ def test_hours_minutes_and_seconds_in_columns_of_their_own() -> None:
 
 @pytest.mark.parametrize(
     ("header", "name", "value"),
-    [("Material [degC]", "Material_C", 20.5), ("T air (K)", "T air_C", 20.5), ("[°C]", "temperature_C", 20.5)],
+    [("Material [degC]", "Material_C", 20.5), ("T air (K)", "T_air_C", 20.5), ("[°C]", "temperature_C", 20.5)],
 )
 def test_a_temperature_has_a_name_that_the_laws_know(header: str, name: str, value: float) -> None:
     cells = [293.65 if "K" in header else 20.5] * 9

@@ -297,7 +297,7 @@ def _of_rows(table: Table, roles: Sequence[Column], role: str, titles: Sequence[
     ways = [(int(np.sign(c)) if abs(c) == 1.0 else 0) if isinstance(c, float) else _way(str(c)) for c in cells]
     if not all(ways):
         row = ways.index(0)
-        expected = naming("constants", words="+, -, forward or backward; or {} direction=+ for all")
+        expected = naming("constants", words="1 and -1, + and -, forward and backward; or {} direction=+ for all")
         what = f"column {column.header!r} is no direction of travel"
         raise InputError(table.at(row), what, found=repr(str(cells[row])), expected=expected)
     return np.array(ways)
