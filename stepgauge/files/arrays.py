@@ -17,7 +17,8 @@ def same_content(one: Any, other: object) -> bool:
     """Whether two results of a kind hold the same numbers and words, wherever they were read from: their ``==``."""
     if type(one) is not type(other):
         return NotImplemented
-    names = [field.name for field in fields(one) if field.name != "path"]
+    kind: Any = type(one)
+    names = [field.name for field in fields(kind) if field.name != "path"]
     return all(_same(getattr(one, name), getattr(other, name)) for name in names)
 
 

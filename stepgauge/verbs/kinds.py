@@ -353,13 +353,13 @@ class Repeated(Kind):
             self.kind.check(parameter, one)
 
     def taken(self, parameter: str, given: Any) -> Any:
-        pairs = isinstance(self.kind, Pair)
-        if pairs and isinstance(given, Mapping):
-            given = list(given.items())
-        if not isinstance(given, list | tuple) and not pairs:
+        if isinstance(self.kind, Pair):
+            every = list(given.items()) if isinstance(given, Mapping) else several(given)
+            pairs = [self.kind.taken(parameter, one) for one in every]
+            return pairs if self.kind.whole else dict(pairs)
+        if not isinstance(given, list | tuple):
             return self.kind.taken(parameter, given)
-        every = [self.kind.taken(parameter, one) for one in several(given)]
-        return dict(every) if pairs and not self.kind.whole else every
+        return [self.kind.taken(parameter, one) for one in given]
 
 
 @dataclass(eq=False)
