@@ -110,9 +110,9 @@ SHOWN = {
         "results/after/evaluation.json": r'"band_um": 0\.\d',
     },
     "small-machines.md": {
-        "x-settings.txt": r"FACTOR \$100 1\.000(79|80)(.|\n)*\$160=0\.06",
-        "why/diagnosis.md": r"reversal error x \| [56]\d\.\d um(.|\n)*scale error x \| (79|80)\d um/m(.|\n)*"
-        r"squareness xy \| (29|30)\d urad",
+        "why/diagnosis.md": r"effective radius \| 40\.\d um(.|\n)*scale error x \| 120\d um/m"
+        r"(.|\n)*squareness xy \| −40\d urad(.|\n)*towards - of the first(.|\n)*reversal error x \| 79\.\d um"
+        r"(.|\n)*scale error y \| −(49|50)\d um/m(.|\n)*reversal error y \| 38\.\d um",
     },
     "laser.md": {
         "laser/diagnosis.md": r"reversal error \| 3\.0(.|\n)*scale error \| 12\.(.|\n)*period (5\.000|4\.999)",

@@ -16,6 +16,7 @@ from stepgauge.effects import Probings, Setting, effect_kinds, make_effects, tot
 from stepgauge.effects.compensation import COLUMNS
 from stepgauge.effects.totals import along_approach_um, scatter_um
 from stepgauge.effects.waves import sine
+from stepgauge.effects.words import filled
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.machine.file import read_machine
@@ -104,6 +105,26 @@ def test_squareness_moves_the_first_axis_with_the_second(plane: str, first: int,
     expected = np.zeros((1, 3))
     expected[0, first] = 20.0  # 40 urad over 0.5 m
     assert_allclose(bend(probings(**place), kind="squareness", plane=plane, urad=40.0), expected)
+
+
+@pytest.mark.parametrize(("plane", "first", "second"), [("xy", 0, 1), ("xz", 0, 2), ("yz", 1, 2)])
+@pytest.mark.parametrize("urad", [400.0, -400.0])
+def test_squareness_says_whether_the_angle_is_over_90_deg_and_which_end_to_move(
+    plane: str, first: int, second: int, urad: float
+) -> None:
+    """From where the tip truly goes when the machine is told to go along its second axis: indicated minus displaced."""
+    (square,) = make_effects([{"kind": "squareness", "plane": plane, "urad": urad}], "machine.toml")
+    there = np.zeros(3)
+    for _ in range(3):
+        told = np.eye(3)[second] * 100.0
+        seen = probings(**{f"{axis}_mm": there[n] for n, axis in enumerate("xyz")})
+        there = told - total_displacement_um([square], seen)[0] * 1e-3
+    over = there[first] < 0.0  # it leans away from + of the first axis
+    words, values = square.words, {"plane": {"value": plane}, "urad": {"value": urad, "unit": "urad"}}
+    assert words is not None
+    assert f"400 urad {'over' if over else 'under'} 90 deg" in filled(words.means, values)
+    assert f"its + end towards {'+' if over else '-'} of the first" in filled(words.repair, values)
+    assert abs(there[first]) == pytest.approx(0.040, rel=1e-3)  # 10 urad are 1 um in 100 mm
 
 
 def test_straightness_is_a_bow_across_the_travel() -> None:

@@ -22,7 +22,10 @@ _SQUARE = {"xy": ("x", "y"), "xz": ("x", "z"), "yz": ("y", "z")}
 
 
 class Squareness(Effect):
-    """Two axes are not perpendicular: the first axis of the plane moves with the second, d_first = angle * second."""
+    """Two axes are not perpendicular: the first indicates more with the second, d_first = angle * second.
+
+    The second axis then leans towards - of the first: a positive angle is one of more than 90 deg between them.
+    """
 
     kind: ClassVar[str] = "squareness"
     equation: ClassVar[str] = "d_first = urad 1e-6 second"
@@ -34,19 +37,27 @@ class Squareness(Effect):
     )
     words: ClassVar[Wording | None] = Wording(
         "squareness",
-        "The axes {plane} are {urad} off perpendicular: up to {largest} in this recording.",
+        "The axes {plane} are at {urad} {urad:over|under} 90 deg between their + directions (10 urad are 1 um in 100 mm): up"
+        " to {largest} in this recording.",
         "Measure the squareness of {plane} by other means: a square, or a ball plate.",
-        "Enter the squareness of {plane} in the controller.",
+        "Enter the squareness of {plane} in the controller, or turn the second axis of the two: its + end towards"
+        " {urad:+|-} of the first.",
         german=Wording(
             "Rechtwinkligkeit",
-            "Die Achsen {plane} stehen um {urad} nicht rechtwinklig: bis {largest} in dieser Aufnahme.",
+            "Zwischen den Plusrichtungen von {plane} liegen {urad} {urad:mehr|weniger} als 90 Grad (10 urad sind 1 um auf"
+            " 100 mm): bis {largest} in dieser Aufnahme.",
             "Die Rechtwinkligkeit {plane} anders messen: mit einem Winkel oder einer Kugelplatte.",
-            "Die Rechtwinkligkeit {plane} in die Steuerung eingeben.",
+            "Die Rechtwinkligkeit {plane} in die Steuerung eingeben, oder die zweite der beiden Achsen drehen: ihr Ende"
+            " bei + nach {urad:+|-} der ersten.",
         ),
     )
     plane: Literal["xy", "xz", "yz"] = parameter(unit="", role="choice", meaning="plane of the two axes")
     urad: float = parameter(
-        unit="urad", meaning="inclination of the second axis towards the first", ge=-1e5, le=1e5, sensible=(-100, 100)
+        unit="urad",
+        meaning="angle between the + directions of the two axes, over 90 deg",
+        ge=-1e5,
+        le=1e5,
+        sensible=(-100, 100),
     )
 
     def displacement_um(self, probings: Probings) -> Displacement:

@@ -314,7 +314,8 @@ def _title(law: EmpiricalLaw) -> str:
     covariate = covariate_words(law.located.covariate)
     if law.located.beside and law.located.form == SMOOTH:
         covariate += f" and {covariate_words(law.located.beside)}"
-    return f"no known law: {TITLES[law.located.form].format(covariate=covariate)}"
+    form = TITLES.get(law.located.form, "structure with {covariate}, of a form that is not told")
+    return f"no known law: {form.format(covariate=covariate)}"
 
 
 def _along(side: str) -> str:
