@@ -286,7 +286,10 @@ def assumptions(model: MonteCarloModel, asked: BudgetOptions) -> list[str]:
 
 
 def missing(model: MonteCarloModel, asked: BudgetOptions) -> list[tuple[str, str]]:
-    """Contributions to the budget of this measurement that were not stated; no value is assumed for them."""
+    """Contributions to the budget of this measurement that were not stated; no value is assumed for them.
+
+    One's own contribution of that name states it.
+    """
     machine, gauge, keys = model.machine, model.gauge, model.inputs.names
     recorded = model.nominal.results[0].gauge_temperature_C is not None
     located = asked.placements and all(axis_uncertainty_rad(placement) for placement in asked.placements)
@@ -317,7 +320,8 @@ def missing(model: MonteCarloModel, asked: BudgetOptions) -> list[tuple[str, str
         (bool(located), "alignment (cosine error)", "--placement with its [uncertainty] yaw_urad and pitch_urad"),
         (REPEATABILITY in keys, "repeatability", "two or more cycles, or machine.repeatability_um"),
     )
-    return [(what, how) for present, what, how in checks if not present]
+    own = {one.name for one in (*machine.contributions, *asked.contributions)}
+    return [(what, how) for present, what, how in checks if not present and what.partition(" (")[0] not in own]
 
 
 Check = tuple[bool, str, str]

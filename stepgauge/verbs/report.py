@@ -88,7 +88,8 @@ def report(
     interactive : a page (.html, one file, no network): click a face or a finding to see its probings
     recordings : of an evaluation whose single probings such a page shows, in order; default: those that it was made
         from
-    statement : number, operator, customer, location, date, remarks, and a template of your own
+    statement : of the report of one evaluation: number, operator, customer, location, date, remarks; of every report a
+        template of your own
 
     Returns
     -------

@@ -248,3 +248,13 @@ def test_a_corrected_drift_counts_with_the_uncertainty_of_its_rate() -> None:
             assert line.value == pytest.approx(result.xf_um[far])
             assert line.contribution[name] < expected_um
     assert plain.best()[far] - corrected.best()[far] == pytest.approx(0.04 * 10, abs=0.1)
+
+
+def test_a_contribution_by_the_name_of_a_gap_states_it() -> None:
+    """``probing=0.1`` was counted, and probing was not evaluated all the same."""
+    of = model()
+    stated = of.machine.stated.model_copy(update={"probing_um": None})
+    bare = replace(of, machine=replace(of.machine, stated=stated))
+    assert "probing (" in missing(bare)
+    assert "probing (" not in missing(bare, BudgetOptions(contributions=(parse_contribution("probing=0.1"),)))
+    assert "probing (" in missing(bare, BudgetOptions(contributions=(parse_contribution("form=0.1"),)))
