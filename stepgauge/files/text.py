@@ -171,7 +171,7 @@ def check_inputs(data: dict[str, Any], path: str | Path) -> None:
                 found = file_digest(place)
             if found != one.get("sha256"):
                 what = f"{one['file']} has changed since this was made from it"
-                raise InputError(path, what, expected="the same verb again, with what is there now")
+                raise InputError(path, what, expected="this made again, with what is there now")
 
 
 @reader("JSON file")

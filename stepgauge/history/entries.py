@@ -20,6 +20,7 @@ from stepgauge.files.dates import moment_in_path, parse_moment
 from stepgauge.recording.simulated import is_simulated
 
 DateFrom = Literal["record", "file"]
+UNNAMED = "(unnamed)"
 ALONG_DEG = 10.0
 """A gauge closer than this to a machine axis measures that axis."""
 
@@ -57,7 +58,7 @@ class HistoryEntry:
     repeatability alone (the certificate is common to all entries of a gauge and cancels in a trend).
     ``reversal_of_scale_um``: what of ``reversal_um`` the scale error shows of itself; ``s_um``: standard deviation of a
     probing, pooled over the ``s_faces`` faces with repeats, with its degrees of freedom ``s_dof``; ``simulated``: 1
-    where no machine was measured.
+    where no machine was measured; ``recording_sha256``: of what was measured.
     """
 
     path: str
@@ -85,6 +86,7 @@ class HistoryEntry:
     s_dof: float = math.nan
     s_faces: float = math.nan
     simulated: int = 0
+    recording_sha256: str = ""
 
 
 def read_entries(path: Path, root: Path, sha256: str, date_from: DateFrom = "record") -> list[HistoryEntry]:
@@ -144,7 +146,7 @@ def make_entry(
         sha256,
         moment,
         source,
-        str(data.get("machine") or (data.get("comments") or {}).get("machine") or "(unnamed)"),
+        str(data.get("machine") or (data.get("comments") or {}).get("machine") or UNNAMED),
         data["gauge"]["serial"],
         data["gauge"]["certificate"],
         int(one["placement"]),
@@ -163,7 +165,15 @@ def make_entry(
         stored_reversal_of_scale_um(one, data["r_eff_origin"]),
         *faces.repeats(),
         int(is_simulated(data.get("comments") or {})),
+        _recordings(data),
     )
+
+
+def _recordings(data: Mapping[str, Any]) -> str:
+    """Checksums of the recordings that an evaluation was made from; empty where it does not say them."""
+    names = {Path(one).name for one in str(data.get("recording", "")).split(", ")}
+    made_from = [one for one in data.get("inputs", []) if isinstance(one, dict)]
+    return " ".join(str(one.get("sha256", "")) for one in made_from if Path(str(one.get("file", ""))).name in names)
 
 
 def _number(value: float | None) -> float:

@@ -17,10 +17,10 @@ from pathlib import Path
 from stepgauge.errors import InputError, naming
 from stepgauge.files.checksum import file_digest
 from stepgauge.files.outputs import place_of, replacing
-from stepgauge.history.entries import DateFrom, HistoryEntry, read_entries
+from stepgauge.history.entries import UNNAMED, DateFrom, HistoryEntry, read_entries
 
 ANOTHER = naming("rebuild", "store", words="{}, or another {}")
-SCHEMA = 4
+SCHEMA = 5
 TABLES = {"entry": "path, placement", "file": "path", "origin": "folder"}
 """The tables and the order of their rows."""
 NAMES = tuple(field.name for field in fields(HistoryEntry))
@@ -214,13 +214,17 @@ def _from_row(row: tuple[object, ...]) -> HistoryEntry:
 
 
 def _without_copies(entries: list[HistoryEntry]) -> tuple[list[HistoryEntry], list[str]]:
-    """An evaluation that lies in two folders counts once."""
-    first: dict[tuple[str, int], str] = {}
-    kept, said = [], {}
-    for entry in entries:
-        original = first.setdefault((entry.sha256, entry.placement), entry.path)
-        if original == entry.path:
-            kept.append(entry)
-        else:
-            said[entry.path] = f"{entry.path}: the same as {original}, counted once"
-    return kept, list(said.values())
+    """A measurement counts once, in however many folders it was evaluated; one that names its machine goes first."""
+
+    def measured(one: HistoryEntry) -> tuple[str, str, int]:
+        return one.recording_sha256 or one.sha256, one.certificate, one.placement
+
+    first: dict[tuple[str, str, int], str] = {}
+    for entry in sorted(entries, key=lambda one: one.machine == UNNAMED):
+        first.setdefault(measured(entry), entry.path)
+    said = {
+        one.path: f"{one.path}: the same as {first[measured(one)]}, counted once"
+        for one in entries
+        if first[measured(one)] != one.path
+    }
+    return [one for one in entries if one.path not in said], list(said.values())

@@ -186,7 +186,7 @@ def _result_words(path: Path, kind: str) -> tuple[str, Any]:
     found = Diagnosis.read(path)
     if found.changed():
         what = f"{found.changed()[0]} has changed since this was made from it"
-        raise InputError(path, what, expected="the same verb again, with what is there now")
+        raise InputError(path, what, expected="this made again, with what is there now")
     return found.verdict, found.said["inputs"]
 
 

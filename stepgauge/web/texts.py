@@ -12,6 +12,13 @@ from typing import Any
 from stepgauge.errors import InputError, one_line, option_of
 from stepgauge.web.messages import in_german, said_in_german
 
+_UP = re.compile(r"(?:\.\./)+")
+_OPTION = re.compile(r"--([a-z][a-z0-9-]*)")
+_TICKED = re.compile(r"\b([a-z]\w*) = true in \[\w+\]")
+_KEY = re.compile(r"(?<![\w./'\"=\[-])[a-z]+(?:_[A-Za-z]+)+(?![\w/'\"=\]]|\.\w)")
+_COMMAND = re.compile(r"'?\bstepgauge ([a-z]+)\b(?: (?:[A-Z]{2,}|-{1,2}[a-z][\w-]*|[\w/.-]+\.[a-z]{2,4}))*'?")
+_PAGES = {"evaluate": "result", "budget": "result", "diagnose": "diagnosis", "simulate": "run", "import": "importing"}
+"""Pages by the verbs that they do, where their names differ."""
 LANGUAGES = {"en": "English", "de": "Deutsch"}
 
 
@@ -48,6 +55,9 @@ class Words:
 
     def label(self, name: str) -> str:
         """What a field is called on the page: an argument or a key of a file, with its unit or without."""
+        table, dot, key = name.partition(".")
+        if dot and self.has(f"certificate_part.{table}"):
+            return f"{self(f'certificate_part.{table}')} – {self.label(key)}"
         plain = option_of(name).removeprefix("--").replace("-", "_")
         key = next((one for one in (f"field.{name}", f"field.{plain}", f"wrong.{name}") if self.has(one)), "")
         return self(key) if key else plain.replace("_", " ")
@@ -68,20 +78,30 @@ class Words:
         what, found, expected = (None if one is None else self.message(one) for one in rest)
         said = f"{where}: {what}" if where else str(what)
         more = [(self("page.found"), found), (self("page.expected"), expected)]
-        return one_line(
-            "; ".join([said, *(f"{word} {text}" for word, text in more if text is not None)]), error.longest
-        )
+        whole = "; ".join([said, *(f"{word} {text}" for word, text in more if text is not None)])
+        return one_line(self.plain(whole), error.longest)
 
     def message(self, text: str) -> str:
         """What the program says of its own accord, with the fields of the page in place of options."""
-        return self._without_options(in_german(text) if self.language == "de" else text)
+        return self.plain(in_german(text) if self.language == "de" else text)
 
     def ended(self, line: str) -> str:
         """The last line of a verb that failed."""
-        return self._without_options(said_in_german(line) if self.language == "de" else line)
+        return self.plain(said_in_german(line) if self.language == "de" else line)
 
-    def _without_options(self, text: str) -> str:
-        return re.sub(r"--([a-z][a-z0-9-]*)", lambda found: self.label(found[1].replace("-", "_")), text)
+    def plain(self, text: str) -> str:
+        """A text of the program for somebody who sees fields and pages: no command, option, key or way up a folder."""
+        text = _UP.sub("", text.removeprefix("stepgauge: error: "))
+        text = text.replace(" (the command below)", "")
+        text = _TICKED.sub(lambda found: self("page.ticked", field=self.label(found[1])), text)
+        text = _COMMAND.sub(self._page_of, text)
+        text = _OPTION.sub(lambda found: self.label(found[1].replace("-", "_")), text)
+        return _KEY.sub(lambda found: self.label(found[0]) if self.has(f"field.{found[0]}") else found[0], text)
+
+    def _page_of(self, command: re.Match[str]) -> str:
+        """The page on which a command is done; the command itself where there is none."""
+        key = f"nav.{_PAGES.get(command[1], command[1])}"
+        return self("page.page", page=self(key)) if self.has(key) else command[0]
 
     def decimal(self, text: str) -> str:
         """A number that is text already, with the decimal mark of the language."""

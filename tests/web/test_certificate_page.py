@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 import stepgauge as sg
+from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.live.faults import read_faults
 from stepgauge.reports.certificate_file import check_filled, read_laboratory
 from stepgauge.web import concealed
@@ -17,6 +19,7 @@ from stepgauge.web.forms import Form
 from stepgauge.web.pages import certificate, run, sources
 from stepgauge.web.texts import LANGUAGES, Words
 from stepgauge.web.work import WorkList
+from tests.dcc.made import one_recording
 from tests.web.conftest import Asked, make_project
 
 FILLED = {
@@ -128,3 +131,21 @@ def test_values_that_were_tried_are_written_into_the_machine_file(
     assert before.splitlines()[0] in path.read_text(), "comments stay"
     assert tomllib.loads(before)["probe"] == tomllib.loads(path.read_text())["probe"]
     assert begun == [["evaluate", "recordings/a.csv", "-o", "results/evaluation"]]
+
+
+def test_all_empty_fields_are_named_at_once_and_the_days_are_those_of_the_measurement(
+    folder: Path, begun: list[list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    measured = replace(one_recording(), comments={**one_recording().comments, "measured_at": "2026-05-04T10:00:00"})
+    measured.write(folder / "recordings/a.csv")
+    evaluate(sg.read_recording(folder / "recordings/a.csv"), sg.read_gauge("step-gauge-420")).write(
+        folder / "results/evaluation"
+    )
+    answer = Asked(folder).post(certificate.make, {"result": "results/evaluation"})
+    words = Words("en")
+    assert all(words.label(name) in answer for name in certificate.REQUIRED)
+    assert answer.count("it is not filled in") == 1
+    shown = Asked(folder).get(certificate.show, result="results/evaluation")
+    for name in certificate.DAYS:
+        assert re.search(f'name="{name}"[^>]* value="2026-05-04"', shown)

@@ -6,6 +6,8 @@ import json
 import re
 from pathlib import Path
 
+import pytest
+
 import stepgauge.web
 from stepgauge.web.pages import NAVIGATION
 from stepgauge.web.render import json_answer
@@ -85,3 +87,21 @@ def test_numbers_are_written_as_the_language_writes_them() -> None:
     assert Words("xx").number(None) == "–"
     assert best_language("fr-FR, de-DE;q=0.8, en;q=0.5") == "de"
     assert best_language("") == "en"
+
+
+@pytest.mark.parametrize(
+    ("line", "shown"),
+    [
+        ("stepgauge: error: ../../results/a.json: wrong", "results/a.json: wrong"),
+        ("expected a measured recording; or example = true in [certificate]", "the tick “"),
+        ("performed_from is after performed_to", "First day of the calibration is after Last day"),
+        ("compare the placements (stepgauge locate).", "the page Locate"),
+        ("compare them: stepgauge report BEFORE AFTER -o overlay.pdf", "the page Report"),
+        ("scale error (the command below)", "scale error"),
+    ],
+)
+def test_words_of_the_command_line_are_those_of_the_page(line: str, shown: str) -> None:
+    said = Words("en").ended(line)
+    assert shown in said
+    assert not re.search(r"stepgauge|[.][.]/|= true|[a-z]_[a-z]|BEFORE|command", said), said
+    assert Words("en").ended("recordings/my_table.csv") == "recordings/my_table.csv"

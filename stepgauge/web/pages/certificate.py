@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from stepgauge.web.evaluations import budget_words
+from stepgauge.errors import LONGEST, InputError, naming
+from stepgauge.web.evaluations import budget_words, read_evaluation
 from stepgauge.web.fields import Field, fields_of, read_fields
 from stepgauge.web.folder import existing, relative
 from stepgauge.web.forms import Form, with_form
@@ -39,8 +40,15 @@ REQUIRED = {
     *("laboratory.name", "laboratory.city", "customer.name", "item.manufacturer", "method.name", "person.name"),
 }
 """Without these nothing may be signed (ISO/IEC 17025:2017, 7.8.2.1)."""
+DAYS = ("certificate.performed_from", "certificate.performed_to")
 AIR = {"temperature_C": "°C", "humidity_percent": "%"}
 ENDS = ("low", "high")
+
+
+class EmptyFieldsError(InputError):
+    """Fields that must be filled in and are not: all of them in one message."""
+
+    longest: ClassVar[int] = 4 * LONGEST
 
 
 @cache
@@ -69,9 +77,17 @@ def show(request: Request) -> Response:
         request,
         "certificate.html.j2",
         groups=groups(),
-        values=_values(site, said),
+        values=_dated(_values(site, said), site, request.query_params.get("result", "")),
         result=request.query_params.get("result", ""),
     )
+
+
+def _dated(values: dict[str, str], site: Site, result: str) -> dict[str, str]:
+    """With the day of the measurement where no day of the calibration is stated."""
+    if not result or not (site.folder / result / "evaluation.json").is_file():
+        return values
+    day = str(read_evaluation(site, relative(site.folder, result), with_inputs=False).get("measured_at") or "")[:10]
+    return {key: value or (day if key in DAYS else "") for key, value in values.items()}
 
 
 def _read(site: Site) -> Laboratory | None:
@@ -113,6 +129,7 @@ def make(request: Request, form: Form) -> Response:
 
     site = site_of(request)
     result = relative(site.folder, str(existing(site.folder, form.text("result"))))
+    _check_all(form)
     text = changed(site.folder / FILE, _tables(form))
     with site.writing():
         write_text(site.folder / FILE, text)
@@ -129,6 +146,14 @@ def make(request: Request, form: Form) -> Response:
         relative(site.folder, target),
     ]
     return run_verb(request, arguments, "/report", result=result, paper=target)
+
+
+def _check_all(form: Form) -> None:
+    """:class:`InputError` that names every field that must be filled in and is not."""
+    empty = [one for some in groups().values() for one in some if one.required and not form.has(one.name)]
+    if empty:
+        every = naming(*(one.name for one in empty), words=", ".join("{}" for _ in empty))
+        raise EmptyFieldsError(every, naming("not_filled_in"))
 
 
 def _tables(form: Form) -> dict[str, Any]:

@@ -126,7 +126,14 @@ def part(request: Request) -> Response:
     alerts = [{**vars(one), "folder": str(PurePosixPath(one.path).parent)} for one in judge(series, asked.limits)]
     rows = [_row(one) for one in sorted(entries, key=lambda one: one.measured_at, reverse=True)]
     return render(
-        request, "history_part.html.j2", asked=asked, alerts=alerts, rows=rows, remarks=found.remarks, output=OUTPUT
+        request,
+        "history_part.html.j2",
+        asked=asked,
+        alerts=alerts,
+        rows=rows,
+        remarks=found.remarks,
+        output=OUTPUT,
+        one_date=len({one["date"] for one in rows}) < 2,
     )
 
 

@@ -33,7 +33,18 @@ def show(request: Request) -> Response:
     has_placement = site.has_project and Path(site.placement).exists()
     points = POINTS if (site.folder / POINTS).exists() else ""
     files = listed(site.folder, [".csv"], deep=0)
-    return render(request, "locate.html.j2", has_placement=has_placement, points=points, files=files)
+    content: dict[str, Any] = {"has_placement": has_placement, "points": points, "files": files}
+    return render(request, "locate.html.j2", **content, whole=_whole(site))
+
+
+def _whole(site: Site) -> str:
+    """First and last block of the project's gauge."""
+    import stepgauge as sg
+
+    try:
+        return f"1:{sg.read_gauge(site.stated('gauge')).n_faces // 2}"
+    except InputError:
+        return ""
 
 
 @dataclass(frozen=True)

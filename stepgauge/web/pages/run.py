@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from stepgauge.web.measurement_request import MeasurementRequest
 from stepgauge.web.measuring import Run
 from stepgauge.web.render import address, render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
+from stepgauge.web.texts import Words
 from stepgauge.web.verb_fields import verb_fields
 
 PROGRAMS = (".dmi", ".ipp")
@@ -44,11 +46,19 @@ def show(request: Request) -> Response:
         faults=concealed.names(words_of(request)) if ready else [],
         chosen={key: request.query_params.get(key, "") for key in ("program", "placement")},
         placements=_placements(site) if ready else [],
-        fields=fields(),
+        fields=_asked_fields(site, words_of(request)),
         running=[one.asked.output for one in site.runs.running()],
         unfinished=site.runs.unfinished(),
         name=relative(site.folder, str(_new_name(site))),
     )
+
+
+def _asked_fields(site: Site, words: Words) -> dict[str, Field]:
+    """The fields, with what holds where they are empty: of a program what it has, else what the project states."""
+    stated = {**site.project().common, **site.project().table(("plan",))} if site.has_project else {}
+    found = {name: replace(one, default=str(stated.get(name, one.default))) for name, one in fields().items()}
+    own = words("run.of_program", usual=found["cycles"].default)
+    return {**found, "cycles": replace(found["cycles"], default=own)}
 
 
 def _placements(site: Site) -> list[str]:

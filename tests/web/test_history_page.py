@@ -1,0 +1,49 @@
+"""History on the page: a measurement counts once, and one date has no trend."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import stepgauge as sg
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.web.pages import history, locate, run
+from tests.dcc.made import one_recording
+from tests.web.conftest import Asked, make_project
+
+
+def measured(folder: Path, name: str, day: str, *results: str) -> None:
+    said = {**one_recording().comments, "measured_at": f"{day}T10:00:00", "run": name}
+    replace(one_recording(), comments=said).write(folder / f"recordings/{name}.csv")
+    recording = sg.read_recording(folder / f"recordings/{name}.csv")
+    for result in results:
+        evaluate(recording, sg.read_gauge(folder / "gauge/step-gauge-420.toml")).write(folder / "results" / result)
+
+
+def test_the_same_measurement_counts_once_and_one_date_has_no_trend(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = make_project(tmp_path / "project")
+    monkeypatch.chdir(folder)
+    measured(folder, "a", "2026-05-04", "evaluation", "evaluation-a")
+    shown = Asked(folder).get(history.part)
+    assert shown.count('<td class="date">2026-05-04</td>') == 1
+    assert "One date, no trend" in shown
+    assert "nothing drifts" not in shown
+    assert "counted once" in shown
+    measured(folder, "b", "2026-06-04", "evaluation-b")
+    shown = Asked(folder).get(history.part)
+    assert shown.count('<td class="date">') == 2
+    assert "One date" not in shown
+
+
+def test_fields_show_what_holds_where_they_are_empty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = make_project(tmp_path / "project")
+    monkeypatch.chdir(folder)
+    assert 'placeholder="1:21"' in Asked(folder).get(locate.show)
+    (folder / "placement.toml").write_text("c1_mm = [0, 0, 0]")
+    path = folder / "stepgauge.toml"
+    path.write_text(path.read_text("utf-8") + "\n[plan]\ncycles = 3\n", "utf-8")
+    assert "3; of a program: its own" in Asked(folder).get(run.show)
