@@ -19,7 +19,7 @@ import pandas as pd
 
 from stepgauge.axis.recording import read_axis_recording
 from stepgauge.cli import main
-from stepgauge.files.units import LENGTH_MM
+from stepgauge.files.units import LENGTH_MM, column_name
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import read_placement
 from stepgauge.recording import read_recording
@@ -201,7 +201,8 @@ def lost_columns(layout: Layout, output: Path) -> str:
     if layout.kind not in (AXIS, SPOT) or layout.truth is None:
         return ""
     frame = read_axis_recording(output).frame
-    lost = [name for name in (*({"time_s"} & set(layout.truth)), *layout.covariates) if name not in frame]
+    wanted = (*({"time_s"} & set(layout.truth)), *map(column_name, layout.covariates))
+    lost = [name for name in wanted if name not in frame]
     return f"lost {lost}; there are {list(frame)}" if lost else ""
 
 
