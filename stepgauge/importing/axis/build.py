@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stepgauge.axis.recording import OWN, STATIONS, AxisRecording, places_of
 from stepgauge.axis.units import BASE, AxisUnits, base_of, plain_name
-from stepgauge.conditions.axis import LARGEST, is_unlikely
+from stepgauge.conditions.axis import LARGEST, SMALLEST, is_unlikely
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import ANGLE_DEG, LENGTH_MM, Unit, find_unit, unit_hint
@@ -195,6 +195,8 @@ def _is_possible(found: Long, unit: Unit, of_target: Unit | None) -> bool:
     fine = BASE["linear" if unit.quantity == "length" else "rotary"][1]
     travel = float(np.ptp(target)) * of_target.factor * fine
     size = float(np.ptp(found.value)) * unit.factor * fine
+    if unit.factor * fine < 1.0 and size < travel:  # who states nm or uin means it: what is mixed up is mm and um
+        size = max(size, SMALLEST * travel)
     return not size or not is_unlikely(size, travel)
 
 
