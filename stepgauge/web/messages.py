@@ -52,12 +52,22 @@ def _by_length() -> tuple[tuple[tuple[str, ...], str], ...]:
 
 @cache
 def effects() -> Mapping[str, str]:
-    """German names of effects, alone and with their axes."""
+    """German names of effects, alone and with their axes, and of sensors."""
     from stepgauge.diagnosis.wording.findings import name_of
     from stepgauge.effects import effect_kinds
 
     names = {name_of(kind): name_of(kind, language="de") for kind in effect_kinds(every=True)}
-    return {f"{name}{more}": f"{german}{more}" for name, german in names.items() for more in ("", " {}")}
+    known = {f"{name}{more}": f"{german}{more}" for name, german in names.items() for more in ("", " {}")}
+    return {**known, **_sensors()}
+
+
+def _sensors() -> Mapping[str, str]:
+    """German names of sensors, which the fields of the pages have too."""
+    from stepgauge.axis.sensors import SENSORS
+
+    with Path(__file__).with_name("texts.toml").open("rb") as file:
+        german: dict[str, list[str]] = tomllib.load(file)["choice_sensor"]
+    return {sensor.words: german[kind][1] for kind, sensor in SENSORS.items() if kind in german}
 
 
 def _one_gap(text: str) -> str:

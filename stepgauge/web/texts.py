@@ -7,10 +7,13 @@ import tomllib
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from stepgauge.errors import InputError, one_line, option_of
+from stepgauge.errors import InputError, Naming, one_line, option_of
 from stepgauge.web.messages import in_german, said_in_german
+
+if TYPE_CHECKING:
+    from stepgauge.importing.tables.questions import Question
 
 _UP = re.compile(r"(?:\.\./)+")
 _OPTION = re.compile(r"--([a-z][a-z0-9-]*)")
@@ -84,6 +87,11 @@ class Words:
     def message(self, text: str) -> str:
         """What the program says of its own accord, with the fields of the page in place of options."""
         return self.plain(in_german(text) if self.language == "de" else text)
+
+    def asked(self, question: Question) -> str:
+        """What an import leaves open; what was found stands as it is in the file."""
+        what = question.what.named(self.label) if isinstance(question.what, Naming) else question.what
+        return self.message(what) + (f": {question.found}" if question.found is not None else "")
 
     def ended(self, line: str) -> str:
         """The last line of a verb that failed."""

@@ -13,6 +13,7 @@ import pytest
 import stepgauge as sg
 from stepgauge.axis.recording import read_axis_recording
 from stepgauge.web.pages import importing
+from stepgauge.web.texts import Words
 from tests.web.conftest import Asked, make_project
 
 TARGETS = range(0, 500, 50)
@@ -179,3 +180,16 @@ def test_inches_are_recognised_and_a_choice_takes_them(folder: Path) -> None:
     assert "shifted" not in said
     assert ("question_1", "unit=inch") in choices(said)
     assert "All is clear" in Asked(folder).post(importing.look, {"pasted": table, "question_1": "unit=inch"})
+
+
+def test_a_question_and_its_choice_are_german_throughout(folder: Path) -> None:
+    asked = Asked(folder, "de")
+    assert (
+        "Positionen von Flächen längs des Stufenendmaßes, ohne x, y und z: eine Achse, oder ein Stufenendmaß?: Face"
+        in asked.post(importing.look, {"pasted": OF_FACES})
+    )
+    settled = asked.post(importing.look, {"pasted": OF_FACES.replace(".", ","), "question_1": "sensor=touch"})
+    assert "Sensor: Taster" in settled
+    assert "Dezimalzeichen Komma" in settled
+    said = Words("de").message("axis by touch-trigger probe: 120 readings at 40 targets, 3 cycles")
+    assert said.startswith("Achse mit Taster: 120 Messwerte")

@@ -35,6 +35,7 @@ OF_SEVERAL = {
     *("read back as {}: the same {}", "moves to {} mm", "directions", "speeds and distances", "units", "coordinates"),
     *("{}, which separates it from {} (the command below)", "{} or {}"),
     "{}, which separates it from {} (the command below); nothing within this travel separates it from {}",
+    *("axis", "comma", "semicolon", "tab", "{}, {}-separated", "mapped: {}"),
     *("tool", "; the tip radius is the server's affair: its tool {} must have {} mm"),
     *("simulated", "adequate", "effects", "insufficient", "unknown", "drift of the gauge since its calibration"),
 }
