@@ -103,7 +103,10 @@ def test_a_reversal_error_of_all_blocks_is_in_the_radius_and_a_note_says_so() ->
     )
     assert abs(late.radius.r_eff_mm - none.radius.r_eff_mm) == pytest.approx(2.5e-3, abs=1e-6)
     assert np.nanmax(np.abs(late.xr_um)) == pytest.approx(0.0, abs=1e-6)
-    assert any("a reversal error that is the same at all blocks is in R_eff, not in XR" in one for one in late.notes)
+    assert any(
+        "a backlash that is the same at all blocks counts as tip radius, not as reversal XR" in one
+        for one in late.notes
+    )
 
 
 def test_the_ends_are_undefined_and_the_first_back_is_zero() -> None:
@@ -259,7 +262,10 @@ def test_a_scale_error_shows_as_a_reversal_of_half_a_pitch(pitch: float, width: 
         error = {(c, k): ppm * 1e-3 * gauge.position_mm[k - 1] for c in (1, 2) for k in range(1, 11)}
         result = evaluate(record(gauge, make_pose(0, 0), error), gauge, r_eff_origin=origin).results[0]
         np.testing.assert_allclose(result.xr_um[1:-1], -ppm * 1e-3 * pitch / 2, atol=2e-3)
-        assert any(f"{-ppm * 1e-3 * pitch / 2:.2g} um of XR are of the scale" in one for one in result.notes) == noted
+        assert (
+            any(f"{-ppm * 1e-3 * pitch / 2:.2g} um of the reversal XR are of the scale" in one for one in result.notes)
+            == noted
+        )
 
 
 def test_several_placements_are_evaluated_each_on_its_own_axis() -> None:

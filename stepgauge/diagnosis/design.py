@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from shlex import quote
 
 import numpy as np
@@ -49,11 +50,19 @@ class ProposedRun:
     excludes: tuple[str, ...] = ()
     leaves: tuple[str, ...] = ()
 
-    def command(self, name: str, gauge: str, machine: str) -> str:
-        """The ``stepgauge plan`` command of the run, with its placement in the file ``name``.toml."""
+    def command(self, name: str, gauge: str, machine: str, program: str) -> str:
+        """The ``stepgauge plan`` command of the run, with its placement in the file ``name``.toml.
+
+        In the language of the ``program`` that was run, by the end of its name; DMIS where that tells none.
+        """
+        from stepgauge.programs import DIALECTS  # its run was planned, so that all are loaded
+
+        suffix = Path(program.split("; ")[0]).suffix
+        dialect = next((one for one in DIALECTS.values() if one.suffix == suffix), DIALECTS["dmis"])
         speed = "" if self.run.speed_mm_s is None else f" --measuring-speed {self.run.speed_mm_s:g}"
         files = f"{name}.toml -g {quote(gauge)} -m {quote(machine)}"
-        return f"stepgauge plan {files} -d dmis --cycles {self.run.cycles}{speed} -o {name}.dmi"
+        written = f"-o {name}{dialect.suffix}"
+        return f"stepgauge plan {files} -d {dialect.name} --cycles {self.run.cycles}{speed} {written}"
 
     def placement_text(self) -> str:
         """The placement file of the run."""
@@ -93,7 +102,7 @@ def with_separations(
         if best is not None:
             placements[f"{name}.toml"] = best.placement_text()
             machine = data.machine.with_stylus(best.run.stylus).path
-            command = best.command(name, called(data.gauge.path), called(machine))
+            command = best.command(name, called(data.gauge.path), called(machine), data.program)
             rest = f"; nothing within this travel separates it from {listed(best.leaves, 'or')}" if best.leaves else ""
             by = f"{best.run.words}, which separates it from {', '.join(best.excludes)}: {command}{rest}"
         found.append(replace(finding, reason=_reason(finding, data), separate_by=by))
@@ -120,7 +129,7 @@ def with_placements_for(
         for run in runs:
             name, best = f"separate-{len(placements) + 1}", ProposedRun(run)
             placements[f"{name}.toml"] = best.placement_text()
-            commands.append(best.command(name, called(data.gauge.path), called(data.machine.path)))
+            commands.append(best.command(name, called(data.gauge.path), called(data.machine.path), data.program))
         where = listed([run.words for run in runs]) or f"the gauge along {listed(axes) or 'other directions'}"
         yield replace(one, separate_by=": ".join([f"{where}, each alone", *filter(None, ["; ".join(commands)])]))
 

@@ -38,6 +38,7 @@ class Residuals:
     of which nothing is known, in place of the origins; ``step_um``: the resolution of the readings, None where it is
     not known beforehand; ``ordered``: whether rows are in the order of reading; ``copied``: placements and cycles that
     were left out since they repeat another one; ``of_recording (n,)``: which rows of the recording these are;
+    ``program``: file of the program that was run, where it is known;
     ``grown_um (n,)``: standard deviation that effects in the machine file add to the repeatability; ``latched_um
     (n,)``: that of a latch, which all repeats may have in common.
     """
@@ -57,6 +58,7 @@ class Residuals:
     latched_um: Array | float = 0.0
     copied: tuple[tuple[int, int], ...] = ()
     of_recording: NDArray[np.intp] | None = None
+    program: str = ""
 
     def __len__(self) -> int:
         return len(self.um)
@@ -200,7 +202,8 @@ def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) ->
     simulated = frame.assign(**dict(zip(POSITION, (position - um[:, None] * 1e-3 * approach).T, strict=True)))
     grown_um, late_um = scatter_um(effects, probings, 0.0)[-1], latched_um(effects, probings)
     seen = Probings(simulated, setting)
-    return Residuals(um, side, placement, face, seen, frame, gauge, machine, grown_um=grown_um, latched_um=late_um)
+    known = {"grown_um": grown_um, "latched_um": late_um, "program": recording.comments.get("program", "")}
+    return Residuals(um, side, placement, face, seen, frame, gauge, machine, **known)
 
 
 def without_copies(data: Residuals) -> Residuals:

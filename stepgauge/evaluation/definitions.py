@@ -30,8 +30,8 @@ def definitions(
     um = reversal_of_scale_um(seen.faces, seen.count, position_mm, xm_um, origin)
     if abs(um) > NOTABLE_UM:
         words = (
-            f"{rounded(um, 2, plus=True)} um of XR are of the scale error (the slope of XM) and not of a reversal:"
-            " minus half the pitch of the blocks times the slope, by the definition of XR and R_eff"
+            f"{rounded(um, 2, plus=True)} um of the reversal XR are of the scale error (the slope of the mean error XM) and"
+            " no backlash: minus half the pitch of the blocks times the slope, by the definition of XR and R_eff"
         )
         yield Condition("reversal", "contribution", words, size_um=abs(um))
 
@@ -41,7 +41,7 @@ def _one_block(seen: FaceStatistics, block: int) -> Iterator[Condition]:
         words = f"R_eff is from block {block}, the first one with both faces measured"
         yield Condition("effective radius", "contribution", words)
     words = (
-        "R_eff is from one block: XB of its back face is zero by construction, and a reversal error that is the"
-        " same at all blocks is in R_eff, not in XR"
+        "the effective tip radius R_eff is from one block: the error XB of its back face is zero by construction, and a"
+        " backlash that is the same at all blocks counts as tip radius, not as reversal XR"
     )
     yield Condition("reversal", "contribution", words)

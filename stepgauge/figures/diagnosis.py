@@ -42,6 +42,8 @@ OVERVIEW, RESIDUALS, EFFECTS = "overview", "residuals", "effects"
 MOST_COLUMNS = 3
 MOST_POINTS = 4000
 """Largest number of points of each kind; more would overlap and enlarge the file."""
+ONE_LINE = 0.02
+"""Part of the height of a panel within which the ends of lines are named together."""
 FEWEST_IN_MEAN = 3
 ROWS_IN_MEAN = 8
 """Rows in a mean of readings at different positions."""
@@ -249,6 +251,8 @@ def _effect_panel(axes: Axes, panel: EffectPanel, um: Array, diagnosis: GaugeDia
     seen = panel.seen(data) & told
     seen = seen if seen.any() else told  # what shows nowhere beyond an origin is still drawn as it was fitted
     _scatter(axes, panel.x, np.where(seen, value, np.nan), panel.groups, 0.3)
+    if not panel.common:
+        _name_lines(axes, panel, law, np.where(seen, data.placement, -1))
     for placement in [None] if panel.common else np.unique(data.placement[seen]):
         here = seen if placement is None else seen & (data.placement == placement)
         for group in panel.groups:
@@ -261,6 +265,23 @@ def _effect_panel(axes: Axes, panel: EffectPanel, um: Array, diagnosis: GaugeDia
             _law_line(axes, panel.x[here], law[here], panel.drawn)
     _label_x(axes, panel.label)
     axes.set_ylabel(panel.quantity)
+
+
+def _name_lines(axes: Axes, panel: EffectPanel, law: Array, placement: NDArray[np.intp]) -> None:
+    """At the left end of each line the placements that it belongs to, where there are several; -1: not shown."""
+    ends: dict[tuple[float, float], set[int]] = {}
+    for number in np.unique(placement[placement >= 0]):
+        for own in [group.rows for group in panel.groups] if panel.split else [placement == number]:
+            rows = np.flatnonzero((placement == number) & own)
+            if rows.size:
+                first = rows[panel.x[rows].argmin()]
+                end = panel.x[first], law[first]
+                far = ONE_LINE * np.ptp([panel.x, law], axis=1) * (10.0, 1.0)  # names are wide and not high
+                near = next((one for one in ends if (np.abs(np.subtract(one, end)) <= far).all()), end)
+                ends.setdefault(near, set()).add(int(number) + 1)
+    for end, numbers in ends.items() if len({*map(frozenset, ends.values())}) > 1 else ():
+        name = f"placement {', '.join(map(str, sorted(numbers)))}"
+        axes.annotate(name, end, (2, 4), textcoords="offset points", fontsize="small")
 
 
 def _label_x(axes: Axes, label: str) -> None:

@@ -28,7 +28,7 @@ from stepgauge.figures.diagnosis import (
     residual_figure,
 )
 from stepgauge.figures.effect_panels import covariate_values, label_of, panels
-from tests.diagnosis.made import gauge, machine, made, made_insufficient, made_unknown, record, rms
+from tests.diagnosis.made import ALONG_X, gauge, machine, made, made_insufficient, made_unknown, record, rms
 from tests.diagnosis.test_further_laws import STEPS, measured, turned
 
 Array = NDArray[np.float64]
@@ -322,3 +322,14 @@ def test_what_every_law_depends_on_can_be_drawn_of_recordings_that_vary_little(c
     assert {"trigger_delay", "effective_radius", "scale_error"} <= {one.kind for one in families}
     for family in families:
         assert len(covariate_values(covariate_of(family, data), data)) == len(data), family.label
+
+
+def test_lines_of_different_placements_are_named_and_one_line_of_all_is_not() -> None:
+    """Backlash of x moves readings of a gauge along x by all of it, and of one at 45 deg by its component."""
+    backlash = ({"kind": "reversal_error", "axis": "x", "um": 8.0},)
+    diagonal = (0.7071067811865476, 0.7071067811865476, 0.0)
+    found = diagnose(record(machine(backlash), (ALONG_X, diagonal)), gauge(), machine())
+    named = {text.get_text() for axes in effect_figure(found).axes for text in axes.texts}
+    assert {"placement 1", "placement 2"} <= named
+    _, alone = made("scale, one placement")
+    assert not any(axes.texts for axes in effect_figure(alone).axes)

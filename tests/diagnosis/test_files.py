@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stepgauge.diagnosis.design import ProposedRun
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.fits.solve import Estimate
+from stepgauge.diagnosis.further_runs import further_runs
 from stepgauge.diagnosis.gaussian_processes.formula import model_unknown, rest_um
-from stepgauge.diagnosis.output.files import diagnosis_to_dict, write_diagnosis
+from stepgauge.diagnosis.output.files import commands_in, diagnosis_to_dict, write_diagnosis
 from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.output.machine_text import machine_text
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
@@ -29,6 +31,7 @@ from stepgauge.effects import Probings, along_approach_um, effect_kinds, make_ef
 from stepgauge.errors import InputError
 from stepgauge.machine.file import read_machine
 from stepgauge.machine.readout import machine_effects
+from stepgauge.programs import DIALECTS
 from stepgauge.recording import Recording
 from stepgauge.reports.diagnosis import diagnosis_story
 from stepgauge.reports.findings import MOST_RIVALS, uncertainties, values
@@ -401,6 +404,18 @@ def finding(kind: str, **values: Any) -> Finding:
     estimates = {k: Estimate(v, 0.1, "") for k, v in values.items() if isinstance(v, float)}
     choices = {k: v for k, v in values.items() if not isinstance(v, float)}
     return Finding(kind, effect.label, effect, choices, estimates, 0.9, np.zeros(1))
+
+
+@pytest.mark.parametrize(
+    ("program", "dialect"), [("x.gcode", "grbl"), ("a.ngc; b.ngc", "linuxcnc"), ("", "dmis"), ("x.unknown", "dmis")]
+)
+def test_the_next_run_is_planned_in_the_language_of_the_program_that_was_run(program: str, dialect: str) -> None:
+    _, found = made("null")
+    run = next(further_runs(found.data))
+    command = ProposedRun(run).command("separate-1", "gauge.toml", "machine.toml", program)
+    assert f" -d {dialect} " in command
+    assert command.endswith(f"-o separate-1{DIALECTS[dialect].suffix}")
+    assert commands_in(f"the gauge along x: {command}; nothing else") == [command]
 
 
 EXAMPLES: list[tuple[str, dict[str, Any], list[str]]] = [

@@ -191,7 +191,7 @@ def _finding(finding: Finding, diagnosis: GaugeDiagnosis, inputs: Inputs, folder
 
 def commands_in(text: str) -> list[str]:
     """The commands that plan the runs of a proposal."""
-    return re.findall(r"stepgauge plan .+?\.dmi", text)
+    return re.findall(r"stepgauge plan .+? -o .*?separate-\d+\.\w+", text)
 
 
 def _member(member: FindingMember, data: Residuals) -> dict[str, Any]:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 FILE, ROWS = "diagnosis.json", "residuals.csv"
 NOT_COVARIATES = {"placement", "time_s", "approach_i", "approach_j", "approach_k"}
 """Columns of a recording that the table of residuals has, or that say nothing alone."""
-COMMAND = re.compile(r"stepgauge plan [^;|&<>\n]+\.dmi")
+COMMAND = re.compile(r"stepgauge plan [^;|&<>\n]+")
 
 
 def folders(site: Site) -> list[str]:
@@ -208,18 +208,20 @@ def _run(request: Request, site: Site, files: list[str], folder: str, more: list
 
 def plan_next(request: Request, form: Form) -> Response:
     """Plan the measurement that tells rivals apart: the command that the diagnosis itself states."""
+    from stepgauge.programs import DIALECTS
     from stepgauge.reports.diagnosis import read_said
 
+    suffixes = tuple({one.suffix for one in DIALECTS.values()})
     site, number = site_of(request), form.whole("finding", 1, 1000, 1) or 1
     said, _ = read_said(existing(site.folder, form.text("result")))
     if not (number <= len(said["effects"]) and said["effects"][number - 1]["commands"]):
         raise InputError("finding", "states no measurement", found=number)
     command = said["effects"][number - 1]["commands"][0]
     words = shlex.split(command)
-    if not COMMAND.fullmatch(command) or not words[-1].endswith(".dmi"):
+    if not COMMAND.fullmatch(command) or not words[-1].endswith(suffixes):
         raise InputError(FILE, "states a command that is none of ours", found=command)
     for word in words[2:]:
-        if "/" in word or word.endswith((".toml", ".dmi")):
+        if "/" in word or word.endswith((".toml", *suffixes)):
             inside(site.folder, word)
     program = relative(site.folder, words[-1])
     return run_verb(request, words[1:], "/run", program=program, placement=words[2])
