@@ -30,8 +30,8 @@ def definitions(
     um = reversal_of_scale_um(seen.faces, seen.count, position_mm, xm_um, origin)
     if abs(um) > NOTABLE_UM:
         words = (
-            f"{rounded(um, 2, plus=True)} um of the reversal XR are of the scale error (the slope of the mean error XM) and"
-            " no backlash: minus half the pitch of the blocks times the slope, by the definition of XR and R_eff"
+            f"{rounded(um, 2, plus=True)} um of the reversal XR are of the scale error (the slope of the mean error XM)"
+            " and no backlash: minus half the pitch of the blocks times the slope, by the definition of XR and R_eff"
         )
         yield Condition("reversal", "contribution", words, size_um=abs(um))
 
