@@ -202,8 +202,10 @@ def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) ->
     simulated = frame.assign(**dict(zip(POSITION, (position - um[:, None] * 1e-3 * approach).T, strict=True)))
     grown_um, late_um = scatter_um(effects, probings, 0.0)[-1], latched_um(effects, probings)
     seen = Probings(simulated, setting)
-    known = {"grown_um": grown_um, "latched_um": late_um, "program": recording.comments.get("program", "")}
-    return Residuals(um, side, placement, face, seen, frame, gauge, machine, **known)
+    run = recording.comments.get("program", "")
+    return Residuals(
+        um, side, placement, face, seen, frame, gauge, machine, grown_um=grown_um, latched_um=late_um, program=run
+    )
 
 
 def without_copies(data: Residuals) -> Residuals:
