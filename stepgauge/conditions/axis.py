@@ -26,7 +26,8 @@ SMALLEST, LARGE, LARGEST = 0.3e-6, 1e-3, 2e-2
 """Range of all deviations over the travel: below the first no axis and no instrument is; beyond the second it is
 remarked, for only an axis that nobody ever adjusted is so wrong; beyond the third it is another unit."""
 ORDINARY = (0.5, 20.0)
-"""Ranges in um or arcsec that some axis or stage has, however long or short its travel: they tell nothing of a unit."""
+"""In um or arcsec: no range from the first on is too small for a long travel, none up to the second too large for a
+short one: some axis, stage or mask has it."""
 SAME_SLOPE = 0.02
 """Deviations in um that rise with the targets in mm by one to so much are the positions themselves."""
 WILD_SHARE = 1e-3
@@ -102,8 +103,8 @@ def axis_conditions(
 
 def is_unlikely(size: float, travel: float) -> bool:
     """Whether a range of deviations is that of no axis of such a travel, both in um or arcsec: a wrong unit."""
-    ordinary = ORDINARY[0] <= size <= ORDINARY[1]
-    return travel > 0.0 and not ordinary and not SMALLEST <= size / travel <= LARGEST
+    too_small = size < min(ORDINARY[0], SMALLEST * travel)
+    return travel > 0.0 and (too_small or size > max(ORDINARY[1], LARGEST * travel))
 
 
 def _units(um: Array, target_mm: Array, unit: str) -> Iterator[Condition]:
