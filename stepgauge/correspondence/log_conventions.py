@@ -89,7 +89,8 @@ def _alarm_words(log: ProbeLog, accept: Sequence[str]) -> tuple[str, ...]:
 
 def _settle_unit(log: ProbeLog, gauge: Gauge, placement: Placement) -> tuple[ProbeLog, tuple[str, ...]]:
     """Of the units that a log leaves open, the one in which its points lie on the gauge."""
-    if log.units == ("mm",) or _on_gauge(log.position_mm, gauge, placement):
+    named = log.form in TABLES and "face" in log.columns  # compared with the faces that it states, unit and all
+    if named or log.units == ("mm",) or _on_gauge(log.position_mm, gauge, placement):
         return log, ()
     fitting = [name for name in UNITS if _on_gauge(log.position_mm * LENGTH_MM[name], gauge, placement)]
     if not fitting:
