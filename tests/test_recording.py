@@ -220,3 +220,16 @@ def test_reading_and_writing_a_recording_loads_no_pandas(tmp_path: Path) -> None
 def test_the_log_of_a_controller_is_to_be_imported_first(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"this is no recording: .*'stepgauge import' makes of the log"):
         read(tmp_path, "Grbl 1.1h\nok\n[PRB:-221.165,-99.950,-60.000:1]\nok\n")
+
+
+@pytest.mark.parametrize("as_columns", [True, False])
+def test_a_change_of_the_frame_is_a_change_of_the_recording(as_columns: bool) -> None:
+    """Wherever the recording came from, and whatever was asked of it before; no change is lost without a word."""
+    given = {"cycle": np.ones(2), "face": np.array([1.0, 2.0]), "placement": np.ones(2), "x_mm": np.zeros(2)}
+    recording = Recording(given if as_columns else pd.DataFrame(given))
+    assert recording.columns["x_mm"].tolist() == [0.0, 0.0]
+    recording.frame["x_mm"] = [3.0, 4.0]
+    assert recording.columns["x_mm"].tolist() == [3.0, 4.0]
+    recording.frame.loc[0, "x_mm"] = 5.0
+    assert recording.columns["x_mm"].tolist() == [5.0, 4.0]
+    assert given["x_mm"].tolist() == [0.0, 0.0] or not as_columns

@@ -32,7 +32,8 @@ PROBINGS = "probings"
 class TableField:
     """Field of a dataclass that takes a table as DataFrame or as columns, and gives a DataFrame.
 
-    The one is made of the other when it is first asked for: pandas takes longer to load than most verbs work.
+    The one is made of the other when it is first asked for: pandas takes longer to load than most verbs work. Whoever
+    has the DataFrame may change it, so that the columns are read from it anew.
     """
 
     def __set__(self, owner: Any, table: pd.DataFrame | Mapping[str, NDArray[Any]]) -> None:
@@ -47,7 +48,8 @@ class TableField:
         if "_frame" not in owner.__dict__:
             import pandas as pd
 
-            owner.__dict__["_frame"] = pd.DataFrame(owner.__dict__["columns"], copy=False)
+            owner.__dict__["_frame"] = pd.DataFrame(owner.__dict__["columns"])
+        owner.__dict__.pop("columns", None)
         return cast("pd.DataFrame", owner.__dict__["_frame"])
 
 

@@ -16,7 +16,7 @@ from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
-from stepgauge.diagnosis.wording.notation import misfit
+from stepgauge.diagnosis.wording.phrases import misfit, worded
 from stepgauge.errors import InputError
 from stepgauge.inference.evidence import Evidence
 from stepgauge.inference.metric import Metric
@@ -46,7 +46,7 @@ def test_effects_that_leave_more_than_there_was_are_remarked() -> None:
     fit = told(clean()).fit
     assert not [*misfit(fit.rms_before_um, fit.rms_after_um)]
     (said,) = misfit(2.36, 2.46)
-    assert "2.46 um rms of 2.36 um" in said
+    assert "2.46 um rms of 2.36 um" in worded(said)
 
 
 def test_what_other_faces_do_not_show_is_not_predicted_as_anything() -> None:
