@@ -313,7 +313,7 @@ def credible_set(search: Search, best: Hypothesis, place: int) -> CredibleSet:
 
 
 def _reaches(proposal: Proposal, own: Proposal) -> bool:
-    """Whether a rival may be as good as a term between the shapes of its grid, of which one was rated."""
+    """Whether a rival may be as good as a term between the shapes of its grid, or at another size, than was rated."""
     candidate = proposal.candidate
-    refined = isinstance(candidate, Law) and candidate.refine is not None
-    return refined and proposal.gain > BETWEEN * own.gain
+    fitted = isinstance(candidate, Law) and (candidate.refine is not None or candidate.of_size is not None)
+    return fitted and proposal.gain > BETWEEN * own.gain
