@@ -79,8 +79,6 @@ CLASSES = [
     for node in ast.walk(TREES[path])
     if isinstance(node, ast.ClassDef)
 ]
-TWICE = {"Answer", "Condition", "Fault", "Run"}
-"""Names that two classes still have; there may be no further one."""
 DIALECT = {
     *(
         "Said",
@@ -119,7 +117,7 @@ OPAQUE = {
 
 def test_no_class_has_the_name_of_another() -> None:
     names = Counter(name for name, _ in CLASSES if not name.startswith("_"))
-    assert {name for name, count in names.items() if count > 1} <= TWICE
+    assert {name for name, count in names.items() if count > 1} == set()
 
 
 def test_classes_and_modules_have_names_of_the_field() -> None:

@@ -37,7 +37,7 @@ from stepgauge.importing.tables.columns import (
     read_columns,
 )
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.questions import Answer, Decisions
+from stepgauge.importing.tables.questions import Decisions, QuestionAnswer
 from stepgauge.importing.tables.read import TableLayout, choose_table, read_file, taken_columns
 from stepgauge.importing.tables.rivals import MOST_OF_SPOT, one_of
 from stepgauge.importing.tables.source import Given, read_source
@@ -189,23 +189,23 @@ def _check(table: Table, columns: list[Column], layout: TableLayout, decisions: 
 def _ask_points(table: Table, columns: Sequence[Column], decisions: Decisions) -> None:
     """Which columns are x, y and z, or whether it is a table of one axis."""
     names = ", ".join(one.header for one in columns if one.header)
-    axis = Answer("sensor", words="for one axis", suggestions=tuple(SENSORS))
+    axis = QuestionAnswer("sensor", words="for one axis", suggestions=tuple(SENSORS))
     if any(one.role == "face" for one in columns):
         what = "positions of faces along the gauge, without x, y and z: one axis, or a gauge?"
-        faces = Answer("sensor", "touch", "with the gauge, for one axis with the faces as targets")
+        faces = QuestionAnswer("sensor", "touch", "with the gauge, for one axis with the faces as targets")
         decisions.ask(table.path, what, faces, *_coordinates(columns), found=names)
     elif names:
         what = "no row names the columns x, y and z, as in X [mm];Y [mm];Z [mm]"
         decisions.ask(table.path, what, *_coordinates(columns), axis, found=names[:200])
     else:
-        header = Answer("header", words=": the names of all columns", suggestions=('"x_mm,y_mm,z_mm"',))
+        header = QuestionAnswer("header", words=": the names of all columns", suggestions=('"x_mm,y_mm,z_mm"',))
         decisions.ask(table.path, "no row names the columns x, y and z", header, axis, found="numbers only")
 
 
-def _coordinates(columns: Sequence[Column]) -> list[Answer]:
+def _coordinates(columns: Sequence[Column]) -> list[QuestionAnswer]:
     missing = [role for role in POSITION if all(one.role != role for one in columns)]
     headers = tuple(one.header for one in columns if one.header)
-    return [Answer("columns", f"{missing[0]}=HEADER", "for each", headers)] if missing else []
+    return [QuestionAnswer("columns", f"{missing[0]}=HEADER", "for each", headers)] if missing else []
 
 
 def _points(table: Table, columns: Sequence[Column], layout: TableLayout) -> _Points:

@@ -12,7 +12,7 @@ from stepgauge.axis.recording import AxisRecording, write_axis_recording
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.errors import InputError
 from stepgauge.files.shown import Summarized, as_lines
-from stepgauge.importing.tables.questions import Answer, Decisions, OpenQuestionsError, Question, TakenColumn
+from stepgauge.importing.tables.questions import Decisions, OpenQuestionsError, Question, QuestionAnswer, TakenColumn
 from stepgauge.recording import Recording, write_recording
 
 if TYPE_CHECKING:
@@ -97,13 +97,13 @@ def imported_or_asked(work: Callable[[Decisions], Imported]) -> Imported:
     return Imported(None, tuple(decisions.taken), columns, asked, rejected, refusal)
 
 
-def choices_of(error: InputError) -> tuple[Answer, ...]:
+def choices_of(error: InputError) -> tuple[QuestionAnswer, ...]:
     """The choices that an error names in words: an argument, with the value that stands behind it."""
-    found = list[Answer]()
+    found = list[QuestionAnswer]()
     for part in error.namings:
         for argument, behind in zip(part.names, part.words.split("{}")[1:], strict=False):
             match = _VALUES[argument].match(behind) if argument in _VALUES else None
             suggestions = tuple(SENSORS) if argument == "sensor" else ()
             value = match[1].replace('"', "") if match and not suggestions else ""
-            found.append(Answer(argument, value, suggestions=suggestions))
+            found.append(QuestionAnswer(argument, value, suggestions=suggestions))
     return tuple(found)

@@ -21,7 +21,7 @@ PREFIX = "fault_"
 
 
 @dataclass(frozen=True)
-class Fault:
+class ConcealableFault:
     """A kind of effect, with fields for what must be said of it and a usual value of each."""
 
     kind: str
@@ -46,13 +46,13 @@ def names(words: Words) -> list[tuple[str, str]]:
     return sorted(((kind, words.effect(kind)) for kind in kinds()), key=lambda one: one[1].casefold())
 
 
-def fault(kind: str) -> Fault:
+def fault(kind: str) -> ConcealableFault:
     """The form of a kind (:class:`InputError` for what is none)."""
     known = kinds()
     if kind not in known:
         raise InputError(naming("fault"), naming("not_a_choice"), found=repr(kind))
     asked = [one for one in known[kind].parameters() if one.required]
-    return Fault(kind, tuple(map(_field, asked)), {f"{PREFIX}{one.name}": _usual(one) for one in asked})
+    return ConcealableFault(kind, tuple(map(_field, asked)), {f"{PREFIX}{one.name}": _usual(one) for one in asked})
 
 
 def _field(one: Parameter) -> Field:

@@ -22,7 +22,7 @@ WAIT_S = 10.0
 
 
 @dataclass
-class Run:
+class MeasuringRun:
     """A measurement. ``told``: by kind, the number of the newest message and its text; nothing older is kept."""
 
     asked: MeasurementRequest
@@ -85,17 +85,17 @@ class Runs:
     """The measurements by their recordings."""
 
     def __init__(self, folder: Path) -> None:
-        self._folder, self._lock, self._all = folder, threading.Lock(), dict[str, Run]()
+        self._folder, self._lock, self._all = folder, threading.Lock(), dict[str, MeasuringRun]()
 
-    def get(self, output: str) -> Run | None:
+    def get(self, output: str) -> MeasuringRun | None:
         """The run that writes to a folder, if there is one."""
         return self._all.get(output)
 
-    def running(self) -> list[Run]:
+    def running(self) -> list[MeasuringRun]:
         """Those that have not ended."""
         return [one for one in self._all.values() if one.is_running]
 
-    def start(self, asked: MeasurementRequest) -> Run:
+    def start(self, asked: MeasurementRequest) -> MeasuringRun:
         """Begin or go on; :class:`InputError` where the recording is there or being measured."""
         output = self._folder / asked.output
         with self._lock:
@@ -113,7 +113,7 @@ class Runs:
             self._all[asked.output] = self._begin(asked)
             return self._all[asked.output]
 
-    def go_on(self, output: str, server: str = "") -> Run:
+    def go_on(self, output: str, server: str = "") -> MeasuringRun:
         """Go on with a measurement that was stopped, whoever began it; ``server``: where the machine is now."""
         asked = self.asked(output)
         if asked is None:
@@ -139,7 +139,7 @@ class Runs:
         path = request_file(self._folder / output)
         return read_request(path) if path.is_file() else None
 
-    def _begin(self, asked: MeasurementRequest) -> Run:
+    def _begin(self, asked: MeasurementRequest) -> MeasuringRun:
         said = tempfile.TemporaryFile()  # noqa: SIM115  for as long as the process lives
         pipe = subprocess.PIPE
         process = subprocess.Popen(
@@ -154,7 +154,7 @@ class Runs:
         assert process.stdin is not None
         process.stdin.write(asked.as_json().encode() + b"\n")
         process.stdin.flush()
-        run = Run(asked, process, said)
+        run = MeasuringRun(asked, process, said)
         threading.Thread(target=run.listen, daemon=True).start()
         return run
 

@@ -11,7 +11,7 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.errors import option_of
-from stepgauge.importing.tables.questions import Answer, Question
+from stepgauge.importing.tables.questions import Question, QuestionAnswer
 from tests.conftest import ROOT
 from tests.shell import blocks_of
 
@@ -88,7 +88,7 @@ def test_times_without_a_unit_are_asked_and_the_choice_counts() -> None:
 def test_what_is_missing_may_be_accepted_as_a_choice() -> None:
     frame = FRAME.drop(columns="Commanded [mm]").assign(Measured=[*READINGS[:-1], np.nan])
     found = sg.import_recording(frame, sensor="laser")
-    assert Answer("accept", "missing") in [one for question in found.questions for one in question.choices]
+    assert QuestionAnswer("accept", "missing") in [one for question in found.questions for one in question.choices]
     assert len(sg.import_recording(frame, sensor="laser", accept=["missing"]).settled()) == 8
 
 

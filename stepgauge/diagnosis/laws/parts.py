@@ -37,7 +37,7 @@ OF_THE_PROBE = {"kinematic_pretravel", "lever_arm", "pretravel_scale", "probe_lo
 
 
 @dataclass(frozen=True)
-class Condition:
+class PartOfRecord:
     """A covariate beyond some edge: ``name`` as ``x_mm >``; ``formulas`` that effects understand, one for each edge.
 
     ``rows (edges, n)``: where each holds.
@@ -48,10 +48,10 @@ class Condition:
     rows: NDArray[np.bool_]
 
 
-def conditions(data: Residuals) -> Iterator[Condition]:
+def conditions(data: Residuals) -> Iterator[PartOfRecord]:
     """The conditions by which this recording has two parts."""
     for name, formulas in _formulas(data):
-        yield Condition(name, formulas, np.array([holds(one, data.probings) for one in formulas]))
+        yield PartOfRecord(name, formulas, np.array([holds(one, data.probings) for one in formulas]))
 
 
 def _formulas(data: Residuals) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -64,13 +64,13 @@ def _formulas(data: Residuals) -> Iterator[tuple[str, tuple[str, ...]]]:
         yield from ((f"way {sense}", (f"way {sense} 0",)) for sense in (">", "<"))
 
 
-def stylus_conditions(data: Residuals) -> Iterator[Condition]:
+def stylus_conditions(data: Residuals) -> Iterator[PartOfRecord]:
     """One stylus against the others, by an edge between their numbers."""
     met = np.unique(data.stylus)
     edges = (met[1:] + met[:-1]) / 2.0
     for sense, beyond in ((">", np.greater), ("<", np.less)) if len(edges) else ():
         formulas = tuple(f"{STYLUS} {sense} {edge:g}" for edge in edges)
-        yield Condition(f"{STYLUS} {sense}", formulas, beyond(data.stylus, edges[:, None]))
+        yield PartOfRecord(f"{STYLUS} {sense}", formulas, beyond(data.stylus, edges[:, None]))
 
 
 def _edges(values: Array) -> list[float]:
@@ -98,7 +98,7 @@ def _parts_places(name: str, edge: float, data: Residuals) -> bool:
     )
 
 
-def in_part(data: Residuals, priors: Priors, every: tuple[Condition, ...], law: Law, atom: int) -> list[Law]:
+def in_part(data: Residuals, priors: Priors, every: tuple[PartOfRecord, ...], law: Law, atom: int) -> list[Law]:
     """A law with one of its shapes, under every condition; none of a law that has a condition already."""
     family: Family = law.source
     if law.combined or "when" in family.atoms[atom]:
@@ -128,7 +128,7 @@ def may_have(family: Family, condition: str) -> bool:
     return not of_axis or condition[0] in "".join(str(value) for value in family.choices.values())
 
 
-def _under(condition: Condition, law: Law, atom: int, everywhere: Array, odds: float, data: Residuals) -> Law | None:
+def _under(condition: PartOfRecord, law: Law, atom: int, everywhere: Array, odds: float, data: Residuals) -> Law | None:
     family: Family = law.source
     atoms = [{**family.atoms[atom], "when": formula} for formula in condition.formulas]
     pattern = everywhere * condition.rows[:, None, :]

@@ -23,7 +23,7 @@ from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.columns import AXIS, READING, TARGET, VALUE_ROLES, Column, check_chosen, read_columns
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.makes import named_by_make
-from stepgauge.importing.tables.questions import Answer, Decisions
+from stepgauge.importing.tables.questions import Decisions, QuestionAnswer
 from stepgauge.importing.tables.read import TableLayout, choose_table, read_file, taken_columns
 from stepgauge.importing.tables.rivals import is_text, settled_roles
 from stepgauge.importing.tables.source import Given, read_source
@@ -108,7 +108,9 @@ def _named(table: Table, decisions: Decisions) -> Table:
         decisions.take("no header: the only numbers that are no times are taken as the readings")
         return replace(table, headers=kinds, units=[None] * width)
     what, found = "no row above the numbers names the columns", f"{len(table.headers)} columns"
-    wanted = Answer("header", words=": names of all columns with their units", suggestions=('"target_mm,reading_mm"',))
+    wanted = QuestionAnswer(
+        "header", words=": names of all columns with their units", suggestions=('"target_mm,reading_mm"',)
+    )
     decisions.ask(table.at(0), what, wanted, found=found)
     decisions.settle()
     return table

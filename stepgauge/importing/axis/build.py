@@ -24,7 +24,7 @@ from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
 from stepgauge.importing.tables.columns import CORRECTION, DEVIATION, DEVIATIONS, READING
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.questions import Answer, Decisions
+from stepgauge.importing.tables.questions import Decisions, QuestionAnswer
 
 UNIT_RATIOS = [a / b for units in (LENGTH_MM, ANGLE_DEG) for a in units.values() for b in units.values() if a != b]
 _UNITS = ("units", "unit", "einheit", "einheiten")
@@ -65,7 +65,7 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
     """
     form = "distances" if found.has_stations else "axis" if found.target is not None or options.targets else "spot"
     if form == "spot" and np.isin([1, -1], found.columns["way"]).all():
-        listed = Answer("targets", words=": the list of them", suggestions=("0:500:25",))
+        listed = QuestionAnswer("targets", words=": the list of them", suggestions=("0:500:25",))
         decisions.ask(table.path, "readings of two directions have no targets", listed)
         decisions.settle()
     target, index = _targets(found, table, options)
@@ -125,8 +125,8 @@ def _role(found: Long, table: Table, target: Array | None, decisions: Decisions)
         return READING
     far = abs(float(found.value.mean())) * scale > LARGEST * float(np.ptp(target))
     if abs(slope) < NEAR_NOUGHT and found.column.role == READING and far:
-        way = Answer("columns", f"{DEVIATION}={found.column.header}", "if they are deviations")
-        expected = Answer("columns", "target=HEADER", "for the right targets")
+        way = QuestionAnswer("columns", f"{DEVIATION}={found.column.header}", "if they are deviations")
+        expected = QuestionAnswer("columns", "target=HEADER", "for the right targets")
         what = "readings that do not change with their targets, and are too large for deviations"
         decisions.ask(table.path, what, way, expected, found=found.column.header)
     if abs(slope) < NEAR_NOUGHT or (found.column.role in DEVIATIONS and scale == 1.0):
@@ -166,11 +166,11 @@ def _units(
         if options.deviation_unit is None:
             what = f"the deviations are an unlikely part of the travel: is their unit {of_value.name}?"
             told = plain_name(of_value.name)
-            others = [Answer("deviation_unit", one) for one in ("um", "mm", "nm") if one != told]
+            others = [QuestionAnswer("deviation_unit", one) for one in ("um", "mm", "nm") if one != told]
             decisions.ask(
                 table.path,
                 what,
-                Answer("deviation_unit", told, "if it is"),
+                QuestionAnswer("deviation_unit", told, "if it is"),
                 *others,
                 found=" over ".join(one.called for one in (found.column, found.target) if one is not None),
             )
@@ -178,11 +178,11 @@ def _units(
     deviation = _settled_unit(table, "deviation_unit", options.deviation_unit, of_value) or options.deviation_unit
     if not name:
         what = f"the unit of the {'target' if of_axis else 'reading'}s is not stated"
-        units = Answer("unit", suggestions=("mm", "um", "m", "inch", "deg", "arcsec"))
+        units = QuestionAnswer("unit", suggestions=("mm", "um", "m", "inch", "deg", "arcsec"))
         asked_of = found.target if of_axis and found.target is not None else found.column
         decisions.ask(table.path, what, units, found=asked_of.called)
     if role == DEVIATION and deviation is None and not doubted:
-        units = Answer("deviation_unit", suggestions=("um", "mm", "nm", "uin", "arcsec"))
+        units = QuestionAnswer("deviation_unit", suggestions=("um", "mm", "nm", "uin", "arcsec"))
         decisions.ask(table.path, "the unit of the deviations is not stated", units, found=found.column.header)
     return AxisUnits.of(name, deviation) if name else None
 

@@ -39,7 +39,7 @@ from stepgauge.importing.tables.columns import (
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.header import text_of
 from stepgauge.importing.tables.labels import LABEL, Label, parse_label, way_of
-from stepgauge.importing.tables.questions import Answer, Decisions, as_column, shown
+from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, as_column, shown
 from stepgauge.importing.tables.rivals import called, one_of
 from stepgauge.importing.tables.values import beside, check_finite, clock_of, finite
 from stepgauge.importing.tables.vocabulary import WORDS, words_of
@@ -209,7 +209,7 @@ def _check_whole(table: Table, columns: Sequence[Column], missing: bool, decisio
     if twice or not (counted or even or missing):
         rivals = twice or [one for one in columns if ways[one.label.way] == max(ways.values())]
         settled = [as_column(IGNORE, called(one, columns)) for one in rivals]
-        settled += [] if twice else [Answer("accept", "missing", "where all are runs")]
+        settled += [] if twice else [QuestionAnswer("accept", "missing", "where all are runs")]
         what = "columns are the same cycle and direction" if twice else "the columns are no whole runs there and back"
         decisions.ask(table.path, what, *settled, found=shown([repr(one.header) for one in rivals], " and "))
 

@@ -20,7 +20,7 @@ from stepgauge.files.numerals import Numerals, decimal_mark, looks_numeric
 from stepgauge.files.text import margins
 from stepgauge.files.units import find_unit
 from stepgauge.importing.tables.clock import is_moment
-from stepgauge.importing.tables.questions import Answer, Decisions
+from stepgauge.importing.tables.questions import Decisions, QuestionAnswer
 from stepgauge.importing.tables.source import Source
 
 if TYPE_CHECKING:
@@ -313,5 +313,7 @@ def mark_of(path: str, cells: Sequence[str], decisions: Decisions) -> str:
     if mark is None:
         example = next((cell for cell in cells if "," in cell), "")
         what = "a comma may be a decimal mark or group thousands"
-        decisions.ask(path, what, Answer("decimal", "comma"), Answer("decimal", "point"), found=repr(example))
+        decisions.ask(
+            path, what, QuestionAnswer("decimal", "comma"), QuestionAnswer("decimal", "point"), found=repr(example)
+        )
     return mark or ","

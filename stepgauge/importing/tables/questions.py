@@ -18,7 +18,7 @@ MOST_SHOWN = 4
 
 
 @dataclass(frozen=True)
-class Answer:
+class QuestionAnswer:
     """A way to settle a question: ``argument`` of :func:`stepgauge.import_recording` with ``value``.
 
     ``value``: as it is typed, such as ``mm`` or ``target=HEADER``; empty where a person must state it, with
@@ -49,9 +49,9 @@ class Answer:
         return " ".join(part for part in ("{}", value, self.words) if part)
 
 
-def as_column(role: str, header: str, words: str = "") -> Answer:
+def as_column(role: str, header: str, words: str = "") -> QuestionAnswer:
     """The choice that a column is of a role."""
-    return Answer("columns", f"{role}={header}", words)
+    return QuestionAnswer("columns", f"{role}={header}", words)
 
 
 def shown(texts: Sequence[str], between: str = ", ") -> str:
@@ -60,7 +60,7 @@ def shown(texts: Sequence[str], between: str = ", ") -> str:
     return between.join(texts[:MOST_SHOWN]) + (f" and {more} more" if more > 0 else "")
 
 
-def named(choices: Iterable[Answer]) -> Naming:
+def named(choices: Iterable[QuestionAnswer]) -> Naming:
     """Choices as a part of a message."""
     shown = tuple(choices)[:MOST_SHOWN]
     return Naming(tuple(one.argument for one in shown), " or ".join(map(str, shown)))
@@ -73,7 +73,7 @@ class Question:
     where: str
     what: str | Naming
     found: str | None
-    choices: tuple[Answer, ...]
+    choices: tuple[QuestionAnswer, ...]
 
     @property
     def text(self) -> str:
@@ -132,7 +132,7 @@ class Decisions:
         """A rival of what was taken, and the reason against it."""
         self.rejected.append(f"not taken: {rival} ({why})")
 
-    def ask(self, where: Place, what: str | Naming, *choices: Answer, found: str | None = None) -> None:
+    def ask(self, where: Place, what: str | Naming, *choices: QuestionAnswer, found: str | None = None) -> None:
         """A question that stays open; the reader goes on, to find those that follow."""
         if all(one.what != what for one in self.questions):
             self.questions.append(Question(str(where), what, found, choices))

@@ -14,7 +14,7 @@ from stepgauge.importing.tables.console import console_cells
 from stepgauge.importing.tables.grid import Table, find_tables
 from stepgauge.importing.tables.header import split_names, text_of
 from stepgauge.importing.tables.laserfile import is_laser_file, read_laser_file
-from stepgauge.importing.tables.questions import Answer, Decisions, TakenColumn
+from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, TakenColumn
 from stepgauge.importing.tables.records import frame_cells, is_json, read_json_cells
 from stepgauge.importing.tables.source import Source
 from stepgauge.importing.tables.turned import turned, units_of_cells
@@ -100,7 +100,7 @@ def choose_table(
     fit = [one for one in file.tables if usable(one)]
     if len(fit) > 1:
         ways = [
-            Answer("table", str(n), f"({len(one)} rows from line {one.lines[0]})")
+            QuestionAnswer("table", str(n), f"({len(one)} rows from line {one.lines[0]})")
             for n, one in enumerate(ordered, 1)
             if one in fit
         ]

@@ -38,7 +38,7 @@ from stepgauge.importing.tables.columns import (
 )
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.labels import LABEL, parse_label, way_of
-from stepgauge.importing.tables.questions import Answer, Decisions, as_column, shown
+from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, as_column, shown
 from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.vocabulary import WORDS, says, split_name, words_of
 
@@ -381,6 +381,6 @@ def _names_targets(texts: Sequence[str], target: Array | None) -> bool:
 
 
 def _ask_rows(table: Table, where: str, texts: Sequence[str], name: str, decisions: Decisions) -> None:
-    ways = [Answer("rows", text) for text in texts]
-    ways.insert(1, Answer("rows", f"{name}=*", "for all of them"))
+    ways = [QuestionAnswer("rows", text) for text in texts]
+    ways.insert(1, QuestionAnswer("rows", f"{name}=*", "for all of them"))
     decisions.ask(table.path, f"rows are of several kinds, by {where}", *ways, found=shown(texts))

@@ -13,7 +13,7 @@ from stepgauge.files.units import Unit, column_name, find_unit
 from stepgauge.importing.tables.clock import Clock, counted_clock, is_date, joined, read_clock
 from stepgauge.importing.tables.columns import IGNORE, Column
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.questions import Answer, Decisions
+from stepgauge.importing.tables.questions import Decisions, QuestionAnswer
 from stepgauge.importing.tables.vocabulary import split_name
 
 _PARTS = {
@@ -86,8 +86,8 @@ def _unstated(table: Table, column: Column, time_unit: str | None, decisions: De
     seconds, words = counted_clock(table.numbers(column.place))
     unit = None if time_unit is None else find_unit(time_unit)
     if words is None and unit is None and np.ptp(seconds):
-        ways = [Answer("time_unit", name) for name in ("s", "ms", "min", "h")]
-        ignored = Answer("columns", f"{IGNORE}={column.called}", "to leave it out")
+        ways = [QuestionAnswer("time_unit", name) for name in ("s", "ms", "min", "h")]
+        ignored = QuestionAnswer("columns", f"{IGNORE}={column.called}", "to leave it out")
         found = f"{seconds[0]:g} to {seconds[-1]:g}"
         decisions.ask(table.path, f"the unit of the times {column.called!r} is not stated", *ways, ignored, found=found)
     factor = unit.factor if unit is not None and words is None else 1.0

@@ -24,7 +24,7 @@ from stepgauge.web.verb_fields import verb_fields
 
 if TYPE_CHECKING:
     from stepgauge.importing.result import Imported
-    from stepgauge.importing.tables.questions import Answer as ImportChoice
+    from stepgauge.importing.tables.questions import QuestionAnswer as ImportChoice
 
 GAUGE = "gauge"
 """What was measured: the step gauge of the project, touched; else the sensor that looked along an axis."""

@@ -18,7 +18,7 @@ from stepgauge.web.fields import Field
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, with_form
 from stepgauge.web.measurement_request import MeasurementRequest
-from stepgauge.web.measuring import Run
+from stepgauge.web.measuring import MeasuringRun
 from stepgauge.web.render import address, render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.texts import Words
@@ -190,7 +190,7 @@ def events(request: Request) -> Response:
     return StreamingResponse(_told(request, run), media_type="text/event-stream")
 
 
-async def _told(request: Request, run: Run) -> AsyncIterator[str]:
+async def _told(request: Request, run: MeasuringRun) -> AsyncIterator[str]:
     sent: dict[str, int] = {}
     still_s = 0.0
     site = site_of(request)
