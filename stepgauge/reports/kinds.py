@@ -32,7 +32,9 @@ def kind_of(path: str | Path) -> str:
         raise InputError(path, "is no result that can be reported", expected=f"a folder with {expected}, or that file")
     data = read_json(place)
     stated = data.get("format") if isinstance(data, dict) else None
-    return next((kind for kind in (*KINDS, FLEET) if stated == f"stepgauge {kind} 1"), "evaluation")
+    return next(
+        (kind for kind in (*KINDS, FLEET) if str(stated).rpartition(" ")[0] == f"stepgauge {kind}"), "evaluation"
+    )
 
 
 def first_lines(path: str | Path) -> list[str]:

@@ -275,6 +275,6 @@ def test_a_certificate_of_somebody_else_is_read() -> None:
 def test_a_reversal_common_to_all_blocks_is_said_to_be_in_the_radius() -> None:
     """As the printed certificate has it among its notes, and what the measurand is and how it may be copied."""
     text = machine_xml()
-    assert "a reversal error that is the same at all blocks is in R_eff" in text
+    assert "backlash that is the same at all blocks counts as tip radius" in text
     assert "not to be reproduced except in full" in text
     assert "Measurand: the error of indicated position of the machine" in text

@@ -224,7 +224,7 @@ def test_the_public_function_measures_a_plan_and_resumes_it(tmp_path: Path) -> N
         more: dict[str, Any] = {"server": f"127.0.0.1:{port}", "journal": tmp_path / "j", "homing": True}
         check_whole(sg.measure(plan, machine, gauge, lying(gauge), **more, spy=tmp_path / "spy.log"))
     check_whole(sg.measure(plan, machine, gauge, lying(gauge), **more, resume=True))
-    with pytest.raises(InputError, match="this is no program"):
+    with pytest.raises(InputError, match="neither a file nor what is read from one"):
         sg.measure(3, machine, gauge, lying(gauge), **more)  # type: ignore[arg-type]
 
 
