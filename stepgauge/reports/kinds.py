@@ -31,10 +31,8 @@ def kind_of(path: str | Path) -> str:
     if place.is_file() and place.suffix.lower() != ".json":
         raise InputError(path, "is no result that can be reported", expected=f"a folder with {expected}, or that file")
     data = read_json(place)
-    stated = data.get("format") if isinstance(data, dict) else None
-    return next(
-        (kind for kind in (*KINDS, FLEET) if str(stated).rpartition(" ")[0] == f"stepgauge {kind}"), "evaluation"
-    )
+    stated = str(data.get("format") if isinstance(data, dict) else None).rpartition(" ")[0]
+    return next((kind for kind in (*KINDS, FLEET) if stated == f"stepgauge {kind}"), "evaluation")
 
 
 def first_lines(path: str | Path) -> list[str]:
