@@ -62,8 +62,7 @@ def test_every_argument_that_a_message_names_has_an_option() -> None:
     options = {name for verb in commands() for one in verb.params for name in (*one.opts, *one.secondary_opts)}
     named = {name for path in SOURCES if "web" not in path.parts for name in _named(path)}  # a page has its own words
     assert len(named) > 30
-    of_python = {"U_um", "U_um_per_m", "axes", "results"}  # columns of a page, and arguments that only Python has
-    assert {name for name in named if option_of(name) not in options} <= of_python
+    assert {name for name in named if option_of(name) not in options} == set()
     for path in SOURCES:
         if path.relative_to(PACKAGE).parts[0] not in COMMAND_LINE_ONLY:
             assert [text for text in _raised(path) if re.search(r"(?<![\w-])--[a-z]", text)] == [], path

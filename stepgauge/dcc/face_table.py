@@ -209,16 +209,17 @@ def _values(
     return np.column_stack([face, nominal, position, u_um]), columns, tuple(notes)
 
 
+EITHER_U = "a column of U, or its terms a (um) and b (um/m) of U = a + b L"
+
+
 def _check_there(table: Table, place: Mapping[Role, int], expanded: tuple[float, float] | None) -> None:
     if "position" not in place and not {"nominal", "deviation"} <= set(place):
         expected = "a column of certified positions, or of nominal positions and deviations"
         raise InputError(table.path, "the positions are not found", found=_shown(table), expected=expected)
     if "uncertainty" not in place and expanded is None:
-        either = naming("U_um", "U_um_per_m", words="a column of U, or {} and {}")
-        raise InputError(table.path, "the uncertainty is not found", found=_shown(table), expected=either)
+        raise InputError(table.path, "the uncertainty is not found", found=_shown(table), expected=EITHER_U)
     if "uncertainty" in place and expanded is not None:
-        either = naming("U_um", "U_um_per_m", words="one of them: a column of U, or {} and {}")
-        raise InputError(table.path, "the uncertainty is stated twice", expected=either)
+        raise InputError(table.path, "the uncertainty is stated twice", expected=EITHER_U)
 
 
 def _shown(table: Table) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stepgauge.errors import InputError, naming
+from stepgauge.errors import InputError
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Summarized, as_lines
 from stepgauge.files.stored import result_shown
@@ -47,7 +47,7 @@ class StandardTest(Summarized):
         """The figure of the standard; ``axes``: :class:`InputError`, for its panels and legend are a figure."""
         if axes is not None:
             what = "a test by a standard is drawn as a figure of several panels"
-            raise InputError(naming("axes"), what, found=type(axes).__name__, expected="plot() alone, which gives it")
+            raise InputError("axes", what, found=type(axes).__name__, expected="plot() alone, which gives it")
         return self.drawn()
 
     def write(

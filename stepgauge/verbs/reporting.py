@@ -39,9 +39,7 @@ def write_result(
     kinds = {_kind(one) for one in asked.results}
     if "test" in kinds:
         expected = "its write(folder): the report beside its tables and figures"
-        raise InputError(
-            naming("results"), "a test by a standard writes its own report", found="a test", expected=expected
-        )
+        raise InputError("results", "a test by a standard writes its own report", found="a test", expected=expected)
     if kinds != {"evaluation"} or len(asked.results) > 1 or interactive:
         asked.check_plain("only the report of one evaluation prints these")
     if len(asked.results) > 1:
