@@ -209,7 +209,7 @@ def _values(
     return np.column_stack([face, nominal, position, u_um]), columns, tuple(notes)
 
 
-EITHER_U = "a column of U, or its terms a (um) and b (um/m) of U = a + b L"
+EITHER_U = "a column of U, or its terms a (um) and b (um/m) of U = a + b·L"
 
 
 def _check_there(table: Table, place: Mapping[Role, int], expanded: tuple[float, float] | None) -> None:
