@@ -74,3 +74,15 @@ def test_the_same_figure_twice_is_the_same_file(tmp_path):
         for name in ("a", "b"):
             style.save_figure(drawn(), tmp_path / f"{name}.{kind}", simulated=False)
         assert (tmp_path / f"a.{kind}").read_bytes() == (tmp_path / f"b.{kind}").read_bytes()
+
+
+def test_the_line_on_a_simulation_stands_on_nothing_else(tmp_path):
+    """Below the labels of the axes, however often the figure is written, and once."""
+    figure = drawn()
+    (axes,) = figure.axes
+    axes.set_xlabel("position along the gauge (mm), with a label as wide as the whole figure")
+    for name in ("a.png", "b.png"):
+        style.save_figure(figure, tmp_path / name, simulated=True)
+    (mark,) = figure.texts
+    figure.draw_without_rendering()
+    assert mark.get_window_extent().y1 <= axes.xaxis.label.get_window_extent().y0

@@ -126,6 +126,11 @@ def figure_format(path: str | Path) -> str:
     return suffix
 
 
+SIMULATED_LINE = "simulated: no machine was measured"
+SIMULATED_LINE_PT = 9.0
+"""Height that the line on a simulation takes at the foot of a figure."""
+
+
 def save_figure(fig: Figure, path: str | Path, simulated: bool) -> None:
     """Write a figure as PNG, PDF or SVG by the extension of ``path``, whole or not at all.
 
@@ -136,11 +141,25 @@ def save_figure(fig: Figure, path: str | Path, simulated: bool) -> None:
     kind = figure_format(path)
     with figure_style(), replacing(path) as beside:
         if simulated:
-            fig.text(0.995, 0.005, "simulated: no machine was measured", ha="right", color="red", fontsize=6.0)
+            _mark_simulated(fig)
         if kind == "png":
             _draw_once(fig, beside)
         else:
             fig.savefig(beside, format=kind, metadata=_UNDATED[kind])
+
+
+def _mark_simulated(fig: Figure) -> None:
+    """Once, below everything else: the layout leaves it a line, so that it stands on no label."""
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    if any(text.get_text() == SIMULATED_LINE for text in fig.texts):
+        return
+    line = SIMULATED_LINE_PT / (72.0 * fig.get_figheight())
+    layout = fig.get_layout_engine()
+    if isinstance(layout, ConstrainedLayoutEngine):
+        left, bottom, width, height = layout.get()["rect"]
+        layout.set(rect=(left, bottom + line, width, height - line))
+    fig.text(0.995, 0.005, SIMULATED_LINE, ha="right", color="red", fontsize=6.0)
 
 
 def _draw_once(fig: Figure, path: Path) -> None:
