@@ -22,15 +22,13 @@ from stepgauge.importing.log_lines import unit_vectors
 from stepgauge.importing.tables.clock import is_date
 from stepgauge.importing.tables.columns import (
     DIRECTIONS,
-    DROPPED,
     NORMAL,
     OF_AXIS,
     OF_POINTS,
     POINTS,
     QUANTITY,
-    TARGET,
-    TIME,
     Column,
+    Role,
     axis_role,
     check_chosen,
     in_degrees,
@@ -42,6 +40,7 @@ from stepgauge.importing.tables.read import TableLayout, choose_table, read_file
 from stepgauge.importing.tables.rivals import MOST_OF_SPOT, one_of
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.importing.tables.values import beside, clock_of, finite, scaled
+from stepgauge.importing.tables.vocabulary import WORDS
 from stepgauge.importing.thermal import read_convention, said_lines
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, comment_lines
 
@@ -89,7 +88,7 @@ def read_points(given: Given, kind: str, layout: TableLayout, decisions: Decisio
     decisions.columns = taken_columns(table, [(one.place, one.role, one.unit) for one in columns])
     _check(table, columns, layout, decisions)
     points = _points(table, columns, layout)
-    clock = clock_of(table, [one for one in columns if one.role == TIME], layout.time_unit, decisions)
+    clock = clock_of(table, [one for one in columns if one.role == Role.TIME], layout.time_unit, decisions)
     decisions.settle()
     position = points.vector(POSITION)
     assert position is not None
@@ -163,7 +162,7 @@ def _is_one_spot(table: Table) -> bool:
 def _is_compared(table: Table) -> bool:
     """Whether a table has nominal beside measured coordinates, and does not say of which faces."""
     columns = read_columns(table.headers, table.units, {}, POINTS)
-    targets = [one for one in columns if one.role is None and axis_role(one.name, one.unit) == TARGET]
+    targets = [one for one in columns if one.role is None and axis_role(one.name, one.unit) == Role.TARGET]
     return bool(targets) and not any(one.role == "face" for one in columns)
 
 
@@ -173,9 +172,9 @@ def _check(table: Table, columns: list[Column], layout: TableLayout, decisions: 
     if not set(POSITION) <= {one.role for one in columns}:
         _ask_points(table, columns, decisions)
         decisions.settle()
-    known = [one for one in columns if one.role not in (None, DROPPED)]
+    known = [one for one in columns if one.role not in (None, Role.DROPPED)]
     for role in dict.fromkeys(one.role for one in known):
-        rivals = [one for one in known if one.role == role and not (role == TIME and is_date(one.header))]
+        rivals = [one for one in known if one.role == role and not (role == Role.TIME and is_date(one.header))]
         if role is not None and len(rivals) > 1:
             one_of(table, role, rivals, decisions)
     for one in known:
@@ -209,14 +208,16 @@ def _coordinates(columns: Sequence[Column]) -> list[QuestionAnswer]:
 
 
 def _points(table: Table, columns: Sequence[Column], layout: TableLayout) -> _Points:
-    stated = next((unit for key in ("units", "unit", "einheit") if (unit := find_unit(table.facts.get(key, "")))), None)
+    stated = next(
+        (unit for key, text in table.facts.items() if key in WORDS["unit"] and (unit := find_unit(text))), None
+    )
     names = {"temperature": layout.temperature_unit, "time": "s", "speed": "mm/s", "length": layout.unit or "mm"}
     units = {quantity: unit for quantity, name in names.items() if (unit := find_unit(name)) is not None}
     if layout.unit is None and stated is not None:
         units["length"] = stated
     by_role: dict[str, Column] = {}
     for one in columns:
-        if one.role not in (None, DROPPED):
+        if one.role not in (None, Role.DROPPED):
             by_role.setdefault(one.role, one)
     return _Points(table, by_role, [one for one in columns if one.role is None], units)
 
@@ -275,7 +276,7 @@ def _counts(table: Table, column: Column) -> NDArray[np.int64]:
 def _mapped(points: _Points, columns: Sequence[Column]) -> list[str]:
     words = []
     for one in columns:
-        if one.role in (None, DROPPED) or one.header == one.role:
+        if one.role in (None, Role.DROPPED) or one.header == one.role:
             continue
         unit = points.unit(one).name if one.role in QUANTITY else ""
         if one.role == "time_s" and not np.isfinite(points.table.numbers(one.place)).all():

@@ -20,7 +20,7 @@ from stepgauge.importing.axis.long import Long, to_long
 from stepgauge.importing.axis.stated import check_stated
 from stepgauge.importing.result import Imported
 from stepgauge.importing.tables.clock import is_moment
-from stepgauge.importing.tables.columns import AXIS, READING, TARGET, VALUE_ROLES, Column, check_chosen, read_columns
+from stepgauge.importing.tables.columns import AXIS, VALUE_ROLES, Column, Role, check_chosen, read_columns
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.makes import named_by_make
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer
@@ -82,11 +82,11 @@ def import_axis(
 
 def _of_circle(roles: list[Column], decisions: Decisions) -> list[Column]:
     """Lengths over an angle, as of a circular test: the angle is no target of theirs, and kept beside them."""
-    angles = [one for one in roles if one.role == TARGET and one.unit is not None and one.unit.quantity == "angle"]
+    angles = [one for one in roles if one.role == Role.TARGET and one.unit is not None and one.unit.quantity == "angle"]
     values = [one for one in roles if one.role in VALUE_ROLES and one.unit is not None]
     if not angles or not values or any(one.unit is None or one.unit.quantity != "length" for one in values):
         return roles
-    if any(one.role != READING for one in values):
+    if any(one.role != Role.READING for one in values):
         return roles
     decisions.take(f"lengths over an angle (a circular test): {angles[0].header!r} is kept beside the readings")
     return [replace(one, role=None) if one is angles[0] else one for one in roles]

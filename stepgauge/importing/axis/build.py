@@ -22,12 +22,12 @@ from stepgauge.files.units import ANGLE_DEG, LENGTH_MM, Unit, find_unit, unit_hi
 from stepgauge.importing.axis.long import Long
 from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
-from stepgauge.importing.tables.columns import CORRECTION, DEVIATION, DEVIATIONS, READING
+from stepgauge.importing.tables.columns import DEVIATIONS, Role
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer
+from stepgauge.importing.tables.vocabulary import WORDS
 
 UNIT_RATIOS = [a / b for units in (LENGTH_MM, ANGLE_DEG) for a in units.values() for b in units.values() if a != b]
-_UNITS = ("units", "unit", "einheit", "einheiten")
 NEAR_ONE = min(abs(ratio - 1.0) for ratio in UNIT_RATIOS) / 2.0
 """Slope of readings against targets: within this of one.
 
@@ -69,20 +69,22 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
         decisions.ask(table.path, "readings of two directions have no targets", listed)
         decisions.settle()
     target, index = _targets(found, table, options)
-    role = _role(found, table, target, decisions) if form == "axis" else READING
+    role = _role(found, table, target, decisions) if form == "axis" else Role.READING
     units = _units(found, table, options, form, role, decisions)
     decisions.settle()
     assert units is not None
     target = None if target is None else target * _per(found.target_unit, units, options)
-    turned = role == DEVIATION and found.column.role == CORRECTION
+    turned = role == Role.DEVIATION and found.column.role == Role.CORRECTION
     value = found.value * _value_factor(found, units, options, role) * (-1.0 if turned else 1.0)
-    reading = value if role == READING else value / units.deviations_per_position + (0.0 if target is None else target)
+    reading = (
+        value if role == Role.READING else value / units.deviations_per_position + (0.0 if target is None else target)
+    )
     frame, targets = _frame(found, target, reading)
     u_target = found.numbers("u_target")
     if index is not None and options.targets is not None and options.targets.u.any():
         frame["u_target"] = options.targets.u[index] / units.base_deviation
     elif u_target is not None:
-        frame["u_target"] = u_target * _value_factor(found, units, options, DEVIATION)
+        frame["u_target"] = u_target * _value_factor(found, units, options, Role.DEVIATION)
     for name, values in found.others.items():
         frame[f"{name}_recorded" if name in OWN or name in STATIONS else name] = values
     artefact = options.targets.name if options.targets else "targets" if form == "axis" else "none"
@@ -114,7 +116,7 @@ def _role(found: Long, table: Table, target: Array | None, decisions: Decisions)
     """Whether the values are readings or deviations: as they are named, where their size does not contradict."""
     assert target is not None
     if not np.ptp(target):
-        return DEVIATION if found.column.role in DEVIATIONS else READING
+        return Role.DEVIATION if found.column.role in DEVIATIONS else Role.READING
     travel = target - target.mean()
     slope = float(travel @ found.value / (travel @ travel))
     scale = 1.0
@@ -122,17 +124,17 @@ def _role(found: Long, table: Table, target: Array | None, decisions: Decisions)
         scale = found.column.unit.factor / found.target_unit.factor
     slope *= scale
     if abs(slope - 1.0) < NEAR_ONE:
-        return READING
+        return Role.READING
     far = abs(float(found.value.mean())) * scale > LARGEST * float(np.ptp(target))
-    if abs(slope) < NEAR_NOUGHT and found.column.role == READING and far:
-        way = QuestionAnswer("columns", f"{DEVIATION}={found.column.header}", "if they are deviations")
+    if abs(slope) < NEAR_NOUGHT and found.column.role == Role.READING and far:
+        way = QuestionAnswer("columns", f"{Role.DEVIATION}={found.column.header}", "if they are deviations")
         expected = QuestionAnswer("columns", "target=HEADER", "for the right targets")
         what = "readings that do not change with their targets, and are too large for deviations"
         decisions.ask(table.path, what, way, expected, found=found.column.header)
     if abs(slope) < NEAR_NOUGHT or (found.column.role in DEVIATIONS and scale == 1.0):
-        return DEVIATION
-    if found.column.unit is None and found.column.role != READING:
-        return DEVIATION
+        return Role.DEVIATION
+    if found.column.unit is None and found.column.role != Role.READING:
+        return Role.DEVIATION
     hint = unit_hint(abs(slope), 1.0)
     words = '1 or about 0; the units in {}, or the right column by {} reading="HEADER"'
     what = f"column {found.column.header!r} holds neither readings nor deviations of the targets{hint}"
@@ -154,13 +156,13 @@ def _units(
     asked = None if options.unit is None else plain_name(options.unit)
     of_axis = form == "axis" and found.target is not None
     stated = found.target_unit if of_axis else found.column.unit
-    if stated is None and role == READING:
+    if stated is None and role == Role.READING:
         stated = found.column.unit
     stated = stated or _of_file(found, table)
     if stated is None and options.targets is not None and options.targets.gauge:
         asked = asked or "mm"
     name = _settled_unit(table, "unit", options.unit, stated) or asked
-    of_value = found.column.unit if role == DEVIATION else None
+    of_value = found.column.unit if role == Role.DEVIATION else None
     doubted = of_value is not None and not _is_possible(found, of_value, stated)
     if of_value is not None and doubted:
         if options.deviation_unit is None:
@@ -181,7 +183,7 @@ def _units(
         units = QuestionAnswer("unit", suggestions=("mm", "um", "m", "inch", "deg", "arcsec"))
         asked_of = found.target if of_axis and found.target is not None else found.column
         decisions.ask(table.path, what, units, found=asked_of.called)
-    if role == DEVIATION and deviation is None and not doubted:
+    if role == Role.DEVIATION and deviation is None and not doubted:
         units = QuestionAnswer("deviation_unit", suggestions=("um", "mm", "nm", "uin", "arcsec"))
         decisions.ask(table.path, "the unit of the deviations is not stated", units, found=found.column.header)
     return AxisUnits.of(name, deviation) if name else None
@@ -202,9 +204,9 @@ def _is_possible(found: Long, unit: Unit, of_target: Unit | None) -> bool:
 
 def _of_file(found: Long, table: Table) -> Unit | None:
     """The unit of all lengths that the file states beside the table, or in a column of its own."""
-    texts = [table.facts[key] for key in _UNITS if key in table.facts]
+    texts = [text for key, text in table.facts.items() if key in WORDS["unit"]]
     for place, header in enumerate(table.headers):
-        of_units = header.strip().casefold() in _UNITS
+        of_units = header.strip().casefold() in WORDS["unit"]
         cells = {str(cell).strip() for cell in table.cells(place)} if of_units else set()
         texts += cells if len(cells) == 1 else []
     units = [find_unit(text) for text in texts]
@@ -227,7 +229,7 @@ def _per(unit: Unit | None, units: AxisUnits, options: AxisOptions) -> float:
 
 def _value_factor(found: Long, units: AxisUnits, options: AxisOptions, role: str) -> float:
     """What a value is in units of position (a reading) or of deviation; what is asked for goes before a header."""
-    if role == READING:
+    if role == Role.READING:
         return _per(found.column.unit, units, options)
     stated = None if found.column.unit is None else found.column.unit.name
     name = plain_name(options.deviation_unit or stated or units.deviation)

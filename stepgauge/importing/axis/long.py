@@ -18,31 +18,13 @@ from stepgauge.files.units import Unit
 from stepgauge.importing.axis.travel import cycles_of_repeats
 from stepgauge.importing.tables.cells import is_empty
 from stepgauge.importing.tables.clock import Clock
-from stepgauge.importing.tables.columns import (
-    CYCLE,
-    DEVIATIONS,
-    DROPPED,
-    FROM,
-    IGNORE,
-    PLACEMENT,
-    READING,
-    TARGET,
-    TIME,
-    TO,
-    U_TARGET,
-    UNSIGNED,
-    VALUE_ROLES,
-    WAY,
-    Column,
-    is_known,
-)
+from stepgauge.importing.tables.columns import DEVIATIONS, VALUE_ROLES, Column, Role, is_known
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.header import text_of
-from stepgauge.importing.tables.labels import LABEL, Label, parse_label, way_of
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, as_column, shown
 from stepgauge.importing.tables.rivals import called, one_of
 from stepgauge.importing.tables.values import beside, check_finite, clock_of, finite
-from stepgauge.importing.tables.vocabulary import WORDS, words_of
+from stepgauge.importing.tables.vocabulary import LABEL, WORDS, Label, parse_label, way_of, words_of
 
 Whole = NDArray[np.int64]
 
@@ -87,14 +69,14 @@ def to_long(table: Table, roles: Sequence[Column], missing: bool, time_unit: str
     :class:`InputError` names the row and column of what is no number, and the option that settles what is ambiguous.
     """
     columns = _value_columns(table, roles, missing, decisions)
-    roles = [replace(one, role=READING) if one.role is None and one in columns else one for one in roles]
+    roles = [replace(one, role=Role.READING) if one.role is None and one in columns else one for one in roles]
     row, value, way, cycle = _taken(table, roles, columns, missing)
-    target, u_target, near, far = (_only(roles, role) for role in (TARGET, U_TARGET, FROM, TO))
+    target, u_target, near, far = (_only(roles, role) for role in (Role.TARGET, Role.U_TARGET, Role.FROM, Role.TO))
     others, dropped = beside(table, [one for one in roles if one.role is None and one.header])
-    dropped += [one.header for one in roles if one.role == DROPPED and one.header]
-    dropped += [one.header for one in roles if one.role in DEVIATIONS and any(r.role == READING for r in roles)]
-    clock = clock_of(table, [one for one in roles if one.role == TIME], time_unit, decisions)
-    placement = np.maximum(_of_rows(table, roles, PLACEMENT, [LABEL] * len(table.titles))[row], 1)
+    dropped += [one.header for one in roles if one.role == Role.DROPPED and one.header]
+    dropped += [one.header for one in roles if one.role in DEVIATIONS and any(r.role == Role.READING for r in roles)]
+    clock = clock_of(table, [one for one in roles if one.role == Role.TIME], time_unit, decisions)
+    placement = np.maximum(_of_rows(table, roles, Role.PLACEMENT, [LABEL] * len(table.titles))[row], 1)
     found = {"placement": placement, "cycle": cycle, "way": way, "value": value}
     if target is not None:
         found["target"] = _targets(table, target)[row]
@@ -106,7 +88,7 @@ def to_long(table: Table, roles: Sequence[Column], missing: bool, time_unit: str
         for name, one in zip(STATIONS, (near, far), strict=True):
             found[name] = np.array([text_of(cell) for cell in table.cells(one.place)], object)[row]
     others = {name: values[row] for name, values in others.items()}
-    column = replace(columns[0], role=columns[0].role or READING)
+    column = replace(columns[0], role=columns[0].role or Role.READING)
     return Long(found, column, target, others, clock, dropped)
 
 
@@ -115,16 +97,18 @@ def _taken(
 ) -> tuple[Whole, Array, Whole, Whole]:
     """Row, value, direction and cycle of every reading, sweep after sweep and in each column after column."""
     titles = [parse_label(title) for title in table.titles]
-    of_rows = _of_rows(table, roles, CYCLE, titles) if len(columns) == 1 else _sweeps(table, roles, columns, titles)
+    of_rows = (
+        _of_rows(table, roles, Role.CYCLE, titles) if len(columns) == 1 else _sweeps(table, roles, columns, titles)
+    )
     if len(columns) == 1 and columns[0].label.way == 0:
         row, value = _picked(table, columns[0], False, missing)
-        return row.astype(np.int64), value, _of_rows(table, roles, WAY, titles)[row], of_rows[row]
+        return row.astype(np.int64), value, _of_rows(table, roles, Role.WAY, titles)[row], of_rows[row]
     first = _rank(of_rows)
     picked = [_picked(table, column, _rising(table, roles, first == 0), missing) for column in columns]
     row = np.concatenate([rows for rows, _ in picked]).astype(np.int64)
     own = np.repeat(np.arange(len(columns)), [len(rows) for rows, _ in picked])
     stated = np.array([column.label.way for column in columns])[own]
-    way = np.where(stated != 0, stated, _of_rows(table, roles, WAY, titles)[row])
+    way = np.where(stated != 0, stated, _of_rows(table, roles, Role.WAY, titles)[row])
     cycle, value = (
         of_rows[row],
         np.concatenate(
@@ -155,15 +139,15 @@ def _sweeps(table: Table, roles: Sequence[Column], columns: Sequence[Column], ti
     A column of cycles, or lines between the blocks, say it; else a target that comes again, unless the headers count
     the cycles. Nought where only a list of targets can tell.
     """
-    stated = _of_rows(table, roles, CYCLE, titles)
+    stated = _of_rows(table, roles, Role.CYCLE, titles)
     if stated.all():
         return stated
-    target = _only(roles, TARGET)
+    target = _only(roles, Role.TARGET)
     if any(one.label.cycle for one in columns):
         return np.ones(len(table.lines), np.int64)
     if target is None:
         return np.full(len(table.lines), int(max(_column_cycles(columns)) > 1))
-    return cycles_of_repeats(places_of(_targets(table, target)), _of_rows(table, roles, PLACEMENT, titles))
+    return cycles_of_repeats(places_of(_targets(table, target)), _of_rows(table, roles, Role.PLACEMENT, titles))
 
 
 def _rank(values: Whole) -> Whole:
@@ -173,17 +157,17 @@ def _rank(values: Whole) -> Whole:
 
 def _value_columns(table: Table, roles: Sequence[Column], missing: bool, decisions: Decisions) -> list[Column]:
     """The columns of readings: those of a wide table, or one; readings go before deviations, which follow from them."""
-    by_role = ([one for one in roles if one.role == wanted] for wanted in (READING, *VALUE_ROLES))
+    by_role = ([one for one in roles if one.role == wanted] for wanted in (Role.READING, *VALUE_ROLES))
     found = next(filter(None, by_role), None) or _only_length(table, roles)
     if not found:
         named = [one for one in roles if one.header]
         free = [one for one in named if one.role is None and np.isfinite(table.numbers(one.place)).all()]
-        ways = [as_column(role, one.header) for one in free or named for role in (READING, DEVIATIONS[0])]
+        ways = [as_column(role, one.header) for one in free or named for role in (Role.READING, DEVIATIONS[0])]
         names = ", ".join(one.header for one in named)
         decisions.ask(table.path, "no column is named as the reading", *ways, found=names)
         decisions.settle()
     if len(found) > 1 and any(one.label == LABEL for one in found):
-        found = [one_of(table, found[0].role or READING, found, decisions)]
+        found = [one_of(table, found[0].role or Role.READING, found, decisions)]
     _check_sign(table, found[0], decisions)
     if len(found) > 1:
         _check_whole(table, found, missing, decisions)
@@ -192,7 +176,7 @@ def _value_columns(table: Table, roles: Sequence[Column], missing: bool, decisio
 
 def _check_sign(table: Table, column: Column, decisions: Decisions) -> None:
     """The words of a name agree on the sign of its values."""
-    if column.role == UNSIGNED:
+    if column.role == Role.UNSIGNED:
         ways = [
             as_column("deviation", column.header, "(reading minus target)"),
             as_column("correction", column.header, "(target minus reading)"),
@@ -208,7 +192,7 @@ def _check_whole(table: Table, columns: Sequence[Column], missing: bool, decisio
     even = not any(one.label.cycle for one in columns) and len(ways) == 2 and len(set(ways.values())) == 1
     if twice or not (counted or even or missing):
         rivals = twice or [one for one in columns if ways[one.label.way] == max(ways.values())]
-        settled = [as_column(IGNORE, called(one, columns)) for one in rivals]
+        settled = [as_column(Role.IGNORE, called(one, columns)) for one in rivals]
         settled += [] if twice else [QuestionAnswer("accept", "missing", "where all are runs")]
         what = "columns are the same cycle and direction" if twice else "the columns are no whole runs there and back"
         decisions.ask(table.path, what, *settled, found=shown([repr(one.header) for one in rivals], " and "))
@@ -262,7 +246,7 @@ def _picked(table: Table, column: Column, rising: bool, missing: bool) -> tuple[
 
 
 def _rising(table: Table, roles: Sequence[Column], sweep: NDArray[np.bool_]) -> bool:
-    target = _only(roles, TARGET)
+    target = _only(roles, Role.TARGET)
     values = np.zeros(2) if target is None else table.numbers(target.place)[sweep]
     return bool(values[-1] > values[0])
 
@@ -288,9 +272,9 @@ def _of_rows(table: Table, roles: Sequence[Column], role: str, titles: Sequence[
     """Cycle, placement or way of every row of the table: from its column, else from the line above the block."""
     column = _only(roles, role)
     if column is None:
-        return np.array([one.way if role == WAY else one.cycle for one in titles])[table.block]
+        return np.array([one.way if role == Role.WAY else one.cycle for one in titles])[table.block]
     cells = table.cells(column.place)
-    if role != WAY:
+    if role != Role.WAY:
         labels = [parse_label(str(int(c)) if isinstance(c, float) else str(c)).cycle for c in cells]
         numbers = np.array(labels if all(labels) else np.unique([str(c) for c in cells], return_inverse=True)[1] + 1)
         return numbers if np.ptp(numbers) else np.ones(len(cells), np.int64)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
+from stepgauge.importing.tables.vocabulary import WORDS
 
 _ZONE = r"(?:Z|[+-]\d\d:?\d\d)$"
 _OF_DAY = re.compile(r"(?<![\d:+-])\d{1,2}:\d\d(:\d\d(\.\d+)?)?(?: ?([AP]M))?(?![\d:]|[ _]\d{1,2}:)", re.IGNORECASE)
@@ -108,7 +109,7 @@ def counted_clock(values: Array) -> tuple[Array, str | None]:
 
 def is_date(header: str) -> bool:
     """Whether a column is named as that of dates, beside one of times of day."""
-    return header.strip().casefold() in ("date", "datum", "jour", "day", "tag")
+    return header.strip().casefold() in WORDS["day"]
 
 
 def joined(dates: Sequence[object], times: Sequence[object]) -> list[str]:

@@ -10,29 +10,55 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from fnmatch import fnmatchcase
 
 from stepgauge.errors import InputError, naming
 from stepgauge.files.units import Unit, find_unit
-from stepgauge.importing.tables.labels import LABEL, Label, parse_label
-from stepgauge.importing.tables.vocabulary import WORDS, says, signs_of, split_name, split_unit, words_of
+from stepgauge.importing.tables.vocabulary import (
+    LABEL,
+    WORDS,
+    Label,
+    parse_label,
+    says,
+    signs_of,
+    split_name,
+    split_unit,
+    words_of,
+)  # fmt: skip
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION
 
-TARGET, READING, DEVIATION, CORRECTION = "target", "reading", "deviation", "correction"
-UNSIGNED = "deviation of unknown sign"
-WAY, CYCLE, TIME, PLACEMENT, FROM, TO, U_TARGET = "way", "cycle", "time_s", "placement", "from", "to", "u_target"
-DROPPED, IGNORE = "dropped", "ignore"
-DEVIATIONS = (DEVIATION, CORRECTION, UNSIGNED)
-VALUES = (READING, *DEVIATIONS)
-READING_OR_DEVIATION = "values"
-"""Columns of cycles that are not named as readings or as deviations: their size tells."""
-VALUE_ROLES = (*VALUES, READING_OR_DEVIATION)
+
+class Role(StrEnum):
+    """What a column of one axis is; the roles of points are the columns of a recording."""
+
+    TARGET = "target"
+    READING = "reading"
+    DEVIATION = "deviation"
+    CORRECTION = "correction"
+    UNSIGNED = "deviation of unknown sign"
+    VALUES = "values"
+    """Columns of cycles that are not named as readings or as deviations: their size tells."""
+    WAY = "way"
+    CYCLE = "cycle"
+    TIME = "time_s"
+    PLACEMENT = "placement"
+    FROM = "from"
+    TO = "to"
+    U_TARGET = "u_target"
+    DROPPED = "dropped"
+    IGNORE = "ignore"
+
+
+DEVIATIONS = (Role.DEVIATION, Role.CORRECTION, Role.UNSIGNED)
+VALUES = (Role.READING, *DEVIATIONS)
+VALUE_ROLES = (*VALUES, Role.VALUES)
 NORMAL = ["normal_i", "normal_j", "normal_k"]
 DIRECTIONS = (*APPROACH, *NORMAL)
-OF_AXIS = (TARGET, READING, DEVIATION, CORRECTION, WAY, FROM, TO, U_TARGET)
+OF_AXIS = tuple(map(Role, ("target", "reading", "deviation", "correction", "way", "from", "to", "u_target")))
 """Roles that ``--column`` may name of one axis alone."""
 OF_POINTS = (*POSITION, *APPROACH, *NORMAL, *COUNTS, *OPTIONAL[1:])
-ROLES = (*OF_AXIS, *OF_POINTS, IGNORE)
+ROLES = (*OF_AXIS, *OF_POINTS, Role.IGNORE)
 """What ``--column`` may name."""
 QUANTITY = {
     **dict.fromkeys(POSITION, "length"),
@@ -43,12 +69,13 @@ QUANTITY = {
 """What a role of points must be."""
 LONGEST_HEADER = 200
 """Characters of the name of a column; longer ones are text."""
-_CALLED = {"direction": WAY, "time": TIME, "run": CYCLE}
-_U = re.compile(r"^u[ _(]|uncertainty|unsicherheit|^u$", re.IGNORECASE)
+_CALLED = {"direction": Role.WAY, "time": Role.TIME, "run": Role.CYCLE}
+_BY_WORD = (Role.FROM, Role.TO, Role.WAY, Role.TIME, Role.CYCLE, Role.PLACEMENT)
+"""Roles that a word of their own says."""
+_NUMBERED = ("target", "target beside", "reading", "reading beside", "deviation", "way", "cycle")
+"""What columns may be that a number and a direction tell apart."""
 _LETTERS = {letter: place for place, letters in enumerate(("ix", "jy", "kz")) for letter in letters}
-_VECTORS = {"approach": APPROACH, "antastrichtung": APPROACH, "normal": NORMAL, "normale": NORMAL, "n": NORMAL}
-_OWNERS = frozenset(("axis", "achse", "probe", "tip"))
-"""Words that say nothing of a position, and of a temperature whose it is."""
+_VECTORS = {**dict.fromkeys(WORDS["approach"], APPROACH), **dict.fromkeys(WORDS["normal"], NORMAL)}
 
 
 @dataclass(frozen=True)
@@ -93,7 +120,7 @@ def read_columns(
         by_hand = _chosen(header, name, place, chosen)
         plain = header.strip() if recipe is POINTS and header.strip() in OF_POINTS else recipe(name, unit)
         role = by_hand or (None if plain in chosen or (recipe is AXIS and _removed(plain, chosen)) else plain)
-        columns.append(Column(place, header, name, DROPPED if role == IGNORE else role, unit))
+        columns.append(Column(place, header, name, Role.DROPPED if role == Role.IGNORE else role, unit))
     return columns if recipe is POINTS else _of_axis(columns, chosen)
 
 
@@ -106,14 +133,14 @@ def parse_columns(texts: Sequence[str]) -> dict[str, str]:
         if not equals or not header.strip() or name not in ROLES:
             expected = f"NAME=HEADER, NAME of {', '.join(ROLES)}"
             raise InputError(naming("columns"), "not understood", found=repr(text), expected=expected)
-        found[name] = "\n".join([*([found[name]] if name == IGNORE and name in found else []), header.strip()])
+        found[name] = "\n".join([*([found[name]] if name == Role.IGNORE and name in found else []), header.strip()])
     return found
 
 
 def check_chosen(columns: Sequence[Column], chosen: Mapping[str, str], path: str) -> None:
     """Every column that is named by hand must be there."""
     for role, header in chosen.items():
-        if role != IGNORE and not any(one.role == role for one in columns):
+        if role != Role.IGNORE and not any(one.role == role for one in columns):
             known = ", ".join(one.header for one in columns if one.header)
             raise InputError(path, f"there is no column {header!r} for {role}", found=known[:200])
 
@@ -143,8 +170,8 @@ def axis_role(name: str, unit: Unit | None = None) -> str | None:
     if unit is None or unit.quantity == "none":
         return role
     if unit.quantity in ("length", "angle"):
-        return role if role in (TARGET, *VALUE_ROLES, U_TARGET, DROPPED) else None
-    return role if unit.quantity == "time" and role == TIME else None
+        return role if role in (Role.TARGET, *VALUE_ROLES, Role.U_TARGET, Role.DROPPED) else None
+    return role if unit.quantity == "time" and role == Role.TIME else None
 
 
 AXIS = axis_role
@@ -154,22 +181,23 @@ def _axis_role(name: str) -> str | None:
     words = words_of(name)
     if not words:
         return None
-    if _U.search(name):
-        return U_TARGET if {"target", "nominal", "reference"} & set(words) else DROPPED
+    if words[0] == "u" or says(words, "uncertainty") - {"u"}:
+        return Role.U_TARGET if {"target", "nominal", "reference"} & set(words) else Role.DROPPED
     if says(words, "besides"):
         return None
     if words[0] in WORDS["statistic"] and not says(words, "reading", "reading beside"):
-        return DROPPED
-    for role in (FROM, TO, WAY, TIME, CYCLE, PLACEMENT):
+        return Role.DROPPED
+    for role in _BY_WORD:
         told = says(words, role)
-        plain = set(words) <= WORDS[role] | WORDS["station"] if role in (FROM, TO) else len(words) - len(told) < 2
-        if told and (plain or role == WAY):
+        stations = role in (Role.FROM, Role.TO)
+        plain = set(words) <= WORDS[role] | WORDS["station"] if stations else len(words) - len(told) < 2
+        if told and (plain or role == Role.WAY):
             return role
-    signs = signs_of(name, bool(says(words, DEVIATION)))
+    signs = signs_of(name, bool(says(words, Role.DEVIATION)))
     if signs:
-        return UNSIGNED if len(signs) > 1 else DEVIATION if 1 in signs else CORRECTION
-    of_values = next((one for one in (TARGET, READING) if says(words, one, f"{one} beside")), None)
-    return of_values or (DROPPED if set(words) <= WORDS["count"] else None)
+        return Role.UNSIGNED if len(signs) > 1 else Role.DEVIATION if 1 in signs else Role.CORRECTION
+    of_values = next((one for one in (Role.TARGET, Role.READING) if says(words, one, f"{one} beside")), None)
+    return of_values or (Role.DROPPED if set(words) <= WORDS["count"] else None)
 
 
 def is_known(name: str) -> bool:
@@ -179,16 +207,16 @@ def is_known(name: str) -> bool:
 
 def remainder(name: str) -> frozenset[str]:
     """The words of a name beside those of its role: ``x`` of ``Meas X``, by which it goes with ``Nom X``."""
-    of_roles = (TARGET, "target beside", READING, "reading beside", DEVIATION, WAY, CYCLE, PLACEMENT, TIME, FROM, TO)
-    known = frozenset().union(*(WORDS[one] for one in of_roles), WORDS["idle"])
+    known = frozenset().union(*(WORDS[one] for one in (*_NUMBERED, *_BY_WORD, "idle")))
     return frozenset(words_of(name)) - (known - WORDS["place"])
 
 
 def _of_axis(columns: list[Column], chosen: Mapping[str, str]) -> list[Column]:
     columns = [_labelled(one, chosen) for one in columns]
     columns = _wide(columns)
-    if {FROM, TO} <= {one.role for one in columns}:  # a station may be called a target: its place is no position
-        columns = [replace(one, role=None) if one.role in (TARGET, *DEVIATIONS, WAY) else one for one in columns]
+    if {Role.FROM, Role.TO} <= {one.role for one in columns}:  # a station may be called a target, and is no position
+        none = (Role.TARGET, *DEVIATIONS, Role.WAY)
+        columns = [replace(one, role=None) if one.role in none else one for one in columns]
     if not any(one.unit is not None and one.unit.quantity == "angle" for one in columns):
         return columns
     marked = [one.unit is not None and one.unit.name == '"' for one in columns]  # beside an angle it is of arcseconds
@@ -198,30 +226,32 @@ def _of_axis(columns: list[Column], chosen: Mapping[str, str]) -> list[Column]:
 def _labelled(one: Column, chosen: Mapping[str, str]) -> Column:
     """A column whose name says a cycle or a direction: its own, or, as ``Run 3``, that of the readings below it."""
     label, by_hand = parse_label(one.name), _chosen(one.header, one.name, one.place, chosen)
-    if label == LABEL or by_hand == IGNORE or one.role in (TARGET, TIME, FROM, TO, U_TARGET, PLACEMENT):
+    own = (Role.TARGET, Role.TIME, Role.FROM, Role.TO, Role.U_TARGET, Role.PLACEMENT)
+    if label == LABEL or by_hand == Role.IGNORE or one.role in own:
         return one
-    return replace(one, role=None if one.role in (CYCLE, WAY) and by_hand is None else one.role, label=label)
+    return replace(one, role=None if one.role in (Role.CYCLE, Role.WAY) and by_hand is None else one.role, label=label)
 
 
 def _wide(columns: list[Column]) -> list[Column]:
     """Two columns or more that carry labels and are of one kind are readings, cycle by cycle."""
     stems: dict[tuple[str, ...], list[int]] = {}
     for one in columns:
-        if one.label != LABEL and one.role in (None, *VALUES, DROPPED):
+        if one.label != LABEL and one.role in (None, *VALUES, Role.DROPPED):
             stem = tuple(word for word in words_of(re.sub(r"\d+", " ", one.name)) if not parse_label(word).way)
             stems.setdefault(tuple(word for word in stem if word not in WORDS["idle"]), []).append(one.place)
     groups = [places for stem, places in stems.items() if len(places) > 1 and _tells(stem)]
     if not groups:
         return columns
     most = max(groups, key=len)
-    role = next((columns[place].role for place in most if columns[place].role in VALUES), READING_OR_DEVIATION)
+    role = next((columns[place].role for place in most if columns[place].role in VALUES), Role.VALUES)
     return [replace(one, role=role) if one.place in most else one for one in columns]
 
 
 def _tells(stem: tuple[str, ...]) -> bool:
     """Whether what columns share is a reading, a deviation or a cycle, and not a temperature of several sensors."""
-    of = (TARGET, "target beside", READING, "reading beside", DEVIATION, CORRECTION, CYCLE, WAY)
-    return says(stem, *of) | (set(stem) & {"m", "x", "r", "pos", "forward", "backward"}) == set(stem)
+    return says(stem, *_NUMBERED, "correction") | (set(stem) & {"m", "x", "r", "pos", "forward", "backward"}) == set(
+        stem
+    )
 
 
 # points of three coordinates
@@ -236,7 +266,7 @@ def point_role(name: str, unit: Unit | None = None) -> str | None:
         return None
     degrees = unit is not None and unit.quantity == "temperature"
     if words == ["t"] and unit is not None and unit.quantity == "time":
-        return TIME
+        return Role.TIME
     if set(words) & WORDS["temperature"]:
         return _direction(words) or _temperature(every)
     return _direction(words) or _single(words) or (_temperature(every) if degrees else None)
@@ -250,7 +280,10 @@ def _single(words: Sequence[str]) -> str | None:
         return None
     if words[0] in ("x", "y", "z"):
         return f"{words[0]}_mm"
-    return next((role for role in (CYCLE, "face", PLACEMENT, TIME, "speed_mm_s") if words[0] in WORDS[role]), None)
+    return next(
+        (role for role in (Role.CYCLE, "face", Role.PLACEMENT, Role.TIME, "speed_mm_s") if words[0] in WORDS[role]),
+        None,
+    )
 
 
 def _direction(words: Sequence[str]) -> str | None:
@@ -265,7 +298,7 @@ def _direction(words: Sequence[str]) -> str | None:
 
 def _temperature(words: Sequence[str]) -> str | None:
     """Whose temperature it is; one that does not say is the gauge's, and any other word makes it another's."""
-    rest = set(words) - WORDS["temperature"] - (WORDS["point"] - _OWNERS)
+    rest = set(words) - WORDS["temperature"] - (WORDS["point"] - WORDS["owner"])
     if not rest:
         return "gauge_temperature_C"
     whose = {"gauge_temperature_C": WORDS["gauge"], **{f"scale_temperature_{a}_C": frozenset(a) for a in "xyz"}}

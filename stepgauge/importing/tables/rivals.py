@@ -17,30 +17,19 @@ from stepgauge.files.numerals import looks_numeric
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.columns import (
     AXIS,
-    CORRECTION,
-    CYCLE,
-    DEVIATION,
     DEVIATIONS,
-    DROPPED,
-    FROM,
-    IGNORE,
-    PLACEMENT,
-    READING,
-    TARGET,
-    TIME,
     VALUE_ROLES,
     VALUES,
-    WAY,
     Column,
+    Role,
     is_known,
     read_columns,
     remainder,
 )
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.labels import LABEL, parse_label, way_of
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, as_column, shown
 from stepgauge.importing.tables.read import TableLayout
-from stepgauge.importing.tables.vocabulary import WORDS, says, split_name, words_of
+from stepgauge.importing.tables.vocabulary import LABEL, WORDS, parse_label, says, split_name, way_of, words_of
 
 Chosen = Mapping[str, str]
 _COORDINATES = ("x", "y", "z", "height")
@@ -61,7 +50,7 @@ def settled_roles(table: Table, layout: TableLayout, decisions: Decisions) -> li
     chosen = layout.columns
     roles = [_by_content(table, one) for one in read_columns(table.headers, table.units, chosen, AXIS)]
     roles = _without_copies(table, roles, decisions)
-    if TARGET not in chosen:
+    if Role.TARGET not in chosen:
         roles = _one_target(table, roles, decisions)
     roles = _one_coordinate(table, roles, decisions)
     _check_vacant(table, roles, chosen, decisions)
@@ -119,12 +108,12 @@ def _by_content(table: Table, one: Column) -> Column:
         return one
     texts = [cell for cell in cells if isinstance(cell, str)]
     if not any(isinstance(cell, str | float) for cell in cells):
-        return replace(one, role=TIME)
+        return replace(one, role=Role.TIME)
     if len(texts) == len(cells):
         if {way_of(text) for text in texts} == {1, -1}:
-            return replace(one, role=WAY)
+            return replace(one, role=Role.WAY)
         if all(map(is_moment, texts)):
-            return replace(one, role=TIME)
+            return replace(one, role=Role.TIME)
     return one
 
 
@@ -133,19 +122,19 @@ def _without_copies(table: Table, roles: list[Column], decisions: Decisions) -> 
     seen: dict[tuple[str, bytes], Column] = {}
     found = []
     for one in roles:
-        again = one.role not in (None, DROPPED) and sum(other.header == one.header for other in roles) > 1
+        again = one.role not in (None, Role.DROPPED) and sum(other.header == one.header for other in roles) > 1
         numbers = table.numbers(one.place) if again else np.empty(0)
         key = (one.header.casefold(), numbers.tobytes() if np.isfinite(numbers).any() else one.place.to_bytes(4))
         first = seen.setdefault(key, one)
         if first is not one:
             decisions.reject(f"column {one.place + 1}, {one.header!r}", f"a copy of column {first.place + 1}")
-        found.append(one if first is one else replace(one, role=DROPPED))
+        found.append(one if first is one else replace(one, role=Role.DROPPED))
     return found
 
 
 def _one_target(table: Table, roles: list[Column], decisions: Decisions) -> list[Column]:
     """The target: by its name, else a place that the readings follow, or whose unit is theirs."""
-    targets = [one for one in roles if one.role == TARGET]
+    targets = [one for one in roles if one.role == Role.TARGET]
     values = [one for one in roles if one.role in VALUES]
     if not targets:
         return _place_as_target(table, roles)
@@ -156,7 +145,7 @@ def _one_target(table: Table, roles: list[Column], decisions: Decisions) -> list
         first = targets[0]
     else:
         with_name = values[0] if len(ends) == 1 and ends != {frozenset()} else None
-        first = one_of(table, TARGET, targets, decisions, with_name)
+        first = one_of(table, Role.TARGET, targets, decisions, with_name)
     return [replace(one, role=None) if one in targets and one is not first else one for one in roles]
 
 
@@ -170,15 +159,15 @@ def _place_as_target(table: Table, roles: list[Column]) -> list[Column]:
         if one.role is None and words_of(one.name) and set(words_of(one.name)) <= WORDS["place"]
         if one.label == LABEL or (words_of(one.name) == ("pos",) and labelled == [one])  # not the positive way of two
     ]
-    if len(places) != 1 or not values or any(one.role == FROM for one in roles):
+    if len(places) != 1 or not values or any(one.role == Role.FROM for one in roles):
         return roles
-    if places[0].unit is None and all(one.role == READING for one in values):  # the name alone is not enough
+    if places[0].unit is None and all(one.role == Role.READING for one in values):  # the name alone is not enough
         numbers = table.numbers(places[0].place)
-        clocks = [table.numbers(one.place) for one in roles if one.role == TIME]
+        clocks = [table.numbers(one.place) for one in roles if one.role == Role.TIME]
         again = 2 * len(np.unique(numbers)) <= len(numbers) and not any(_may_be_minutes(numbers, one) for one in clocks)
         if not again and not _follow(table.numbers(values[0].place), numbers):
             return roles
-    return [replace(one, role=TARGET, label=LABEL) if one is places[0] else one for one in roles]
+    return [replace(one, role=Role.TARGET, label=LABEL) if one is places[0] else one for one in roles]
 
 
 def _follow(readings: Array, places: Array) -> bool:
@@ -207,7 +196,7 @@ def _may_be_minutes(numbers: Array, hours: Array) -> bool:
 
 def _one_coordinate(table: Table, roles: list[Column], decisions: Decisions) -> list[Column]:
     """Of coordinates of one spot that was touched again and again, the one that differs is the reading."""
-    if any(one.role in (*VALUE_ROLES, TARGET, FROM) for one in roles):
+    if any(one.role in (*VALUE_ROLES, Role.TARGET, Role.FROM) for one in roles):
         return roles
     places = [one for one in roles if one.role is None and one.name.casefold() in _COORDINATES]
     spans = {one.place: float(np.ptp(table.numbers(one.place))) for one in places}
@@ -215,27 +204,30 @@ def _one_coordinate(table: Table, roles: list[Column], decisions: Decisions) -> 
     if len(moving) != 1 or not spans[moving[0].place] < MOST_OF_SPOT:
         return roles
     decisions.take(f"{moving[0].header!r} is taken as the reading: the other coordinates are the same in every row")
-    taken = {one.place: READING if one is moving[0] else DROPPED for one in places}
+    taken = {one.place: Role.READING if one is moving[0] else Role.DROPPED for one in places}
     return [replace(one, role=taken.get(one.place, one.role)) for one in roles]
 
 
 def _check_vacant(table: Table, roles: Sequence[Column], chosen: Chosen, decisions: Decisions) -> None:
     """Readings without a target, beside a column that may be it: one that nothing names, or one beside deviations."""
     values = [one for one in roles if one.role in VALUE_ROLES]
-    if not values or TARGET in chosen or any(one.role in (TARGET, FROM) for one in roles):
+    if not values or Role.TARGET in chosen or any(one.role in (Role.TARGET, Role.FROM) for one in roles):
         return
     deviation = next((one for one in values if one.role in DEVIATIONS), None)
-    reading = next((one for one in values if one.role == READING), None)
+    reading = next((one for one in values if one.role == Role.READING), None)
     if deviation is not None and reading is not None:
-        ways = [as_column(TARGET, reading.called), as_column(IGNORE, deviation.called, "to have the readings alone")]
+        ways = [
+            as_column(Role.TARGET, reading.called),
+            as_column(Role.IGNORE, deviation.called, "to have the readings alone"),
+        ]
         found = f"{reading.header!r} and {deviation.header!r}"
         decisions.ask(table.path, "readings and deviations, and no target", *ways, found=found)
         return
     readings = table.numbers(values[0].place)
     free = [one for one in roles if one.role is None and _may_be_place(table, one, readings)]
     if free:
-        ways = [as_column(TARGET, one.called) for one in free]
-        ways.insert(1, as_column(IGNORE, free[0].called, "if it is something else"))
+        ways = [as_column(Role.TARGET, one.called) for one in free]
+        ways.insert(1, as_column(Role.IGNORE, free[0].called, "if it is something else"))
         what = "readings without a target, and a column that may be the target"
         decisions.ask(table.path, what, *ways, found=shown([repr(one.called) for one in free]))
 
@@ -259,18 +251,18 @@ def _may_be_place(table: Table, one: Column, readings: Array) -> bool:
 
 def _check_unnamed(table: Table, one: Column, roles: Sequence[Column], chosen: Chosen, decisions: Decisions) -> None:
     """Of what is recorded besides: temperatures can be some, and 1 and -1 alone may be the direction."""
-    ignored, values = as_column(IGNORE, one.called), table.numbers(one.place)
+    ignored, values = as_column(Role.IGNORE, one.called), table.numbers(one.place)
     if one.unit is not None and one.unit.quantity == "temperature":
         celsius = values[np.isfinite(values)] * one.unit.factor + one.unit.offset
         if len(celsius) and not (TEMPERATURES_C[0] <= celsius.min() and celsius.max() <= TEMPERATURES_C[1]):
             found = f"{celsius.min():g} to {celsius.max():g} deg C"
             decisions.ask(table.path, f"{one.header!r} cannot be temperatures", ignored, found=found)
     there = {other.role for other in roles}
-    if WAY in there or WAY in chosen or not there & set(VALUES) or split_name(one.header)[1] is not None:
+    if Role.WAY in there or Role.WAY in chosen or not there & set(VALUES) or split_name(one.header)[1] is not None:
         return
     if np.isin(values, (-1.0, 1.0)).all() and len(np.unique(values)) == 2:
         what = f"{one.header!r} holds 1 and -1, and may be the direction of travel"
-        decisions.ask(table.path, what, as_column(WAY, one.called), ignored)
+        decisions.ask(table.path, what, as_column(Role.WAY, one.called), ignored)
 
 
 # what a table says twice
@@ -280,7 +272,9 @@ def _check_told_twice(table: Table, roles: Sequence[Column], decisions: Decision
     """Targets, readings and deviations beside one another agree, and targets are the rounder ones."""
     import pandas as pd
 
-    target, reading, deviation = (_only(roles, *names) for names in ((TARGET,), (READING,), (DEVIATION, CORRECTION)))
+    target, reading, deviation = (
+        _only(roles, *names) for names in ((Role.TARGET,), (Role.READING,), (Role.DEVIATION, Role.CORRECTION))
+    )
     if target is None or reading is None:
         return
     places, values = table.numbers(target.place), table.numbers(reading.place)
@@ -295,7 +289,7 @@ def _check_told_twice(table: Table, roles: Sequence[Column], decisions: Decision
     even = len(values) == len(different) > 2 and np.allclose(steps, steps[0], rtol=1e-9)
     if fewer or even:
         what = f"{target.header!r} has more digits than {reading.header!r}: are they exchanged?"
-        ways = (as_column(TARGET, target.header, "if not"), as_column(TARGET, reading.header, "if so"))
+        ways = (as_column(Role.TARGET, target.header, "if not"), as_column(Role.TARGET, reading.header, "if so"))
         decisions.ask(table.path, what, *ways)
 
 
@@ -318,7 +312,7 @@ def _check_difference(table: Table, target: Column, reading: Column, deviation: 
         return
     digits = _last_digit(values) * (per[1] or of_target)  # a target is as it is set
     allowed = 2.0 * (digits + _last_digit(stated) * factor) + AGREES * float(np.ptp(told))
-    signed = stated * factor * (-1.0 if deviation.role == CORRECTION else 1.0)
+    signed = stated * factor * (-1.0 if deviation.role == Role.CORRECTION else 1.0)
     off = np.abs(told - signed)
     if (off <= allowed).all():
         return
@@ -326,7 +320,7 @@ def _check_difference(table: Table, target: Column, reading: Column, deviation: 
     what = f"{deviation.header!r} is not {reading.header!r} minus {target.header!r}"
     what += ": its sign is the other one" if (np.abs(told + signed) <= allowed).all() else ""
     found = f"{stated[row]:g} beside {values[row]:g} and {places[row]:g}"
-    ways = (as_column(READING, reading.header), as_column(DEVIATION, deviation.header))
+    ways = (as_column(Role.READING, reading.header), as_column(Role.DEVIATION, deviation.header))
     decisions.ask(table.at(row), what, *ways, found=found)
 
 
@@ -343,19 +337,19 @@ def _last_digit(values: Array) -> float:
 def _check_kinds(table: Table, roles: Sequence[Column], layout: TableLayout, decisions: Decisions) -> None:
     """A column, or titles of blocks, by which rows are of different kinds: one recording is of one kind."""
     every = {one.removesuffix("=*").strip() for one in layout.rows if one.endswith("=*")}
-    ignored = layout.columns.get(IGNORE, "").casefold().split("\n")
-    target = next((table.numbers(one.place) for one in roles if one.role == TARGET), None)
+    ignored = layout.columns.get(Role.IGNORE, "").casefold().split("\n")
+    target = next((table.numbers(one.place) for one in roles if one.role == Role.TARGET), None)
     asked = False
     for one in roles:
         taken = {one.header.casefold(), f"#{one.place + 1}"} & set(ignored) or one.called in every
-        cells = None if taken or one.role not in (None, DROPPED) else _kinds_in(table, one)
+        cells = None if taken or one.role not in (None, Role.DROPPED) else _kinds_in(table, one)
         if cells is not None and not _names_targets(cells, target):
             _ask_rows(table, repr(one.header), sorted(set(cells)), one.called, decisions)
             asked = True
     numbers, sizes = np.unique(table.block, return_counts=True)
     titles = [table.titles[n] for n in numbers.tolist()]
     labelled = all(parse_label(title) != LABEL for title in titles if title)
-    known = asked or "title" in every or any(one.role in (CYCLE, WAY, PLACEMENT) for one in roles)
+    known = asked or "title" in every or any(one.role in (Role.CYCLE, Role.WAY, Role.PLACEMENT) for one in roles)
     if len(set(titles)) > 1 and not labelled and sizes.min() > 1 and not known:
         _ask_rows(table, "the lines above the blocks", list(dict.fromkeys(filter(None, titles))), "title", decisions)
 

@@ -15,17 +15,7 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError
 from stepgauge.files.tables import Rows
 from stepgauge.files.units import Unit, find_unit
-from stepgauge.importing.tables.columns import (
-    NORMAL,
-    POINTS,
-    READING,
-    TARGET,
-    U_TARGET,
-    Column,
-    axis_role,
-    point_role,
-    read_columns,
-)
+from stepgauge.importing.tables.columns import NORMAL, POINTS, Column, Role, axis_role, point_role, read_columns
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.read import only_table
 from stepgauge.importing.tables.source import read_source
@@ -33,8 +23,6 @@ from stepgauge.importing.tables.vocabulary import says, signs_of, split_name, wo
 from stepgauge.recording import APPROACH
 
 NOMINAL, CERTIFIED, UNCERTAINTY = "nominal_mm", "position_mm", "uncertainty_um"
-_UNCERTAIN = frozenset(["u", "uncertainty", "unsicherheit", "messunsicherheit", "incertitude"])
-_CERTIFIED = frozenset(["certified", "calibrated", "kalibriert", "position"])
 
 
 def foreign_rows(path: str | Path, required: Sequence[str], plain: Mapping[str, str]) -> Rows:
@@ -95,11 +83,13 @@ def _column(table: Table, columns: Sequence[Column], name: str, plain: Mapping[s
 
 def _is_of_certificate(one: Column, name: str) -> bool:
     words = words_of(one.name)
-    certified = bool(set(words) & _CERTIFIED) and not says(words, TARGET)
+    certified = bool(says(words, "certified")) and not says(words, Role.TARGET)
     role = axis_role(one.name, one.unit)
     if name == UNCERTAINTY:
-        return role == U_TARGET or bool(set(words) & _UNCERTAIN)
-    return {NOMINAL: role == TARGET and not certified, CERTIFIED: certified or role == READING}.get(name, False)
+        return role == Role.U_TARGET or bool(says(words, "uncertainty"))
+    return {NOMINAL: role == Role.TARGET and not certified, CERTIFIED: certified or role == Role.READING}.get(
+        name, False
+    )
 
 
 def _deviation_mm(table: Table, columns: Sequence[Column], path: str) -> NDArray[np.float64]:

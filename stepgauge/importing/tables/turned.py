@@ -8,9 +8,8 @@ from dataclasses import replace
 from stepgauge.files.numerals import looks_numeric
 from stepgauge.files.units import find_unit
 from stepgauge.importing.tables.cells import MEASURE, Cell, Cells
-from stepgauge.importing.tables.columns import CYCLE, TARGET, VALUE_ROLES, WAY, axis_role
-from stepgauge.importing.tables.labels import LABEL, parse_label
-from stepgauge.importing.tables.vocabulary import split_name
+from stepgauge.importing.tables.columns import VALUE_ROLES, Role, axis_role
+from stepgauge.importing.tables.vocabulary import LABEL, parse_label, split_name
 
 FEWEST = 3
 """Numbers beside one another from which a row of targets is one."""
@@ -62,11 +61,11 @@ def _numbers(row: Sequence[Cell]) -> list[Cell]:
 
 def _is_row_of_targets(row: Sequence[Cell]) -> bool:
     """Whether a row is the word for targets, and numbers."""
-    named = len(row) > FEWEST and _is_text(row[0]) and axis_role(split_name(str(row[0]))[0]) == TARGET
+    named = len(row) > FEWEST and _is_text(row[0]) and axis_role(split_name(str(row[0]))[0]) == Role.TARGET
     return named and len(_numbers(row)) == len(row) - 1
 
 
 def _names_run(name: str) -> bool:
     """Whether a row's name is that of a run, and not that of a mean or a limit."""
     role, label = axis_role(split_name(name)[0]), parse_label(name)
-    return role in (*VALUE_ROLES, CYCLE, WAY) or (role is None and label != LABEL)
+    return role in (*VALUE_ROLES, Role.CYCLE, Role.WAY) or (role is None and label != LABEL)

@@ -11,17 +11,11 @@ from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import Unit, column_name, find_unit
 from stepgauge.importing.tables.clock import Clock, counted_clock, is_date, joined, read_clock
-from stepgauge.importing.tables.columns import IGNORE, Column
+from stepgauge.importing.tables.columns import Column, Role
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer
-from stepgauge.importing.tables.vocabulary import split_name
+from stepgauge.importing.tables.vocabulary import WORDS, split_name
 
-_PARTS = {
-    3600.0: "hour hours hr hrs stunde stunden heure heures h",
-    60.0: "minute minutes minuten min mins",
-    1.0: "second seconds sekunde sekunden sec secs",
-}
-"""Names of columns that are parts of a time, by what one of them is in s."""
 DECIMALS = 9
 """Of mm, deg C and mm/s that were turned from other units: a picometre, and no digits of the machine's arithmetic."""
 
@@ -87,7 +81,7 @@ def _unstated(table: Table, column: Column, time_unit: str | None, decisions: De
     unit = None if time_unit is None else find_unit(time_unit)
     if words is None and unit is None and np.ptp(seconds):
         ways = [QuestionAnswer("time_unit", name) for name in ("s", "ms", "min", "h")]
-        ignored = QuestionAnswer("columns", f"{IGNORE}={column.called}", "to leave it out")
+        ignored = QuestionAnswer("columns", f"{Role.IGNORE}={column.called}", "to leave it out")
         found = f"{seconds[0]:g} to {seconds[-1]:g}"
         decisions.ask(table.path, f"the unit of the times {column.called!r} is not stated", *ways, ignored, found=found)
     factor = unit.factor if unit is not None and words is None else 1.0
@@ -98,8 +92,8 @@ def _part_of_time(one: Column) -> float | None:
     """Seconds of one of a column of time: by its unit, or by its name."""
     if one.unit is not None and one.unit.quantity == "time" and "epoch" not in one.header.casefold():
         return one.unit.factor
-    name = one.name.casefold()
-    return next((seconds for seconds, names in _PARTS.items() if name in names.split()), None)
+    parts = {"hour": 3600.0, "minute": 60.0, "second": 1.0}
+    return next((seconds for part, seconds in parts.items() if one.name.casefold() in WORDS[part]), None)
 
 
 def _past_midnight(seconds: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Words of the headers of tables, in English, German, French, Italian and Spanish, by what they say; and their units.
+"""What the names of columns say: words by what they mean (``words.toml``), units, cycles and directions, signs.
 
 One list for all kinds of tables. Words are compared in small letters without accents (ß is ss), umlauts also as ``ae``.
 """
@@ -6,70 +6,23 @@ One list for all kinds of tables. Words are compared in small letters without ac
 from __future__ import annotations
 
 import re
+import tomllib
 import unicodedata
+from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 from stepgauge.files.numerals import tidy
 from stepgauge.files.units import Unit, find_unit
 
-_WORDS = {
-    "target": """target targets nominal nominale nom theo command commanded cmd demand demanded setpoint setpoints set
-        soll sollwert sollposition sollmass zielposition zielpositionen ziel ref reference referenz consigne konsigne
-        cible nennwert nennmass theoretical theorique teorico prevista previsto objetivo""",
-    "target beside": """standard normal true certified calibrated stellung winkelstellung step massstab masstab vorgabe
-        block blocks endmass parallelendmass""",
-    "reading": """actual act ist istwert istposition istmass measured measurement meas reading readings indicated
-        indication laser messwert gemessen anzeige anzeigewert mesure mesuree lecture lectura lettura misurata misurato
-        medida medido observed feedback reel""",
-    "reading beside": """read indicator display displayed ablesung value wert encoder dro probe probed trigger distance
-        distanz distanza distancia strecke abstand dial gauge output observation radius
-        rayon raggio radio rarawdistance decrawdistance""",
-    "deviation": """deviation deviations dev error errors err abweichung abweichungen abw fehler diff difference
-        differenz delta residual ecart ecarts erreur scostamento scostamenti errore desviacion diferencia""",
-    "correction": """correction corrections compensation compensations korrektur korrekturen korrekturwert
-        korrekturwerte kompensation kompensationswert kompensationswerte correzione correccion""",
-    "way": """direction dir way richtung fahrtrichtung sense approach bearing_direction travel sens verfahrrichtung
-        direzione senso sentido direccion""",
-    "cycle": """cycle run cycles runs repeat repetition series zyklus lauf durchgang durchlauf messreihe wiederholung
-        trial pass ciclo serie passage essai prova""",
-    "placement": "placement setup aufstellung aufspannung session lage",
-    "time_s": """time timestamp datetime zeit uhrzeit zeitstempel elapsed seconds clock date_time temps date datum epoch
-        hour hours minute minutes second stunde stunden minuten sekunde sekunden heure laufzeit tempo tiempo hora ora
-        fecha""",
-    "from": "from von start standpunkt de da desde",
-    "to": "to nach end zielpunkt vers hacia",
-    "face": "face flache messflache surface",
-    "speed_mm_s": "speed geschwindigkeit v antastgeschwindigkeit vorschub feed",
-    "place": """position pos x y z a b c angle winkel coordinate koordinate axis location place travel posizione
-        posicion""",
-    "count": "no frame nr # n index idx i point punkt row line id lfd count sample messpunkt num punto numero",
-    "statistic": """mean average avg mittel mittelwert mw stdev std sd sigma s u range spannweite min max median
-        reversal b umkehrspanne 2s 4s xm standardabweichung repeatability rms sum summe moyenne media""",
-    "idle": """the of in on at axis achse value values wert werte point pos position positions col column mm um line
-        linear posizione posicion""",
-    "station": "pillar station point stand name id no nr",
-    "besides": """temperature temp temperatur temperatura humidity pressure feuchte druck luftdruck luftfeuchte rh rpm
-        speed drehzahl load last power current strom voltage volt force kraft feed vorschub refractive index brechzahl
-        severity status alarm quality judge snr starmass errorcode dx dy raguidedistance decguidedistance raduration
-        decduration radirection decdirection xstep ystep""",
-    "kind": """axis ax achse feature features merkmal element kind art typ type channel kanal sensor characteristic
-        charakteristik machine maschine name signal variable""",
-    "point": """wert value val pos position koordinate koordinaten coordinate coord coords actual act ist istwert
-        measured meas messwert gemessen achse axis punkt point tip centre center mitte mittelpunkt antastpunkt probe
-        messpunkt ball kugel tastkugel kugelmitte kugelmittelpunkt tastkugelmitte tastkugelmittelpunkt""",
-    "temperature": "temperature temp temperatur temperatura t",
-    "gauge": """gauge gage part piece workpiece object material specimen artefact artifact werkstuck teil bauteil
-        prufling prufkorper objekt messobjekt lehre stufenlehre normal endmass stufenendmass etalon""",
-    "beside gauge": "step block work test scale massstab axis achse of the at on der des dem am vom von",
-    "verdict": "ok nok nio io i.o. n.i.o. pass fail passed failed in out - ja nein yes no true false go ng hi lo",
+WORDS = {
+    name: frozenset(words.split())
+    for name, words in tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8")).items()
 }
-WORDS = {name: frozenset(words.split()) for name, words in _WORDS.items()}
-"""Words by what they say. ``beside``: words that say it less surely, so that ``Soll-Wert`` subtracts nothing; ``idle``:
-that say nothing beside others; ``point``: that say nothing of a coordinate; ``statistic``: what is computed from the
-readings; ``besides``: quantities recorded besides; ``kind``: columns that say of what kind a row is."""
+"""Words by what they say."""
 _KNOWN = frozenset().union(*WORDS.values())
-_MINUS = frozenset(("minus", "moins", "meno", "menos", "-", "\u2010", "\u2014"))
 _TOKEN = re.compile(r"[^\W\d_]+|[-\u2010\u2014]")
+_LABEL = re.compile(r"[^\W\d_]+|\d+|[+\-−–↑↓→←<>]+")
 _COMPOUND = re.compile(r"(\w{3,}?)s?(temperature|temperatur|temp)")
 """German names in one word, such as "Prüflingstemperatur"."""
 _BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
@@ -78,6 +31,9 @@ _LOOSELY = (
     re.compile(r"(.+)_([^_\s]+)"),
     re.compile(r"(.+?)(?:\s*/\s*|\s*,\s*|\s+)(\w*[a-zµμ°]{2,}|°|min|arc sec)\s*", re.IGNORECASE),
 )
+_SIGNED = re.compile(r"\s*([+\-−–])\s?(\d{1,9})\s*")
+"""``+1``, ``-2``: the sign is a direction; in ``Run-1`` it may be a hyphen."""
+MOST_CYCLES = 10_000
 
 
 def folded(text: str) -> str:
@@ -103,6 +59,9 @@ def says(words: tuple[str, ...], *of: str) -> set[str]:
     return {word for word in words if any(word in WORDS[one] for one in of)}
 
 
+# units
+
+
 def split_unit(header: str) -> tuple[str, Unit | None]:
     """Name and unit of a header such as ``X [mm]``, ``X (inch)``, ``Position X / µm``, ``T in °C`` or ``x_mm``."""
     for pattern in (_BRACKETS, _BEHIND):
@@ -123,19 +82,56 @@ def split_name(header: str) -> tuple[str, Unit | None]:
     return match[1].strip(), known
 
 
+# cycles and directions of travel
+
+
+@dataclass(frozen=True)
+class Label:
+    """``cycle``: a number, nought for none; ``way``: +1 or -1, nought for none."""
+
+    cycle: int = 0
+    way: int = 0
+
+
+LABEL = Label()
+
+
+def parse_label(text: str) -> Label:
+    """``Run 3 fwd``, ``x2↓``, ``-2``, ``Lauf 1 (rück)``, ``+``: cycle and direction, as far as the words say them."""
+    signed = _SIGNED.fullmatch(text)
+    if signed:
+        return Label(int(signed[2]) if int(signed[2]) < MOST_CYCLES else 0, way_of(signed[1]))
+    tokens = _LABEL.findall(folded(text))
+    numbers = [int(token) for token in tokens if token.isascii() and token.isdigit()]
+    way = 0
+    for place, token in enumerate(tokens):
+        plain = token not in WORDS["way alone"] or place == len(tokens) - 1
+        if plain and (len(tokens) > 1 or len(text.strip()) <= 12):
+            way = way or way_of(token)
+    return Label(numbers[0] if len(numbers) == 1 and 0 < numbers[0] < MOST_CYCLES else 0, way)
+
+
+def way_of(text: str) -> int:
+    """+1 or -1 for a word of a direction, nought for another."""
+    word = folded(text)
+    return 1 if word in WORDS["way forward"] else -1 if word in WORDS["way backward"] else 0
+
+
+# signs
+
+
 def subtractions(name: str) -> set[int]:
     """The orders in which a name subtracts: +1 for reading minus target, -1 for target minus reading."""
-    tokens = [token for token in _TOKEN.findall(folded(name)) if token not in _IDLE]
+    tokens = [token for token in _TOKEN.findall(folded(name)) if token not in WORDS["place of subtraction"]]
     plain = re.sub("-+", "-", "".join(map(_letter, tokens)))
     return {sign for order, sign in (("R-T", 1), ("T-R", -1)) if order in plain}
 
 
-_IDLE = frozenset(["value", "values", "val", "position", "positions", "pos", "point", "wert", "werte", "mass", "punkt"])
-
-
 def _letter(token: str) -> str:
     """``T`` for a word of targets, ``R`` for one of readings, ``-`` for a minus, ``.`` for another word."""
-    return "-" if token in _MINUS else "T" if token in WORDS["target"] else "R" if token in WORDS["reading"] else "."
+    return next(
+        (letter for of, letter in (("minus", "-"), ("target", "T"), ("reading", "R")) if token in WORDS[of]), "."
+    )
 
 
 def signs_of(name: str, deviation: bool | None = None) -> set[int]:
