@@ -33,7 +33,7 @@ from stepgauge.investigation.running import Runner
 from stepgauge.investigation.stations import Simulated
 from stepgauge.live.faults import Faults
 from stepgauge.machine.file import ChainTable, Machine, read_machine
-from stepgauge.machine.styli import with_styli
+from stepgauge.machine.styli import add_styli
 
 ARM_MM = 100.0
 """From the guide of x to the tip of the first stylus, along y."""
@@ -100,7 +100,7 @@ def main(draws: int, seed: int, output: Path | None) -> None:
     for number in range(draws):
         hidden = cause(number, np.random.default_rng([seed, number]))
         told: dict[str, Any] = {"hidden": hidden}
-        for name, machine in (("one stylus", one), ("both", with_styli(one, [cranked]))):
+        for name, machine in (("one stylus", one), ("both", add_styli(one, [cranked]))):
             with tempfile.TemporaryDirectory() as folder:
                 told[name] = draw(hidden, seed + number, machine, Path(folder))
         click.echo(json.dumps(told))

@@ -85,7 +85,7 @@ class WithoutRivals(Search):
 class WithoutParts(Search):
     """No law in a part of the record."""
 
-    def _in_part(self, best: Hypothesis) -> Iterator[Hypothesis]:
+    def _part_candidates(self, best: Hypothesis) -> Iterator[Hypothesis]:
         yield from ()
 
 

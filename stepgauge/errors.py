@@ -49,7 +49,7 @@ def option_of(name: str) -> str:
 class Naming:
     """A part of a message that names what the caller gave: ``words`` with a ``{}`` for each of ``names``.
 
-    As text it names arguments of Python; :meth:`as_typed` names the options of the command line, :meth:`named` whatever
+    As text it names arguments of Python; :meth:`cli_text` names the options of the command line, :meth:`named` whatever
     the person sees: the fields of a page.
     """
 
@@ -59,7 +59,7 @@ class Naming:
     def __str__(self) -> str:
         return self._with(self.names)
 
-    def as_typed(self) -> str:
+    def cli_text(self) -> str:
         """With the options that stand for the arguments."""
         return self.named(option_of)
 
@@ -79,7 +79,7 @@ def naming(*names: str, words: str = "{}") -> Naming:
     return Naming(names, words)
 
 
-def as_typed(part: object) -> object:
+def cli_text(part: object) -> object:
     """A part of a message, or a place or text in it, as somebody at the command line knows it."""
     return _named(part, option_of)
 
@@ -94,7 +94,7 @@ Place = str | PathLike[str] | Naming
 class InputError(Exception):
     """Something given to stepgauge is wrong; the message is one line for the person who can mend it.
 
-    Every part may be a :class:`Naming`: the message names arguments, :meth:`as_typed` the options of the command line.
+    Every part may be a :class:`Naming`: the message names arguments, :meth:`cli_text` the options of the command line.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class InputError(Exception):
         self.where, self.what, self.found, self.expected = str(where), str(what), found, expected
         super().__init__(_message(self.where, self.what, found, expected, self.longest))
 
-    def as_typed(self) -> str:
+    def cli_text(self) -> str:
         """The message with the options of the command line in place of the arguments of Python."""
         where, what, found, expected = self.named(option_of)
         return _message(str(where), str(what), found, expected, self.longest)

@@ -11,7 +11,7 @@ import pytest
 
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError
-from stepgauge.files.checksum import checksum, seal_text, with_checksum
+from stepgauge.files.checksum import add_checksum, checksum, seal_text
 from stepgauge.files.config import read_toml
 from stepgauge.files.text import format_of, read_result, read_text, write_json, write_sealed
 from stepgauge.gauge.placement import read_placement, write_placement
@@ -96,4 +96,4 @@ def test_a_checksum_counts_what_stands_before_it() -> None:
     line = {"point": 1, "x_mm": 2.0}
     assert checksum(line) == checksum(dict(reversed(line.items())))
     assert len({checksum(line), checksum(line, "a"), checksum({**line, "x_mm": 2.1})}) == 3
-    assert with_checksum(with_checksum(line)) == with_checksum(line)
+    assert add_checksum(add_checksum(line)) == add_checksum(line)

@@ -379,7 +379,7 @@ class TestEveryEffect:
     ) -> None:
         (effect,) = make_effects([example], machine_file)
         linear = {p.name: getattr(effect, p.name) for p in effect.parameters() if p.role == "linear"}
-        twice = effect.with_values(**{name: 2.0 * np.asarray(value) for name, value in linear.items()})
+        twice = effect.replace_values(**{name: 2.0 * np.asarray(value) for name, value in linear.items()})
         once = total_displacement_um([effect], slanted(many))
         assert linear or effect.kind in ("misalignment", "lever_arm", "interpolation_step", "empirical")
         if linear:
@@ -407,9 +407,9 @@ class TestEveryEffect:
             value = getattr(effect, p.name)
             if p.role not in ("linear", "nonlinear") or not isinstance(value, float):
                 continue
-            by_run = effect.with_values(**{p.name: value * np.array([[1.0], [1.1]])})
+            by_run = effect.replace_values(**{p.name: value * np.array([[1.0], [1.1]])})
             both = np.stack([np.broadcast_to(d, (2, len(many))) for d in added_up([by_run], slanted(many))], axis=-1)
-            one = total_displacement_um([effect.with_values(**{p.name: value * 1.1})], slanted(many))
+            one = total_displacement_um([effect.replace_values(**{p.name: value * 1.1})], slanted(many))
             assert_allclose(both[0], total_displacement_um([effect], slanted(many)), atol=1e-12)
             assert_allclose(both[1], one, atol=1e-12)
 

@@ -46,8 +46,8 @@ def test_arguments_in_python_are_options_at_the_command_line() -> None:
     typed = "--home: --blocks in {braces}; found {}; expected --tip-radius, --machine or key tip_radius_mm; not {}"
     for one in (error, pickle.loads(pickle.dumps(error))):
         assert str(one) == told
-        assert one.as_typed() == typed
-        assert one.at("a.csv").as_typed() == typed.replace("--home", "a.csv", 1)
+        assert one.cli_text() == typed
+        assert one.at("a.csv").cli_text() == typed.replace("--home", "a.csv", 1)
 
 
 def test_what_has_no_place_and_what_has_no_name(tmp_path: Path) -> None:

@@ -175,6 +175,6 @@ def test_a_lag_by_run_is_worked_out_run_by_run() -> None:
     frame = pd.DataFrame({"time_s": MINUTES, "air_C": 20.0 + np.sin(MINUTES / 900.0), "face": 1})
     seen = Probings(frame, Setting.of(MACHINE, GAUGE))
     (effect,) = make_effects([SHIFT], "machine.toml")
-    got = effect.with_values(lag_s=np.array([[0.0], [600.0]])).displacement_um(seen)["x"]
+    got = effect.replace_values(lag_s=np.array([[0.0], [600.0]])).displacement_um(seen)["x"]
     for run, lag in enumerate((0.0, 600.0)):
-        assert_allclose(got[run], effect.with_values(lag_s=lag).displacement_um(seen)["x"], atol=1e-12)
+        assert_allclose(got[run], effect.replace_values(lag_s=lag).displacement_um(seen)["x"], atol=1e-12)

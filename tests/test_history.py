@@ -36,7 +36,7 @@ START = datetime.datetime(2024, 1, 1)
 
 def write(folder: Path, machine: str | None = "CMM", when: str | None = None, **made: object) -> Path:
     """An evaluation in a folder."""
-    recording = measured(GAUGE, **made).with_comments(machine=machine, measured_at=when)  # type: ignore[arg-type]
+    recording = measured(GAUGE, **made).assign_comments(machine=machine, measured_at=when)  # type: ignore[arg-type]
     return write_evaluation(folder, evaluate(recording, GAUGE))[0]
 
 
@@ -444,5 +444,5 @@ def test_weights_share_the_false_warnings_and_only_growth_of_a_range_counts() ->
     years = np.arange(6.0)
     line = fit_line(years, -years + 0.01 * np.array([1, -1, 1, 1, -1, -1]), np.full(6, np.nan))
     assert line is not None
-    assert line.by_chance(growth=True) > 0.9
-    assert line.by_chance() < 1e-6
+    assert line.chance_probability(growth=True) > 0.9
+    assert line.chance_probability() < 1e-6

@@ -125,6 +125,18 @@ def test_classes_and_modules_have_names_of_the_field() -> None:
     assert sorted(parts[-1] for parts in NAMES if parts and parts[-1] in OPAQUE) == []
 
 
+def test_a_function_is_named_by_what_it_does_or_what_comes_back() -> None:
+    """Not by how it reads behind the word before it (``of_face``, ``with_options``): nobody looks that up."""
+    begins = tuple(f"{word}_" for word in ("of", "in", "with", "by", "as", "from", "beside"))
+    functions = [
+        f"{path.relative_to(PACKAGE)}: {node.name}"
+        for path in MODULES
+        for node in ast.walk(TREES[path])
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and node.name.lstrip("_").startswith(begins)
+    ]
+    assert len(functions) == 0, functions
+
+
 def test_no_module_has_more_than_400_lines() -> None:
     lines = {path.relative_to(PACKAGE): path.read_text(encoding="utf-8").count("\n") for path in MODULES}
     assert {str(path): count for path, count in lines.items() if count > 400} == {}

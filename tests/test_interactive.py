@@ -147,7 +147,7 @@ def test_the_figures_of_a_measurement_show_what_is_used(tmp_path: Path) -> None:
 
 
 def test_text_of_the_data_is_no_markup() -> None:
-    recording = named(measure(2).recording).with_comments(machine=NASTY)
+    recording = named(measure(2).recording).assign_comments(machine=NASTY)
     content = evaluation_page(evaluate(recording, shipped()[0]), recording)
     content["scene"]["hint"] = NASTY
     page = render_html(content).data.decode()

@@ -435,7 +435,7 @@ def test_an_axis_and_a_probe_are_diagnosed_as_at_the_command_line(
 
 
 def test_a_notebook_escapes_what_files_say(measured: dict[str, Any]) -> None:
-    recording = measured["recording"].with_comments(operator="<script>alert(1)</script>")
+    recording = measured["recording"].assign_comments(operator="<script>alert(1)</script>")
     assert "<script>" not in recording._repr_html_()
     assert "&lt;script&gt;" in recording._repr_html_()
 

@@ -183,7 +183,7 @@ def test_joined_recordings_number_their_placements_on(tmp_path: Path) -> None:
     one, two = read(tmp_path), read(tmp_path)
     joined = join_recordings([one, two])
     assert joined.placements == [1, 2]
-    assert len(joined.of_placement(2)) == 3
+    assert len(joined.select_placement(2)) == 3
     own = Recording(two.frame.assign(placement=5), two.comments)
     assert join_recordings([one, own]).placements == [1, 5]
 

@@ -331,7 +331,7 @@ def test_a_section_with_nothing_in_it_is_left_out() -> None:
     page = Page(
         "T", "t", (), PrintedTable("R", [TableColumn("A")], []), ("a.json", {"comments": {}}), sections=[empty, full]
     )
-    assert [one["title"] for one in page.as_dict(UserStatements(datetime.date(2026, 5, 4)))["sections"]] == ["Decision"]
+    assert [one["title"] for one in page.to_dict(UserStatements(datetime.date(2026, 5, 4)))["sections"]] == ["Decision"]
 
 
 def test_numbers_are_not_broken_between_their_digits() -> None:

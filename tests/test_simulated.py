@@ -170,7 +170,7 @@ def test_a_simulation_has_date_and_time_and_equal_seeds_are_known_again(
     keys = [recording_key(one) for one in recordings]
     assert digests[0] == digests[1] != digests[2]
     assert keys[0] == keys[1] != keys[2]
-    real = [one.with_comments() for one in recordings[:2]]
+    real = [one.assign_comments() for one in recordings[:2]]
     real = [replace(one, comments={"measured_at": one.comments["measured_at"]}) for one in real]
     assert recording_key(real[0]) != recording_key(real[1])
     (tmp_path / "real.csv").write_bytes(b"# measured_at: 2026-11-27\nx\n1\n")
@@ -211,7 +211,7 @@ def test_the_report_of_a_fleet_with_simulated_recordings_says_so() -> None:
     for simulated in (False, True):
         said = FleetInference(
             (), 0.0, {}, Crossing([], [], {}, {}, np.zeros(0), np.zeros(0)), simulated=simulated
-        ).as_dict()
+        ).to_dict()
         assert ("no machine was measured" in markdown(fleet_story(said, drawn=False))) is simulated
 
 

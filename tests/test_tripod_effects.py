@@ -181,9 +181,9 @@ def test_values_by_run_are_worked_out_run_by_run() -> None:
         "lever_mm": np.array([[50.0], [70.0]]),
         "share": np.array([[0.1], [0.4]]),
     }
-    got = effect.with_values(**values).displacement_um(seen)["approach"]
+    got = effect.replace_values(**values).displacement_um(seen)["approach"]
     for run in range(2):
-        alone = effect.with_values(**{name: float(value[run, 0]) for name, value in values.items()})
+        alone = effect.replace_values(**{name: float(value[run, 0]) for name, value in values.items()})
         assert_allclose(got[run], alone.displacement_um(seen)["approach"])
 
 

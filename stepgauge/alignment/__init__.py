@@ -124,7 +124,7 @@ def locate(
         "uncertainty": {
             "repeatability_um": repeatability_um,
             **_uncertainty(points, gauge, blocks, up, scatter.sigma_um),
-            **scatter.as_table(),
+            **scatter.to_table(),
         },
     }
     centre = found.centre_mm

@@ -41,7 +41,7 @@ class PointScatter:
     redundancy: Array
     notes: tuple[str, ...]
 
-    def as_table(self) -> dict[str, list[float]]:
+    def to_table(self) -> dict[str, list[float]]:
         """For the placement file: per point 1 to 16 the standard deviation, redundancy, and the error that shows."""
         shows = DETECTABLE * self.sigma_um / np.sqrt(np.maximum(self.redundancy, 1e-9))
         return {

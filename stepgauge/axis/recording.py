@@ -20,7 +20,7 @@ from stepgauge.axis.sensors import SENSORS
 from stepgauge.axis.units import AxisUnits
 from stepgauge.errors import InputError, reader
 from stepgauge.files.arrays import Array, same_content
-from stepgauge.files.shown import Plotted, as_lines
+from stepgauge.files.shown import Plotted, join_lines
 from stepgauge.files.text import read_text, write_text
 from stepgauge.files.units import column_name
 from stepgauge.recording import PROBINGS, comment_lines
@@ -78,7 +78,7 @@ class AxisRecording(Plotted):
         )
         first = f"{self.form} by {words}: {len(self)} readings{targets}, {frame['cycle'].nunique()} cycles"
         units = f"in {self.units.position}, deviations in {self.units.deviation}"
-        return as_lines(f"{first}, {units}", *(f"{key}: {value}" for key, value in self.comments.items()))
+        return join_lines(f"{first}, {units}", *(f"{key}: {value}" for key, value in self.comments.items()))
 
     def to_frame(self) -> pd.DataFrame:
         """One row per reading, with its deviation and with the units in the names of the columns."""

@@ -59,7 +59,7 @@ def _run(command: click.Command, name: str, arguments: list[str] | None) -> None
         _complain(name, "interrupted")
         sys.exit(130)
     except InputError as error:
-        _complain(name, error.as_typed(), error.longest)
+        _complain(name, error.cli_text(), error.longest)
         sys.exit(2)
     except OSError as error:
         _complain(name, f"{error.filename or 'file system'}: {error.strerror or error}")

@@ -102,7 +102,7 @@ def _settings(one: VerbParameter) -> dict[str, Any]:
 
 
 def _help(one: VerbParameter, verb: Verb) -> str:
-    sentence = _as_typed(one.sentence, verb).rstrip(".")
+    sentence = _cli_text(one.sentence, verb).rstrip(".")
     repeatable = ["repeatable"] if one.repeated else []
     facts = [*one.facts, *repeatable]
     return f"{sentence[:1].upper()}{sentence[1:]}." + (f"  [{'; '.join(facts)}]" if facts else "")
@@ -111,11 +111,11 @@ def _help(one: VerbParameter, verb: Verb) -> str:
 def _paragraph(text: str, verb: Verb) -> str:
     """A paragraph of the docstring as click takes it; one whose lines are indented or commands stays as it is."""
     if re.search(r"^(    |stepgauge )", text, re.M):
-        return "\b\n" + _as_typed(text, verb)
-    return _as_typed(text, verb)
+        return "\b\n" + _cli_text(text, verb)
+    return _cli_text(text, verb)
 
 
-def _as_typed(text: str, verb: Verb) -> str:
+def _cli_text(text: str, verb: Verb) -> str:
     """With options in place of the names of parameters, and words without their marks."""
     names = {one.name: one for one in verb.parameters}
 

@@ -16,7 +16,7 @@ from stepgauge.project.file import Project, check_file, check_options
 from stepgauge.project.find import NAME
 
 
-def with_defaults(command: VerbCommand, ctx: click.Context, project: Project, words: tuple[str, ...]) -> VerbCommand:
+def apply_defaults(command: VerbCommand, ctx: click.Context, project: Project, words: tuple[str, ...]) -> VerbCommand:
     """The command of a verb with what the project states as its defaults, told when it runs."""
     options = {one.parameter.key: one for one in command.params if isinstance(one, VerbOption)}
     check_options(project, words, options)

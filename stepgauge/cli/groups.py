@@ -34,10 +34,10 @@ class VerbGroup(click.Group):
         path = find_project() if verb.in_project and not ctx.resilient_parsing else None
         if path is None:
             return command
-        from stepgauge.cli.defaults import with_defaults
+        from stepgauge.cli.defaults import apply_defaults
         from stepgauge.project.file import read_project
 
-        return with_defaults(command, ctx, read_project(path, VERBS), tuple(words.split()))
+        return apply_defaults(command, ctx, read_project(path, VERBS), tuple(words.split()))
 
     def invoke(self, ctx: click.Context) -> Any:
         """What a verb writes is one set of files, which appears when the verb is done."""

@@ -14,7 +14,7 @@ from stepgauge.compensation.table import CompensationTable
 from stepgauge.conditions import stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Plotted, Summarized, as_lines, figures
+from stepgauge.files.shown import Plotted, Summarized, figures, join_lines
 from stepgauge.files.stored import result_shown
 from stepgauge.files.text import write_text
 from stepgauge.recording.simulated import is_simulated
@@ -48,7 +48,7 @@ class Compensation(Plotted):
         table, x = self.table, self.table.position_mm
         largest = max(abs(table.positive_um).max(), abs(table.negative_um).max())
         u = max(table.u_positive_um.max(), table.u_negative_um.max())
-        return as_lines(
+        return join_lines(
             *(f"note: {note}" for note in table.notes),
             f"{table.axis}: {len(table)} rows from {x[0]:.3f} to {x[-1]:.3f} mm, zero at {table.zero_at_mm:.3f} mm;"
             f" largest correction {largest:.2f} um, largest standard uncertainty {u:.2f} um",
@@ -97,7 +97,7 @@ class SkewCompensation(Summarized):
             f"{plane}: indicated {plane[0]} too large by {skew.alpha_rad * 1e6:+.1f} um per m of {plane[1]};"
             f" standard uncertainty from repeatability {u}"
         )
-        return as_lines(*(f"note: {note}" for note in self.notes), found)
+        return join_lines(*(f"note: {note}" for note in self.notes), found)
 
     def to_frame(self) -> pd.DataFrame:
         """One row: the plane, its squareness error and its standard uncertainty from repeatability in urad."""

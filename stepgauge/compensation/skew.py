@@ -52,7 +52,7 @@ def find_skew(evaluation: Mapping[str, Any], path: str | Path, plane: str) -> Sk
     for one in lying:
         for other in lying:
             if one["axis"][i] * one["axis"][j] > 0.0 > other["axis"][i] * other["axis"][j]:
-                turned = abs(_from_axis_deg(one["axis"], i, j) - _from_axis_deg(other["axis"], i, j))
+                turned = abs(_angle_from_axis_deg(one["axis"], i, j) - _angle_from_axis_deg(other["axis"], i, j))
                 if turned <= UNLIKE_DEG:
                     return Skew(plane, *_alpha(one, other, i, j), (one["placement"], other["placement"]))
     raise InputError(
@@ -67,7 +67,7 @@ def _out_of_plane_deg(axis: list[float], i: int, j: int) -> float:
     return math.degrees(math.asin(min(1.0, abs(axis[3 - i - j]))))
 
 
-def _from_axis_deg(axis: list[float], i: int, j: int) -> float:
+def _angle_from_axis_deg(axis: list[float], i: int, j: int) -> float:
     return math.degrees(math.atan2(abs(axis[j]), abs(axis[i])))
 
 

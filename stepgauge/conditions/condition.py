@@ -60,7 +60,7 @@ class Condition:
     expected: str = ""
     size_um: float | None = None
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Plain JSON types."""
         return asdict(self)
 
@@ -117,13 +117,13 @@ class Conditions:
         more = len(self.preventing) - SHOWN
         return f"No statement is made: {why}{f'; and {more} more' if more > 0 else ''}." if why else ""
 
-    def as_dicts(self) -> list[dict[str, Any]]:
+    def to_dicts(self) -> list[dict[str, Any]]:
         """Plain JSON types."""
-        return [one.as_dict() for one in self.entries]
+        return [one.to_dict() for one in self.entries]
 
     @classmethod
-    def from_dicts(cls, stored: Iterable[Mapping[str, Any]]) -> Conditions:
-        """As :meth:`as_dicts` wrote them."""
+    def read_dicts(cls, stored: Iterable[Mapping[str, Any]]) -> Conditions:
+        """As :meth:`to_dicts` wrote them."""
         return cls(tuple(Condition(**one) for one in stored))
 
 
@@ -147,4 +147,4 @@ def require_statement(conditions: Conditions, where: Place) -> None:
 def stored_conditions(result: Mapping[str, Any]) -> Conditions:
     """All conditions of a result as JSON has it: its own and those of its placements, each once."""
     tables = [result, *result.get("placements", ())]
-    return sum((Conditions.from_dicts(table.get("conditions", ())) for table in tables), Conditions())
+    return sum((Conditions.read_dicts(table.get("conditions", ())) for table in tables), Conditions())

@@ -60,7 +60,7 @@ class ExcludedReading:
     off_um: float
     limit_um: float
 
-    def as_dict(self) -> dict[str, float | int]:
+    def to_dict(self) -> dict[str, float | int]:
         """Plain JSON types."""
         return {
             "placement": self.placement,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stepgauge.correspondence.expected_points import ExpectedPoints, coordinates
 from stepgauge.correspondence.probe_log import ProbeLog
-from stepgauge.correspondence.search_line import from_target
+from stepgauge.correspondence.search_line import point_distances
 from stepgauge.errors import InputError, naming
 from stepgauge.files.units import unit_hint
 
@@ -146,7 +146,7 @@ def _refuse_place(comparison: Comparison, difference: LogDifference, more: str) 
         what += extent(comparison)
     found, wanted = coordinates(log.position_mm[row]), expected.place(difference.point)
     if comparison.row_key[row] == FOREIGN:
-        along, beside = from_target(log.position_mm[[row]], expected, np.array([difference.point]))
+        along, beside = point_distances(log.position_mm[[row]], expected, np.array([difference.point]))
         if abs(along[0]) <= expected.search_mm and beside[0] <= NEXT_TO_MM:
             what = "it is beside the line of its search (another placement, or the log of another program?)"
             more = ""

@@ -166,13 +166,13 @@ def check_mostly_on_blocks(
     ``named``: somebody named the columns, who may have exchanged two of them; a controller does not.
     """
     tip = placement.to_gauge(gauge, position_mm)
-    if beside_blocks(tip, gauge).mean() > 0.5:
+    if are_beside_blocks(tip, gauge).mean() > 0.5:
         hint = _exchanged(position_mm, gauge, placement) if named else ""
         other = "" if named else " (another placement, or the log of another program?)"
         _check_on_face(tip, gauge, where, hint, other)
 
 
-def beside_blocks(tip: Array, gauge: Gauge) -> NDArray[np.bool_]:
+def are_beside_blocks(tip: Array, gauge: Gauge) -> NDArray[np.bool_]:
     """Which points, in gauge coordinates, lie beside the blocks."""
     half = np.array([gauge.table.block_width_mm, gauge.table.block_height_mm]) / 2.0
     return np.asarray((np.abs(tip[:, 1:]) > half).any(axis=1))
@@ -183,7 +183,7 @@ def _exchanged(position_mm: Array, gauge: Gauge, placement: Placement) -> str:
     for one, other in ((0, 1), (1, 2), (0, 2)):
         order = [0, 1, 2]
         order[one], order[other] = other, one
-        if beside_blocks(placement.to_gauge(gauge, position_mm[:, order]), gauge).mean() < 0.5:
+        if are_beside_blocks(placement.to_gauge(gauge, position_mm[:, order]), gauge).mean() < 0.5:
             return f" (the columns of {'xyz'[one]} and {'xyz'[other]} look exchanged)"
     return ""
 
@@ -191,7 +191,7 @@ def _exchanged(position_mm: Array, gauge: Gauge, placement: Placement) -> str:
 def _check_on_face(tip: Array, gauge: Gauge, where: FaceWords, hint: str = "", other: str = "") -> None:
     """``hint``: why the points are beside the blocks; ``other``: why where no unit says so."""
     half = np.array([gauge.table.block_width_mm, gauge.table.block_height_mm]) / 2.0
-    beside = beside_blocks(tip, gauge)
+    beside = are_beside_blocks(tip, gauge)
     if beside.any():
         row = int(beside.argmax())
         hint = hint or unit_hint(float(np.ptp(tip[:, 0])), float(np.ptp(gauge.position_mm))) or other

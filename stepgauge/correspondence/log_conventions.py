@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stepgauge.correspondence.differences import SHOWN
 from stepgauge.correspondence.expected_points import check_beside, coordinates
-from stepgauge.correspondence.faces import AT_FACE_MM, beside_blocks, nearest_faces
+from stepgauge.correspondence.faces import AT_FACE_MM, are_beside_blocks, nearest_faces
 from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
@@ -97,7 +97,7 @@ def _settle_unit(log: ProbeLog, gauge: Gauge, placement: Placement) -> tuple[Pro
         return log, ()
     if fitting[0] in log.units and log.form not in TABLES:
         words = f"the program was in {fitting[0]}, and in that unit the points are on the gauge"
-        return log.in_unit(fitting[0]), (words,)
+        return log.convert_unit(fitting[0]), (words,)
     raise InputError(
         log.at(0),
         f"the points are beside the gauge as placed, and on it where they are in {fitting[0]}",
@@ -111,7 +111,7 @@ def _on_gauge(position_mm: Array, gauge: Gauge, placement: Placement) -> bool:
     tip = placement.to_gauge(gauge, position_mm)
     first, last = gauge.position_mm[[0, -1]]
     along = (tip[:, 0] > first - AT_FACE_MM) & (tip[:, 0] < last + AT_FACE_MM)
-    return bool((along & ~beside_blocks(tip, gauge)).mean() > 0.5)
+    return bool((along & ~are_beside_blocks(tip, gauge)).mean() > 0.5)
 
 
 def _shift_mm(log: ProbeLog, gauge: Gauge, placement: Placement, program: Program | None) -> Array:
@@ -124,7 +124,7 @@ def _shift_mm(log: ProbeLog, gauge: Gauge, placement: Placement, program: Progra
         off = np.median(tip, axis=0)
         tip[:, 1:] -= off[1:]
         length, longest = np.ptp(tip[:, 0]), np.ptp(gauge.position_mm) + 2.0 * AT_FACE_MM
-        odd = beside_blocks(tip, gauge).mean() > 1.0 - MOST or not PITCH_MM < length < longest
+        odd = are_beside_blocks(tip, gauge).mean() > 1.0 - MOST or not PITCH_MM < length < longest
         if odd or _on_gauge(log.position_mm, gauge, placement):
             return np.zeros(3)
         beyond = abs(off[0] - np.mean(gauge.position_mm[[0, -1]])) > longest / 2.0

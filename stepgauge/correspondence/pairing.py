@@ -19,7 +19,7 @@ from stepgauge.correspondence.differences import (
 )
 from stepgauge.correspondence.expected_points import ExpectedPoints
 from stepgauge.correspondence.probe_log import ProbeLog
-from stepgauge.correspondence.search_line import SEARCH_END_MM, from_target, off_search_line
+from stepgauge.correspondence.search_line import SEARCH_END_MM, off_search_line, point_distances
 from stepgauge.correspondence.sequence_alignment import align
 from stepgauge.errors import InputError
 
@@ -136,7 +136,7 @@ def _place_keys(log: ProbeLog, expected: ExpectedPoints) -> tuple[Rows, Rows]:
         if log.approach is not None:
             distance += np.where(log.approach[part] @ targets[:, 3:].T < 0.0, np.inf, 0.0)
         row_key[part] = distance.argmin(axis=1)
-    along, beside = from_target(log.position_mm, expected, first[row_key])
+    along, beside = point_distances(log.position_mm, expected, first[row_key])
     near = (np.abs(along) <= expected.search_mm + SEARCH_END_MM) & (beside <= expected.lateral_mm)
     return key.ravel().astype(np.int64), np.where(near, row_key, FOREIGN)
 

@@ -80,7 +80,7 @@ class ProbeLog:
         own = {"position_mm": self.position_mm[rows], "line": self.line[rows], "label": label, "columns": columns}
         return replace(self, **own, **arrays)  # type: ignore[arg-type]
 
-    def in_unit(self, name: str) -> ProbeLog:
+    def convert_unit(self, name: str) -> ProbeLog:
         """The log whose lengths were printed in a unit of length other than mm."""
         radius = None if self.tip_radius_mm is None else self.tip_radius_mm * LENGTH_MM[name]
         words = (*self.mapped, f"lengths in {name}")

@@ -28,16 +28,16 @@ class OffSearchLine(NamedTuple):
     expected: str
 
 
-def from_line(position_mm: Array, target_mm: Array, approach: Array) -> tuple[Array, Array]:
+def line_distances(position_mm: Array, target_mm: Array, approach: Array) -> tuple[Array, Array]:
     """Distance beyond the nominal tip centre along the approach, and beside that line, mm; each ``(n,)``."""
     off = position_mm - target_mm
     along = (off * approach).sum(axis=1)
     return along, np.linalg.norm(off - along[:, None] * approach, axis=1)
 
 
-def from_target(position_mm: Array, expected: ExpectedPoints, point: Rows) -> tuple[Array, Array]:
+def point_distances(position_mm: Array, expected: ExpectedPoints, point: Rows) -> tuple[Array, Array]:
     """The same of readings whose points are known."""
-    return from_line(position_mm, expected.target_mm[point], expected.approach[point])
+    return line_distances(position_mm, expected.target_mm[point], expected.approach[point])
 
 
 def off_search_line(
@@ -52,7 +52,7 @@ def off_search_line(
     lateral_mm : how far the machine strays from its line
     """
     with np.errstate(invalid="ignore"):  # what is no number is on no line
-        along, beside = from_line(position_mm, target_mm, approach)
+        along, beside = line_distances(position_mm, target_mm, approach)
     missed = (np.abs(along - search_mm) <= SEARCH_END_MM) & (beside < lateral_mm)
     wrong = np.flatnonzero(missed | ~((np.abs(along) <= search_mm) & (beside <= lateral_mm)))
     if not wrong.size:

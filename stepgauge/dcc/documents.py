@@ -13,7 +13,7 @@ from stepgauge.dcc.read import EXAMPLE, NOMINAL, Document
 from stepgauge.dcc.results import read_errors
 from stepgauge.dcc.write import FACE
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Summarized, as_lines
+from stepgauge.files.shown import Summarized, join_lines
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,13 +55,13 @@ class CheckedCertificate(Summarized):
         ]
         if EXAMPLE in found.marks:
             lines.append("an example: the certificate says that it is no real calibration")
-        own = bool(found.of_kind("stepgauge_effectiveRadius"))
+        own = bool(found.select_kind("stepgauge_effectiveRadius"))
         lines += _errors(found) if own else _quantities(found)
         results = [one for one in found.quantities if one.part == "results" and one.expanded is None]
         unsure = [one.name for one in results if not any(one.is_kind(kind) for kind in (FACE, NOMINAL))]
         values = f"units are complete; values without an uncertainty: {', '.join(unsure)}"
         complete = "units and uncertainties are complete" if own or not unsure else values
-        return as_lines(*lines, complete + (f", valid by {self.schema}" if self.schema else ""))
+        return join_lines(*lines, complete + (f", valid by {self.schema}" if self.schema else ""))
 
     def to_frame(self) -> pd.DataFrame:
         """One row per value of the results: quantity, number, value and unit, expanded uncertainty if any."""
@@ -108,7 +108,7 @@ class GaugeFromCertificate:
 
     def summary(self) -> str:
         """Each value with its place in the certificate."""
-        return as_lines(*self.found.report)
+        return join_lines(*self.found.report)
 
     def write(self, path: str | Path) -> tuple[Path, Path]:
         """Write ``NAME.toml`` and ``NAME.csv``, after the gauge reader has accepted both; returns the paths."""

@@ -197,7 +197,7 @@ def _values(
             raise InputError(table.at(int(bad[0])), f"the {role} is no number", found=repr(str(cells[int(bad[0])])))
     position, nominal, columns = _lengths(table, place, columns, units, notes)
     if expanded is None:
-        columns = _with_unit(table, columns, place["uncertainty"], units, "uncertainty")
+        columns = _assign_unit(table, columns, place["uncertainty"], units, "uncertainty")
         u_um = table.numbers(place["uncertainty"]) * UNITS[columns[place["uncertainty"]].unit] * 1e3
     else:
         u_um = expanded[0] + expanded[1] * nominal / 1e3
@@ -231,19 +231,19 @@ def _lengths(
 ) -> tuple[Array, Array, list[FaceColumn]]:
     for role in ("nominal", "position"):
         if role in place:
-            columns = _with_unit(table, columns, place[role], units, "position")
+            columns = _assign_unit(table, columns, place[role], units, "position")
 
     def lengths(role: Role) -> Array:
         return table.numbers(place[role]) * UNITS[columns[place[role]].unit]
 
     if "deviation" in place and "position" not in place:
-        columns = _with_unit(table, columns, place["deviation"], units, "deviation")
+        columns = _assign_unit(table, columns, place["deviation"], units, "deviation")
         sign = _sign(table, columns[place["deviation"]].header, units.get("sign", ""))
         return lengths("nominal") + sign * lengths("deviation"), lengths("nominal"), columns
     position = lengths("position")
     if "nominal" in place:
         if "deviation" in place:
-            columns = _with_unit(table, columns, place["deviation"], units, "deviation")
+            columns = _assign_unit(table, columns, place["deviation"], units, "deviation")
             _check_deviations(table, position - lengths("nominal"), lengths("deviation"))
         return position, lengths("nominal"), columns
     nominal = np.round(position / PITCH_MM) * PITCH_MM
@@ -280,7 +280,7 @@ def _check_deviations(table: Table, found_mm: Array, stated_mm: Array) -> None:
         )
 
 
-def _with_unit(
+def _assign_unit(
     table: Table, columns: list[FaceColumn], place: int, units: Mapping[str, str], of: str
 ) -> list[FaceColumn]:
     """The columns with the unit of one of them: stated, in its header, or, where only one is possible, by its size."""

@@ -83,7 +83,7 @@ def import_gauge(path: str | Path, wanted: StatedGauge | None = None) -> GaugeIm
     could be them, has a wrong unit, or where something is neither in it nor stated (all of that at once, with options).
     """
     document, wanted = read_document(path), wanted or StatedGauge()
-    if document.of_kind("stepgauge_effectiveRadius"):
+    if document.select_kind("stepgauge_effectiveRadius"):
         item = f"{document.item}, serial number {document.serial}"
         raise InputError(path, "this is the certificate of a machine", found=item, expected="that of a step gauge")
     found = GaugeImport()
@@ -162,7 +162,7 @@ def _table(document: Document, wanted: StatedGauge, found: GaugeImport) -> None:
 
 def _one(document: Document, kind: str, name: re.Pattern[str], fits: Callable[[Quantity], bool]) -> Quantity | None:
     """The single value of a kind or else of a name; of the kind with a wrong unit it is an error."""
-    marked = [one for one in document.of_kind(kind) if len(one.values) == 1]
+    marked = [one for one in document.select_kind(kind) if len(one.values) == 1]
     if marked:
         return marked[0]
     named = [one for one in document.quantities if len(one.values) == 1 and name.search(one.name) and fits(one)]
@@ -255,7 +255,7 @@ def _ours(document: Document, found: GaugeImport) -> None:
         (FREEDOM, found.certificate, "degrees_of_freedom", NUMBER, 1.0),
     )
     for kind, into, key, dimension, factor in known:
-        for one in document.of_kind(kind)[:1]:
+        for one in document.select_kind(kind)[:1]:
             value = round(float(one.scaled(dimension, factor)[0]), 9)
             into[key] = _within(value, found) if kind == PROPORTIONAL else value
             found.report.append(f"{key} = {into[key]:.9g}: from the certificate")

@@ -98,7 +98,7 @@ class Document:
     texts: tuple[tuple[str, str], ...]
     marks: frozenset[str]
 
-    def of_kind(self, kind: str) -> list[Quantity]:
+    def select_kind(self, kind: str) -> list[Quantity]:
         """Quantities of this ``refType`` or one derived from it."""
         return [one for one in self.quantities if one.is_kind(kind)]
 

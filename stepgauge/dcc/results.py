@@ -41,10 +41,10 @@ def read_errors(document: Document) -> tuple[list[Radius], list[ErrorList]]:
 
     :class:`InputError` where the certificate has none (it is of something else), or with a wrong unit.
     """
-    radii = [_radius(one) for one in document.of_kind("stepgauge_effectiveRadius")]
+    radii = [_radius(one) for one in document.select_kind("stepgauge_effectiveRadius")]
     lists = []
     for name, (_, kind) in ERRORS.items():
-        lists += [_list(document, name, one) for one in document.of_kind(kind)]
+        lists += [_list(document, name, one) for one in document.select_kind(kind)]
     if not radii and not lists:
         raise InputError(document.path, "not a certificate of a machine measured with a step gauge", expected=FACE)
     return radii, lists
@@ -68,7 +68,7 @@ def _list(document: Document, name: str, one: Quantity) -> ErrorList:
 
 def _list_beside(document: Document, one: Quantity, kind: str) -> Quantity:
     """The list of the same table that says where the values belong."""
-    found = [other for other in document.of_kind(kind) if other.group == one.group]
+    found = [other for other in document.select_kind(kind) if other.group == one.group]
     if len(found) != 1 or len(found[0].values) != len(one.values):
         size = len(found[0].values) if len(found) == 1 else 0
         expected = f"a list {kind} of {len(one.values)} values beside it"

@@ -23,7 +23,7 @@ from stepgauge.dcc.elements import (
 from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, REFERENCE
 from stepgauge.dcc.units import CELSIUS, MICROMETRE, MILLIMETRE, ONE
 from stepgauge.errors import InputError, naming
-from stepgauge.files.notation import as_sentence
+from stepgauge.files.notation import make_sentence
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.recording.simulated import SIMULATED_WARNING, is_simulated
@@ -130,7 +130,7 @@ def _example_marks(evaluation: dict[str, Any], said: Laboratory) -> Iterator[str
 def _hidden_reversal(evaluation: dict[str, Any]) -> list[str]:
     """What an evaluation remarks of a reversal error that is common to all blocks and so in R_eff."""
     return [
-        as_sentence(one.sentence)
+        make_sentence(one.sentence)
         for one in stored_conditions(evaluation).of("reversal", "effective radius")
         if one.state != "met"
     ]

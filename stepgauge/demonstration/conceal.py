@@ -68,7 +68,7 @@ def conceal_fault(
         run = run_program(moves, faulty, gauge, placement, int(random.integers(2**31)), conditions)
         if run.stop is not None:
             raise run.stop
-        run = replace(run, recording=run.recording.with_comments(measured_at=moment_now()))
+        run = replace(run, recording=run.recording.assign_comments(measured_at=moment_now()))
         recordings.append(folder / f"faulty-{number}.csv")
         run.write(recordings[-1])
     return Concealed(checksum, tuple(recordings))

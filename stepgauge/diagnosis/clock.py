@@ -66,7 +66,7 @@ def told_by_clock(finding: Finding, start_s: float) -> Finding:
         parameters[phase.name] = _phase(effect, parameters, start_s)
         moved[phase.name] = parameters[phase.name].value
     where = moved.get("when", finding.where)
-    return replace(finding, effect=effect.with_values(**moved), choices=choices, parameters=parameters, where=where)
+    return replace(finding, effect=effect.replace_values(**moved), choices=choices, parameters=parameters, where=where)
 
 
 def _turns(effect: Effect, start_s: float) -> float:

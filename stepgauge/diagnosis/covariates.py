@@ -103,7 +103,7 @@ def covariates(data: Residuals) -> list[Covariate]:
     found += [Covariate("cycle", "", frame["cycle"].to_numpy(float))] if runs * FEWEST_IN_CYCLE <= len(data) else []
     found += _times(data)
     found += [Covariate("order", "", order)] if data.ordered and not data.has_time else []
-    found += [Covariate(TURNING, "mm", data.probings.since_turning_mm())] if data.in_order else []
+    found += [Covariate(TURNING, "mm", data.probings.since_turning_mm())] if data.is_ordered else []
     found += list(_touches(data)) if data.has_time else []
     found += [Covariate(REST, "s", data.probings.rest_s())] if data.has_time else []
     for name in frame.columns:

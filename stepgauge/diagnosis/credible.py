@@ -66,10 +66,10 @@ class StatedTerm:
 
 def answer_of(search: Search, decision: Decision) -> Posterior:
     """The answer of a search, with all that is likelier than not."""
-    return Posterior(search, _completed(search, _of_the_likelier(search, search.run()), decision))
+    return Posterior(search, _completed(search, _prefer_single_laws(search, search.run()), decision))
 
 
-def _of_the_likelier(search: Search, best: Hypothesis) -> Hypothesis:
+def _prefer_single_laws(search: Search, best: Hypothesis) -> Hypothesis:
     """The best hypothesis of single laws, if those are together more probable than those with forms or combinations.
 
     A form may stand for several laws, of which many combinations are each a little less probable. What a hypothesis has
@@ -194,18 +194,18 @@ def credible_laws(statement: StatedTerm, decision: Decision) -> list[Member]:
     its best is not excluded. Several laws at once always fit as well, so that they count as :func:`instead`.
     """
     far, lead = float(np.log(decision.excluded)), statement.lead
-    least, fit = _by_readings(lead) - far, _fit(lead) - far
+    least, fit = _log_evidence(lead) - far, _fit(lead) - far
 
     def excluded(one: Member) -> bool:
         if one.probability * decision.excluded >= lead.probability:
             return False
-        return one.candidate.combined or (_by_readings(one) <= least and _fit(one) <= fit)
+        return one.candidate.combined or (_log_evidence(one) <= least and _fit(one) <= fit)
 
     others = (one for one in statement.credible_set.members if one.candidate.named and one is not lead)
     return [lead, *(one for one in others if one.probability > decision.in_set and not excluded(one))]
 
 
-def _by_readings(rival: Member) -> float:
+def _log_evidence(rival: Member) -> float:
     """Log marginal likelihood of a rival, up to a constant of its set: its probability without its prior odds."""
     return float(np.log(max(rival.probability, 1e-300))) - rival.proposal.log_odds
 

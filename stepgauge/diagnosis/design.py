@@ -22,7 +22,7 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Located
 from stepgauge.diagnosis.stated_model import Model
 from stepgauge.diagnosis.wording.catalogue import listed
-from stepgauge.diagnosis.wording.findings import in_place, name_of
+from stepgauge.diagnosis.wording.findings import describe_rivals, name_of
 from stepgauge.effects import along_approach_um
 from stepgauge.errors import InputError
 from stepgauge.files.resources import called
@@ -69,7 +69,7 @@ class ProposedRun:
         return format_placement(self.run.placement)
 
 
-def with_separations(
+def add_separations(
     findings: Sequence[Finding], model: Model, data: Residuals, wanted: bool = True
 ) -> tuple[list[Finding], dict[str, str]]:
     """The findings with the reasons of their sets and the measurements that separate them; placements by file.
@@ -101,7 +101,7 @@ def with_separations(
         name, by = f"separate-{len(placements) + 1}", NO_SEPARATION
         if best is not None:
             placements[f"{name}.toml"] = best.placement_text()
-            machine = data.machine.with_stylus(best.run.stylus).path
+            machine = data.machine.select_stylus(best.run.stylus).path
             command = best.command(name, called(data.gauge.path), called(machine), data.program)
             rest = f"; nothing within this travel separates it from {listed(best.leaves, 'or')}" if best.leaves else ""
             by = f"{best.run.words}, which separates it from {', '.join(best.excludes)}: {command}{rest}"
@@ -109,7 +109,7 @@ def with_separations(
     return found, placements
 
 
-def with_placements_for(
+def add_placements(
     structure: Sequence[Located], data: Residuals, excluded: float, placements: dict[str, str]
 ) -> Iterator[Located]:
     """Structure with the measurement that tells whether laws that the readings do not exclude are in its place.
@@ -142,7 +142,7 @@ def _unsought(finding: Finding, data: Residuals) -> Finding:
 
 def _reason(finding: Finding, data: Residuals) -> str:
     """Why the set cannot be discriminated, in words."""
-    together = in_place(finding.confounded_with, [one.laws for one in finding.several])
+    together = describe_rivals(finding.confounded_with, [one.laws for one in finding.several])
     others = listed([*together, *map(name_of, finding.alternatives)])
     count = int(data.placement.max()) + 1
     where = "the one placement" if count == 1 else f"the {count} placements"

@@ -13,7 +13,7 @@ from stepgauge.axis.sensors import without_probe
 from stepgauge.diagnosis.checks import predictive_checks, widening
 from stepgauge.diagnosis.clock import clock_start_s, counted_from, told_by_clock
 from stepgauge.diagnosis.credible import answer_of, structure_alone
-from stepgauge.diagnosis.design import with_placements_for, with_separations
+from stepgauge.diagnosis.design import add_placements, add_separations
 from stepgauge.diagnosis.findings import findings
 from stepgauge.diagnosis.fits.solve import Solved, solve
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
@@ -175,9 +175,9 @@ def _told(
     left = list(structure(model, answer, found.data, priors, wider))
     if len(found.data) < len(data):
         told = _on_all_rows(told, model, data)
-    told, placements = with_separations(told, model, found.data, separations)
+    told, placements = add_separations(told, model, found.data, separations)
     if separations:
-        left = list(with_placements_for(left, found.data, priors.decision.excluded, placements))
+        left = list(add_placements(left, found.data, priors.decision.excluded, placements))
     noise = noise_of(model, search.problem, data)
     named, nameless = stated_scatter(answer, model, noise, data, priors, without)
     told += named
@@ -186,9 +186,9 @@ def _told(
         told = [*unlike_stated(noise, search.problem, data, priors), *told]
     told = [told_by_clock(one, start_s) for one in told]
     concluded = conclude(answer, told, left, priors.decision)
-    beside_um = model.beside_um if len(found.data) == len(data) else np.zeros(len(data))
-    shares = np.sum([beside_um, *(one.share_um for one in concluded.findings)], axis=0)
-    fit = _fit(data, noise, concluded.findings, beside_um)
+    remainder_um = model.remainder_um if len(found.data) == len(data) else np.zeros(len(data))
+    shares = np.sum([remainder_um, *(one.share_um for one in concluded.findings)], axis=0)
+    fit = _fit(data, noise, concluded.findings, remainder_um)
     return GaugeDiagnosis(
         concluded.verdict,
         concluded.findings,
@@ -240,13 +240,13 @@ def _confirmed(solved: Solved) -> bool:
     return all(one.u is None or abs(one.value) > 4.0 * one.u for one in known)
 
 
-def _fit(data: Residuals, noise: Noise, stated: Sequence[Finding], beside_um: Array) -> Fit:
+def _fit(data: Residuals, noise: Noise, stated: Sequence[Finding], remainder_um: Array) -> Fit:
     """Agreement before and after; chi-square by the repeatability, which what is named does not make larger.
 
-    ``beside_um``: see :attr:`.verdict.Model.beside_um`.
+    ``beside_um``: see :attr:`.StatedModel.remainder_um`.
     """
     problem = bare_problem(data)
-    columns = [um for um in (beside_um, *(one.share_um for one in stated)) if um.any()]
+    columns = [um for um in (remainder_um, *(one.share_um for one in stated)) if um.any()]
     design = np.array(columns).T if columns else np.zeros((len(data), 0))
     left_um = data.um - design.sum(axis=1)
     repeating_um = problem.repeating_um(left_um) if noise.repeats else None

@@ -89,7 +89,7 @@ def extended(data: Residuals, sigma_um: float, runs: Iterable[FurtherRun] | None
     found = []
     for run in further_runs(data) if runs is None else runs:
         try:
-            more = with_run(run, data)
+            more = append_run(run, data)
         except InputError:
             continue
         found.append(ExtendedRecording(run, more, plain_metric(more, sigma_um)))
@@ -197,7 +197,7 @@ def program_of(run: FurtherRun, gauge: Gauge, machine: Machine, placement: Place
     """The checked program of a run, with the gauge where it is found to lie (:class:`InputError` if it fails)."""
     from stepgauge.planning.program import checked_program  # with all dialects: a tenth of a diagnosis without causes
 
-    lies, machine = placement or run.placement, machine.with_stylus(run.stylus)
+    lies, machine = placement or run.placement, machine.select_stylus(run.stylus)
     return checked_program(lies, gauge, machine, run.options(gauge.n_blocks), settings_of(gauge, machine, run))
 
 
@@ -210,11 +210,11 @@ def can_be_planned(run: FurtherRun, data: Residuals) -> bool:
     return True
 
 
-def with_run(run: FurtherRun, data: Residuals) -> Residuals:
+def append_run(run: FurtherRun, data: Residuals) -> Residuals:
     """The recording followed by the rows of an extra run, with ideal readings."""
     cycle, face = np.array(list(faces_in_order(run.options(data.gauge.n_blocks)))).T
     sign = np.where(face % 2 == 1, 1.0, -1.0)
-    axis, radius = run.placement.axis, data.machine.with_stylus(run.stylus).probe.tip_radius_mm
+    axis, radius = run.placement.axis, data.machine.select_stylus(run.stylus).probe.tip_radius_mm
     along = data.gauge.position_mm[face - 1] - sign * radius
     before = {str(name): values.to_numpy() for name, values in data.frame.items()}
     if data.machine.styli:

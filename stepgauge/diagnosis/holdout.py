@@ -51,7 +51,7 @@ def holdout_rms(data: Residuals, sigma_um: Array, columns: Array, folds: Folds) 
     uncertainty).
     """
     design = np.column_stack([data.origins.T, columns])
-    full, prior = _with_faces(data, design)
+    full, prior = _add_face_columns(data, design)
     errors = held_out_errors(data.um, sigma_um, full, prior, folds, design.shape[1])
     used = np.isfinite(errors) & np.isfinite(sigma_um)
     return float(np.sqrt((errors[used] ** 2).mean())) if used.any() else float("nan")
@@ -80,7 +80,7 @@ def held_out_errors(values: Array, sigma: Array, columns: Array, prior: Array, f
     return errors
 
 
-def _with_faces(data: Residuals, design: Array) -> tuple[Array, Array]:
+def _add_face_columns(data: Residuals, design: Array) -> tuple[Array, Array]:
     """The design with a column for every face, in units of its certified uncertainty, and all prior weights."""
     faces, index = np.unique(data.face, return_inverse=True)
     u = np.maximum(data.gauge.u_um[faces - 1], 1e-6)

@@ -20,7 +20,7 @@ from stepgauge.files.outputs import one_set, refuse_own
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.inference.search import Progress
 from stepgauge.machine.file import Machine, read_machine
-from stepgauge.machine.styli import numbered, with_styli
+from stepgauge.machine.styli import add_styli, numbered
 from stepgauge.recording import Recording, join_recordings, read_recording
 from stepgauge.recording.rows import check_seeds
 
@@ -114,7 +114,7 @@ def diagnose_each(
     _check_names(paths)
     for path in paths:
         refuse_own(Path(folder) / Path(path).stem / FILE)
-    steps, cmm = read_gauge(gauge), with_styli(read_machine(machine), map(read_machine, styli))
+    steps, cmm = read_gauge(gauge), add_styli(read_machine(machine), map(read_machine, styli))
     recordings = [read_recording(path) for path in paths]
     one = partial(_one, gauge=steps, machine=cmm, folder=Path(folder), suffix=suffix, without=without, priors=priors)
     count = min(jobs or os.cpu_count() or 1, len(recordings))
@@ -138,7 +138,7 @@ def _one(
         with one_set():
             return _diagnose([recording], gauge, machine, folder / name, suffix, without, priors)
     except InputError as error:
-        return Outcome(name, f"error: {error.as_typed()}")
+        return Outcome(name, f"error: {error.cli_text()}")
 
 
 def _diagnose(
@@ -151,13 +151,13 @@ def _diagnose(
     priors: Priors | None,
     progress: Progress | None = None,
 ) -> Outcome:
-    recordings, whole = of_one_machine(recordings, machine)
+    recordings, whole = join_stylus_recordings(recordings, machine)
     found = replace(diagnose(whole, gauge, machine, without, priors, progress=progress), recordings=tuple(recordings))
     files = tuple(found.write(folder, suffix))
     return Outcome(folder.name, found.summary(), files, tuple(_first(files[0])))
 
 
-def of_one_machine(recordings: Sequence[Recording], machine: Machine) -> tuple[list[Recording], Recording]:
+def join_stylus_recordings(recordings: Sequence[Recording], machine: Machine) -> tuple[list[Recording], Recording]:
     """The recordings with the numbers of their styli, and all of them as one.
 
     :class:`InputError` where one was made with another tip, or where two share the random numbers of a simulation.

@@ -90,7 +90,7 @@ def _growing(data: Residuals) -> dict[str, Array]:
 
 def _gaps(data: Residuals) -> Array:
     """Time between neighbours over the typical one, infinite between placements and where no order is known."""
-    if not data.in_order:
+    if not data.is_ordered:
         return np.full(len(data) - 1, np.inf)
     time = data.frame["time_s"].to_numpy(float)[data.order] if data.has_time else np.arange(float(len(data)))
     gap = np.diff(time)

@@ -19,7 +19,7 @@ from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import machine_effects
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.columns import STYLUS
-from stepgauge.recording.conventions import with_convention
+from stepgauge.recording.conventions import complete_convention
 from stepgauge.recording.identity import axis_from_approaches, certified_mm, check_recording
 
 FEWEST_ROWS = 12
@@ -146,7 +146,7 @@ class Residuals:
         return stylus_of(self.frame)
 
     @property
-    def in_order(self) -> bool:
+    def is_ordered(self) -> bool:
         """Whether it is known which reading came after which."""
         return self.ordered or self.has_time
 
@@ -173,13 +173,13 @@ def make_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Resi
             found=f"{len(frame)} probings",
             expected=f"at least {FEWEST_ROWS} probings",
         )
-    check_recording(with_convention(recording, machine.table), gauge)
+    check_recording(complete_convention(recording, machine.table), gauge)
     return unchecked_residuals(recording, gauge, machine)
 
 
 def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Residuals:
     """The same for a recording that is known to be of this gauge."""
-    recording = with_convention(recording, machine.table)
+    recording = complete_convention(recording, machine.table)
     frame = recording.frame.reset_index(drop=True)
     face = frame["face"].to_numpy()
     numbers, placement = np.unique(frame["placement"].to_numpy(), return_inverse=True)
@@ -230,7 +230,7 @@ def _radius_mm(recording: Recording, machine: Machine) -> Array:
     number, approach, radius_mm = stylus_of(recording.frame), recording.approach, np.empty(len(recording))
     for one in np.unique(number).tolist():
         try:
-            own, rows = machine.with_stylus(one), number == one
+            own, rows = machine.select_stylus(one), number == one
         except InputError:
             what = f"the recording was made with stylus {one}, which is not stated"
             expected = naming("styli", words="{} with a machine file of each further stylus")

@@ -19,7 +19,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Plotted, as_lines
+from stepgauge.files.shown import Plotted, join_lines
 from stepgauge.files.text import read_result, result_file, result_text, write_text
 from stepgauge.inference.search import Step
 from stepgauge.recording import Recording
@@ -192,7 +192,7 @@ class Diagnosis(Plotted):
         from stepgauge.diagnosis.wording.limits import step_limits
 
         known = (*stored_conditions(self.said).notes, *step_limits(self.said))
-        return as_lines(summary_line(self.said), *(f"note: {one}" for one in known))
+        return join_lines(summary_line(self.said), *(f"note: {one}" for one in known))
 
     def __repr__(self) -> str:
         return f"<Diagnosis {self.summary().splitlines()[0]}>"

@@ -18,7 +18,7 @@ from stepgauge.diagnosis.credible import (
     sign_is_sure,
     stated_terms,
 )
-from stepgauge.diagnosis.fits.marginals import with_marginals
+from stepgauge.diagnosis.fits.marginals import marginalise
 from stepgauge.diagnosis.fits.solve import Fitted, Solved, solve
 from stepgauge.diagnosis.laws.geometry import Geometry
 from stepgauge.diagnosis.laws.library import PLACE, Family
@@ -56,7 +56,7 @@ class Model:
     weak: tuple[StatedTerm, ...] = ()
 
     @property
-    def beside_um(self) -> Array:
+    def remainder_um(self) -> Array:
         """What the stated laws move beside their signatures, along the approach, ``(n,)``."""
         places = (self.state.index(one.term.candidate) for one in self.laws)
         return sum((self.state.discrepancy_um(place) for place in places), np.zeros(len(self.state.residual_um)))
@@ -85,7 +85,7 @@ def fit_laws(
     beside += [(one.term.discrepancy, one.term.sds[one.term.n_amplitudes :]) for one in laws]
     metric = Metric(search.problem, state.noise, search.noise_models, state.sigma_um, beside)
     fitted = solve([law_of_expected_size(one, state) for one in laws], [one.term.atom for one in laws], data, metric)
-    told_laws = with_marginals(fitted, data, metric)
+    told_laws = marginalise(fitted, data, metric)
     return Model(state, tuple(laws), tuple(forms), told_laws, metric, geometry=tuple(geometry))
 
 

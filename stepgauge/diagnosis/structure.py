@@ -68,7 +68,7 @@ def structure(model: Model, answer: Posterior, data: Residuals, priors: Priors, 
         for one in model.forms
         if one.named and (one in model.vague or not sign_is_sure(one, model.state, answer, priors.decision, wider))
     ]
-    expected = _by_another(doubtful, model, answer, priors.decision)
+    expected = _terms_of_another_axis(doubtful, model, answer, priors.decision)
     yield from (_undetermined(one, model, answer, data) for one in doubtful if one not in expected)
     several = answer.alternatives(LEAST_ODDS)
     for statement in (one for one in model.forms if not one.named):
@@ -85,7 +85,9 @@ def _described(statement: StatedTerm, model: Model, answer: Posterior, data: Res
     own = answer.probability_of_any(
         frozenset({one.candidate.label}) for one in others if one.candidate.kind == lead.candidate.kind
     )
-    form = _by_harmonics(statement, model, located(lead.candidate, lead.proposal.atom, own, fitted=_fitted_shape(lead)))
+    form = _reduce_harmonics(
+        statement, model, located(lead.candidate, lead.proposal.atom, own, fitted=_fitted_shape(lead))
+    )
     phrases = [*_without_index(form), *_regime(statement, model, data)]
     if own >= priors.decision.stated:
         return replace(form, where=worded(phrases), phrases=tuple(phrases))
@@ -98,7 +100,7 @@ def _described(statement: StatedTerm, model: Model, answer: Posterior, data: Res
     return replace(form, where=worded(phrases), phrases=tuple(phrases), probability=probability)
 
 
-def _by_harmonics(statement: StatedTerm, model: Model, form: Located) -> Located:
+def _reduce_harmonics(statement: StatedTerm, model: Model, form: Located) -> Located:
     """A wave with the period that it has, where a multiple of that was fitted and has overtones only.
 
     What repeats after a period repeats after two of them: its fundamental and odd overtones are not there.
@@ -126,7 +128,7 @@ def _without_index(form: Located) -> Sequence[Phrase]:
     return [{"say": "index", "covariate": form.covariate}, *form.phrases[1:]]
 
 
-def _by_another(
+def _terms_of_another_axis(
     doubtful: Sequence[StatedTerm], model: Model, answer: Posterior, decision: Decision
 ) -> list[StatedTerm]:
     """Laws that are there since another axis has them, and not by the readings: without a size they are no findings."""

@@ -242,7 +242,7 @@ class Effect(TomlTable):
         chosen = (getattr(self, p.name) for p in self.parameters() if p.role == "choice")
         return "_".join([self.kind, *(value for value in map(_word, chosen) if value)])
 
-    def with_values(self, **values: float | Array) -> Self:
+    def replace_values(self, **values: float | Array) -> Self:
         """A copy with other parameter values, unchecked; arrays of shape ``(runs, 1)`` give ``(runs, n)``."""
         return self.model_copy(update=values)
 

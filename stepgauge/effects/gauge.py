@@ -127,7 +127,7 @@ class GaugeReversed(Effect):
     def displacement_um(self, probings: Probings) -> Displacement:
         """Mirrored minus certified position of the face."""
         faces = probings.gauge.position_mm
-        off_um = probings.by_face((faces[-1] - faces[::-1] - faces) * 1e3)
+        off_um = probings.expand_faces((faces[-1] - faces[::-1] - faces) * 1e3)
         return {"approach": probings.shifted_along_gauge(self.share * off_um)}
 
 
@@ -238,7 +238,7 @@ class GaugeBending(Effect):
         """The tilt of each face times the height."""
         faces = probings.gauge.position_mm
         tilt = beam_slope(faces, float(faces[-1]), *self.supports_mm)
-        shift_um = probings.by_face(-tilt)
+        shift_um = probings.expand_faces(-tilt)
         return {"approach": probings.shifted_along_gauge(self.sag_um * self.height_mm * shift_um)}
 
 

@@ -57,7 +57,7 @@ def kept(part: Array, added: Array) -> Array:
     return np.asarray(dtbsv(1, bands, added, lower=1, diag=1))
 
 
-def in_order(probings: Probings) -> tuple[Order, Array]:
+def sort_probings(probings: Probings) -> tuple[Order, Array]:
     """Rows by placement and then by time (as recorded if there are no times), and the placements in that order.
 
     Every placement may have a clock of its own.
@@ -74,34 +74,34 @@ def in_order(probings: Probings) -> tuple[Order, Array]:
 
 def rest_s(probings: Probings) -> Array:
     """Time since the previous probing, s, ``(n,)``; the longest of these where there was none."""
-    order, placement = in_order(probings)
+    order, placement = sort_probings(probings)
     gap = np.diff(probings.time_s[order], prepend=-np.inf)
     gap[np.diff(placement, prepend=placement[0]) != 0] = np.inf
     known = np.isfinite(gap)
     gap[~known] = gap[known].max(initial=0.0)
-    return by_row(gap, order)
+    return restore_order(gap, order)
 
 
 def since_placed_s(probings: Probings) -> Array:
     """Time since the first probing of the same placement, s, ``(n,)``."""
-    order, placement = in_order(probings)
+    order, placement = sort_probings(probings)
     time_s = probings.time_s[order]
     first = np.diff(placement, prepend=np.nan) != 0
-    return by_row(time_s - time_s[first][np.cumsum(first) - 1], order)
+    return restore_order(time_s - time_s[first][np.cumsum(first) - 1], order)
 
 
 def rested(probings: Probings, touches: float) -> Array:
     """Exponentially weighted sum of the square roots of the rests, s^0.5, ``(n,)``."""
-    order, _ = in_order(probings)
+    order, _ = sort_probings(probings)
     rest = np.diff(probings.time_s[order], prepend=probings.time_s[order][0])
     rest[rest < 0.0] = rest.max()
-    return by_row(kept(np.full(len(rest), np.exp(-1.0 / touches)), np.sqrt(rest)), order)
+    return restore_order(kept(np.full(len(rest), np.exp(-1.0 / touches)), np.sqrt(rest)), order)
 
 
 def way(probings: Probings) -> Array:
     """Direction of the path along the gauge to each probing, ``(n,)``."""
     order, steps = along_gauge_mm(probings)
-    return by_row(np.where(steps < 0.0, -1.0, 1.0), order)
+    return restore_order(np.where(steps < 0.0, -1.0, 1.0), order)
 
 
 def since_turning_mm(probings: Probings) -> Array:
@@ -111,12 +111,12 @@ def since_turning_mm(probings: Probings) -> Array:
     turned = np.concatenate([[True], (way[1:] != way[:-1]) | (steps[1:] == 0.0)])
     gone = np.cumsum(np.abs(steps))
     start = np.maximum.accumulate(np.where(turned, gone - np.abs(steps), 0.0))
-    return by_row(gone - start, order)
+    return restore_order(gone - start, order)
 
 
 def along_gauge_mm(probings: Probings) -> tuple[Order, Array]:
     """Rows in order, and the path along the gauge from the previous probing, 0 for the first of a placement."""
-    order, placement = in_order(probings)
+    order, placement = sort_probings(probings)
     position = probings.certified_mm()[order]
     steps = np.diff(position, prepend=position[0])
     return order, np.where(np.diff(placement, prepend=placement[0]) == 0, steps, 0.0)
@@ -124,11 +124,11 @@ def along_gauge_mm(probings: Probings) -> tuple[Order, Array]:
 
 def run_mm(probings: Probings, axis: str) -> Array:
     """Path of an axis to each probing, if in the direction of its approach, mm, ``(..., n)``; else, and at first, 0."""
-    order, placement = in_order(probings)
+    order, placement = sort_probings(probings)
     place = probings.coordinate_mm(axis)[..., order]
     steps = np.diff(place, axis=-1, prepend=place[..., :1]) * np.sign(probings.approach(axis)[order])
     run = np.where(np.diff(placement, prepend=placement[0]) == 0, np.maximum(steps, 0.0), 0.0)
-    return by_row(run, order)
+    return restore_order(run, order)
 
 
 def held_mm(probings: Probings, column: str, way_mm: float) -> Array:
@@ -137,12 +137,12 @@ def held_mm(probings: Probings, column: str, way_mm: float) -> Array:
     It is stretched by the way of a coordinate since that last turned (stop operator: Visintin, Differential Models of
     Hysteresis, 1994). At the first probing of a placement it is slack: nobody knows the way before.
     """
-    order, placement = in_order(probings)
+    order, placement = sort_probings(probings)
     path = probings.certified_mm() if column == "position_mm" else probings.coordinate_mm(column[0])
     steps = np.diff(path[..., order], axis=-1, prepend=path[..., order][..., :1])
     parts = np.split(np.arange(len(placement)), np.flatnonzero(np.diff(placement)) + 1)
     stretched = [np.apply_along_axis(_stretched, -1, steps[..., part], way_mm) for part in parts]
-    return by_row(np.concatenate(stretched, axis=-1), order)
+    return restore_order(np.concatenate(stretched, axis=-1), order)
 
 
 def _stretched(steps: Array, most: float) -> Array:
@@ -153,14 +153,14 @@ def _stretched(steps: Array, most: float) -> Array:
 
 def touches_since(probings: Probings, pause_s: float) -> Array:
     """Number of probings since a pause or a new placement, ``(n,)``."""
-    order, placement = in_order(probings)
+    order, placement = sort_probings(probings)
     apart = (np.diff(probings.time_s[order]) > pause_s) | (np.diff(placement) != 0)
     count = np.arange(len(placement), dtype=float)
     count -= np.maximum.accumulate(np.where(np.concatenate([[True], apart]), count, 0.0))
-    return by_row(count, order)
+    return restore_order(count, order)
 
 
-def by_row(values: Array, order: Order) -> Array:
+def restore_order(values: Array, order: Order) -> Array:
     """Values in order, ``(..., n)``, as values by row."""
     found = np.empty(values.shape)
     found[..., order] = values

@@ -59,7 +59,7 @@ class Probings:
         """Index of the first of these rows in the recording."""
         return 0
 
-    def with_styli(self) -> Iterator[tuple[Array, Probings]]:
+    def iterate_styli(self) -> Iterator[tuple[Array, Probings]]:
         """For every further stylus: the rows that were probed with it ``(n,)``, and all rows as if they had been."""
         if not self.setting.styli or "stylus" not in self.columns:
             return
@@ -130,7 +130,7 @@ class Probings:
             raise InputError("effects", "an effect of the gauge needs to know the gauge", expected="a gauge")
         return self.setting.gauge
 
-    def by_face(self, values: Array) -> Array:
+    def expand_faces(self, values: Array) -> Array:
         """Values by face ``(..., n_faces)`` as values by row ``(..., n)``."""
         return values[..., self._face_index()]
 
@@ -142,7 +142,7 @@ class Probings:
     def certified_mm(self) -> Array:
         """Certified position of the probed face along the gauge, mm."""
         if "certified" not in self._made:
-            self._made["certified"] = self.by_face(self.gauge.position_mm)
+            self._made["certified"] = self.expand_faces(self.gauge.position_mm)
         return self._made["certified"]
 
     def along(self) -> Array:

@@ -52,10 +52,10 @@ class Setting:
         """The setting from a machine file and a gauge."""
         expansion = machine.table.scale_expansion_per_K
         own = cls(machine.travel_mm, gauge, machine.probe, machine.sensor, axis or {}, expansion, machine.chain)
-        styli = {number: own._with_stylus(other) for number, other in enumerate(machine.styli, 2)}
+        styli = {number: own._shift_limits(other) for number, other in enumerate(machine.styli, 2)}
         return replace(own, styli=styli) if styli else own
 
-    def _with_stylus(self, other: Machine) -> Setting:
+    def _shift_limits(self, other: Machine) -> Setting:
         """The carriages travel as before: the limits of the tip are shifted by as much as the tip is elsewhere."""
         assert self.probe is not None
         own, its = self.chain, other.chain

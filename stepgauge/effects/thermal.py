@@ -62,7 +62,7 @@ def hours_since(start_s: float | Array, probings: Probings) -> Array:
 
 def _expanded(warmer_K: float | Array, probings: Probings) -> Displacement:
     """Of a gauge that is warmer than recorded, by a number or in every row, each face moves in proportion to S."""
-    shift_um = probings.by_face(probings.gauge.position_mm * (probings.gauge.table.expansion_per_K * 1e3))
+    shift_um = probings.expand_faces(probings.gauge.position_mm * (probings.gauge.table.expansion_per_K * 1e3))
     return {"approach": probings.shifted_along_gauge(warmer_K * shift_um)}
 
 

@@ -48,7 +48,7 @@ def displacement_um(effect: Effect, probings: Probings) -> Displacement:
     """
     try:
         found = _where_it_acts(effect, probings)
-        for rows, others in probings.with_styli():
+        for rows, others in probings.iterate_styli():
             other = _where_it_acts(effect, others)
             found = {one: np.where(rows, other.get(one, 0.0), found.get(one, 0.0)) for one in {**found, **other}}
         return found

@@ -151,7 +151,9 @@ class Seated(Effect):
             values["lever_mm"] = np.maximum(self.lever_mm + setting.longer_mm, setting.probe.shank_length_mm)
         runs = max(np.size(value) for value in values.values())
         for run in range(runs):
-            yield self.with_values(**{name: float(np.ravel(v)[min(run, np.size(v) - 1)]) for name, v in values.items()})
+            yield self.replace_values(
+                **{name: float(np.ravel(v)[min(run, np.size(v) - 1)]) for name, v in values.items()}
+            )
 
     def tripod(self, opening_N: tuple[float, ...] = (0.0,) * trigger.CONTACTS) -> trigger.Tripod:
         """The seat, with an opening force for each contact."""

@@ -24,7 +24,7 @@ from stepgauge.evaluation.definitions import definitions
 from stepgauge.evaluation.face_errors import REffOrigin, band_um, face_errors, radius_blocks, reference_face
 from stepgauge.files.arrays import Array
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Plotted, as_lines, figures
+from stepgauge.files.shown import Plotted, figures, join_lines
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.recording import POSITION, Recording
@@ -162,7 +162,7 @@ class Evaluation(Plotted):
     def summary(self) -> str:
         """Notes, span, range of XM, largest 2s and R_eff by placement, as the command line prints them."""
         remark = [self.limit_remark] if self.limit_remark else []
-        return as_lines(*(line for one in self.results for line in one.lines()), *remark)
+        return join_lines(*(line for one in self.results for line in one.lines()), *remark)
 
     def to_frame(self) -> pd.DataFrame:
         """One row per face and placement: positions in mm, errors and standard deviations in um, NaN if undefined."""
@@ -178,7 +178,7 @@ class Evaluation(Plotted):
         """
         return self._drawn(axes, placement=placement, before=before)
 
-    def of_placement(self, placement: int | None = None) -> PlacementResult:
+    def select_placement(self, placement: int | None = None) -> PlacementResult:
         """The result of a placement by its number, None for the first; :class:`InputError` where there is none."""
         for one in self.results:
             if placement in (None, one.placement):
@@ -245,7 +245,7 @@ def evaluate(
     results = []
     for index, number in enumerate(numbers):
         axis = placements[index].axis if placements else None
-        part = recording if len(numbers) == 1 else recording.of_placement(number)
+        part = recording if len(numbers) == 1 else recording.select_placement(number)
         results.append(_evaluate_placement(part, gauge, section, r_eff_origin, axis, number, correct_drift))
     return Evaluation(gauge, section, r_eff_origin, tuple(results), recording.path, recording.comments)
 

@@ -110,11 +110,11 @@ def _effective_radius(
 
 def _forward_backward(value: Array, front: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Values of fronts and of backs at every face, the mean of the two neighbours in between (Eqs 8-11)."""
-    forward, backward = (_with_neighbours(np.where(rows, value, np.nan), rows) for rows in (front, ~front))
+    forward, backward = (_fill_from_neighbours(np.where(rows, value, np.nan), rows) for rows in (front, ~front))
     return forward, backward
 
 
-def _with_neighbours(value: Array, measured: NDArray[np.bool_]) -> Array:
+def _fill_from_neighbours(value: Array, measured: NDArray[np.bool_]) -> Array:
     edge = np.full((*value.shape[:-1], 1), np.nan)
     padded = np.concatenate([edge, value, edge], axis=-1)
     return np.where(measured, value, (padded[..., :-2] + padded[..., 2:]) / 2.0)

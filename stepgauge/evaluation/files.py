@@ -102,8 +102,8 @@ def _placement_to_dict(result: PlacementResult, gauge: Gauge) -> dict[str, Any]:
         "band_um": _number(result.band_um),
         "worst_two_sigma_um": _number(result.worst_two_sigma_um),
         "notes": list(result.notes),
-        "conditions": result.conditions.as_dicts(),
-        "left_out": [one.as_dict() for one in result.left_out],
+        "conditions": result.conditions.to_dicts(),
+        "left_out": [one.to_dict() for one in result.left_out],
         "faces": [row | more for row, more in zip(face_rows(result), certified, strict=True)],
     }
 

@@ -30,12 +30,12 @@ def probing_errors(recording: Recording, evaluation: Evaluation) -> list[pd.Data
     """
     several = len(evaluation.results) > 1
     return [
-        _of_placement(recording.of_placement(result.placement) if several else recording, evaluation, result)
+        _placement_table(recording.select_placement(result.placement) if several else recording, evaluation, result)
         for result in evaluation.results
     ]
 
 
-def _of_placement(recording: Recording, evaluation: Evaluation, result: PlacementResult) -> pd.DataFrame:
+def _placement_table(recording: Recording, evaluation: Evaluation, result: PlacementResult) -> pd.DataFrame:
     readings = project_readings(recording, evaluation.gauge, evaluation.blocks, result.axis, leave_out=False)
     frame = recording.frame.reset_index(drop=True)
     table = frame[["placement", "cycle", "face", *POSITION]].assign(

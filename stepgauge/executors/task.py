@@ -57,7 +57,7 @@ def perform(function: Function, item: Any) -> Reply:
         try:
             return Reply("done", function(item))
         except InputError as error:
-            return Reply("refused", why=error.as_typed())
+            return Reply("refused", why=error.cli_text())
         except MemoryError:
             return Reply("refused", why="it needs more memory than the worker may have")
         except Exception as error:

@@ -64,7 +64,7 @@ def prepared(recording: Recording, options: ExportOptions) -> Recording:
         if options.placement not in recording.placements:
             there = ", ".join(map(str, recording.placements))
             raise InputError(recording.path, f"there is no placement {options.placement}", found=there)
-        recording = recording.of_placement(options.placement)
+        recording = recording.select_placement(options.placement)
     comments = dict(recording.comments)
     radius = tip_radius_mm(recording, options)
     if radius is not None:

@@ -97,7 +97,7 @@ def draw_placement(
 
         draw_over(axes, before, evaluation, placement)
         return
-    result = evaluation.of_placement(placement)
+    result = evaluation.select_placement(placement)
     rows = face_rows(result)
     _draw_errors(axes, rows)
     axes.set(xlabel=POSITION_LABEL, ylabel="error (µm)")
@@ -110,7 +110,7 @@ def draw_mpe(axes: Axes, nominal_mm: Array, reference_mm: float, mpe: Mpe) -> No
     """Lines at plus and minus the limit of the length from the reference face."""
     x = np.linspace(nominal_mm[0], nominal_mm[-1], 201)
     for sign in (1, -1):
-        label = f"± MPE = {mpe.with_units()}" if sign > 0 else "_mpe"
+        label = f"± MPE = {mpe.to_text()}" if sign > 0 else "_mpe"
         axes.plot(x, sign * mpe.at_um(x - reference_mm), color=LIMIT_COLOR, linewidth=1.1, label=label, **_DOTTED)
 
 

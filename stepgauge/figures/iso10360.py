@@ -108,7 +108,7 @@ def conformance_zone(lengths: Sequence[TestLength]) -> tuple[Array, Array]:
 def _legend(figure: Figure, test: LengthTest) -> None:
     black = COLORS["model"]
     entries = [
-        Line2D([], [], color=black, linewidth=1.3, label=f"± MPE = {test.specification.mpe.with_units()}"),
+        Line2D([], [], color=black, linewidth=1.3, label=f"± MPE = {test.specification.mpe.to_text()}"),
         Line2D([], [], color=black, linewidth=0.8, linestyle=(0, (5, 3)), label="± (MPE − U)"),
     ]
     entries += [

@@ -63,7 +63,7 @@ def _legends(figure: Figure, first: Sequence[Axes]) -> None:
 
 def draw_over(axes: Axes, before: Evaluation, after: Evaluation, placement: int | None = None) -> None:
     """XM of two evaluations and the difference with a band of its U, um, on axes of somebody else."""
-    number = after.of_placement(placement).placement
+    number = after.select_placement(placement).placement
     index = [one.placement for one in after.results].index(number)
     found = differences(evaluation_to_dict(before), evaluation_to_dict(after))[index]
     for i, (evaluation, label) in enumerate(((before, "before"), (after, "after"))):

@@ -43,13 +43,13 @@ def file_sha256(path: str | Path) -> str | None:
     return file_digest(place) if str(path) and place.is_file() else None
 
 
-def with_checksum(data: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+def add_checksum(data: Mapping[str, Any], before: str = "") -> dict[str, Any]:
     """The same with its checksum as the last key."""
     return {**{key: value for key, value in data.items() if key != KEY}, KEY: checksum(data, before)}
 
 
 def is_whole(data: Mapping[str, Any], before: str = "") -> bool:
-    """Whether it is as :func:`with_checksum` made it."""
+    """Whether it is as :func:`add_checksum` made it."""
     return data.get(KEY) == checksum(data, before)
 
 

@@ -77,10 +77,10 @@ def check_table(model: type[Model], data: object, where: str | Path, key: str = 
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise _as_input_error(model, error, where, key) from None
+        raise _make_input_error(model, error, where, key) from None
 
 
-def _as_input_error(model: type[TomlTable], error: ValidationError, where: str | Path, key: str) -> InputError:
+def _make_input_error(model: type[TomlTable], error: ValidationError, where: str | Path, key: str) -> InputError:
     details = error.errors(include_url=False)
     first = _first(model, details)
     name = ".".join(str(part) for part in (key, *first["loc"]) if part != "")

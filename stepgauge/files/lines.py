@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from stepgauge.errors import InputError, reading
-from stepgauge.files.checksum import KEY, is_whole, with_checksum
+from stepgauge.files.checksum import KEY, add_checksum, is_whole
 
 Row = dict[str, Any]
 
@@ -30,7 +30,7 @@ class DurableLines:
     def write(self, line: Row) -> None:
         """Put a line on the disk; when this returns, it is there."""
         assert self._file is not None
-        whole = with_checksum(line, self.last)
+        whole = add_checksum(line, self.last)
         try:
             self._file.write(json.dumps(whole, allow_nan=False).encode("ascii") + b"\n")
             self._file.flush()

@@ -113,7 +113,7 @@ def vector(values: Iterable[float], decimals: int, unit: str = "") -> str:
 KEPT = "\n\u00a0"
 
 
-def as_sentence(text: str, end: str = ".") -> str:
+def make_sentence(text: str, end: str = ".") -> str:
     """A note as a sentence: a capital letter first, a full stop last."""
     return f"{text[:1].upper()}{text[1:]}{end}"
 

@@ -72,6 +72,6 @@ def figures(module: str) -> ModuleType:
     return import_module(f"stepgauge.figures.{module}")
 
 
-def as_lines(*lines: str) -> str:
+def join_lines(*lines: str) -> str:
     """A summary of these lines, each of them on one line."""
     return "\n".join(one_line(line, LONGEST_LINE) for line in lines)

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError, reader, reading
-from stepgauge.files.checksum import check_text, file_digest, is_whole, seal_text, with_checksum
+from stepgauge.files.checksum import add_checksum, check_text, file_digest, is_whole, seal_text
 from stepgauge.files.outputs import inputs, is_source, one_set, place_of, replacing, shown_of_result, was_read
 
 __all__ = [
-    "as_text",
     "check_folder",
     "check_output",
+    "decode_text",
     "one_set",
     "parse_json",
     "read_bytes",
@@ -68,7 +68,7 @@ def read_text(path: str | Path) -> str:
 
     One that stepgauge wrote with a checksum must be as it was written.
     """
-    return as_text(read_bytes(path), path)
+    return decode_text(read_bytes(path), path)
 
 
 def any_text(data: bytes, path: str | Path) -> tuple[str, str]:
@@ -89,7 +89,7 @@ def any_text(data: bytes, path: str | Path) -> tuple[str, str]:
     raise InputError(path, "this is not a text file", found=repr(data[:16]), expected="a table as text (CSV)")
 
 
-def as_text(data: bytes, path: str | Path) -> str:
+def decode_text(data: bytes, path: str | Path) -> str:
     """The content of a file as text; ``path`` is for messages. Errors as :func:`read_text`."""
     for mark, found, expected in _NO_TEXT:
         if data.startswith(mark):
@@ -148,7 +148,7 @@ def write_json(path: str | Path, data: Any, at_once: bool = False) -> None:
 
 def result_text(data: Any) -> str:
     """JSON types as the text of a file; a result gets its checksum."""
-    said = with_checksum(data) if isinstance(data, dict) and "format" in data else data
+    said = add_checksum(data) if isinstance(data, dict) and "format" in data else data
     return json.dumps(said, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 

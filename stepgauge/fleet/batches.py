@@ -62,7 +62,7 @@ def opened(batch: Batch | StoredBatch) -> Batch:
 def named(fleet: Fleet, recordings: Collection[str], size: int) -> Iterator[tuple[str, StoredBatch]]:
     """The same batches as :func:`batches` gives, only named."""
     folder = str(fleet.folder.resolve())
-    keys = fleet.in_order(recordings)
+    keys = fleet.order_keys(recordings)
     for first in range(0, len(keys), size):
         yield keys[first], StoredBatch(folder, tuple(keys[first : first + size]))
 

@@ -22,7 +22,7 @@ from stepgauge.fleet.store import Fleet
 from stepgauge.fleet.working import Progress, work_in_batches
 from stepgauge.history.entries import make_entry
 from stepgauge.planning.plan import parse_blocks
-from stepgauge.recording.conventions import state_convention, with_convention
+from stepgauge.recording.conventions import complete_convention, state_convention
 
 _UNKNOWN = datetime.datetime(1, 1, 1)
 
@@ -76,12 +76,12 @@ def _evaluated(batch: Batch, one: Stored, choices: EvaluationChoices) -> Iterato
         section = parse_blocks(choices.blocks, gauge) if choices.blocks else None
         recording = state_convention(one.recording(), choices.temperature_convention)
         if one.machine_file is not None:
-            recording = with_convention(recording, batch.machine(one).table)
+            recording = complete_convention(recording, batch.machine(one).table)
         origin = cast(REffOrigin, choices.r_eff_origin)
         found = evaluate(recording, gauge, section, origin, batch.placements(one), choices.correct_drift)
         require_statement(found.conditions.without("dates"), found.path)
     except InputError as error:
-        yield {"recording": one.key, "placement": 0, "error": error.as_typed(), "notes": [], "face": []}
+        yield {"recording": one.key, "placement": 0, "error": error.cli_text(), "notes": [], "face": []}
         return
     said = evaluation_to_dict(found)
     for result, row in zip(found.results, said["placements"], strict=True):

@@ -136,7 +136,7 @@ class Fleet:
         """
         wanted = set(recordings)
         while wanted:
-            files = self._by_file(wanted)
+            files = self._rows_by_file(wanted)
             for name, rows in sorted(files.items()):
                 with locked(self.folder, alone=False):
                     columns = read_columns(self.folder / name, rows)
@@ -148,11 +148,11 @@ class Fleet:
             if not files:
                 return
 
-    def in_order(self, recordings: Collection[str]) -> list[str]:
+    def order_keys(self, recordings: Collection[str]) -> list[str]:
         """The keys of these recordings in the order in which :meth:`stored` gives them."""
-        return [row["recording"] for _, rows in sorted(self._by_file(recordings).items()) for row in rows]
+        return [row["recording"] for _, rows in sorted(self._rows_by_file(recordings).items()) for row in rows]
 
-    def _by_file(self, wanted: Collection[str]) -> dict[str, list[dict[str, Any]]]:
+    def _rows_by_file(self, wanted: Collection[str]) -> dict[str, list[dict[str, Any]]]:
         """The rows of the index of these recordings by the file that they are in, in its order."""
         arrow, index = arrow_library(), self.index()
         keys = arrow.array(sorted(wanted), arrow.string())

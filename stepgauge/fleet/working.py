@@ -58,7 +58,7 @@ def work_one_by_one(
     ``rows_of`` makes the rows of a recording of its key, the value (None where there is none) and the error.
     """
     keys, errors = _left_over(table), list[str]()
-    for number, some in enumerate(_portions(table.fleet.in_order(keys), PORTION)):
+    for number, some in enumerate(_portions(table.fleet.order_keys(keys), PORTION)):
         told = None if progress is None else _counting(progress, number * PORTION, len(keys))
         with open_journal(table.fleet, table) as journal:
             tasks = _tasks(table.fleet, engine, some, 1)

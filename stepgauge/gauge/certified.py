@@ -16,7 +16,7 @@ from stepgauge.errors import InputError, naming, reader
 from stepgauge.files.config import TomlTable, check_table, file_beside, read_toml
 from stepgauge.files.dates import check_past
 from stepgauge.files.resources import find_data
-from stepgauge.files.shown import Plotted, as_lines
+from stepgauge.files.shown import Plotted, join_lines
 from stepgauge.files.tables import CsvTable, read_numbers
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ class Gauge(Plotted):
         named = f"{self.table.name} (serial number {self.table.serial}), {self.n_blocks} blocks"
         length = f"{self.nominal_mm[-1]:g} mm, u up to {largest:.3g} um"
         number = f"certificate {certificate.number} of {certificate.date.isoformat()}, {certificate.laboratory}"
-        return as_lines(f"{named}, {length}; {number}{'; EXAMPLE' if certificate.example else ''}")
+        return join_lines(f"{named}, {length}; {number}{'; EXAMPLE' if certificate.example else ''}")
 
     def to_frame(self) -> pd.DataFrame:
         """One row per face: nominal and certified position in mm, standard uncertainty in um."""

@@ -15,7 +15,7 @@ from pydantic import Field
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array, same_content
 from stepgauge.files.config import TomlTable, Vector3, check_table, parse_toml
-from stepgauge.files.shown import Plotted, as_lines
+from stepgauge.files.shown import Plotted, join_lines
 from stepgauge.files.text import read_text, write_sealed
 from stepgauge.files.units import likely_unit
 from stepgauge.gauge.certified import Gauge
@@ -91,7 +91,7 @@ class Placement(Plotted):
         """Notes of locate, direction of the axis, squareness, smallest error that would be seen, and tip radius."""
         from stepgauge.gauge.placed import placement_lines
 
-        return as_lines(*placement_lines(self))
+        return join_lines(*placement_lines(self))
 
     def to_frame(self) -> pd.DataFrame:
         """One row: block centres and tip radius in mm, unit vectors, angles and uncertainties in the units named."""
@@ -215,13 +215,13 @@ def _check_distance(placement: Placement, path: str | Path, gauge: Gauge) -> Non
         raise InputError(
             path,
             f"c1_mm and c2_mm are not blocks {placement.first_block} and {placement.last_block} of {gauge.table.name}"
-            + _in_inches(found, certified),
+            + _inch_hint(found, certified),
             found=f"{found:.3f} mm apart",
             expected=f"{certified:.3f} mm",
         )
 
 
-def _in_inches(found_mm: float, certified_mm: float) -> str:
+def _inch_hint(found_mm: float, certified_mm: float) -> str:
     """Words where one of the two is the other in inches; else empty."""
     which = ("placement", found_mm, certified_mm), ("certificate", certified_mm, found_mm)
     inches = [name for name, one, other in which if likely_unit(one, other) == "inches"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stepgauge.history.entries import QUANTITIES, HistoryEntry, of_one_machine, read_entries
+from stepgauge.history.entries import QUANTITIES, HistoryEntry, read_entries, select_machine
 from stepgauge.history.files import write_history
 from stepgauge.history.series import Alert, Series, false_warning_words, judge, make_series
 from stepgauge.history.store import Refreshed, refresh_store
@@ -16,8 +16,8 @@ __all__ = [
     "false_warning_words",
     "judge",
     "make_series",
-    "of_one_machine",
     "read_entries",
     "refresh_store",
+    "select_machine",
     "write_history",
 ]

@@ -268,7 +268,7 @@ def _mean_and_reversal(front: NDArray[np.bool_]) -> tuple[Array, Array]:
     return (own + neighbours) / 2.0, side * (neighbours - own)
 
 
-def of_one_machine(
+def select_machine(
     entries: Sequence[HistoryEntry],
     folder: str | Path,
     machine_name: str | None = None,

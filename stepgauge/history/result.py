@@ -13,7 +13,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Plotted, figures
 from stepgauge.files.stored import result_shown
-from stepgauge.history.entries import QUANTITIES, DateFrom, HistoryEntry, of_one_machine
+from stepgauge.history.entries import QUANTITIES, DateFrom, HistoryEntry, select_machine
 from stepgauge.history.files import write_history
 from stepgauge.history.series import Alert, Series, false_warning_words, judge, make_series
 from stepgauge.history.store import refresh_store
@@ -64,8 +64,8 @@ def history_of(
     gauge: str | None = None,
     store: Path | None = None,
 ) -> History:
-    """The history of one machine; errors as :func:`of_one_machine`."""
-    entries = of_one_machine(found, folder, machine, gauge)
+    """The history of one machine; errors as :func:`select_machine`."""
+    entries = select_machine(found, folder, machine, gauge)
     series = make_series(entries)
     return History(tuple(entries), tuple(series), tuple(judge(series, limits)), dict(limits), store)
 

@@ -146,7 +146,7 @@ def _judged(one: _Tested, drifts: bool, alone: float, of_value: float) -> Series
 
 def _values(name: str, entries: list[HistoryEntry]) -> tuple[Array, Array]:
     if name == "r_eff_change_um":
-        value = _from_first_of_tip(np.array([entry.r_eff_mm for entry in entries]) * 1e3)
+        value = _change_since_tip(np.array([entry.r_eff_mm for entry in entries]) * 1e3)
     else:
         value = np.array([getattr(entry, name) for entry in entries])
     u = np.array([getattr(entry, f"u_{name}", np.nan) for entry in entries])
@@ -165,7 +165,7 @@ def _tips(r_eff_um: Array) -> NDArray[np.int64]:
     return found
 
 
-def _from_first_of_tip(r_eff_um: Array) -> Array:
+def _change_since_tip(r_eff_um: Array) -> Array:
     """R_eff minus the first one of its tip."""
     tips = _tips(r_eff_um)
     _, first = np.unique(tips, return_index=True)

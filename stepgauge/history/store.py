@@ -185,7 +185,7 @@ def _replace(connection: sqlite3.Connection, path: Path, folder: Path, sha256: s
     try:
         entries = read_entries(path, folder, sha256, date_from)
     except InputError as error:
-        entries, remark = [], error.as_typed()
+        entries, remark = [], error.cli_text()
     marks = ", ".join("?" * len(NAMES))
     connection.executemany(f"INSERT INTO entry VALUES ({marks})", [_row(entry) for entry in entries])
     connection.execute("INSERT INTO file VALUES (?, ?, ?, ?)", (name, sha256, date_from, remark))
@@ -203,10 +203,10 @@ def _row(entry: HistoryEntry) -> list[object]:
 
 def _entries(connection: sqlite3.Connection) -> list[HistoryEntry]:
     rows = connection.execute(f"SELECT {', '.join(NAMES)} FROM entry ORDER BY measured_at, path, placement")
-    return [_from_row(row) for row in rows]
+    return [_read_row(row) for row in rows]
 
 
-def _from_row(row: tuple[object, ...]) -> HistoryEntry:
+def _read_row(row: tuple[object, ...]) -> HistoryEntry:
     """NaN is stored as NULL by SQLite."""
     values = dict(zip(NAMES, row, strict=True))
     values["measured_at"] = datetime.datetime.fromisoformat(str(values["measured_at"]))

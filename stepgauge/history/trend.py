@@ -50,7 +50,7 @@ class TrendLine:
     dof: int
     known: bool
 
-    def by_chance(self, growth: bool = False) -> float:
+    def chance_probability(self, growth: bool = False) -> float:
         """Probability of so large a slope by noise alone; ``growth``: of one that grows, for nobody fears a smaller
         range or scatter."""
         from scipy.stats import norm, t
@@ -119,7 +119,9 @@ def fit_trend(
         return None
     factor = max(line.ratio, 1.0) if line.known else 1.0
     middle = start + datetime.timedelta(days=line.middle * YEAR_DAYS)
-    return Trend(middle, line.level, factor * line.u_level, line.slope, factor * line.u_slope, line.by_chance(growth))
+    return Trend(
+        middle, line.level, factor * line.u_level, line.slope, factor * line.u_slope, line.chance_probability(growth)
+    )
 
 
 def findings(by_chance: Sequence[float], share: float, weight: Sequence[float] | None = None) -> list[bool]:

@@ -142,18 +142,18 @@ def read_log(
             found=repr(lines[first - 1].strip()[:60]) if first else "an empty file",
             expected=known.layout,
         )
-    log = _in_mm(known.read(text, path), asked.unit)
+    log = _convert_to_mm(known.read(text, path), asked.unit)
     thermal, told = read_convention(said_lines(text))
     return replace(log, comments=thermal | dict(log.comments), mapped=(*log.mapped, *told))
 
 
-def _in_mm(log: ProbeLog, asked: str | None) -> ProbeLog:
+def _convert_to_mm(log: ProbeLog, asked: str | None) -> ProbeLog:
     """The log in mm: its unit is the one that it states, else the one asked for."""
     if asked is not None and log.units and asked not in log.units:
         what = naming("unit", words="{} is another unit than the log states")
         raise InputError(log.path, what, found=asked, expected=" or ".join(log.units))
     name = asked or (log.units[0] if len(log.units) == 1 else "mm")
-    return log if name == "mm" else log.in_unit(name)
+    return log if name == "mm" else log.convert_unit(name)
 
 
 def _check_layout(path: str | Path, source: str, layout: TableLayout) -> None:

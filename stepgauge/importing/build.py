@@ -15,7 +15,7 @@ from stepgauge.correspondence.faces import nearest_faces, tip_distance_mm
 from stepgauge.correspondence.log_conventions import count_placements, settle
 from stepgauge.correspondence.pairing import Pairing, match
 from stepgauge.correspondence.probe_log import ProbeLog
-from stepgauge.correspondence.search_line import from_target
+from stepgauge.correspondence.search_line import point_distances
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
@@ -366,7 +366,7 @@ def _matched_words(log: ProbeLog, frame: pd.DataFrame, matched: Pairing) -> list
 
 
 def _triggers(log: ProbeLog, expected: ExpectedPoints, matched: Pairing) -> str:
-    along, beside = from_target(log.position_mm[matched.row], expected, matched.point)
+    along, beside = point_distances(log.position_mm[matched.row], expected, matched.point)
     return (
         f"triggers {along.min():+.4f} to {along.max():+.4f} mm from the nominal contact along the approach, at most"
         f" {beside.max():.4f} mm beside it (search distance {expected.search_mm:g} mm)"

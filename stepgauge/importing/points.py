@@ -31,7 +31,7 @@ from stepgauge.importing.tables.columns import (
     Role,
     axis_role,
     check_chosen,
-    in_degrees,
+    is_temperature,
     read_columns,
 )
 from stepgauge.importing.tables.grid import Table
@@ -115,7 +115,7 @@ def read_points(given: Given, kind: str, layout: TableLayout, decisions: Decisio
             *(*decisions.taken, *decisions.rejected),
         ),
         left_out=(*left_out, *(() if clock is None else clock.words)),
-        degrees=tuple(one.header for one in columns if one.role is None and in_degrees(one)),
+        degrees=tuple(one.header for one in columns if one.role is None and is_temperature(one)),
     )
 
 

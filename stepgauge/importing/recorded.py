@@ -23,7 +23,7 @@ from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.machine.file import Machine, check_recorded
 from stepgauge.recording import Recording
-from stepgauge.recording.conventions import state_convention, with_convention
+from stepgauge.recording.conventions import complete_convention, state_convention
 
 DECIMALS = {"point": ".", "comma": ","}
 Pairs = Mapping[str, str] | Sequence[str]
@@ -83,7 +83,7 @@ def import_recording(
 
     of_faces = placement is None or (targets is None and names_faces(content, layout))
 
-    def of_axis(decisions: Decisions) -> Imported:
+    def finish_axis(decisions: Decisions) -> Imported:
         known = None if targets is None else parse_targets(targets)
         known = gauge_targets(gauge) if known is None and gauge is not None and of_faces else known
         assert sensor is not None
@@ -94,7 +94,7 @@ def import_recording(
         placed = on_placement(found, gauge, placement, tip_radius_mm, placement_number)
         return finished(placed, gauge_temperature_C)
 
-    def of_points(decisions: Decisions) -> Imported:
+    def finish_points(decisions: Decisions) -> Imported:
         steps, lies, cmm = gauge, placement, machine
         ran, radius = None, tip_radius_mm
         if program is not None:
@@ -115,14 +115,14 @@ def import_recording(
         assert isinstance(recording, Recording)
         if stated_C is not None:
             recording = replace(recording, frame=recording.frame.assign(gauge_temperature_C=stated_C))
-        recording = state_convention(recording.with_comments(sensor=sensor), temperature_convention)
+        recording = state_convention(recording.assign_comments(sensor=sensor), temperature_convention)
         if machine is not None:
             check_recorded(recording.comments, machine)
-            recording = with_convention(recording, machine.table)
+            recording = complete_convention(recording, machine.table)
         return replace(found, recording=recording, report=(*found.report, *missing_faces(recording)))
 
     axis = sensor is not None and not names_points(content, format, layout, chosen)
-    return imported_or_asked(of_axis if axis else of_points)
+    return imported_or_asked(finish_axis if axis else finish_points)
 
 
 def missing_faces(recording: Recording) -> tuple[str, ...]:

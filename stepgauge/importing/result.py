@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 from stepgauge.axis.recording import AxisRecording, write_axis_recording
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.errors import InputError
-from stepgauge.files.shown import Summarized, as_lines
+from stepgauge.files.shown import Summarized, join_lines
 from stepgauge.importing.tables.questions import Decisions, OpenQuestionsError, Question, QuestionAnswer, TakenColumn
 from stepgauge.recording import Recording, write_recording
 
@@ -69,7 +69,7 @@ class Imported(Summarized):
         """What was taken for what, or the questions with their choices."""
         asked = [f"open: {one.text}; {', or '.join(f'{c.argument} {c.typed}'.strip() for c in one.choices)}"
                  for one in self.questions]  # fmt: skip
-        return as_lines(*self.report, *asked)
+        return join_lines(*self.report, *asked)
 
     def to_frame(self) -> pd.DataFrame:
         """A row per column of the table: its place, header, what it was taken for, its unit and its first cells."""

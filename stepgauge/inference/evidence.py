@@ -140,17 +140,17 @@ class Evidence:
 
     def _state(self, terms: tuple[Term, ...], noise: NoiseModel, near_um: float) -> Hypothesis:
         """The hypothesis with the most probable size of every term, and all sizes summed."""
-        hypothesis = self._of_likeliest_sizes(terms, noise, near_um)
+        hypothesis = self._optimise_sizes(terms, noise, near_um)
         hypothesis = self._within_bounds(replace(hypothesis, log_posterior=_summed(hypothesis)))
         return hypothesis if np.isfinite(hypothesis.log_posterior) else replace(hypothesis, log_posterior=-np.inf)
 
-    def _of_likeliest_sizes(self, terms: tuple[Term, ...], noise: NoiseModel, near_um: float) -> Hypothesis:
+    def _optimise_sizes(self, terms: tuple[Term, ...], noise: NoiseModel, near_um: float) -> Hypothesis:
         """One size is changed at a time: of two laws alike that are large together one is enough.
 
         What a law moves beside its signature is in proportion to the amplitude that it has, and not to a larger one
         that it might have had. Sizes and scatter depend on each other, so that the changes may go round.
         """
-        hypothesis = self._of_sizes(terms, noise, near_um)
+        hypothesis = self._hypothesis_at_sizes(terms, noise, near_um)
         found = {_sizes(terms): hypothesis}
         for _ in range(RESIZED):
             term = resized(hypothesis) or discrepancy_resized(hypothesis)
@@ -160,10 +160,10 @@ class Evidence:
             if (sizes := _sizes(terms)) in found:
                 every = list(found)
                 return max((found[one] for one in every[every.index(sizes) :]), key=_summed)
-            hypothesis = found[sizes] = self._of_sizes(terms, noise, hypothesis.sigma_um)
+            hypothesis = found[sizes] = self._hypothesis_at_sizes(terms, noise, hypothesis.sigma_um)
         return hypothesis
 
-    def _of_sizes(self, terms: tuple[Term, ...], noise: NoiseModel, near_um: float) -> Hypothesis:
+    def _hypothesis_at_sizes(self, terms: tuple[Term, ...], noise: NoiseModel, near_um: float) -> Hypothesis:
         """The hypothesis with the sizes that its terms have; their prior is that of their sizes summed."""
         base = self._base(noise)
         gram = self._gram(terms, noise, base)

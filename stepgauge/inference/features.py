@@ -69,7 +69,7 @@ class Features:
         if lost.shape[1]:
             for kernel in np.argsort(-evidence.max(axis=0))[:MOST_EXACT]:
                 own = self.slices[kernel]
-                more, dearer = _beside_terms(shrunk[:, own], dot[own], lost[own])
+                more, dearer = _term_corrections(shrunk[:, own], dot[own], lost[own])
                 evidence[:, kernel] = beside.student(gain[:, kernel] + more) - price[:, kernel] - dearer
         yield from self._summed(evidence.T + weight, sizes)
 
@@ -101,7 +101,7 @@ def _turned(white: Array) -> tuple[Array, Array]:
     return np.maximum(value[keep], 0.0), vector[:, keep].T @ white
 
 
-def _beside_terms(shrunk: Array, dot: Array, lost: Array) -> tuple[Array, Array]:
+def _term_corrections(shrunk: Array, dot: Array, lost: Array) -> tuple[Array, Array]:
     """Change of gain and Occam factor of a kernel by the terms of a hypothesis, ``(t,)`` each."""
     together = shrunk @ (lost * dot[:, None])
     middle = np.eye(lost.shape[1]) - (shrunk[:, None, :] * lost.T) @ lost

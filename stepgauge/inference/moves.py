@@ -101,7 +101,7 @@ class Moves:
             hypothesis = max(hypothesis, self._anew(hypothesis, candidate), key=log_posterior)
         return hypothesis
 
-    def with_parts(self, best: Hypothesis) -> Iterator[Hypothesis]:
+    def part_moves(self, best: Hypothesis) -> Iterator[Hypothesis]:
         """The hypothesis with a law in a part of the record in place of a term: the same law, or one of those near."""
         for place, term in enumerate(best.terms):
             base = self.without(best, place)
@@ -140,7 +140,7 @@ class Moves:
         grid = self._with(hypothesis, proposal.term())
         law = proposal.candidate
         if isinstance(law, Law) and law.of_size is not None:
-            return self._of_its_size(hypothesis, proposal, law.of_size)
+            return self._fit_size(hypothesis, proposal, law.of_size)
         best = max(grid, self._between(hypothesis, proposal, proposal.atom, grid), key=log_posterior)
         if best.log_posterior > grid.log_posterior + COARSE:
             others = (self._between(hypothesis, proposal, atom, grid) for atom in proposal.peaks(PEAKS))
@@ -158,7 +158,7 @@ class Moves:
         log_prior = law.log_odds + proposal.volume_of(atom) + refined.gain
         return self._narrowed(hypothesis, Term(law, atom, refined.columns, proposal.sd, log_prior, refined.shape), grid)
 
-    def _of_its_size(self, hypothesis: Hypothesis, proposal: Proposal, of_size: OfSize) -> Hypothesis:
+    def _fit_size(self, hypothesis: Hypothesis, proposal: Proposal, of_size: OfSize) -> Hypothesis:
         """The hypothesis with a law that is not linear in its size, with the signature of the size that fits best."""
         grid, beside = self._with(hypothesis, proposal.term()), [term.nuisance for term in hypothesis.terms]
         metric = Metric(self.problem, hypothesis.noise, self.noise_models, hypothesis.sigma_um, beside)

@@ -87,12 +87,12 @@ def mixed(gram: Array, mix: Array) -> Array:
     return products.reshape(-1, d, d)
 
 
-def with_residual(products: NDArray[np.float32]) -> Array:
+def residual_products(products: NDArray[np.float32]) -> Array:
     """Products with the first of some vectors, the residual, ``(r, atoms, depth)``."""
     return products[..., 0].transpose(2, 0, 1).astype(float)
 
 
-def with_loss(products: NDArray[np.float32]) -> Array:
+def loss_products(products: NDArray[np.float32]) -> Array:
     """What the other vectors of ``(atoms, depth, r, 1 + q)``, those of the loss, take of the products of a signature.
 
     These are ``(atoms, r, depth, r, depth)``, as :meth:`Patterns.grams`.

@@ -18,7 +18,7 @@ from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.inference.parallel import each
-from stepgauge.inference.patterns import Patterns, grouped, with_loss, with_residual
+from stepgauge.inference.patterns import Patterns, grouped, loss_products, residual_products
 from stepgauge.inference.problem import GaussianProcess, Law, Problem, Term
 from stepgauge.inference.proposal import UNLOST, HypothesisResidual, Proposal, TermSpan
 from stepgauge.inference.tables import Dots, SignatureTable, tables
@@ -70,9 +70,9 @@ class MetricScreening:
         """Products of patterns with the residual and what the loss takes of their own, by their place."""
         if beside.spans and beside.turn is None:
             products = self._products(np.column_stack([beside.left, beside.lost]), places)
-            return {place: (with_residual(one), with_loss(one)) for place, one in products.items()}
+            return {place: (residual_products(one), loss_products(one)) for place, one in products.items()}
         new = self._products(self.white[:, None], [place for place in places if place not in self._bare])
-        self._bare |= {place: with_residual(one) for place, one in new.items()}
+        self._bare |= {place: residual_products(one) for place, one in new.items()}
         if beside.turn is None or beside.taken is None:
             return {place: (self._bare[place], None) for place in places}
         for span in beside.spans:
@@ -82,7 +82,7 @@ class MetricScreening:
         for place in places:
             parts = np.concatenate([span.dots[place] for span in beside.spans], axis=3)
             mixed = (parts.reshape(-1, len(turn)) @ turn).reshape(*parts.shape[:3], -1)
-            dots[place] = with_residual(mixed) + self._bare[place], with_loss(mixed)
+            dots[place] = residual_products(mixed) + self._bare[place], loss_products(mixed)
         return dots
 
     def _products(self, mapped: Array, places: Collection[int]) -> dict[int, NDArray[np.float32]]:
@@ -193,7 +193,7 @@ class Screening:
         """All candidates for addition to a hypothesis, the best first; computed once."""
         key = (frozenset(term.key for term in hypothesis.terms), hypothesis.noise.key)
         known, proposals = self._looks.get(key, (0, []))
-        looker = self._in_metric(hypothesis, noise_models)
+        looker = self._metric_screening(hypothesis, noise_models)
         if not proposals or known < len(looker.tables):
             proposals = sorted([*proposals, *looker.proposals(hypothesis, known)], key=lambda proposal: -proposal.gain)
             self._looks[key] = len(looker.tables), proposals
@@ -203,9 +203,9 @@ class Screening:
         self, hypothesis: Hypothesis, noise_models: NoiseModels, most: int, without: frozenset[str]
     ) -> list[tuple[Proposal, Proposal]]:
         """The most probable pairs of laws of one shape and one amplitude, without those of the given labels."""
-        return self._in_metric(hypothesis, noise_models).pairs(hypothesis, most, without)
+        return self._metric_screening(hypothesis, noise_models).pairs(hypothesis, most, without)
 
-    def _in_metric(self, hypothesis: Hypothesis, noise_models: NoiseModels) -> MetricScreening:
+    def _metric_screening(self, hypothesis: Hypothesis, noise_models: NoiseModels) -> MetricScreening:
         sigma_um = (
             hypothesis.sigma_um if hypothesis.noise.correlated else min(hypothesis.sigma_um, self.problem.within_um)
         )

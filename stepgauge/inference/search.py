@@ -70,7 +70,7 @@ class Search(Moves):
     def _further(self, best: Hypothesis) -> Iterator[Hypothesis]:
         for place in sorted(range(len(best.terms)), key=best.significance):
             yield from self._kick(best, place)
-        yield from self._in_part(best)
+        yield from self._part_candidates(best)
 
     def grow(
         self, hypothesis: Hypothesis, forbidden: frozenset[str] = frozenset(), with_noise: bool = True
@@ -134,9 +134,9 @@ class Search(Moves):
         least = best.log_posterior - base.log_posterior - NEAR
         return frozenset(one.candidate.label for one in self.screen(base) if one.gain > least)
 
-    def _in_part(self, best: Hypothesis) -> Iterator[Hypothesis]:
+    def _part_candidates(self, best: Hypothesis) -> Iterator[Hypothesis]:
         """With a law that holds in a part of the record; the best of these join the candidates, as rivals like any."""
-        every = sorted(self.with_parts(best), key=log_posterior, reverse=True)
+        every = sorted(self.part_moves(best), key=log_posterior, reverse=True)
         if every and _is_better(first := self.reshaped(every[0]), best):
             near = [one for one in every if one.log_posterior > every[0].log_posterior - NEAR]
             self.admit(term.candidate for one in near for term in one.terms)

@@ -21,7 +21,7 @@ from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.inference.design import expected_information_gain
-from stepgauge.investigation.feasible_runs import Costed, Reach, directions, possible_runs, run_json, with_minutes
+from stepgauge.investigation.feasible_runs import Costed, Reach, cost_runs, directions, possible_runs, run_json
 from stepgauge.investigation.hypotheses import RivalHypothesis, hypotheses
 from stepgauge.investigation.relevance import Foreseen, Foresight, foresee
 from stepgauge.investigation.undetected import Unseen, unseen
@@ -78,7 +78,7 @@ class Rated:
         """What the run is expected to tell in all, nats."""
         return self.rivals_nats + self.hidden.nats
 
-    def as_json(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """For the journal and the story."""
         return {
             "run": run_json(self.run),
@@ -123,7 +123,7 @@ def learn(
     data = make_residuals(recording, case.gauge, case.machine)
     diagnosis, found = diagnose_with_search(data, case.without, case.priors)
     runs = [run for run in possible_runs(data, placements, case.machine, case.reach) if run.words not in done]
-    costed = list(with_minutes(runs, case.gauge, case.machine, case.reach))
+    costed = list(cost_runs(runs, case.gauge, case.machine, case.reach))
     left_minutes = case.minutes - spent_minutes
     in_time = [one for one in costed if one.minutes <= left_minutes]
     late = tuple(one.run for one in costed if one.minutes > left_minutes)
@@ -149,16 +149,16 @@ def rate(case: Case, foresight: Foresight, n_old: int, runs: Sequence[Costed]) -
     named = {part.candidate.label for part in foresight.possible[0].parts}
     rated = []
     for one in foresight.runs:
-        nats, told = _of_rivals(foresight, one)
+        nats, told = _expected_information(foresight, one)
         try:
-            hidden = _of_hidden(case, foresight, one, n_old, named)
+            hidden = _find_unseen(case, foresight, one, n_old, named)
         except InputError:
             continue
         rated.append(Rated(*costs[one.more.run.words], nats, told, hidden))
     return rated
 
 
-def _of_hidden(case: Case, foresight: Foresight, one: Foreseen, n_old: int, named: Collection[str]) -> Unseen:
+def _find_unseen(case: Case, foresight: Foresight, one: Foreseen, n_old: int, named: Collection[str]) -> Unseen:
     """What a run may show that those before were blind to: elsewhere, or at another speed."""
     run = one.more.run
     if run.stays and run.speed_mm_s is None:
@@ -166,7 +166,7 @@ def _of_hidden(case: Case, foresight: Foresight, one: Foreseen, n_old: int, name
     return unseen(one.more, n_old, case.priors, case.without, named, foresight.matters_um)
 
 
-def _of_rivals(foresight: Foresight, one: Foreseen) -> tuple[float, tuple[str, ...]]:
+def _expected_information(foresight: Foresight, one: Foreseen) -> tuple[float, tuple[str, ...]]:
     """Expected information about the answer, nats, and the rivals that the run tells from the leading one."""
     p = np.array([each.probability for each in foresight.possible])
     distance = np.where(foresight.same, 0.0, one.distance)

@@ -72,22 +72,22 @@ def possible_runs(data: Residuals, placements: Sequence[Placement], machine: Mac
     here, cycles = placements[-1], reach.cycles
     stylus = [int(data.stylus[data.placement == place][0]) for place in range(len(placements))]
     mounted = stylus[-1]
-    runs = list(_as_it_lies(data, here, machine, cycles))
+    runs = list(_runs_in_place(data, here, machine, cycles))
     taken = [one for one, own in zip(placements, stylus, strict=True) if own == mounted]
     for run in (one for base in (placements[0], here) for one in laid_elsewhere(data, base)):
         if not any(_same(run.placement, one) for one in taken) and reach.allows(run, placements[0]):
             runs.append(replace(run, cycles=cycles))
             taken.append(run.placement)
-    with_others = _with_other_styli(machine, cycles, list(zip(placements, stylus, strict=True)))
-    return [*(_with_stylus(run, mounted) for run in runs), *with_others]
+    with_others = _stylus_runs(machine, cycles, list(zip(placements, stylus, strict=True)))
+    return [*(_mount_stylus(run, mounted) for run in runs), *with_others]
 
 
-def _with_stylus(run: FurtherRun, mounted: int) -> FurtherRun:
+def _mount_stylus(run: FurtherRun, mounted: int) -> FurtherRun:
     """A run with the stylus that is in the machine, which is told where it is not that of the machine file."""
     return run if mounted == 1 else replace(run, words=f"{run.words}, with stylus {mounted}", stylus=mounted)
 
 
-def _with_other_styli(machine: Machine, cycles: int, made: Sequence[tuple[Placement, int]]) -> Iterator[FurtherRun]:
+def _stylus_runs(machine: Machine, cycles: int, made: Sequence[tuple[Placement, int]]) -> Iterator[FurtherRun]:
     """The gauge as it lies, or laid again as it lay, with every other stylus with which it was not measured so."""
     others = [number for number in range(1, len(machine.styli) + 2) if number != made[-1][1]]
     for number in others:
@@ -101,7 +101,7 @@ def _with_other_styli(machine: Machine, cycles: int, made: Sequence[tuple[Placem
                 taken.append(lies)
 
 
-def _as_it_lies(data: Residuals, here: Placement, machine: Machine, cycles: int) -> Iterator[FurtherRun]:
+def _runs_in_place(data: Residuals, here: Placement, machine: Machine, cycles: int) -> Iterator[FurtherRun]:
     """Other speeds, another order, a pause, and a few blocks often, with the gauge where it is."""
     own = machine.table.measuring_speed_mm_s
     done = set(np.round(data.frame["speed_mm_s"], 6)) if "speed_mm_s" in data.frame else set()
@@ -140,7 +140,7 @@ class Costed(NamedTuple):
     minutes: float
 
 
-def with_minutes(runs: Sequence[FurtherRun], gauge: Gauge, machine: Machine, reach: Reach) -> Iterator[Costed]:
+def cost_runs(runs: Sequence[FurtherRun], gauge: Gauge, machine: Machine, reach: Reach) -> Iterator[Costed]:
     """Runs whose path is free, with what they cost."""
     for run in runs:
         try:

@@ -110,7 +110,7 @@ class Investigation:
             **told_json(found),
             "minutes_allowed": self.case.minutes,
             "directions": len(self.placements),
-            "proposed": [one.as_json() for one in proposed],
+            "proposed": [one.to_dict() for one in proposed],
             "end": None if end is None else {"how": end.how, "why": end.why, "stands": end.stands},
             "needed": [] if end is None else needed(self.case, found, end),
         }
@@ -121,13 +121,13 @@ class Investigation:
             run = run_of(one["run"])
             if run.words in self.declined:
                 continue
-            if self._make(self._as_it_lies(run)) is not None:
+            if self._make(self._place_as_found(run)) is not None:
                 self.learnt[-1]["chosen"] = one
                 return True
             self.declined.append(run.words)
         return False
 
-    def _as_it_lies(self, run: FurtherRun) -> FurtherRun:
+    def _place_as_found(self, run: FurtherRun) -> FurtherRun:
         """A run of the gauge as it lies is where it was found to lie."""
         return replace(run, placement=self.runs[-1].run.placement) if run.stays else run
 
@@ -175,7 +175,7 @@ def needed(case: Case, found: InvestigationState, end: End) -> list[str]:
     """What would tell more, and is not to be had."""
     if end.stands:
         return []
-    wanted = [_wanted(one.as_json()) for one in found.rated if one.nats >= LEAST_NATS]
+    wanted = [_wanted(one.to_dict()) for one in found.rated if one.nats >= LEAST_NATS]
     wanted += [f"{run.words}, for which the time was too short" for run in found.late]
     with_stylus = set() if case.machine.styli else OF_THE_STYLUS | (ROTATIONS if case.machine.chain else set())
     for one in found.diagnosis.findings:

@@ -27,7 +27,7 @@ from stepgauge.live.measuring import MEANING, Progress, StoppedByPersonError, me
 from stepgauge.live.measuring_job import Job, make_job
 from stepgauge.live.safe_path import SafePaths
 from stepgauge.machine.file import Machine
-from stepgauge.machine.styli import stylus_words, with_stylus
+from stepgauge.machine.styli import assign_stylus, stylus_words
 from stepgauge.recording import Recording, read_recording, write_recording
 
 Ask = Callable[[str], bool]
@@ -79,7 +79,7 @@ class Runner:
     @property
     def machine(self) -> Machine:
         """The machine with the stylus that it has now."""
-        return self.case.machine.with_stylus(self.mounted)
+        return self.case.machine.select_stylus(self.mounted)
 
     @property
     def wishes(self) -> ControllerOptions:
@@ -99,9 +99,9 @@ class Runner:
 
     def placed_by_hand(self, tell: Callable[[str], None]) -> Placement:
         """How the gauge lies, from 16 points that a person measures by hand and the server sends; asked for once."""
-        return placement_of_json(self._once("placed by hand", lambda: placement_json(self._by_hand(tell))))
+        return placement_of_json(self._once("placed by hand", lambda: placement_json(self._probe_by_hand(tell))))
 
-    def _by_hand(self, tell: Callable[[str], None]) -> Placement:
+    def _probe_by_hand(self, tell: Callable[[str], None]) -> Placement:
         """:class:`InputError` where the points contradict each other, and on LinuxCNC, which sends none."""
         tell("measure the 16 points of 'stepgauge locate' by hand, in their order, 1 to 8 and 9 to 16")
         with self._session("waiting for points by hand") as link:
@@ -167,7 +167,7 @@ class Runner:
 
     def _changed(self, stylus: int) -> bool:
         """Whether the server knows the stylus and has changed to it."""
-        tool = self.case.machine.with_stylus(stylus).probe.tool if stylus > 1 else self.station.wishes.tool
+        tool = self.case.machine.select_stylus(stylus).probe.tool if stylus > 1 else self.station.wishes.tool
         with self._session("changing the stylus") as link:
             done = isinstance(link, Controller) and link.change_tool(tool)
             link.end()
@@ -215,7 +215,7 @@ class Runner:
             except NotAsAskedError as error:
                 return {"refused": str(error)}
         path = self.folder / f"run-{name}.csv"
-        write_recording(path, with_stylus(recording, run.stylus, case.machine), at_once=True)
+        write_recording(path, assign_stylus(recording, run.stylus, case.machine), at_once=True)
         minutes = float(np.ptp(recording.frame["time_s"])) / 60.0
         return {"path": path.name, "minutes": minutes, "own_clock": own_clock, "began_s": began_s}
 

@@ -177,7 +177,7 @@ class LiveCmm:
 
     def _put_in(self, stylus: int) -> None:
         """The probe of its file, and the travel of its tip."""
-        self.stylus, self.machine = stylus, self._with_first.with_stylus(stylus)
+        self.stylus, self.machine = stylus, self._with_first.select_stylus(stylus)
         self.limits_mm = self.machine.travel_mm
         self._limits = self.limits_mm.tolist()
         self._around = Surroundings(self._obstacles, make_tool(self.machine.probe))

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stepgauge.correspondence.expected_points import LATERAL_MM, coordinates
-from stepgauge.correspondence.search_line import from_line, off_search_line
+from stepgauge.correspondence.search_line import line_distances, off_search_line
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import likely_unit
 from stepgauge.live.connection import FalseAnswerError
@@ -86,7 +86,7 @@ class Judge:
         check_on_line(position, target, approach, settings.search_mm)
         self._check_face(point, position)
         self._check_tip(found)
-        along, _ = from_line(position[None], target[None], approach[None])
+        along, _ = line_distances(position[None], target[None], approach[None])
         self._check_clock(found, (settings.standoff_mm + float(along[0])) / settings.measuring_speed_mm_s)
 
     def _check_repeated(self, point: int, found: MeasuredPoint, took_s: float) -> None:

@@ -23,7 +23,7 @@ from stepgauge.planning.check import check_program, check_travel
 from stepgauge.planning.program import fastest_mm_s
 from stepgauge.recording import APPROACH, POSITION, Recording
 from stepgauge.recording.conventions import KEY as CONVENTION
-from stepgauge.recording.conventions import with_convention
+from stepgauge.recording.conventions import complete_convention
 from stepgauge.recording.simulated import SIMULATED, SIMULATED_COMMENT
 
 
@@ -92,7 +92,7 @@ class Job:
         said = {**self._comments(), **_begun(journal), **made, **comments}
         if made:
             said.setdefault(CONVENTION, self.machine.table.virtual_convention)
-        return with_convention(Recording(frame, said, str(journal.path)), self.machine.table)
+        return complete_convention(Recording(frame, said, str(journal.path)), self.machine.table)
 
     def _comments(self) -> dict[str, str]:
         return {

@@ -16,7 +16,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.config import TomlTable, Vector3, check_table, read_toml
 from stepgauge.files.numerals import number
 from stepgauge.files.resources import find_data
-from stepgauge.files.shown import Summarized, as_lines
+from stepgauge.files.shown import Summarized, join_lines
 from stepgauge.machine.contribution import Contribution
 from stepgauge.machine.uncertain import Uncertain, split_uncertain
 from stepgauge.physics.chain import Chain
@@ -171,7 +171,7 @@ class Machine(Summarized):
     styli: tuple[Machine, ...] = ()
     contributions: tuple[Contribution, ...] = ()
 
-    def with_stylus(self, number: int) -> Machine:
+    def select_stylus(self, number: int) -> Machine:
         """The machine with one of its styli: 1 is its own; :class:`InputError` for one that nobody stated."""
         if not 1 <= number <= len(self.styli) + 1:
             stated = "stylus 1, that of the file" if not self.styli else f"1 to {len(self.styli) + 1}"
@@ -185,7 +185,7 @@ class Machine(Summarized):
         speeds = f"measuring at {own.measuring_speed_mm_s:g} mm/s, moving at {own.travel_speed_mm_s:g} mm/s"
         probe = f"{self.probe.name or self.probe.model}, tip radius {self.probe.tip_radius_mm:g} mm"
         kinds = ", ".join(str(one.get("kind")).replace("_", " ") for one in self.effects) or "none"
-        return as_lines(
+        return join_lines(
             f"{own.name}: travel {travel} mm, repeatability {own.repeatability_um:g} um, {speeds}",
             f"probe: {probe}",
             f"effects: {kinds}; uncertain values: {len(self.uncertain)}",

@@ -18,7 +18,7 @@ OF_THE_STYLUS = ("travel_mm", "chain.head_mm", "chain.stylus_mm")
 """Keys of ``[machine]`` that may differ: where the tip is, and so the limits of the tip."""
 
 
-def with_styli(machine: Machine, others: Iterable[Machine]) -> Machine:
+def add_styli(machine: Machine, others: Iterable[Machine]) -> Machine:
     """The machine with further styli, numbered from 2 in their order; its own is stylus 1.
 
     :class:`InputError` where a file is of another machine, or describes a stylus that is there already.
@@ -44,12 +44,12 @@ def stylus_comment(machine: Machine) -> dict[str, str]:
     return {STYLUS: name} if (name := stylus_name(machine)) else {}
 
 
-def with_stylus(recording: Recording, stylus: int, machine: Machine) -> Recording:
+def assign_stylus(recording: Recording, stylus: int, machine: Machine) -> Recording:
     """The recording with the number of its stylus, and in the comments which that is; nothing more if there is one."""
     if not machine.styli:
         return recording
     comments = {key: value for key, value in recording.comments.items() if key not in ("tip_radius_mm", STYLUS)}
-    comments[radius_comment(stylus)] = f"{machine.with_stylus(stylus).probe.tip_radius_mm:g}"
+    comments[radius_comment(stylus)] = f"{machine.select_stylus(stylus).probe.tip_radius_mm:g}"
     comments[f"{STYLUS}_{stylus}"] = stylus_words(machine, stylus)
     return replace(recording, frame=recording.frame.assign(**{STYLUS: stylus}), comments=comments)
 
@@ -64,7 +64,7 @@ def numbered(recording: Recording, machine: Machine) -> Recording:
         _check_tips(recording, machine)
         return recording
     if STYLUS not in recording.comments and not _is_of_another_tip(recording, machine, 1):
-        return with_stylus(recording, 1, machine)
+        return assign_stylus(recording, 1, machine)
     names = [stylus_name(one) for one in (machine, *machine.styli)]
     name = recording.comments.get(STYLUS, "")
     if not name or names.count(name) != 1:
@@ -72,7 +72,7 @@ def numbered(recording: Recording, machine: Machine) -> Recording:
         known = ", ".join(filter(None, names)) or "their names"
         expected = f"a column {STYLUS}, or a comment '# {STYLUS}: ' with one of {known}"
         raise InputError(recording.path, "it is not told which stylus this was", found=found, expected=expected)
-    return with_stylus(recording, names.index(name) + 1, machine)
+    return assign_stylus(recording, names.index(name) + 1, machine)
 
 
 def _check_tips(recording: Recording, machine: Machine) -> None:
@@ -94,12 +94,12 @@ def _check_tips(recording: Recording, machine: Machine) -> None:
 def _is_of_another_tip(recording: Recording, machine: Machine, stylus: int) -> bool:
     """By its comment; one that was recorded with the effective radius is smaller by the pre-travel."""
     stated_mm = number(recording.comments.get(radius_comment(stylus), ""))
-    return abs(stated_mm - machine.with_stylus(stylus).probe.tip_radius_mm) > TIP_TOLERANCE_MM
+    return abs(stated_mm - machine.select_stylus(stylus).probe.tip_radius_mm) > TIP_TOLERANCE_MM
 
 
 def stylus_words(machine: Machine, number: int) -> str:
     """A stylus in words: ``stylus 2 (long, tip radius 2 mm, 200 mm long)``."""
-    own = machine.with_stylus(number)
+    own = machine.select_stylus(number)
     name = stylus_name(own) or Path(own.path).stem
     told = [name] if name else []
     told += [f"tip radius {own.probe.tip_radius_mm:g} mm", f"{own.probe.shank_length_mm:g} mm long"]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import ProgramStoppedError
 from stepgauge.files.arrays import Array
-from stepgauge.files.shown import Plotted, as_lines
+from stepgauge.files.shown import Plotted, join_lines
 from stepgauge.files.text import write_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -76,7 +76,7 @@ class Run(Plotted):
         searches = int(self.path.measuring.sum())
         first = f"{len(self.recording)} of {searches} points recorded, {self.duration_s:.0f} s of machine time"
         stopped = [] if self.stop is None else [f"stopped: {self.stop}"]
-        return as_lines(first, *(f"note: {note}" for note in self.notes), *stopped)
+        return join_lines(first, *(f"note: {note}" for note in self.notes), *stopped)
 
     def to_frame(self) -> pd.DataFrame:
         """One row per probing as in a recording (mm, s, deg C), with the shares of the effects in um if asked for."""
@@ -97,7 +97,7 @@ class Run(Plotted):
         """The recording with the shares as further columns."""
         if self.shares is None:
             return self.recording
-        return self.recording.with_columns(**{str(name): um.to_numpy() for name, um in self.shares.items()})
+        return self.recording.assign_columns(**{str(name): um.to_numpy() for name, um in self.shares.items()})
 
 
 @dataclass(frozen=True)
@@ -207,7 +207,7 @@ def execute(
         Setting.of(machine, gauge, {conditions.placement: placement.axis}),
         path,
         float(time_s[-1] if stop is None else time_s[stop.piece]),
-        None if stop is None else _as_error(stop, program, path),
+        None if stop is None else _stopped_error(stop, program, path),
         None if stop is None else stop.piece,
     )
 
@@ -233,7 +233,7 @@ def _faces(contact: Array, row: NDArray[np.intp], approach: Array, obstacles: Ob
     return np.where(on_face & front, 2 * row + 1, np.where(on_face & back, 2 * row + 2, 0))
 
 
-def _as_error(stop: Stop, program: Program, path: Path) -> ProgramStoppedError:
+def _stopped_error(stop: Stop, program: Program, path: Path) -> ProgramStoppedError:
     line = program.line[path.move[stop.piece]]
     return ProgramStoppedError(f"{program.name}:{line}", stop.what, found=stop.found, expected=stop.expected)
 

@@ -89,7 +89,7 @@ def _model(
         recorded_C = result.scale_temperature_C
         scales_C = machine.table.temperature_C if recorded_C is None else recorded_C
         number = result.placement
-        own = recording.of_placement(number)
+        own = recording.select_placement(number)
         readings = project_readings(own, gauge, nominal.blocks, correct_drift=correct_drift)
         part = _part(own, gauge, readings, number, first, sign, scales_C)
         parts.append(part)

@@ -38,7 +38,7 @@ def summary_to_dict(model: MonteCarloModel, summary: Summary) -> dict[str, Any]:
         "probings_per_run": model.n_rows,
         "seed": summary.seed,
         "coverage": COVERAGE,
-        "conditions": model.conditions.as_dicts(),
+        "conditions": model.conditions.to_dicts(),
         "inputs": _inputs(model),
         "quantities": _rows(summary),
     }

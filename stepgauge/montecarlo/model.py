@@ -100,7 +100,7 @@ class MonteCarloModel:
         """What was found of the readings of a recording; of a program there are none."""
         return self.nominal.conditions if self.sign < 0.0 else Conditions()
 
-    def as_it_is(self) -> MonteCarloModel:
+    def keep_temperature_error(self) -> MonteCarloModel:
         """The model whose measurand is the machine as it is: what its scales' temperature makes is its own error,
         unless that is corrected."""
         gone = set() if self.corrects_scales else SCALE_KEYS
@@ -176,9 +176,9 @@ class _Drawn:
             place = effect_key(key)
             if place is not None:
                 index, path = first + place[0], place[1]
-                drawn[index] = _with_value(drawn[index], path, values)
+                drawn[index] = _replace_value(drawn[index], path, values)
         if first:
-            drawn[0] = drawn[0].with_values(temperature_C=self.scale_temperature(part))
+            drawn[0] = drawn[0].replace_values(temperature_C=self.scale_temperature(part))
         return [effect for effect, counts in zip(drawn, self.model.counts, strict=True) if counts]
 
     def scale_temperature(self, part: PlacementReadings) -> Array | float:
@@ -224,9 +224,9 @@ class _Drawn:
         return self.get("machine.repeatability_um", self.model.machine.table.repeatability_um)
 
 
-def _with_value(effect: Effect, path: list[str], value: Array) -> Effect:
+def _replace_value(effect: Effect, path: list[str], value: Array) -> Effect:
     if len(path) == 1:
-        return effect.with_values(**{path[0]: value})
+        return effect.replace_values(**{path[0]: value})
     table = replaced({path[0]: getattr(effect, path[0])}, path, value)
     return effect.model_copy(update=table)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Plotted, as_lines, figures
+from stepgauge.files.shown import Plotted, figures, join_lines
 from stepgauge.files.stored import result_shown
 from stepgauge.montecarlo.files import summary_to_dict, write_summary
 from stepgauge.montecarlo.model import MonteCarloModel
@@ -38,7 +38,7 @@ class MonteCarloBudget(Plotted):
     def summary(self) -> str:
         """Notes, and by placement R_eff, the range of XM and the largest 2s with their intervals."""
         notes = [f"note: {note}" for note in self.model.conditions.notes]
-        return as_lines(*notes, *(line for part in self.model.parts for line in self._main(part.placement)))
+        return join_lines(*notes, *(line for part in self.model.parts for line in self._main(part.placement)))
 
     def _main(self, placement: int) -> list[str]:
         return [self._line(placement, *one) for one in MAIN]

@@ -17,7 +17,7 @@ from stepgauge.montecarlo.model import MonteCarloModel
 from stepgauge.planning.plan import parse_section
 from stepgauge.programs import read_program
 from stepgauge.recording import Recording, is_recording_file, join_recordings, read_recording
-from stepgauge.recording.conventions import state_convention, with_convention
+from stepgauge.recording.conventions import complete_convention, state_convention
 
 
 @dataclass(frozen=True)
@@ -60,13 +60,13 @@ def read_model(
         tables = [one if isinstance(one, Recording) else read_recording(one) for one in sources]
         recording = tables[0] if len(tables) == 1 else join_recordings(tables)
         check_recorded(recording.comments, machine)
-        recording = with_convention(state_convention(recording, options.temperature_convention), machine.table)
+        recording = complete_convention(state_convention(recording, options.temperature_convention), machine.table)
         if options.gauge_temperature_C is not None:
             raise InputError(naming("gauge_temperature_C"), "belongs to a program; a recording has its own")
         section = parse_section(options.blocks, gauge)
         u_K = _u_recorded_K(recording, machine, options)
         model = recording_model(recording, machine, gauge, u_K, options.origin, section, options.correct_drift)
-        return model if options.at_reference else model.as_it_is()
+        return model if options.at_reference else model.keep_temperature_error()
     _check_program(files, placements, options)
     program = read_program(files[0], probing_settings(machine, options.search_mm))
     conditions = RunConditions(gauge.temperature_C(options.gauge_temperature_C))

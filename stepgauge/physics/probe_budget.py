@@ -106,7 +106,7 @@ def ren_budget(expansion_per_K: float = 11.5e-6, cosine_per_m_um: float = 0.001)
     )
 
 
-def with_repeatability(pretravel_std_um: float | None) -> ProbeBudget:
+def add_repeatability(pretravel_std_um: float | None) -> ProbeBudget:
     """Ren's budget with the repeatability measured on the bench.
 
     A pre-travel is the difference of two readings, and its standard deviation contains the scatter of both: it replaces

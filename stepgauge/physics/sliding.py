@@ -133,7 +133,7 @@ def slide(
         )
         states.append(_follow(surface, tip_radius_mm, ray, states[-1]))
         normals.append(surface.normal(states[-1].u, states[-1].v))
-    return _as_path(surface, tip_radius_mm, feed_step_mm, states, normals)
+    return _slide_path(surface, tip_radius_mm, feed_step_mm, states, normals)
 
 
 def deflection_direction(normal: Array, stylus_axis: Array) -> Array:
@@ -255,7 +255,7 @@ def _gap(surface: Surface, radius_mm: float, origin: Array, direction: Array, at
     return gap, np.concatenate([offset_tangents, -direction[..., None]], axis=-1)
 
 
-def _as_path(
+def _slide_path(
     surface: Surface, radius_mm: float, feed_step_mm: float, states: Sequence[Tangency], normals: Sequence[Array]
 ) -> SlidePath:
     u, v, t = (np.stack([state[i] for state in states]) for i in range(3))

@@ -1,7 +1,7 @@
 """Parametric surfaces r(u, v): points, derivatives, outward normals and curvatures.
 
 A surface is defined by its jet: the point and its first and second partial derivatives. The shapes here have them in
-closed form; :func:`from_function` takes them from any r(u, v) by finite differences; :func:`transformed` carries a
+closed form; :func:`make_surface` takes them from any r(u, v) by finite differences; :func:`transformed` carries a
 surface by a rigid motion. All functions accept scalar or array parameters that broadcast together.
 """
 
@@ -191,7 +191,7 @@ def paraboloid(a_mm: float, b_mm: float) -> Surface:
     return Surface("paraboloid", jet)
 
 
-def from_function(function: PointFunction, step: float = 1e-3, outward: int = 1, name: str = "surface") -> Surface:
+def make_surface(function: PointFunction, step: float = 1e-3, outward: int = 1, name: str = "surface") -> Surface:
     """A surface from any smooth r(u, v); its derivatives are taken by central differences of fourth order.
 
     Parameters

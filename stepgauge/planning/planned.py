@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from stepgauge.errors import InputError
-from stepgauge.files.shown import Plotted, as_lines
+from stepgauge.files.shown import Plotted, join_lines
 from stepgauge.motion.moves import Program
 from stepgauge.planning.program import ProgramText, check_tool, duration_s, duration_words, program_text
 from stepgauge.programs import DIALECTS
@@ -31,7 +31,7 @@ class Plan(Plotted):
         """Points, moves, time at full speed, and what the path was checked against."""
         travel = ", travel" if self.travel_checked else "; travel limits NOT checked (no machine)"
         size = f"{self.program.n_points} points, {len(self.program)} moves"
-        return as_lines(
+        return join_lines(
             f"{size}; about {duration_words(duration_s(self.program))} at full speed",
             f"path checked: gauge, rail{travel}",
         )

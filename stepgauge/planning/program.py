@@ -167,7 +167,7 @@ def program_text(
     comment. ``options``: of the dialect, where the control is set up otherwise. :class:`InputError` if the text cannot
     be read back, and in any case if it is read as another program than the planned one.
     """
-    known = DIALECTS[dialect].with_options(options or {})
+    known = DIALECTS[dialect].apply_options(options or {})
     program = known.slowed(program)
     where = template or known.template
     text = render(program, known, template, CHECKED)

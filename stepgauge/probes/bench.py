@@ -22,7 +22,7 @@ from stepgauge.physics.bench import (
     find_events,
     summarise,
 )
-from stepgauge.physics.probe_budget import with_repeatability
+from stepgauge.physics.probe_budget import add_repeatability
 from stepgauge.probes.files import BenchSeries
 from stepgauge.recording.simulated import SIMULATED_LINE
 
@@ -113,7 +113,7 @@ def _uncertainty(session: BenchSession, coverage_factor: float) -> dict[str, Any
     """Ren's budget with the repeatabilities of this recording, for its mean pre-travel."""
     pooled = [result.pretravel_std_um for result in session.directions if result.pretravel_std_um is not None]
     std_um = statistics.fmean(std**2 for std in pooled) ** 0.5 if pooled else None
-    budget = with_repeatability(std_um)
+    budget = add_repeatability(std_um)
     length_m = 1e-3 * max(events.r2_mm for events in session.events)
     return {
         "coverage_factor": coverage_factor,

@@ -60,20 +60,20 @@ class EmpiricalProbe(Probe):
     laws: tuple[EmpiricalTable, ...]
 
     def pretravel_um(self, approach: ArrayLike) -> Array:
-        return self._with_laws("pretravel_um", self.base.pretravel_um(approach), approach)
+        return self._add_laws("pretravel_um", self.base.pretravel_um(approach), approach)
 
     def trigger_force_N(self, approach: ArrayLike) -> Array:
-        return self._with_laws("trigger_force_N", self.base.trigger_force_N(approach), approach)
+        return self._add_laws("trigger_force_N", self.base.trigger_force_N(approach), approach)
 
     def deflection_um(self, approach: ArrayLike) -> Array:
-        return self._with_laws("deflection_um", self.base.deflection_um(approach), approach)
+        return self._add_laws("deflection_um", self.base.deflection_um(approach), approach)
 
-    def _with_laws(self, quantity: Quantity, values: Array, approach: ArrayLike) -> Array:
+    def _add_laws(self, quantity: Quantity, values: Array, approach: ArrayLike) -> Array:
         normal = self.normals(approach)
         return values + sum((law.at(normal) for law in self.laws if law.quantity == quantity), np.zeros(values.shape))
 
 
-def with_laws(probe: Probe, laws: list[EmpiricalTable]) -> Probe:
+def add_laws(probe: Probe, laws: list[EmpiricalTable]) -> Probe:
     """The probe itself where there are no laws."""
     if not laws:
         return probe

@@ -119,7 +119,7 @@ def qualify(
         lobes = _lobes(points, reference, model, fit_lobe_azimuth)
     except ValueError as error:
         raise InputError(points.rows.path, str(error)) from None
-    result = _as_qualification(reference, radius, lobes, fit_lobe_azimuth)
+    result = _make_qualification(reference, radius, lobes, fit_lobe_azimuth)
     return result.model_copy(update={"simulated": points.simulated})
 
 
@@ -211,7 +211,7 @@ def _lobes(
     return model, found, model.pretravel_um(-points.approach @ frame.T, found.constant_um)
 
 
-def _as_qualification(
+def _make_qualification(
     reference: Reference,
     radius: QualifiedRadius,
     lobes: tuple[LobeModel, wozniak.Calibration, Array] | None,

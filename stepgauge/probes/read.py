@@ -15,7 +15,7 @@ from stepgauge.physics import contact, stylus
 from stepgauge.physics.pretravel import Elasticity
 from stepgauge.physics.trigger import Tripod, rest_reactions_N
 from stepgauge.probes.base import ConstantProbe, LobedProbe, Probe, head_frame
-from stepgauge.probes.empirical import with_laws
+from stepgauge.probes.empirical import add_laws
 from stepgauge.probes.mechanical import KinematicProbe, MechanicalProbe, PiezoProbe
 from stepgauge.probes.schema import (
     TABLES,
@@ -57,7 +57,7 @@ def probe_from_table(data: Any, where: str | Path, stylus_direction: Sequence[fl
 
 def make_probe(table: ProbeTable, where: str | Path) -> Probe:
     """The probe that a checked table describes; ``where`` is the file the table stands in."""
-    return with_laws(_probe_of_table(table, where), table.empirical)
+    return add_laws(_probe_of_table(table, where), table.empirical)
 
 
 def _probe_of_table(table: ProbeTable, where: str | Path) -> Probe:

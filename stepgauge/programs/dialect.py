@@ -71,7 +71,7 @@ class Dialect:
         """The options with their values."""
         return chosen(self.name, self.options, self.said)
 
-    def with_options(self, said: Mapping[str, str]) -> Dialect:
+    def apply_options(self, said: Mapping[str, str]) -> Dialect:
         """The dialect as a machine needs it; :class:`InputError` for an option that it does not have, or no value."""
         chosen(self.name, self.options, said)
         return replace(self, said={**self.said, **said})

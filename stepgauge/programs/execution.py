@@ -111,7 +111,7 @@ class VirtualController:
 
     def number(self, text: str) -> float:
         """An expression whose value is a number."""
-        return self.reader.as_number(self.value(text))
+        return self.reader.require_number(self.value(text))
 
     def look_up(self, name: str) -> Value:
         """The value of a variable; :class:`InputError` for one that nothing was written to."""

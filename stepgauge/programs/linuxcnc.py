@@ -124,7 +124,7 @@ class LinuxCNC(GCode):
         self.reader.log.append(_FORMAT.sub(self._digits, block.fields[0]))
 
     def _digits(self, match: re.Match[str]) -> str:
-        value = self.reader.as_number(self.look_up(match[2].upper()))
+        value = self.reader.require_number(self.look_up(match[2].upper()))
         return f"{value:.0f}" if match[1] == "d" else fixed(value, int(match[1][1:-1]))
 
     def look_up(self, name: str) -> Value:

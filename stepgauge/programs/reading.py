@@ -78,7 +78,7 @@ class Reader:
         """Raise :class:`InputError` for the current line."""
         raise InputError(f"{self.path}:{self.line}", what, found=found, expected=expected)
 
-    def as_number(self, value: float | str) -> float:
+    def require_number(self, value: float | str) -> float:
         """A value of an expression that must be a number."""
         if isinstance(value, str):
             self.fail("a number is wanted", found=repr(value))

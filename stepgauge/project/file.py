@@ -16,7 +16,7 @@ from typing import Any, Protocol
 from stepgauge.errors import InputError, reading
 from stepgauge.files.config import parse_toml
 from stepgauge.files.resources import shipped_names
-from stepgauge.files.text import as_text
+from stepgauge.files.text import decode_text
 
 LARGEST_BYTES = 1_000_000
 NONE = "what 'locate' writes, or no such key where none is needed"
@@ -91,7 +91,7 @@ def read_project(path: str | Path, verbs: Verbs) -> Project:
     with reading(path, "project file"):
         if path.stat().st_size > LARGEST_BYTES:
             raise InputError(path, "this is no project file", expected=f"at most {LARGEST_BYTES:,} bytes")
-        values = parse_toml(as_text(path.read_bytes(), path), path)  # options, and no input of what they are for
+        values = parse_toml(decode_text(path.read_bytes(), path), path)  # options, and no input of what they are for
     tables = list(verbs)
     for key, value in values.items():
         if isinstance(value, dict):

@@ -74,7 +74,7 @@ def project_status(project: Project) -> Status:
     gauge = None if items[0].wrong else read_gauge(stated_file(project, "gauge"))
     items.append(_placement(project, gauge))
     items += [
-        ProjectItem("project", str(project.path), error.as_typed(), wrong=True) for error in _lacking(project, items[2])
+        ProjectItem("project", str(project.path), error.cli_text(), wrong=True) for error in _lacking(project, items[2])
     ]
     recordings = list(_recordings(project))
     results = list(_results(project))
@@ -95,7 +95,7 @@ def _named(project: Project, key: str, words: Callable[[str], str]) -> ProjectIt
         path = stated_file(project, key)
         return ProjectItem(key, path, words(path))
     except InputError as error:
-        return ProjectItem(key, str(project.values.get(key, "")), error.as_typed(), wrong=True)
+        return ProjectItem(key, str(project.values.get(key, "")), error.cli_text(), wrong=True)
 
 
 def _gauge_words(path: str) -> str:
@@ -119,7 +119,7 @@ def _placement(project: Project, gauge: Gauge | None) -> ProjectItem:
     try:
         return ProjectItem("placement", path, _placement_words(read_placement(path, gauge)))
     except InputError as error:
-        return ProjectItem("placement", path, error.as_typed(), wrong=True)
+        return ProjectItem("placement", path, error.cli_text(), wrong=True)
 
 
 def _placement_words(placement: Placement) -> str:
@@ -140,7 +140,7 @@ def _recordings(project: Project) -> Iterator[ProjectItem]:
                     "recording", shown, _recording_words(path), files=frozenset([file_digest(path)]), of_axis=of_axis
                 )
             except InputError as error:
-                yield ProjectItem("recording", shown, error.as_typed(), wrong=True)
+                yield ProjectItem("recording", shown, error.cli_text(), wrong=True)
 
 
 def _is_recording(path: Path) -> bool:
@@ -173,7 +173,7 @@ def _results(project: Project) -> Iterator[ProjectItem]:
                 said, inputs = _result_words(path, kind)
                 yield ProjectItem(kind, shown, said, files=frozenset(_digests(inputs)))
             except InputError as error:
-                yield ProjectItem(kind, shown, error.as_typed(), wrong=True)
+                yield ProjectItem(kind, shown, error.cli_text(), wrong=True)
 
 
 def _result_words(path: Path, kind: str) -> tuple[str, Any]:

@@ -63,7 +63,7 @@ class ByFace:
             return cls(off_mm, face, count, _sums(off_mm, face, slots) / count)
 
     @cached_property
-    def from_mean_mm(self) -> Array:
+    def deviation_from_mean_mm(self) -> Array:
         """Every reading minus the mean of its face, ``(..., n)``."""
         from_mean = np.empty_like(self.off_mm)
         rows = max(1, PIECE // max(1, from_mean.size // max(1, len(self.face))))
@@ -76,7 +76,7 @@ class ByFace:
     def statistics(self, faces: Counts) -> FaceStatistics:
         """Count, mean and standard deviation (n - 1, Eqs 5 and 7) of the used faces ``(k,)``, rising."""
         count = self.count[faces]
-        square = _sums(np.square(self.from_mean_mm), self.face, len(self.count))[..., faces]
+        square = _sums(np.square(self.deviation_from_mean_mm), self.face, len(self.count))[..., faces]
         with np.errstate(divide="ignore", invalid="ignore"):
             deviation = np.sqrt(np.where(count > 1, square / (count - 1), np.nan))
         return FaceStatistics(faces, count, self.mean_mm[..., faces], deviation)

@@ -77,10 +77,10 @@ def state_convention(recording: Recording, stated: str | None) -> Recording:
         what = f"the recording has another {KEY}"
         raise InputError(naming(KEY), what, found=stated, expected=f"{own}, as {recording.path} says")
     convention_of({KEY: stated}, KEY)
-    return recording.with_comments(**{KEY: stated})
+    return recording.assign_comments(**{KEY: stated})
 
 
-def with_convention(recording: Recording, machine: Scales | None) -> Recording:
+def complete_convention(recording: Recording, machine: Scales | None) -> Recording:
     """The recording with the convention of its machine file, and what NDE needs from it, where it states none."""
     if machine is None:
         return recording
@@ -89,7 +89,7 @@ def with_convention(recording: Recording, machine: Scales | None) -> Recording:
     if stated == "nominal_expansion":
         own = {EXPANSION: f"{machine.scale_expansion_per_K:g}", SCALES_C: f"{machine.temperature_C:g}"}
         more |= {key: value for key, value in own.items() if key not in recording.comments}
-    return recording.with_comments(**more) if more else recording
+    return recording.assign_comments(**more) if more else recording
 
 
 def warmer_K(recording: Recording, gauge: Gauge) -> Array | float:

@@ -41,7 +41,7 @@ def check_recording(recording: Recording, gauge: Gauge) -> None:
     check_gauge(recording, gauge)
     check_copies(recording)
     for placement in recording.placements:
-        part = recording.of_placement(placement)
+        part = recording.select_placement(placement)
         face = part.columns["face"]
         columns = part.numbers(POSITION)
         approach = part.numbers(APPROACH)
@@ -132,7 +132,7 @@ def check_positions(readings: ByFace, along: Array, gauge: Gauge, path: str) -> 
     level = {side: float(np.median(mean[seen % 2 == side])) for side in (0, 1) if (seen % 2 == side).any()}
     tip = abs(level.get(0, 0.0) - level.get(1, 0.0)) if len(level) == 2 else 0.0
     slots = np.array([level.get(number % 2, 0.0) for number in range(len(readings.count))])
-    farthest = np.abs(readings.from_mean_mm).max() + np.abs(mean - slots[seen]).max()
+    farthest = np.abs(readings.deviation_from_mean_mm).max() + np.abs(mean - slots[seen]).max()
     if farthest <= WRONG_GAUGE_MM and tip <= 2 * LARGEST_RADIUS_MM:
         _check_sides(mean, seen, path)
         return

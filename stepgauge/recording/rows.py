@@ -208,7 +208,7 @@ def _check_placements(recording: Recording) -> None:
         return
     seen: dict[bytes, int] = {}
     for number in numbers:
-        part = recording.of_placement(number)
+        part = recording.select_placement(number)
         if len(part) < 2:
             continue
         first = seen.setdefault(part.position_mm.tobytes(), number)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stepgauge.files.arrays import Array, same_content
 from stepgauge.files.parquet import is_parquet, write_parquet
-from stepgauge.files.shown import Plotted, as_lines
+from stepgauge.files.shown import Plotted, join_lines
 from stepgauge.files.text import replacing
 from stepgauge.recording.columns import APPROACH, COUNTS, OPTIONAL, POSITION
 
@@ -75,7 +75,7 @@ class Recording(Plotted):
         """How much was measured, and what the recording says of itself."""
         cycles, faces = int(self.columns["cycle"].max()), len(np.unique(self.columns["face"]))
         first = f"{len(self)} probings of {faces} faces, {cycles} cycles, placements {self.placements}"
-        return as_lines(first, *(f"{key}: {value}" for key, value in self.comments.items()))
+        return join_lines(first, *(f"{key}: {value}" for key, value in self.comments.items()))
 
     def to_frame(self) -> pd.DataFrame:
         """One row per probing, a copy of ``frame``: coordinates in mm, time in s, temperatures in deg C."""
@@ -111,7 +111,7 @@ class Recording(Plotted):
         lowest, highest = int(column.min()), int(column.max())  # mostly one: no need to sort every row
         return [lowest] if lowest == highest else [int(p) for p in np.unique(column)]
 
-    def of_placement(self, placement: int) -> Recording:
+    def select_placement(self, placement: int) -> Recording:
         """The rows of one placement."""
         return self.select_rows(self.columns["placement"] == placement)
 
@@ -119,12 +119,12 @@ class Recording(Plotted):
         """Some of the rows, by their indices or a mask."""
         return Recording({name: values[rows] for name, values in self.columns.items()}, self.comments, self.path)
 
-    def with_columns(self, **columns: Any) -> Recording:
+    def assign_columns(self, **columns: Any) -> Recording:
         """The recording with further or other columns, each ``(n,)`` or one value for all rows."""
         made = {name: np.full(len(self), one) if np.ndim(one) == 0 else one for name, one in columns.items()}
         return Recording({**self.columns, **made}, self.comments, self.path)
 
-    def with_comments(self, **comments: str | None) -> Recording:
+    def assign_comments(self, **comments: str | None) -> Recording:
         """The recording with comments set; None leaves one as it is."""
         given = {key: value for key, value in comments.items() if value is not None}
         return Recording(self._table, {**self.comments, **given}, self.path)
@@ -184,7 +184,7 @@ def join_recordings(recordings: Sequence[Recording]) -> Recording:
     parts, taken = list[Recording](), 0
     for recording in recordings:
         number = recording.columns["placement"]
-        parts.append(recording.with_columns(placement=number + taken) if number.min() <= taken else recording)
+        parts.append(recording.assign_columns(placement=number + taken) if number.min() <= taken else recording)
         taken = int(parts[-1].columns["placement"].max())
     comments: dict[str, str] = {}
     for recording in recordings:

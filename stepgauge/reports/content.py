@@ -114,7 +114,7 @@ def make_content(evaluation: dict[str, Any], stated: UserStatements, sources: So
         more={"summary": [_summary(result, budget) for result in placed]},
     )
     number = stated.number if laboratory is None else laboratory.certificate.number
-    return page.as_dict(replace(stated, number=number))
+    return page.to_dict(replace(stated, number=number))
 
 
 def _authorised(laboratory: Laboratory) -> list[tuple[str, str | None]]:

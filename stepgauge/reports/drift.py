@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.drift import drift_figure
-from stepgauge.files.notation import as_sentence, number, quantity
+from stepgauge.files.notation import make_sentence, number, quantity
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import Page, PrintedTable, UserStatements, quantities, table_of, words
@@ -38,7 +38,7 @@ def drift_content(test: DriftTest, stated: UserStatements) -> dict[str, Any]:
     data, requirement = drift_to_dict(test), test.requirement
     page = Page(
         "Drift test",
-        f"{as_sentence(data['name'], '')} by {data['standard']}",
+        f"{make_sentence(data['name'], '')} by {data['standard']}",
         (),
         _summary(data, requirement),
         ("iso230-3.json", data),

@@ -25,7 +25,7 @@ U_NOTE = (
 def faces_table(result: dict[str, Any], budget: StoredBudget | None, judged: Conformity | None = None) -> PrintedTable:
     """All faces of a placement; pairs of rows are the two faces of a block."""
     title = f"Errors by face, placement {result['placement']}"
-    columns, rows = _plain(result) if budget is None else _with_uncertainty(result, budget)
+    columns, rows = _plain(result) if budget is None else _add_uncertainty(result, budget)
     note = NOTE + ("" if budget is None else U_NOTE)
     if judged is not None:
         columns = [*columns, TableColumn("MPE", "µm"), TableColumn("Decision", words=True)]
@@ -55,7 +55,7 @@ def _plain(result: dict[str, Any]) -> tuple[list[TableColumn], list[list[str]]]:
     return [*columns, TableColumn("n")], rows
 
 
-def _with_uncertainty(result: dict[str, Any], budget: StoredBudget) -> tuple[list[TableColumn], list[list[str]]]:
+def _add_uncertainty(result: dict[str, Any], budget: StoredBudget) -> tuple[list[TableColumn], list[list[str]]]:
     columns = [*_head(), TableColumn("Certified", "mm", share=1.5)]
     columns += [
         column for name in ("XF", "XB", "XM", "XR") for column in (TableColumn(name, "µm"), TableColumn("U", "µm"))

@@ -12,8 +12,8 @@ from typing import Any
 from stepgauge.conditions import stored_conditions
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import (
+    describe_rivals,
     finding_name,
-    in_place,
     kind_and_choice,
     name_of,
     remedy,
@@ -199,7 +199,7 @@ def combinations(effect: Said, language: str = "en") -> tuple[list[str], float]:
     left = float(effect["probability"]) - sum(_member_probability(one, effect) or 0.0 for one in members)
     others = [name for name in effect["confounded_with"] if name not in known]
     several = [one["labels"] for one in effect.get("several", ())]
-    return in_place(others, several, language=language), max(left, 0.0)
+    return describe_rivals(others, several, language=language), max(left, 0.0)
 
 
 def _together_row(others: Sequence[str], p: float) -> list[str]:

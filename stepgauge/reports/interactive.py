@@ -261,8 +261,8 @@ def _finding(
     rows: list[int] | None,
 ) -> dict[str, Any]:
     _, name, value, u, p, text = cells
-    facts = [("Value", _with_u(value, u)), ("Probability", p)]
-    facts += [(f"Or {one[1]}", f"{_with_u(one[2], one[3])}; probability {one[4]}. {one[5]}") for one in rivals]
+    facts = [("Value", _value_and_u(value, u)), ("Probability", p)]
+    facts += [(f"Or {one[1]}", f"{_value_and_u(one[2], one[3])}; probability {one[4]}. {one[5]}") for one in rivals]
     short = "; ".join([*value.split("\n")[:1], f"probability {p}"]).removeprefix("; ")
     return {
         "name": f"{number} {name}",
@@ -274,7 +274,7 @@ def _finding(
     }
 
 
-def _with_u(value: str, u: str) -> str:
+def _value_and_u(value: str, u: str) -> str:
     """``7.5 um/m (u = 1.4 um/m)``, for each number."""
     pairs = zip(value.split("\n"), u.split("\n"), strict=True)
     return "; ".join(f"{one} (u = {its})" for one, its in pairs if one)

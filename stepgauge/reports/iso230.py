@@ -24,8 +24,8 @@ from stepgauge.reports.standards import (
 )
 from stepgauge.standards.iso230_decision import PARAMETERS, parameters_um
 from stepgauge.standards.iso230_files import (
-    as_linear,
     assumptions,
+    linear_keys,
     positioning_to_dict,
     statements,
     targets_csv,
@@ -46,7 +46,7 @@ METHOD = (
 
 def positioning_content(test: PositioningTest, stated: UserStatements, machine: Machine | None) -> dict[str, Any]:
     """The content of the report (see :class:`stepgauge.reports.page.Page`)."""
-    data, units = as_linear(test), test.units
+    data, units = linear_keys(test), test.units
     rules = [{**rule, "asks": _of(one, rule["asks"], data)} for one in data["axes"] for rule in one["rules"]]
     excluded = [{**part, "what": _of(one, part["what"], data)} for one in data["axes"] for part in one["excluded"]]
     by = "a step gauge" if test.gauge else f"{'an' if data['instrument'][0] in 'aeio' else 'a'} {data['instrument']}"

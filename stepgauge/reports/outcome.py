@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Summarized, as_lines
+from stepgauge.files.shown import Summarized, join_lines
 from stepgauge.files.stored import result_shown
 from stepgauge.reports.page import UserStatements
 
@@ -35,7 +35,7 @@ class StandardTest(Summarized):
 
     def summary(self) -> str:
         """Notes on the readings, values and decisions, and rules of the standard that are not met."""
-        return as_lines(*self.lines)
+        return join_lines(*self.lines)
 
     def to_frame(self) -> pd.DataFrame:
         """The table that is written beside the report, with the units in the names of its columns."""

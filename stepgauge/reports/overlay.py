@@ -126,7 +126,7 @@ def overlay_content(
         not_stated=[],
         example=any(one["gauge"]["example"] for one in evaluations),
     )
-    return page.as_dict(stated)
+    return page.to_dict(stated)
 
 
 def _identity(evaluation: Mapping[str, Any], name: str) -> Section:

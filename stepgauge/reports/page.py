@@ -64,7 +64,7 @@ class PrintedTable:
     stripe: int = 1
     figure: tuple[str, str] | None = None
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Plain containers for a template; every row must have a cell for every column."""
         if any(len(row) != len(self.columns) for row in self.rows):
             raise ValueError(f"table {self.title!r}: a row has another number of cells than there are columns")
@@ -145,7 +145,7 @@ class Page:
     mark: str | None = None
     more: dict[str, Any] = field(default_factory=dict)
 
-    def as_dict(self, stated: UserStatements) -> dict[str, Any]:
+    def to_dict(self, stated: UserStatements) -> dict[str, Any]:
         """Plain containers of text for a template; ``more`` adds keys for people's own templates."""
         name, data = self.data
         return {
@@ -158,18 +158,18 @@ class Page:
             "example": self.example,
             "mark": self.mark,
             "simulated": is_simulated(data["comments"]),
-            "identity": [section.as_dict() for section in self.identity],
-            "result": self.result.as_dict(),
+            "identity": [section.to_dict() for section in self.identity],
+            "result": self.result.to_dict(),
             "overall": clean(self.overall),
             "warnings": [clean(text) for text in self.warnings],
             "statements": [clean(text) for text in self.statements],
             "figures": [{"svg": svg, "caption": clean(caption)} for svg, caption in self.figures],
-            "sections": [section.as_dict() for section in self.sections if section.rows],
-            "tables": [table.as_dict() for table in self.tables],
+            "sections": [section.to_dict() for section in self.sections if section.rows],
+            "tables": [table.to_dict() for table in self.tables],
             "lists": [
                 {"title": title, "items": [clean(item) for item in items]} for title, items in self.lists if items
             ],
-            "closing": [section.as_dict() for section in self.closing],
+            "closing": [section.to_dict() for section in self.closing],
             "remarks": said(stated.remarks),
             "method": self.method,
             "not_stated": list(self.not_stated),

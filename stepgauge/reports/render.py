@@ -196,7 +196,7 @@ def _html(given: dict[str, Any]) -> bytes:
 
     source = given["source"]
     environment = _environment(autoescape=True)
-    environment.filters.update(image=svg_address, symbols=with_indices, json=json_element)
+    environment.filters.update(image=svg_address, symbols=format_indices, json=json_element)
     try:
         return str(environment.from_string(given["text"]).render(report=given["report"])).encode("utf-8")
     except jinja2.TemplateSyntaxError as error:
@@ -223,7 +223,7 @@ def _environment(autoescape: bool) -> Any:
 SYMBOLS = re.compile(r"\b(R_eff|[ER]_0,MP[EL]|E_150|[ER]_0|P_(?:Form|Size)|L_Dia|d_(?:60|t))\b")
 
 
-def with_indices(text: str) -> Any:
+def format_indices(text: str) -> Any:
     """Text for HTML, escaped, its symbols with an index (the same ones as in ``report.typ``)."""
     from markupsafe import Markup, escape
 

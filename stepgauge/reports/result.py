@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from stepgauge.conditions import stored_conditions
-from stepgauge.files.notation import UNDEFINED, as_sentence, quantity, uncertain
+from stepgauge.files.notation import UNDEFINED, make_sentence, quantity, uncertain
 from stepgauge.machine.file import Machine
 from stepgauge.reports.page import PrintedTable, TableColumn
 from stepgauge.standards.budget_files import StoredBudget, StoredLine
@@ -88,7 +88,7 @@ def _contradicted(evaluation: dict[str, Any], machine: Machine | None) -> list[s
         return []
     doubts = [machine.scales_doubt(one.get("scale_temperature_C")) for one in evaluation["placements"]]
     said = [f"{doubt}: the recorded temperature is used, and one of the two is wrong." for doubt in doubts if doubt]
-    return [as_sentence(text, "") for text in dict.fromkeys(said)]
+    return [make_sentence(text, "") for text in dict.fromkeys(said)]
 
 
 def _cold(evaluation: dict[str, Any]) -> list[str]:

@@ -31,7 +31,7 @@ class Section:
         """A line of the section; None is printed as not stated."""
         self.rows.append((label, None if value is None else clean(value)))
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Plain containers for a template."""
         return {"title": self.title, "rows": [{"label": label, "value": value} for label, value in self.rows]}
 
@@ -110,9 +110,9 @@ def _add_orientation(section: Section, axis: np.ndarray, details: dict[str, Any]
     """Yaw about +z from +x, pitch from the xy plane towards +z."""
     u = details.get("uncertainty", {})
     yaw, pitch = np.degrees(np.arctan2(axis[1], axis[0])), np.degrees(np.arcsin(np.clip(axis[2], -1.0, 1.0)))
-    stated = _with_u(quantity(float(yaw), 5, "°"), u.get("yaw_urad"))
+    stated = _append_u(quantity(float(yaw), 5, "°"), u.get("yaw_urad"))
     section.add("Yaw, +x to +y", stated if has_yaw(axis) else "undefined, the gauge stands upright")
-    section.add("Pitch, towards +z", _with_u(quantity(float(pitch), 5, "°"), u.get("pitch_urad")))
+    section.add("Pitch, towards +z", _append_u(quantity(float(pitch), 5, "°"), u.get("pitch_urad")))
 
 
 def _add_normals(section: Section, details: dict[str, Any], number_of_placement: int) -> None:
@@ -122,13 +122,13 @@ def _add_normals(section: Section, details: dict[str, Any], number_of_placement:
         if tilt is None:
             section.missing.append(f"placement {number_of_placement}: angle between {name.upper()} and the axis")
         else:
-            value = _with_u(quantity(float(tilt), 3, "mrad"), u.get(f"{name}_urad"))
+            value = _append_u(quantity(float(tilt), 3, "mrad"), u.get(f"{name}_urad"))
             section.add(f"Normal {name.upper()} to axis", value)
     if not u:
         section.missing.append(f"placement {number_of_placement}: uncertainties of the located axis")
 
 
-def _with_u(text: str, u_urad: float | None) -> str:
+def _append_u(text: str, u_urad: float | None) -> str:
     return text if u_urad is None else f"{text} (u = {number(float(u_urad), 1)} µrad)"
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.conditions import Conditions
-from stepgauge.files.notation import as_sentence, number
+from stepgauge.files.notation import make_sentence, number
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.reports.page import (
@@ -37,7 +37,7 @@ def test_content(page: Page, stated: UserStatements, gauge: Gauge | None, machin
     page.signatures = measured_and_approved(stated)
     page.not_stated = [*missing, *(what for one in page.sections for what in one.missing), *page.not_stated]
     page.example = gauge is not None and gauge.certificate.example
-    return page.as_dict(stated)
+    return page.to_dict(stated)
 
 
 test_content.__test__ = False  # type: ignore[attr-defined]
@@ -80,7 +80,7 @@ def rules_table(rules: Sequence[dict[str, Any]], excluded: Sequence[dict[str, st
 def said_of(conditions: Conditions) -> list[str]:
     """What was found of the readings, in sentences; what prevents a statement is page 1's sentence already."""
     notes = [one.sentence for one in conditions if one.state not in ("met", "prevents")]
-    return [as_sentence(note) for note in notes]
+    return [make_sentence(note) for note in notes]
 
 
 def unmet(rules: Sequence[dict[str, Any]]) -> list[str]:

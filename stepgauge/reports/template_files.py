@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from stepgauge.errors import InputError
-from stepgauge.files.text import as_text, read_bytes
+from stepgauge.files.text import decode_text, read_bytes
 
 MOST_FILES = 100
 MOST_BYTES = 20_000_000
@@ -47,7 +47,7 @@ def _files(source: Path) -> dict[str, bytes]:
     parts = [source.name]
     while parts:
         part = parts.pop()
-        text = as_text(found[part], source.parent / part)
+        text = decode_text(found[part], source.parent / part)
         check_packages(text, source.parent / part)
         for name in _names(text, part):
             if name not in found and (source.parent / name).exists():

@@ -187,10 +187,10 @@ class _Balance:
             contribution,
             abs(through) * self.u_radius,
             math.hypot(*(u for name, u in contribution.items() if name in self.model.inputs.names)),
-            self._from_runs(quantity),
+            self._monte_carlo_result(quantity),
         )
 
-    def _from_runs(self, quantity: ModelQuantity) -> tuple[float, float, float] | None:
+    def _monte_carlo_result(self, quantity: ModelQuantity) -> tuple[float, float, float] | None:
         """u, low and high of the Monte Carlo, um."""
         if self.monte_carlo is None:
             return None

@@ -14,7 +14,7 @@ from stepgauge.conditions import Conditions
 from stepgauge.errors import InputError
 from stepgauge.files.config import TomlTable, check_table
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Plotted, as_lines, figures
+from stepgauge.files.shown import Plotted, figures, join_lines
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import read_result, result_file, write_json, write_text
 from stepgauge.recording.simulated import is_simulated
@@ -68,7 +68,7 @@ def budget_to_dict(model: MonteCarloModel, budget: UncertaintyBudget, runs: int)
         "coverage_percent": budget.percent,
         "monte_carlo_runs": runs,
         "sources": [_source(source) for source in budget.sources],
-        "conditions": model.conditions.as_dicts(),
+        "conditions": model.conditions.to_dicts(),
         "assumptions": list(budget.assumptions),
         "not_included": [{"what": what, "state_by": how} for what, how in budget.not_included],
         "bands": [
@@ -234,8 +234,8 @@ class StoredBudget(_StoredBudget, Plotted):
             for line in (self.find("r_eff", placement, None), farthest(self, placement))
             if line is not None
         ]
-        notes = (f"note: {note}" for note in Conditions.from_dicts(self.conditions).notes)
-        return as_lines(*notes, *missing, *lines)
+        notes = (f"note: {note}" for note in Conditions.read_dicts(self.conditions).notes)
+        return join_lines(*notes, *missing, *lines)
 
     def to_frame(self) -> pd.DataFrame:
         """One row per quantity: value, u, U and the contribution of every source in um; NaN where there is none."""

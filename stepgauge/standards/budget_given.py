@@ -52,8 +52,8 @@ def stated_machine(machine: Machine) -> dict[str, Any]:
     own, probe = Path(machine.path).parent, Path(machine.probe_path or machine.path).parent
     return {
         "machine": machine.table.model_dump(mode="json"),
-        "probe": _with_tables(machine.probe.model_dump(mode="json"), probe),
-        "effect": [_with_tables(one, own) for one in machine.effects],
+        "probe": _embed_tables(machine.probe.model_dump(mode="json"), probe),
+        "effect": [_embed_tables(one, own) for one in machine.effects],
         "uncertainty": machine.stated.model_dump(mode="json"),
         "contribution": [one.model_dump(mode="json") for one in machine.contributions],
         **{f"{u.key}.{name}": getattr(u, name) for u in machine.uncertain for name in ("u", "distribution", "dof")},
@@ -65,7 +65,7 @@ def stated_placement(placement: Placement) -> dict[str, Any]:
     return parse_toml(format_placement(placement), "placement")
 
 
-def _with_tables(table: dict[str, Any], folder: Path) -> dict[str, Any]:
+def _embed_tables(table: dict[str, Any], folder: Path) -> dict[str, Any]:
     """A table, with the checksum of each file that it names instead of the name."""
     named = {key: folder / table[key] for key in FILE_KEYS if isinstance(table.get(key), str)}
     there = {key: path for key, path in named.items() if path.is_file()}

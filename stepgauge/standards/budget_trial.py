@@ -70,7 +70,7 @@ class BudgetTrial:
     usual: StoredBudget
     names: tuple[str, ...]
 
-    def with_values(self, values: Mapping[str, float]) -> StoredBudget:
+    def replace_values(self, values: Mapping[str, float]) -> StoredBudget:
         """The budget with these standard uncertainties, by name and in their units; what is 0 or missing stays open.
 
         There is no Monte Carlo, so that ``same_terms_u_um``, which stands beside one, is left as it was.

@@ -72,7 +72,7 @@ class Conformity:
         u = "not evaluated" if worst.expanded_um is None else quantity(worst.expanded_um, 2, "µm")
         error = quantity(worst.error_um, 2, "µm")
         at = f"largest share of the limit at face {worst.face}: {'XF' if worst.face % 2 else 'XB'} {error}, U {u}"
-        head = f"{SHORT[self.outcome].capitalize()}: MPE = ± {self.mpe.with_units()} from the reference face"
+        head = f"{SHORT[self.outcome].capitalize()}: MPE = ± {self.mpe.to_text()} from the reference face"
         said = [head, f"{at}, limit {worst.limit_um:.2f} µm"]
         probabilities = [one.probability for one in self.faces if one.probability is not None]
         if probabilities and self.outcome != "no statement":

@@ -196,7 +196,7 @@ def drift_of_recording(recording: Recording, gauge: Gauge) -> Drift:
     if "time_s" not in recording.frame:
         raise InputError(recording.path, "a drift needs times", found="no column time_s", expected="time_s")
     number = recording.placements[0]
-    table, frame = face_table(recording, gauge, number), recording.of_placement(number).frame
+    table, frame = face_table(recording, gauge, number), recording.select_placement(number).frame
     times = frame.groupby("cycle")["time_s"].mean().reindex(table.cycles).to_numpy(float)
     complete = np.isfinite(table.off_mm).all(axis=0)
     fronts = [int(f) for f in table.faces[complete] if f % 2 and f + 1 in table.faces[complete]]
@@ -204,7 +204,7 @@ def drift_of_recording(recording: Recording, gauge: Gauge) -> Drift:
         raise InputError(recording.path, "too few complete blocks", found=len(fronts), expected="2, one at each end")
     along = float(np.sign(table.axis[nearest_axis(table.axis)[0]]))
     um = {
-        name: along * _since_beginning(table.of_face(face) * 1e3)
+        name: along * _since_beginning(table.face_readings(face) * 1e3)
         for name, face in _ends(fronts[0], fronts[-1], along < 0.0).items()
     }
     um["P2 − P1"] = (um["P2 +"] + um["P2 −"] - um["P1 +"] - um["P1 −"]) / 2.0
@@ -212,10 +212,10 @@ def drift_of_recording(recording: Recording, gauge: Gauge) -> Drift:
     degrees = frame.groupby("cycle")[columns].mean().reindex(table.cycles)
     temperatures = {name.removesuffix("_temperature_C"): degrees[name].to_numpy(float) for name in columns}
     span = float(gauge.block_centre_mm[fronts[-1] // 2] - gauge.block_centre_mm[fronts[0] // 2])
-    return Drift(recording.path, times, um, temperatures, recording.comments, span, _of_drift(table.conditions))
+    return Drift(recording.path, times, um, temperatures, recording.comments, span, _drop_drift(table.conditions))
 
 
-def _of_drift(conditions: Conditions) -> Conditions:
+def _drop_drift(conditions: Conditions) -> Conditions:
     """Those of the recording without the drift, which is what is measured here."""
     return Conditions(tuple(one for one in conditions if one.name != "drift"))
 

@@ -35,9 +35,9 @@ def drift_to_dict(test: DriftTest) -> dict[str, Any]:
         "expanded_uncertainty_um": requirement.expanded_um,
         "outcomes": requirement.outcomes(test.values_um),
         "overall": requirement.text([("", test.values_um)]),
-        "conditions": test.conditions.as_dicts(),
+        "conditions": test.conditions.to_dicts(),
         "complete": all(rule.met for rule in rules),
-        "rules": [rule.as_dict() for rule in rules],
+        "rules": [rule.to_dict() for rule in rules],
         "unconfirmed": list(UNCONFIRMED[test.kind]),
     }
 

@@ -21,7 +21,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
-from stepgauge.recording.conventions import with_convention
+from stepgauge.recording.conventions import complete_convention
 from stepgauge.recording.identity import check_recording
 from stepgauge.standards.decision import Outcome, decide, together
 from stepgauge.standards.iso10360_positions import Position, TestLength
@@ -101,7 +101,7 @@ class LengthTest:
 
     def lengths(self, kind: Kind) -> list[TestLength]:
         """All test lengths of one kind."""
-        return [one for position in self.positions for one in position.of_kind(kind)]
+        return [one for position in self.positions for one in position.select_kind(kind)]
 
     def outcome(self, kind: Kind) -> Outcome | None:
         """The decision on all errors of one kind; None where there are none, or no limit is for them."""
@@ -184,7 +184,7 @@ def length_test(
         not this tip's, no length at all. Too few positions, lengths or repeats are no error: the rules say what is
         incomplete.
     """
-    recording = with_convention(recording, machine.table if machine else None)
+    recording = complete_convention(recording, machine.table if machine else None)
     check_recording(recording, gauge)
     numbers = recording.placements
     if placements and len(placements) != len(numbers):

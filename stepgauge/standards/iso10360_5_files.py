@@ -42,7 +42,7 @@ def probing_to_dict(test: ProbingTest) -> dict[str, Any]:
         },
         "decision_rule": DECISION_SOURCE,
         "coverage_factor": test.limits.coverage_factor,
-        "conditions": test.conditions.as_dicts(),
+        "conditions": test.conditions.to_dicts(),
         "complete": all(rule.met for rule in rules),
         "overall": overall(test),
         "open": left_open(test),
@@ -60,7 +60,7 @@ def probing_to_dict(test: ProbingTest) -> dict[str, Any]:
             }
             for one in test.styli
         ],
-        "rules": [rule.as_dict() for rule in rules],
+        "rules": [rule.to_dict() for rule in rules],
         "uncertainty_not_stated": test.missing,
         "unconfirmed": list(UNCONFIRMED if test.multiple else UNCONFIRMED[-1:]),
     }

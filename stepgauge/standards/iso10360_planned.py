@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from stepgauge.errors import InputError, naming
 from stepgauge.files.notation import percent
-from stepgauge.files.shown import Summarized, as_lines
+from stepgauge.files.shown import Summarized, join_lines
 from stepgauge.machine.file import Machine
 from stepgauge.planning.program import check_tool
 from stepgauge.standards.iso10360_plan import PlannedPosition
@@ -59,7 +59,7 @@ class SevenPositions(Summarized):
             f"path of {programs} programs checked: gauge, rail, travel of the tip centre. Locate the gauge as it really"
             " lies, and plan it again with these blocks: a program moves to where its placement says"
         )
-        return as_lines(*lines)
+        return join_lines(*lines)
 
     def _line(self, one: PlannedPosition) -> str:
         if one.program is None or one.probe is None:

@@ -82,6 +82,6 @@ class Position:
         """The longest nominal test length, mm; 0 without any."""
         return max((one.nominal_mm for one in self.lengths), default=0.0)
 
-    def of_kind(self, kind: Kind) -> list[TestLength]:
+    def select_kind(self, kind: Kind) -> list[TestLength]:
         """The lengths of one kind, shortest first."""
         return [one for one in self.lengths if one.kind == kind]

@@ -118,7 +118,7 @@ def _each(positions: Sequence[Position], asks: str, count: Callable[[Position], 
 
 def _count_lengths(position: Position) -> int:
     """Of the kind that has fewest; a kind that is missing altogether is another rule's."""
-    counts = [len(position.of_kind(kind)) for kind in ("bidirectional", "unidirectional")]
+    counts = [len(position.select_kind(kind)) for kind in ("bidirectional", "unidirectional")]
     return min((count for count in counts if count), default=0)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stepgauge.conditions import Conditions
-from stepgauge.files.notation import as_sentence
+from stepgauge.files.notation import make_sentence
 from stepgauge.standards.decision import DECISION_SOURCE, Outcome, stated, together
 from stepgauge.standards.iso10360 import KINDS, REMEASURE_SOURCE, LengthTest
 from stepgauge.standards.iso10360_further import further_statements
@@ -61,7 +61,7 @@ class Overall:
             return f"No statement of conformity with {STANDARD}: no bidirectional length was tested. {rule}"
         return f"{stated(self.outcome, MACHINE, said, self.open)} {rule}"
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Plain JSON types."""
         parts = [{"characteristic": name, "outcome": outcome} for name, outcome in self.parts]
         return {"outcome": self.outcome, "parts": parts, "open": list(self.open), "text": self.text}
@@ -75,7 +75,7 @@ def overall(tests: Sequence[LengthTest]) -> Overall:
         outcome, ranges = test.outcome("bidirectional"), test.repeatability_outcome("bidirectional")
         head = test.series.limit if test.series in (E0, E150) else f"{test.series.limit}, {test.series.name}"
         if outcome is not None:
-            parts.append((f"{head} = ± {test.specification.mpe.with_units()}", outcome))
+            parts.append((f"{head} = ± {test.specification.mpe.to_text()}", outcome))
         if ranges is not None and test.series is E0:
             parts.append((f"R_0,MPL = {test.specification.repeatability_um:g} µm", ranges))
         left += [f"{test.series.symbol}: {asks}" for asks in open_points(test.rules)]
@@ -92,12 +92,12 @@ def overall(tests: Sequence[LengthTest]) -> Overall:
 
 def statements(test: LengthTest) -> list[str]:
     """What can be said of the machine, and what the test leaves open, in sentences."""
-    return verdicts(test) + [as_sentence(text) for text in incomplete(test.rules)]
+    return verdicts(test) + [make_sentence(text) for text in incomplete(test.rules)]
 
 
 def verdicts(test: LengthTest) -> list[str]:
     """What can be said of the machine, without the rules that were not met."""
-    said = [as_sentence(note) for note in test.conditions.notes]
+    said = [make_sentence(note) for note in test.conditions.notes]
     said += [_verdict(test, kind) for kind in KINDS if test.lengths(kind)]
     said += [text for kind in KINDS for text in _repeatability(test, kind)]
     said += [text for kind in KINDS for text in _not_provable(test, kind)]

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.files.notation import as_sentence
+from stepgauge.files.notation import make_sentence
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_json, write_text
 from stepgauge.recording.conventions import convention_of, convention_words
@@ -42,14 +42,14 @@ DEVIATION_COLUMNS = ("placement", "target_mm", "block", "direction", "run", "cyc
 
 def positioning_to_dict(test: PositioningTest) -> dict[str, Any]:
     """Everything the test says, as JSON types; keys end in the units of the axis."""
-    return dict(in_units(as_linear(test), test.units))
+    return dict(rename_units(linear_keys(test), test.units))
 
 
-def in_units(value: Any, units: Units) -> Any:
+def rename_units(value: Any, units: Units) -> Any:
     """The same with keys that end in the units of the axis, in place of mm and um."""
     if isinstance(value, dict):
-        return {key_in(name, units): in_units(one, units) for name, one in value.items()}
-    return [in_units(one, units) for one in value] if isinstance(value, list) else value
+        return {key_in(name, units): rename_units(one, units) for name, one in value.items()}
+    return [rename_units(one, units) for one in value] if isinstance(value, list) else value
 
 
 def key_in(name: str, units: Units) -> str:
@@ -59,7 +59,7 @@ def key_in(name: str, units: Units) -> str:
     return f"{stem}_{told[unit]}" if unit in told else name
 
 
-def as_linear(test: PositioningTest) -> dict[str, Any]:
+def linear_keys(test: PositioningTest) -> dict[str, Any]:
     """The same with the keys of a linear axis, whatever it is."""
     return {
         "format": "stepgauge test iso230 1",
@@ -68,7 +68,7 @@ def as_linear(test: PositioningTest) -> dict[str, Any]:
         "recording": test.path,
         "comments": dict(test.comments),
         **_reference(test),
-        "conditions": test.conditions.as_dicts(),
+        "conditions": test.conditions.to_dicts(),
         "complete": test.complete,
         "tolerances_um": dict(test.requirement.tolerance_um),
         "expanded_uncertainty_um": test.requirement.expanded_um,
@@ -81,7 +81,7 @@ def as_linear(test: PositioningTest) -> dict[str, Any]:
 def _reference(test: PositioningTest) -> dict[str, Any]:
     """What realises the positions: the gauge, or an instrument beside the axis."""
     if test.gauge is None or test.tip is None or test.pairing is None:
-        return {**test.instrument, "temperature_convention": _of_instrument(test)}
+        return {**test.instrument, "temperature_convention": _instrument_corrections(test)}
     return {
         "gauge": gauge_to_dict(test.gauge),
         "tip_diameter": {"diameter_mm": test.tip.diameter_mm, "u_um": test.tip.u_um, "origin": test.tip.origin},
@@ -108,8 +108,8 @@ def axis_to_dict(one: AxisTest, further: tuple[str, ...] = ()) -> dict[str, Any]
         "further": further_um(p, further),
         "targets": target_rows(one),
         **{f"deviations_{way}_um": direction.x_um.tolist() for way, direction in p.directions.items()},
-        "rules": [rule.as_dict() for rule in one.rules],
-        "excluded": [part.as_dict() for part in one.excluded],
+        "rules": [rule.to_dict() for rule in one.rules],
+        "excluded": [part.to_dict() for part in one.excluded],
     }
 
 
@@ -140,7 +140,7 @@ def assumptions(test: PositioningTest) -> list[str]:
         return [
             f"The {'readings are the actual' if test.instrument['actual'] == 'reading' else 'targets are the actual'}"
             f" positions{_own_reversal(test)}.",
-            as_sentence(_of_instrument(test)),
+            make_sentence(_instrument_corrections(test)),
             scatter.format(test.instrument["instrument"]),
         ]
     return [
@@ -153,7 +153,7 @@ def assumptions(test: PositioningTest) -> list[str]:
     ]
 
 
-def _of_instrument(test: PositioningTest) -> str:
+def _instrument_corrections(test: PositioningTest) -> str:
     """What an instrument beside the axis has corrected."""
     return TO_20 if convention_of(test.comments) == "corrected_to_20" else AS_READ
 

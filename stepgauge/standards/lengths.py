@@ -55,14 +55,14 @@ class LengthReadings:
     conditions: Conditions = NOTHING
     scales_C: float | None = None
 
-    def of_face(self, face: int) -> Array:
+    def face_readings(self, face: int) -> Array:
         """Readings of one face by cycle, ``(cycles,)``; NaN where it was not probed."""
         column = np.flatnonzero(self.faces == face)
         return self.off_mm[:, column[0]] if column.size else np.full(len(self.cycles), np.nan)
 
     def repeats(self, faces: Faces) -> NDArray[np.int64]:
         """The cycles in which both faces were probed, rising."""
-        both = np.isfinite(self.of_face(faces[0])) & np.isfinite(self.of_face(faces[1]))
+        both = np.isfinite(self.face_readings(faces[0])) & np.isfinite(self.face_readings(faces[1]))
         return self.cycles[both]
 
 
@@ -71,12 +71,12 @@ def face_table(recording: Recording, gauge: Gauge, number: int, placement: Place
 
     :class:`InputError` for readings that are not this gauge's, and for a face that a cycle has twice.
     """
-    part = recording.of_placement(number)
+    part = recording.select_placement(number)
     frame = part.frame
     section = int(frame["face"].min() + 1) // 2, int(frame["face"].max() + 1) // 2
     readings = project_readings(part, gauge, section, None if placement is None else placement.axis, leave_out=False)
     _check_once(part, number)
-    table = _by_cycle_and_face(frame, readings)
+    table = _pivot_readings(frame, readings)
     temperature, scales = frame.get("gauge_temperature_C"), recorded_scales_C(part)
     return LengthReadings(
         number,
@@ -114,7 +114,7 @@ def doubtful_rule(tables: Sequence[LengthReadings], source: str) -> tuple[Rule, 
     )
 
 
-def _by_cycle_and_face(frame: pd.DataFrame, readings: Readings) -> pd.DataFrame:
+def _pivot_readings(frame: pd.DataFrame, readings: Readings) -> pd.DataFrame:
     rows = pd.DataFrame({"cycle": frame["cycle"].to_numpy(), "face": readings.face, "off": readings.off_mm})
     return rows.pivot_table(index="cycle", columns="face", values="off", aggfunc="first")
 
@@ -193,6 +193,6 @@ def length_errors_um(table: LengthReadings, faces: Faces, cycles: NDArray[np.int
     side.
     """
     rows = np.isin(table.cycles, cycles)
-    read = table.of_face(faces[1])[rows] - table.of_face(faces[0])[rows]
+    read = table.face_readings(faces[1])[rows] - table.face_readings(faces[0])[rows]
     tip = tip_diameter_mm if faces[0] % 2 == 1 and faces[1] % 2 == 0 else 0.0
     return (read - tip) * 1e3

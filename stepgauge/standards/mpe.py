@@ -65,7 +65,7 @@ class Mpe:
         text = f"{self.constant_um:g}" + (f" + L/{self.divisor:g}" if np.isfinite(self.divisor) else "")
         return f"min({text}, {self.cap_um:g})" if np.isfinite(self.cap_um) else text
 
-    def with_units(self) -> str:
+    def to_text(self) -> str:
         """As printed on a figure or in a report."""
         text = f"({self})" if np.isfinite(self.divisor) and not np.isfinite(self.cap_um) else f"{self}"
         return f"{text} µm, L in mm" if np.isfinite(self.divisor) else f"{text} µm"

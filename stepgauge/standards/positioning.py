@@ -26,7 +26,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
-from stepgauge.recording.conventions import Convention, convention_of, with_convention
+from stepgauge.recording.conventions import Convention, complete_convention, convention_of
 from stepgauge.recording.identity import check_recording
 from stepgauge.standards.iso230 import AxisParameters, Parameters, axis_parameters
 from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
@@ -163,7 +163,7 @@ def positioning_test(
         a recording of another gauge, a single run, no two complete blocks. Fewer runs or targets than the standard asks
         are no error: the rules say what is incomplete.
     """
-    recording = with_convention(recording, machine.table if machine else None)
+    recording = complete_convention(recording, machine.table if machine else None)
     check_recording(recording, gauge)
     numbers = recording.placements
     if placements and len(placements) != len(numbers):
@@ -275,7 +275,7 @@ def _complete(table: LengthReadings) -> tuple[Counts, Counts]:
 def _readings(table: LengthReadings, faces: Counts, runs: Counts) -> Array:
     """Readings ``(blocks, runs)`` less certified positions, mm."""
     rows = np.isin(table.cycles, runs)
-    return np.array([table.of_face(int(face))[rows] for face in faces])
+    return np.array([table.face_readings(int(face))[rows] for face in faces])
 
 
 def _excluded(table: LengthReadings, blocks: Counts, runs: Counts) -> tuple[Excluded, ...]:

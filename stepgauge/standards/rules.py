@@ -19,7 +19,7 @@ class Rule:
     found: str
     met: bool | None
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Plain JSON types."""
         return {"source": self.source, "asks": self.asks, "found": self.found, "met": self.met}
 
@@ -32,7 +32,7 @@ class Excluded:
     reason: str
     source: str
 
-    def as_dict(self) -> dict[str, str]:
+    def to_dict(self) -> dict[str, str]:
         """Plain JSON types."""
         return {"what": self.what, "reason": self.reason, "source": self.source}
 

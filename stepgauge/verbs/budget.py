@@ -143,7 +143,7 @@ def budget(
     """
     from stepgauge.errors import InputError, naming
     from stepgauge.standards.budgeting import whole_budget
-    from stepgauge.verbs.inputs import as_gauge, as_machine, as_placements, as_sources
+    from stepgauge.verbs.inputs import resolve_gauge, resolve_machine, resolve_placements, resolve_sources
 
     chosen = budget_choice(
         blocks=blocks,
@@ -162,15 +162,17 @@ def budget(
         temperature_convention=temperature_convention,
         correct_drift=correct_drift,
     )
-    steps, given = as_gauge(gauge), as_sources(sources)
+    steps, given = resolve_gauge(gauge), resolve_sources(sources)
     if method == "gum":
-        return whole_budget(given, as_machine(machine), steps, as_placements(placements, steps), chosen, progress)
+        return whole_budget(
+            given, resolve_machine(machine), steps, resolve_placements(placements, steps), chosen, progress
+        )
     if runs < 2:
         raise InputError(naming("runs"), "too few runs", found=runs, expected="2 or more")
     from stepgauge.montecarlo import read_model
     from stepgauge.montecarlo.result import monte_carlo_budget
 
-    model = read_model(given, as_machine(machine), steps, as_placements(placements, steps), chosen.model)
+    model = read_model(given, resolve_machine(machine), steps, resolve_placements(placements, steps), chosen.model)
     told = None if progress is None else progress("runs")
     return monte_carlo_budget(model, runs, seed, jobs, runs_folder, told)
 

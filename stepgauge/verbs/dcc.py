@@ -228,6 +228,6 @@ def export_gauge_dcc(
     from stepgauge.dcc.documents import WrittenCertificate
     from stepgauge.dcc.gauge_write import gauge_certificate
     from stepgauge.reports.certificate_file import read_laboratory
-    from stepgauge.verbs.inputs import as_gauge
+    from stepgauge.verbs.inputs import resolve_gauge
 
-    return WrittenCertificate(gauge_certificate(as_gauge(gauge), read_laboratory(certificate)), schema)
+    return WrittenCertificate(gauge_certificate(resolve_gauge(gauge), read_laboratory(certificate)), schema)

@@ -143,21 +143,21 @@ def _together(
     from dataclasses import replace
 
     from stepgauge.diagnosis.engine import diagnose as diagnose_recording
-    from stepgauge.diagnosis.many import of_one_machine
-    from stepgauge.verbs.inputs import as_gauge, as_machine_with, as_recordings
+    from stepgauge.diagnosis.many import join_stylus_recordings
+    from stepgauge.verbs.inputs import resolve_gauge, resolve_machine_with_styli, resolve_recordings
 
-    cmm = as_machine_with(machine, styli)
-    tables, whole = of_one_machine(as_recordings(given), cmm)
-    found = diagnose_recording(whole, as_gauge(gauge), cmm, without, table, progress=progress)
+    cmm = resolve_machine_with_styli(machine, styli)
+    tables, whole = join_stylus_recordings(resolve_recordings(given), cmm)
+    found = diagnose_recording(whole, resolve_gauge(gauge), cmm, without, table, progress=progress)
     return replace(found, recordings=tuple(tables))
 
 
 def _axes(given: list[Any], without: list[str], table: Any) -> "Diagnosis":
     """Recordings of one axis, a spot or distances, as settings up of one axis."""
     from stepgauge.diagnosis.axis.diagnosis import diagnose_axes
-    from stepgauge.verbs.inputs import as_axis
+    from stepgauge.verbs.inputs import resolve_axis
 
-    return diagnose_axes([as_axis(one) for one in given], without, table)
+    return diagnose_axes([resolve_axis(one) for one in given], without, table)
 
 
 def _map(given: list[Any], probe: File, columns: "Mapping[str, str] | None", table: Any) -> "Diagnosis":

@@ -103,18 +103,24 @@ def evaluate(
     from stepgauge.evaluation.evaluate import evaluate as evaluate_recording
     from stepgauge.evaluation.files import evaluation_to_dict
     from stepgauge.recording import join_recordings
-    from stepgauge.recording.conventions import state_convention, with_convention
+    from stepgauge.recording.conventions import complete_convention, state_convention
     from stepgauge.standards.conformity import limit_of, limit_remark
-    from stepgauge.verbs.inputs import as_blocks, as_gauge, as_machine, as_placements, as_recordings
+    from stepgauge.verbs.inputs import (
+        resolve_blocks,
+        resolve_gauge,
+        resolve_machine,
+        resolve_placements,
+        resolve_recordings,
+    )
 
-    cmm = None if machine is None else as_machine(machine)
-    steps = as_gauge(gauge)
-    section = as_blocks(blocks, steps)
-    lies = as_placements(placements, steps)
-    tables = as_recordings(recordings)
+    cmm = None if machine is None else resolve_machine(machine)
+    steps = resolve_gauge(gauge)
+    section = resolve_blocks(blocks, steps)
+    lies = resolve_placements(placements, steps)
+    tables = resolve_recordings(recordings)
     whole = tables[0] if len(tables) == 1 else join_recordings(tables)
-    whole = with_convention(state_convention(whole, temperature_convention), None if cmm is None else cmm.table)
-    whole = whole.with_comments(measured_at=measured_at, machine=machine_name)
+    whole = complete_convention(state_convention(whole, temperature_convention), None if cmm is None else cmm.table)
+    whole = whole.assign_comments(measured_at=measured_at, machine=machine_name)
     found = evaluate_recording(whole, steps, section, cast("REffOrigin", r_eff_origin), lies, correct_drift)
     limit = limit_of(found.comments, cmm, asked=mpe)
     remark = "" if limit is None else limit_remark(evaluation_to_dict(found), limit)

@@ -77,7 +77,7 @@ def export_recording(
     from stepgauge.errors import InputError, naming
     from stepgauge.exporting import ExportOptions
     from stepgauge.exporting import export_recording as export
-    from stepgauge.verbs.inputs import as_recordings
+    from stepgauge.verbs.inputs import resolve_recordings
 
     if to != "csv" and (delimiter or decimal == "comma"):
         raise InputError(naming("delimiter", "decimal", words="{}, {}"), "are of a CSV table", found=to)
@@ -87,5 +87,5 @@ def export_recording(
     between = DELIMITERS[delimiter or ("semicolon" if mark == "," else "comma")]
     surface = points == "surface"
     options = ExportOptions(length_unit, between, mark, placement_number, surface, tip_radius_mm, log_form)
-    (table,) = as_recordings(recording)
+    (table,) = resolve_recordings(recording)
     return export(table, to, options)

@@ -189,20 +189,20 @@ def import_recording(
     """
     from stepgauge.errors import InputError, naming
     from stepgauge.importing.recorded import import_recording as imported
-    from stepgauge.verbs.inputs import as_gauge, as_machine, as_placement
+    from stepgauge.verbs.inputs import resolve_gauge, resolve_machine, resolve_placement
 
     if placement is not None and gauge is None:
         raise InputError(naming("placement"), naming("gauge", words="needs {}"))
     if program is not None and placement is None:
         raise InputError(naming("program"), naming("gauge", "placement", words="needs {} and {}"))
-    steps = None if gauge is None else as_gauge(gauge)
+    steps = None if gauge is None else resolve_gauge(gauge)
     return imported(
         log,
         sensor=sensor,
         gauge=steps,
-        placement=None if placement is None or steps is None else as_placement(placement, steps),
+        placement=None if placement is None or steps is None else resolve_placement(placement, steps),
         program=program,
-        machine=None if machine is None else as_machine(machine),
+        machine=None if machine is None else resolve_machine(machine),
         format=format,
         placement_number=placement_number,
         tip_radius_mm=tip_radius_mm,

@@ -27,23 +27,23 @@ Blocks = str | Sequence[int] | None
 T = TypeVar("T")
 
 
-def as_gauge(gauge: File | Gauge) -> Gauge:
+def resolve_gauge(gauge: File | Gauge) -> Gauge:
     """A gauge, or the one of a file or shipped name."""
     return read_gauge(gauge) if isinstance(gauge, File) else require_kind(gauge, Gauge, "gauge")
 
 
-def as_machine(machine: File | Machine) -> Machine:
+def resolve_machine(machine: File | Machine) -> Machine:
     """A machine, or the one of a file or shipped name."""
     from stepgauge.machine.file import Machine, read_machine
 
     return read_machine(machine) if isinstance(machine, File) else require_kind(machine, Machine, "machine")
 
 
-def as_machine_with(machine: File | Machine, styli: File | Machine | Iterable[File | Machine]) -> Machine:
+def resolve_machine_with_styli(machine: File | Machine, styli: File | Machine | Iterable[File | Machine]) -> Machine:
     """A machine with its further styli, each by a machine file that differs in the stylus only."""
-    from stepgauge.machine.styli import with_styli
+    from stepgauge.machine.styli import add_styli
 
-    return with_styli(as_machine(machine), map(as_machine, several(styli)))
+    return add_styli(resolve_machine(machine), map(resolve_machine, several(styli)))
 
 
 def moves_of_plan(plan: object) -> Program:
@@ -53,19 +53,19 @@ def moves_of_plan(plan: object) -> Program:
     return require_kind(plan, Plan, "program").program
 
 
-def as_placement(placement: File | Placement, gauge: Gauge) -> Placement:
+def resolve_placement(placement: File | Placement, gauge: Gauge) -> Placement:
     """A placement, or the one of a file, checked against its gauge."""
     if isinstance(placement, File):
         return read_placement(placement, gauge)
     return require_kind(placement, Placement, "placement")
 
 
-def as_placements(placements: File | Placement | Iterable[File | Placement], gauge: Gauge) -> list[Placement]:
+def resolve_placements(placements: File | Placement | Iterable[File | Placement], gauge: Gauge) -> list[Placement]:
     """One placement or several, in order."""
-    return [as_placement(one, gauge) for one in several(placements)]
+    return [resolve_placement(one, gauge) for one in several(placements)]
 
 
-def as_recordings(
+def resolve_recordings(
     recordings: File | Recording | Run | pd.DataFrame | Iterable[File | Recording | Run | pd.DataFrame],
 ) -> list[Recording]:
     """Recordings, runs of the virtual CMM, tables or files, one or several."""
@@ -88,11 +88,11 @@ def joined_recordings(recordings: Any) -> Recording:
     """One recording of all that are given, several as several placements."""
     from stepgauge.recording import join_recordings
 
-    tables = as_recordings(recordings)
+    tables = resolve_recordings(recordings)
     return tables[0] if len(tables) == 1 else join_recordings(tables)
 
 
-def as_axis(given: File | AxisRecording | pd.DataFrame) -> AxisRecording:
+def resolve_axis(given: File | AxisRecording | pd.DataFrame) -> AxisRecording:
     """A recording of an axis, a spot or distances, or that of a file or a table."""
     from stepgauge.axis.recording import AxisRecording, axis_recording_of_frame, read_axis_recording
 
@@ -135,9 +135,9 @@ def stated_together(name: str, value: object, other: str, beside: object, both: 
         raise InputError(naming(other), naming(name, words="needs {}"))
 
 
-def as_sources(sources: Any) -> list[File | Recording]:
+def resolve_sources(sources: Any) -> list[File | Recording]:
     """Recordings or a program: files stay files, for a program is known by its text."""
-    return [one if isinstance(one, File) else as_recordings(one)[0] for one in several(sources)]
+    return [one if isinstance(one, File) else resolve_recordings(one)[0] for one in several(sources)]
 
 
 def stored_evaluation(evaluation: File | Evaluation) -> tuple[dict[str, Any], File]:
@@ -151,14 +151,14 @@ def stored_evaluation(evaluation: File | Evaluation) -> tuple[dict[str, Any], Fi
     return evaluation_to_dict(require_kind(evaluation, Evaluation, "evaluation")), "evaluation"
 
 
-def as_blocks(blocks: Blocks, gauge: Gauge) -> tuple[int, int] | None:
+def resolve_blocks(blocks: Blocks, gauge: Gauge) -> tuple[int, int] | None:
     """First and last block of a section of the gauge; None where nobody stated one."""
     if blocks is None or isinstance(blocks, str):
         return parse_blocks(blocks, gauge) if blocks else None
     return parse_blocks(":".join(str(block) for block in blocks), gauge)
 
 
-def as_block_list(blocks: Blocks, gauge: Gauge) -> tuple[tuple[int, int], tuple[int, ...] | None]:
+def resolve_block_list(blocks: Blocks, gauge: Gauge) -> tuple[tuple[int, int], tuple[int, ...] | None]:
     """The section, and the blocks in it that are measured (None: all), of a range ``"1:21"`` or a list ``"1,2,13"``."""
     if (isinstance(blocks, str) and "," not in blocks) or blocks is None:
         return parse_blocks(blocks or ":", gauge), None

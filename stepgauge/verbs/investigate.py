@@ -139,7 +139,7 @@ def investigate(
     from stepgauge.investigation.decision import Case
     from stepgauge.investigation.feasible_runs import Reach
     from stepgauge.investigation.loop import check_first
-    from stepgauge.verbs.inputs import as_gauge, as_machine_with, as_placement, several
+    from stepgauge.verbs.inputs import resolve_gauge, resolve_machine_with_styli, resolve_placement, several
 
     if bool(server) == simulate:
         raise InputError(naming("server", "simulate", words="either {} or {}"), "on which machine?")
@@ -149,8 +149,8 @@ def investigate(
         raise InputError(
             naming("simulate"), naming("placement", words="needs {}: nobody measures points by hand there")
         )
-    steps, cmm = as_gauge(gauge), as_machine_with(machine, further_styli)
-    lies = None if placement is None else as_placement(placement, steps)
+    steps, cmm = resolve_gauge(gauge), resolve_machine_with_styli(machine, further_styli)
+    lies = None if placement is None else resolve_placement(placement, steps)
     reach = Reach(within_mm, level, hands_minutes, cycles, _racked(cmm, server))
     table = {} if priors is None else {"priors": _priors(priors)}
     case = Case(steps, cmm, reach, odds, minutes, tuple(several(without)), **table)

@@ -114,7 +114,7 @@ def list_effects(
     from stepgauge.effects import effect_kinds
     from stepgauge.files.listing import Listing
     from stepgauge.verbs.effects_text import effects_text
-    from stepgauge.verbs.inputs import as_gauge, as_machine, several
+    from stepgauge.verbs.inputs import resolve_gauge, resolve_machine, several
 
     known, asked = effect_kinds(every=True), several(kinds) if isinstance(kinds, str) else list(kinds)
     rows = [(kind, known[kind].title()) for kind in sorted(known) if kind in asked or not asked]
@@ -123,8 +123,8 @@ def list_effects(
         left_out = "'diagnose --without KIND' leaves out any of these."
         explained = "'stepgauge list effects KIND' explains one: equation, parameters, units and bounds."
         return Listing.of(rows, f"\n{together}\n{left_out}\n{explained}")
-    steps = None if gauge is None else as_gauge(gauge)
-    return Listing(effects_text(asked, steps, None if machine is None else as_machine(machine)), rows)
+    steps = None if gauge is None else resolve_gauge(gauge)
+    return Listing(effects_text(asked, steps, None if machine is None else resolve_machine(machine)), rows)
 
 
 @verb(shows=True, in_project=False)

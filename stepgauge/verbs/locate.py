@@ -93,15 +93,15 @@ def locate(
     from stepgauge.alignment import locate as locate_points
     from stepgauge.gauge.placement import format_placement, parse_placement
     from stepgauge.planning.plan import parse_blocks
-    from stepgauge.verbs.inputs import as_blocks, as_gauge, as_machine
+    from stepgauge.verbs.inputs import resolve_blocks, resolve_gauge, resolve_machine
 
-    steps = as_gauge(gauge)
+    steps = resolve_gauge(gauge)
     if machine is not None:
-        cmm = as_machine(machine)
+        cmm = resolve_machine(machine)
         tip_radius_mm = cmm.probe.tip_radius_mm if tip_radius_mm is None else tip_radius_mm
         repeatability_um = cmm.table.repeatability_um if repeatability_um is None else repeatability_um
     sigma_um = UNKNOWN_REPEATABILITY_UM if repeatability_um is None else repeatability_um
-    probed = as_blocks(blocks, steps) or parse_blocks(":", steps)
+    probed = resolve_blocks(blocks, steps) or parse_blocks(":", steps)
     where = str(points) if isinstance(points, File) else "points"
     found = locate_points(_tip_centres(points), steps, probed, sigma_um, tip_radius_mm, where, turned)
     return parse_placement(format_placement(found), where, steps)

@@ -117,10 +117,10 @@ def measure(
     from stepgauge.live.measuring_job import make_job
     from stepgauge.machine.virtual import probing_settings
     from stepgauge.programs import read_program
-    from stepgauge.verbs.inputs import as_gauge, as_machine, as_placement, moves_of_plan
+    from stepgauge.verbs.inputs import moves_of_plan, resolve_gauge, resolve_machine, resolve_placement
 
-    steps, cmm = as_gauge(gauge), as_machine(machine)
-    lies = as_placement(placement, steps)
+    steps, cmm = resolve_gauge(gauge), resolve_machine(machine)
+    lies = resolve_placement(placement, steps)
     program = _planned(program, dialect, lambda: plan(lies, steps, cmm, search_mm=search_mm, **path), path)
     if isinstance(program, File):
         moves = read_program(program, probing_settings(cmm, search_mm), dialect)

@@ -136,20 +136,20 @@ def plan(
         checked_program,
         make_settings,
     )
-    from stepgauge.verbs.inputs import as_block_list, as_gauge, as_machine, as_placement
+    from stepgauge.verbs.inputs import resolve_block_list, resolve_gauge, resolve_machine, resolve_placement
 
-    steps = as_gauge(gauge)
-    cmm = None if machine is None else as_machine(machine)
+    steps = resolve_gauge(gauge)
+    cmm = None if machine is None else resolve_machine(machine)
     choice = ProbingChoice(standoff_mm, search_mm, measuring_speed_mm_s, travel_speed_mm_s)
     if teach:
         return _teach(placement, steps, cmm, choice, tip_radius_mm, points_on, margin_mm)
     if isinstance(placement, File):
         lies, where = _read_or_locate(placement, steps, cmm, tip_radius_mm, points_on), placement
     else:
-        lies, where = as_placement(placement, steps), "placement"
+        lies, where = resolve_placement(placement, steps), "placement"
     radius = agreed_tip_radius_mm(lies, cmm, tip_radius_mm, where)
     settings = make_settings(steps, cmm, radius, choice)
-    (first, last), only = as_block_list(blocks, steps)
+    (first, last), only = resolve_block_list(blocks, steps)
     options = PlanOptions(
         first,
         last,

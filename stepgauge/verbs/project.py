@@ -88,7 +88,7 @@ def _answer(key: str, question: str, usual: str, ask: Callable[[str, str], str],
                 read[key](answer)
             return answer
         except InputError as error:
-            tell(error.as_typed())
+            tell(error.cli_text())
 
 
 @verb(shows=True, in_project=False)

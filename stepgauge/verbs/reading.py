@@ -17,12 +17,12 @@ from stepgauge.gauge.placement import read_placement as read_placement_file
 from stepgauge.reports.reading import check_gauge, read_checked_evaluation
 from stepgauge.standards.conformity import limit_remark
 from stepgauge.standards.mpe import Mpe
-from stepgauge.verbs.inputs import File, as_gauge
+from stepgauge.verbs.inputs import File, resolve_gauge
 
 
 def read_placement(path: File, gauge: File | Gauge) -> Placement:
     """Read a placement file and check it against its gauge (:class:`InputError` names the key)."""
-    return read_placement_file(path, as_gauge(gauge))
+    return read_placement_file(path, resolve_gauge(gauge))
 
 
 def read_evaluation(path: File, gauge: File | Gauge) -> Evaluation:
@@ -42,7 +42,7 @@ def read_evaluation(path: File, gauge: File | Gauge) -> Evaluation:
     InputError
         a file that is no evaluation or was changed, or another gauge
     """
-    data, steps = read_checked_evaluation(path), as_gauge(gauge)
+    data, steps = read_checked_evaluation(path), resolve_gauge(gauge)
     check_gauge(data, steps)
     results = tuple(_result(one) for one in data["placements"])
     first, last = data["blocks"]
@@ -96,7 +96,7 @@ def _result(stored: dict[str, Any]) -> PlacementResult:
         origin_mm=np.array(stored["origin_mm"], float),
         gauge_temperature_C=stored["gauge_temperature_C"],
         scale_temperature_C=stored.get("scale_temperature_C"),
-        conditions=Conditions.from_dicts(stored.get("conditions", ())),
+        conditions=Conditions.read_dicts(stored.get("conditions", ())),
         left_out=tuple(ExcludedReading(row=-1, **one) for one in stored.get("left_out", ())),
         **columns,
     )

@@ -151,7 +151,7 @@ def _story(result: File | Diagnosis) -> dict[str, Any]:
 def _fleet(result: File | FleetInference) -> dict[str, Any]:
     from stepgauge.reports.fleet import fleet_story, read_story
 
-    return read_story(result) if isinstance(result, File) else fleet_story(result.as_dict())
+    return read_story(result) if isinstance(result, File) else fleet_story(result.to_dict())
 
 
 def _overlay(asked: ReportRequest, template: File | None) -> tuple[str, ...]:
@@ -192,17 +192,17 @@ def _evaluation_page(asked: ReportRequest, result: File | Evaluation, recordings
     from stepgauge.recording import join_recordings
     from stepgauge.reports.interactive import evaluation_page
     from stepgauge.reports.made_from import gauge_of, recordings_of
-    from stepgauge.verbs.inputs import as_gauge, as_recordings
+    from stepgauge.verbs.inputs import resolve_gauge, resolve_recordings
     from stepgauge.verbs.reading import read_evaluation
 
     if isinstance(result, File):
         data = read_checked_evaluation(result)
-        gauge = as_gauge(gauge_of(data, result) if asked.gauge is None else asked.gauge)
+        gauge = resolve_gauge(gauge_of(data, result) if asked.gauge is None else asked.gauge)
         files, evaluation = recordings or recordings_of(data, result), read_evaluation(result, gauge)
     else:
         evaluation = require_kind(result, Evaluation, "evaluation")
         files = recordings or [one for one in evaluation.path.split(", ") if one]
-    tables = as_recordings(files)
+    tables = resolve_recordings(files)
     return evaluation_page(evaluation, tables[0] if len(tables) == 1 else join_recordings(tables))
 
 

@@ -121,14 +121,14 @@ def machine_state(
     from stepgauge.live.faults import read_faults
     from stepgauge.live.machine_state import MachineState
     from stepgauge.planning.program import check_tool
-    from stepgauge.verbs.inputs import as_gauge, as_machine_with, as_placement
+    from stepgauge.verbs.inputs import resolve_gauge, resolve_machine_with_styli, resolve_placement
 
     check_tool(tool, "ippdme")
-    steps = as_gauge(gauge)
+    steps = resolve_gauge(gauge)
     cmm = LiveCmm(
-        as_machine_with(machine, styli),
+        resolve_machine_with_styli(machine, styli),
         steps,
-        as_placement(placement, steps),
+        resolve_placement(placement, steps),
         MachineClock(*clock),
         read_faults(faults) if faults else None,
         gauge_temperature_C,

@@ -118,12 +118,12 @@ def simulate(
     from stepgauge.machine.virtual import RunConditions, probing_settings, run_program
     from stepgauge.programs import DIALECTS, recognise
     from stepgauge.programs.controller import controller_log
-    from stepgauge.verbs.inputs import as_gauge, as_machine, as_placement, moves_of_plan
+    from stepgauge.verbs.inputs import moves_of_plan, resolve_gauge, resolve_machine, resolve_placement
 
-    steps, cmm = as_gauge(gauge), as_machine(machine)
-    lies = as_placement(placement, steps)
+    steps, cmm = resolve_gauge(gauge), resolve_machine(machine)
+    lies = resolve_placement(placement, steps)
     if true_placement is not None:
-        lies = as_placement(true_placement, steps)
+        lies = resolve_placement(true_placement, steps)
     conditions = RunConditions(steps.temperature_C(gauge_temperature_C), placement_number, start_time_s, teach)
     settings = probing_settings(cmm, search_mm)
     if isinstance(program, File):
@@ -139,5 +139,5 @@ def simulate(
         write_text(log, controller_log(text, str(program), known, settings, run).text)
     if run.stop is not None and not keep_stopped:
         raise run.stop
-    run = replace(run, recording=run.recording.with_comments(measured_at=moment_now()))
+    run = replace(run, recording=run.recording.assign_comments(measured_at=moment_now()))
     return replace(run, setup=(cmm, steps, lies), log=None if log is None else Path(log), teach=teach)

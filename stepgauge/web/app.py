@@ -10,7 +10,7 @@ from starlette.routing import Route
 
 from stepgauge.errors import InputError, naming
 from stepgauge.web import assets
-from stepgauge.web.forms import Form, with_form
+from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.guard import Guard
 from stepgauge.web.pages import all_routes
 from stepgauge.web.render import LOOKS, error_answer, render, site_of
@@ -26,9 +26,9 @@ def make_app(site: Site) -> Starlette:
     routes = [
         *assets.ROUTES,
         *all_routes(),
-        Route("/preferences", with_form(_prefer), methods=["POST"]),
+        Route("/preferences", form_endpoint(_prefer), methods=["POST"]),
         Route("/work/{number:int}", _show_work),
-        Route("/work/{number:int}/stop", with_form(_stop_work), methods=["POST"]),
+        Route("/work/{number:int}/stop", form_endpoint(_stop_work), methods=["POST"]),
     ]
     handlers = {InputError: error_answer, 404: _not_found}
     app = Starlette(routes=routes, middleware=[Middleware(Guard, site=site)], exception_handlers=handlers)

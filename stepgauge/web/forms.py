@@ -79,7 +79,7 @@ def asked_form(request: Request) -> Form:
     return Form({key: value for key, value in request.query_params.items() if value}, {})
 
 
-def with_form(answer: Callable[[Request, Form], Response]) -> Callable[[Request], Awaitable[Response]]:
+def form_endpoint(answer: Callable[[Request, Form], Response]) -> Callable[[Request], Awaitable[Response]]:
     """An endpoint that is given its form, in a thread, so that other requests are answered meanwhile."""
 
     async def endpoint(request: Request) -> Response:

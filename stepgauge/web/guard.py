@@ -49,12 +49,12 @@ class Guard:
         headers = Headers(scope=scope)
         answer = self._refused(scope, headers) or self._welcomed(scope, headers)
         if answer is not None:
-            await answer(scope, receive, _with_headers(send))
+            await answer(scope, receive, _add_headers(send))
             return
         try:
-            await self.app(scope, _limited(receive), _with_headers(send))
+            await self.app(scope, _limited(receive), _add_headers(send))
         except TooLargeError:
-            await _too_large()(scope, receive, _with_headers(send))
+            await _too_large()(scope, receive, _add_headers(send))
 
     def _refused(self, scope: Scope, headers: Headers) -> Response | None:
         """The answer to a request that is not of this page, None where it is."""
@@ -129,7 +129,7 @@ def _limited(receive: Receive) -> Receive:
     return counting
 
 
-def _with_headers(send: Send) -> Send:
+def _add_headers(send: Send) -> Send:
     async def sending(message: MutableMapping[str, Any]) -> None:
         """Adds the headers that the answer does not set itself."""
         if message["type"] == "http.response.start":

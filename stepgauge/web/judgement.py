@@ -29,7 +29,7 @@ def verdict(words: Words, judged: Conformity) -> dict[str, Any]:
     u = words("result.no_u") if worst.expanded_um is None else f"{words.number(worst.expanded_um)} µm"
     numbers = {"error": words.number(worst.error_um), "limit": words.number(worst.limit_um)}
     lines = [
-        words("result.mpe_is", mpe=words.decimal(judged.mpe.with_units())),
+        words("result.mpe_is", mpe=words.decimal(judged.mpe.to_text())),
         words("result.worst", face=worst.face, u=u, **numbers),
     ]
     if judged.prevented:

@@ -38,7 +38,7 @@ class MeasurementRequest:
     seed: int = 0
     resume: bool = False
 
-    def as_json(self) -> str:
+    def to_json(self) -> str:
         """One line for the process that measures."""
         return json.dumps(asdict(self))
 
@@ -53,7 +53,7 @@ def request_file(output: Path) -> Path:
 
 
 def parse_request(text: str) -> MeasurementRequest:
-    """As :meth:`MeasurementRequest.as_json` wrote it."""
+    """As :meth:`MeasurementRequest.to_json` wrote it."""
     try:
         return MeasurementRequest(**json.loads(text))
     except (ValueError, TypeError):

@@ -152,7 +152,7 @@ class Runs:
             start_new_session=os.name == "posix",
         )
         assert process.stdin is not None
-        process.stdin.write(asked.as_json().encode() + b"\n")
+        process.stdin.write(asked.to_json().encode() + b"\n")
         process.stdin.flush()
         run = MeasuringRun(asked, process, said)
         threading.Thread(target=run.listen, daemon=True).start()

@@ -42,7 +42,7 @@ def unchanged() -> frozenset[str]:
 
 
 @cache
-def _by_length() -> tuple[tuple[tuple[str, ...], str], ...]:
+def _sorted_templates() -> tuple[tuple[tuple[str, ...], str], ...]:
     """Templates with gaps as the words between them, those with most words first."""
     known = {**effects(), **catalogue()}
     whole = [(_one_gap(one), _one_gap(german)) for one, german in known.items() if "{}" in one]
@@ -75,9 +75,9 @@ def _one_gap(text: str) -> str:
     return re.sub(r"({}){2,}", "{}", text)
 
 
-def in_german(text: str) -> str:
+def translate_message(text: str) -> str:
     """A message of the program in German."""
-    return _with_commas(_ROW.sub("Zeile ", _translated(text, DEEPEST)))
+    return _decimal_commas(_ROW.sub("Zeile ", _translated(text, DEEPEST)))
 
 
 def said_in_german(line: str) -> str:
@@ -90,7 +90,7 @@ def said_in_german(line: str) -> str:
     for one in more:
         word, _, value = one.partition(" ")
         parts.append(f"{'gefunden:' if word == 'found' else 'erwartet:'} {_translated(value, DEEPEST)}")
-    return _with_commas(_ROW.sub("Zeile ", "; ".join(parts)))
+    return _decimal_commas(_ROW.sub("Zeile ", "; ".join(parts)))
 
 
 def _translated(text: str, deep: int) -> str:
@@ -100,20 +100,20 @@ def _translated(text: str, deep: int) -> str:
         return text
     found = _template(text)
     if found is not None and _length(found[0]) >= OWN_SHARE * len(text):
-        return _with_gaps(found, deep)
-    return _joined(text, deep, whole=True) or (_with_gaps(found, deep) if found else _joined(text, deep) or text)
+        return _fill_gaps(found, deep)
+    return _joined(text, deep, whole=True) or (_fill_gaps(found, deep) if found else _joined(text, deep) or text)
 
 
 def _template(text: str) -> tuple[tuple[str, ...], str, list[str]] | None:
     """The template with most words of its own that a text has, and what fills its gaps."""
-    for words, german in _by_length():
+    for words, german in _sorted_templates():
         gaps = _gaps(text, words)
         if gaps is not None:
             return words, german, gaps
     return None
 
 
-def _with_gaps(found: tuple[tuple[str, ...], str, list[str]], deep: int) -> str:
+def _fill_gaps(found: tuple[tuple[str, ...], str, list[str]], deep: int) -> str:
     return _filled(found[1], [_translated(one, deep - 1) for one in found[2]])
 
 
@@ -160,7 +160,7 @@ def _gaps(text: str, words: tuple[str, ...]) -> list[str] | None:
     return gaps
 
 
-def _with_commas(text: str) -> str:
+def _decimal_commas(text: str) -> str:
     """Numbers with a decimal comma, and units as they are printed, outside of quotation marks."""
     parts = _QUOTED.split(text)
     parts[::2] = [_MICRO.sub("µ", _DEGREES.sub(" °C", _POINT.sub(r"\1,\2", one))) for one in parts[::2]]

@@ -8,7 +8,7 @@ HEADER = "point,x_mm,y_mm,z_mm"
 _NUMBER = re.compile(r"[+-]?\d+([.,]\d+)?([eE][+-]?\d+)?")
 
 
-def as_points_file(text: str) -> str:
+def complete_points_text(text: str) -> str:
     """Rows of three or four numbers without a header get one, and numbers in order where they have none.
 
     Cells are apart by tabs, semicolons, blanks, or commas; a comma is a decimal mark where the cells are apart by

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError, Naming, one_line, option_of
-from stepgauge.web.messages import in_german, said_in_german
+from stepgauge.web.messages import said_in_german, translate_message
 
 if TYPE_CHECKING:
     from stepgauge.importing.tables.questions import Question
@@ -86,7 +86,7 @@ class Words:
 
     def message(self, text: str) -> str:
         """What the program says of its own accord, with the fields of the page in place of options."""
-        return self.plain(in_german(text) if self.language == "de" else text)
+        return self.plain(translate_message(text) if self.language == "de" else text)
 
     def asked(self, question: Question) -> str:
         """What an import leaves open; what was found stands as it is in the file."""

@@ -85,7 +85,7 @@ def main() -> None:
         _measure(asked, control)
     except InputError as error:
         _forget_if_empty(asked)
-        control.say("status", state="failed", error=error.as_typed())
+        control.say("status", state="failed", error=error.cli_text())
     except KeyboardInterrupt:
         control.say("status", state="stopped")
 

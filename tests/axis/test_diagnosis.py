@@ -104,7 +104,7 @@ def test_a_gauge_that_a_laser_read_has_no_pretravel() -> None:
     kinds = {
         sensor: {kind for one in found.findings for kind in (one.kind, *one.confounded_with)}
         for sensor in ("touch", "laser")
-        for found in [diagnose(recording.with_comments(sensor=sensor), gauge(), machine())]
+        for found in [diagnose(recording.assign_comments(sensor=sensor), gauge(), machine())]
     }
     assert "effective_radius" in kinds["touch"]
     assert not kinds["laser"] & BY_TOUCH

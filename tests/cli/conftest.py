@@ -94,5 +94,5 @@ def invoke(words: str, *arguments: object) -> Done:
     """A verb by click's own runner; wrong input ends with exit code 2, as it does for a user."""
     done = CliRunner().invoke(command_of(words), [str(one) for one in arguments])
     if isinstance(done.exception, InputError):
-        done.exit_code, done.exception = 2, InputError("", done.exception.as_typed())
+        done.exit_code, done.exception = 2, InputError("", done.exception.cli_text())
     return done

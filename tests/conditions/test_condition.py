@@ -41,5 +41,5 @@ def test_what_moves_a_result_by_more_than_its_uncertainty_prevents_a_statement()
 
 
 def test_conditions_come_back_from_json_of_a_result_and_of_its_placements() -> None:
-    result = {"conditions": [DRIFT.as_dict()], "placements": [{"conditions": [TILT.as_dict(), DRIFT.as_dict()]}, {}]}
+    result = {"conditions": [DRIFT.to_dict()], "placements": [{"conditions": [TILT.to_dict(), DRIFT.to_dict()]}, {}]}
     assert stored_conditions(json.loads(json.dumps(result))) == Conditions((DRIFT, TILT))

@@ -21,7 +21,7 @@ from stepgauge.evaluation.evaluate import PlacementResult, evaluate
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.planning.plan import PlanOptions, faces_in_order
 from stepgauge.recording import Recording
-from stepgauge.recording.conventions import with_convention
+from stepgauge.recording.conventions import complete_convention
 from stepgauge.standards.iso230_decision import Requirement
 from stepgauge.standards.lengths import face_table
 from stepgauge.standards.positioning import positioning_test
@@ -80,11 +80,11 @@ def test_a_cmm_that_corrects_to_20_is_a_question_until_somebody_says_so() -> Non
     asked = result(good)
     assert state(asked.conditions, "temperature convention") == ["prevents"]
     assert decision(good) == "no statement"
-    said = good.with_comments(temperature_convention="corrected_to_20")
+    said = good.assign_comments(temperature_convention="corrected_to_20")
     own = result(measured(3, 5))
     np.testing.assert_allclose(result(said).xm_um, own.xm_um, atol=1e-6)
     assert not result(said).conditions.preventing
-    as_read = result(good.with_comments(temperature_convention="as_read"))
+    as_read = result(good.assign_comments(temperature_convention="as_read"))
     np.testing.assert_allclose(as_read.xm_um, asked.xm_um)
     last = np.flatnonzero(np.isfinite(own.xm_um))[-1]
     assert as_read.xm_um[last] - own.xm_um[last] == pytest.approx(-23e-6 * as_read.position_mm[last] * 1e3, abs=0.2)
@@ -114,13 +114,13 @@ def test_nominal_differential_expansion_corrects_scales_and_gauge() -> None:
     machine = make_machine().table.model_copy(
         update={"temperature_convention": "nominal_expansion", "scale_expansion_per_K": 8e-6}
     )
-    found = result(with_convention(read, machine))
+    found = result(complete_convention(read, machine))
     np.testing.assert_allclose(found.xm_um, result(true).xm_um, atol=0.2)  # the tip is not corrected: 4 mm
     assert state(found.conditions, "temperature convention") == ["corrected"]
     with pytest.raises(InputError, match="needs scale_expansion_per_K"):
-        result(read.with_comments(temperature_convention="nominal_expansion"))
+        result(read.assign_comments(temperature_convention="nominal_expansion"))
     with pytest.raises(InputError, match="temperature_convention is not known"):
-        result(read.with_comments(temperature_convention="nde"))
+        result(read.assign_comments(temperature_convention="nde"))
 
 
 @pytest.mark.parametrize("timed", [True, False])
@@ -191,7 +191,7 @@ def test_an_expansion_that_is_not_of_the_material(material: str, expansion: floa
 
 @pytest.mark.parametrize(("gauge_C", "scale_C", "expected"), [(2.04, 20.0, "prevents"), (20.0, 23.0, "contribution")])
 def test_temperatures_that_contradict_each_other(gauge_C: float, scale_C: float, expected: State) -> None:
-    read = at(measured(9), gauge_C, scale_temperature_x_C=scale_C).with_comments(temperature_convention="as_read")
+    read = at(measured(9), gauge_C, scale_temperature_x_C=scale_C).assign_comments(temperature_convention="as_read")
     assert state(result(read).conditions, "temperature") == [expected]
 
 
@@ -208,7 +208,7 @@ def test_the_date_of_the_measurement_beside_that_of_the_certificate(
     calibrated: datetime.date, measured_at: str | None, expected: list[State]
 ) -> None:
     certificate = GAUGE.certificate.model_copy(update={"date": calibrated})
-    read = measured(10).with_comments(measured_at=measured_at)
+    read = measured(10).assign_comments(measured_at=measured_at)
     assert state(result(read, replace(GAUGE, certificate=certificate)).conditions, "dates") == expected
 
 

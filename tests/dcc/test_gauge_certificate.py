@@ -225,7 +225,7 @@ def test_a_foreign_layout_is_found_by_names_and_options(tmp_path: Path) -> None:
     path = put(tmp_path, foreign(gauge_xml()))
     with pytest.raises(InputError) as caught:
         import_gauge(path)
-    assert caught.value.as_typed().endswith(
+    assert caught.value.cli_text().endswith(
         "does not say all of a gauge file; expected --material, --expansion, --u-expansion, --block-width,"
         " --block-height"
     )

@@ -186,7 +186,7 @@ def test_quantities_come_back_to_the_printed_digits(values: list[float], u: floa
     new = to_bytes(quantity("Value", "test_value", numbers)).decode().split("?>", 1)[1]
     text = text.replace("<dcc:list", "<dcc:list><dcc:quantity_/></dcc:list><dcc:list", 1)
     text = text.replace("<dcc:list><dcc:quantity_/></dcc:list>", f"<dcc:list>{new}</dcc:list>")
-    found = read(text).of_kind("test_value")[0]
+    found = read(text).select_kind("test_value")[0]
     np.testing.assert_allclose(found.scaled(LENGTH, 1e-6), values, atol=0.51e-4)
     np.testing.assert_allclose(found.expanded_scaled(LENGTH, 1e-6), u, atol=0.51e-4)
     assert found.k is not None
@@ -265,7 +265,7 @@ def test_a_certificate_of_somebody_else_is_read() -> None:
     path = SCHEMA.parent / "good-practice-temperature-3.2.0.xml"
     document = parse_document(parse_xml(path.read_bytes(), path), path)
     assert document.serial == "string-manufacturer-item"
-    error = document.of_kind("basic_measurementError")[0]
+    error = document.select_kind("basic_measurementError")[0]
     np.testing.assert_allclose(error.values, [0.072, 0.089, 0.107, -0.009, -0.084])
     np.testing.assert_allclose(error.expanded, 0.061)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="not a certificate of a machine measured with a step gauge"):

@@ -610,7 +610,7 @@ def test_a_value_outside_the_vocabulary_is_left_out_with_its_reason(tmp_path: Pa
     recording, found = made("scale")
     first = found.findings[0]
     assert first.effect is not None
-    wild = replace(first, effect=first.effect.with_values(ppm=1e9))
+    wild = replace(first, effect=first.effect.replace_values(ppm=1e9))
     write_diagnosis(tmp_path, replace(found, findings=(wild,)), [recording])
     assert read_machine(tmp_path / "machine.diagnosed.toml").effects == ()
     assert any("scale_error_x" in remark for remark in Diagnosis.read(tmp_path / "diagnosis.json").said["remarks"])

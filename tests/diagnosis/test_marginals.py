@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.fits.marginals import with_marginals
+from stepgauge.diagnosis.fits.marginals import marginalise
 from stepgauge.diagnosis.fits.solve import Fitted, solve
 from stepgauge.diagnosis.further_runs import plain_metric
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
@@ -60,7 +60,7 @@ def summed(data: Residuals, family: Family, metric: Metric) -> tuple[tuple[float
 def test_lag_and_size_are_told_by_their_expectations_over_all_lags(um_per_m_K: float, lag_s: float, seed: int) -> None:
     """Of lags that are hardly determined, and of one to a hundredth: far less than a step of the lags of the range."""
     data, family, metric = followed(um_per_m_K, lag_s, seed)
-    told = with_marginals(fit(data, family, metric), data, metric).solved[0].parameters
+    told = marginalise(fit(data, family, metric), data, metric).solved[0].parameters
     lag, size = ((told[name].value, told[name].u) for name in ("lag_s", "um_per_m_K"))
     every = summed(data, family, metric)
     assert lag == pytest.approx(every[0], rel=0.06)  # one lag, none at all, is not among the 2000
@@ -72,7 +72,7 @@ def test_what_follows_at_once_has_no_lag() -> None:
     data, family, metric = followed(600.0, 0.0, 4)
     at_once = next(n for n, one in enumerate(family.atoms) if not one["lag_s"])
     for fitted in (fit(data, family, metric), solve([family], [at_once], data, metric)):
-        found = with_marginals(fitted, data, metric).solved[0]
+        found = marginalise(fitted, data, metric).solved[0]
         assert (found.parameters["lag_s"].value, found.parameters["lag_s"].u) == (0.0, None)
         assert found.effect.lag_s == 0.0
         assert found.parameters["um_per_m_K"].value == pytest.approx(600.0, rel=0.01)

@@ -14,7 +14,7 @@ from stepgauge.cli import main
 from stepgauge.diagnosis.clock import told_by_clock
 from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.laws.library import effect_families, signatures
-from stepgauge.diagnosis.laws.parts import EDGES, FEWEST_VALUES, conditions, in_part, is_told, laws_in_parts, may_have
+from stepgauge.diagnosis.laws.parts import EDGES, FEWEST_VALUES, conditions, is_told, laws_in_parts, may_have, part_laws
 from stepgauge.diagnosis.output.machine_text import effect_table
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem
@@ -98,10 +98,10 @@ def test_the_signature_is_the_displacement_of_the_effect_with_its_condition() ->
 def test_all_parts_together_have_the_odds_of_the_law_times_those_of_a_part() -> None:
     data, every = laws(measured((turned(0.0), turned(90.0)), 5))
     priors, law = shipped_priors(), every[0]
-    parts = in_part(data, priors, tuple(conditions(data)), law, 0)
+    parts = part_laws(data, priors, tuple(conditions(data)), law, 0)
     assert np.exp([one.log_odds for one in parts]).sum() == pytest.approx(priors.laws.part * np.exp(law.log_odds))
     assert all(np.exp(one.log_weight).sum() == pytest.approx(1.0) for one in parts)
-    assert not [one for part in parts[:2] for one in in_part(data, priors, tuple(conditions(data)), part, 0)]
+    assert not [one for part in parts[:2] for one in part_laws(data, priors, tuple(conditions(data)), part, 0)]
 
 
 @pytest.mark.parametrize(

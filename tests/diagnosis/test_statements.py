@@ -19,7 +19,7 @@ from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis, Located
 from stepgauge.diagnosis.statements import OPEN, conclude
-from stepgauge.diagnosis.structure import _by_harmonics, _without_index
+from stepgauge.diagnosis.structure import _reduce_harmonics, _without_index
 from stepgauge.diagnosis.wording.headline import headline, summary_line
 from stepgauge.diagnosis.wording.phrases import number, worded
 from stepgauge.diagnosis.wording.structure import described
@@ -139,7 +139,7 @@ def test_a_period_is_that_of_its_harmonics_and_no_multiple_of_it(far: dict[int, 
     term, model = wave(far)
     phrase = {"say": "wave", "covariate": "position", "period": number(4.0, "mm")}
     form = described("position", "both", WAVE, [phrase], 1.0, 1.0, numbers=4.0)
-    found = _by_harmonics(term, model, form)
+    found = _reduce_harmonics(term, model, form)
     assert found.numbers == period
     assert f"period {period:g} mm" in found.where
 

@@ -149,7 +149,7 @@ def test_where_nothing_is_wrong_nothing_is_named(seed: int) -> None:
     found = infer(*fleet(seed, crossed(10, 4, 3)))
     assert found.causes == ()
     assert found.false_share == 0.0
-    page = markdown(fleet_story(found.as_dict()))
+    page = markdown(fleet_story(found.to_dict()))
     assert "0 causes named" in page
     assert "| machine | scale | 10 | 0 | 5 um/m |" in page
 

@@ -48,7 +48,7 @@ def settled(text: str) -> Imported:
         try:
             return read(text, AxisOptions("laser", unit, deviation), columns=parse_columns(columns), **layout)
         except InputError as error:
-            said = error.as_typed()
+            said = error.cli_text()
             columns += re.findall(r"--column (\w+=\"[^\"]+\")", said)[:1] if "--column" in said else []
             columns = [one.replace('"', "") for one in columns]
             if rows_of := re.search(r"--rows \"([^\"]+)\"", said):
@@ -99,7 +99,7 @@ OPEN = {
 
 @pytest.mark.parametrize("name", OPEN)
 def test_what_is_open_is_asked_and_the_advice_settles_it(name: str) -> None:
-    assert "expected" in asked(OPEN[name]).as_typed()
+    assert "expected" in asked(OPEN[name]).cli_text()
     found = settled(OPEN[name]).recording
     assert found.form == "axis"
     assert len(found) == 9
@@ -108,7 +108,7 @@ def test_what_is_open_is_asked_and_the_advice_settles_it(name: str) -> None:
 def test_all_questions_are_in_one_message_that_names_their_options() -> None:
     error = asked(rows(TARGETS, TARGETS + 0.5, TARGETS * 1e-2, header="Target,Commanded,Deviation"))
     assert isinstance(error, OpenQuestionsError)
-    said = error.as_typed()
+    said = error.cli_text()
     assert said.isprintable()
     for words in (
         "3 questions",
@@ -134,7 +134,7 @@ def test_a_column_too_much_is_no_further_run(name: str) -> None:
     """Runs there and back have as many columns each; a copy of one of them, with other numbers, is asked about."""
     there, back = TARGETS * 1e-2, TARGETS * 1e-2 + 1.0
     text = rows(TARGETS, there, back, there + 0.5, header=f"Target [mm],Hin [um],Rück [um],{name}")
-    said = asked(text).as_typed()
+    said = asked(text).cli_text()
     assert "no whole runs" in said
     place = "#4" if name == "Hin [um]" else name
     assert f'--column ignore="{place}"' in said
@@ -148,13 +148,13 @@ def test_a_place_is_no_target_by_its_name_alone() -> None:
     for numbers in (np.arange(5, 14), np.full(9, 20)):
         text = rows(numbers, spot, header="Position,Reading [mm]")
         if np.ptp(numbers):
-            assert '--column target="Position"' in asked(text).as_typed()
+            assert '--column target="Position"' in asked(text).cli_text()
         assert read(text, columns={"ignore": "Position"}).recording.form == "spot"
     assert read(rows(TARGETS, READINGS, header="Position,Reading [mm]")).recording.form == "axis"
 
 
 def test_a_place_beside_numbers_without_a_name_is_no_reading() -> None:
-    said = asked(rows(TARGETS, TARGETS * 1e-2, header="Winkel [°],Data")).as_typed()
+    said = asked(rows(TARGETS, TARGETS * 1e-2, header="Winkel [°],Data")).cli_text()
     assert "no column is named as the reading" in said
     assert '"Data"' in said
 
@@ -170,7 +170,7 @@ def test_a_plate_of_three_pairs_needs_one_column_and_the_unit() -> None:
     """The nominal value is the one whose name goes with that of the reading."""
     text = rows(READINGS, READINGS + 5.0, TARGETS, TARGETS + 5.0, header="Meas X,Meas Y,Nom X,Nom Y")
     error = asked(text)
-    assert "the target" not in str(error.as_typed()).split("2)")[0]
+    assert "the target" not in str(error.cli_text()).split("2)")[0]
     for axis, shift in (("X", 0.0), ("Y", 5.0)):
         found = read(text, AxisOptions("touch", "mm"), columns={"reading": f"Meas {axis}"}).recording
         np.testing.assert_allclose(found.frame["target"], TARGETS + shift)
@@ -321,7 +321,7 @@ def test_a_log_of_a_control_without_a_header() -> None:
     np.testing.assert_allclose(frame["reading"], 12.0 + np.arange(9) / 100.0)
     np.testing.assert_allclose(frame["time_s"], np.arange(9.0))
     two = "".join(f"{line}\nLAB:AIR 2021-06-13 20:05:{n:02d}.5 20.1\n" for n, line in enumerate(lines.split("\n")[:-1]))
-    assert '--rows "LAB:AIR"' in asked(two, AxisOptions("inductive", "mm")).as_typed()
+    assert '--rows "LAB:AIR"' in asked(two, AxisOptions("inductive", "mm")).cli_text()
     only = read(two, AxisOptions("inductive", "mm"), rows=("LAB:POS",)).recording.frame
     pd.testing.assert_frame_equal(only[["reading"]], frame[["reading"]])
 
@@ -343,7 +343,7 @@ REPORT = "DIM LOC{0}= LOCATION OF POINT PNT{0}  UNITS=MM\nAX    NOMINAL    MEAS\
 def test_a_report_of_a_coordinate_measuring_machine() -> None:
     """One option, for the unit stands in the line above every block."""
     text = "".join(REPORT.format(n, 10 * n) for n in range(1, 6))
-    error = asked(text, AxisOptions("touch")).as_typed()
+    error = asked(text, AxisOptions("touch")).cli_text()
     assert '--rows "X"' in error
     assert "--unit" not in error
     found = read(text, AxisOptions("touch"), rows=("X",)).recording
@@ -368,5 +368,5 @@ def test_columns_beyond_the_header_are_refused() -> None:
 
 def test_a_target_that_nothing_names_beside_readings_near_it_is_asked_for() -> None:
     text = rows([50.0] * 10, 50.0 + 1e-3 * np.arange(10), header="Foo [mm],Reading [mm]")
-    assert 'target="Foo [mm]"' in asked(text).as_typed()
+    assert 'target="Foo [mm]"' in asked(text).cli_text()
     assert read(text, columns={"target": "Foo [mm]"}).recording.form == "axis"

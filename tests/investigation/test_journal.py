@@ -10,11 +10,11 @@ import pytest
 
 from stepgauge.errors import InputError
 from stepgauge.executors.journal import open_steps
-from stepgauge.files.checksum import with_checksum
+from stepgauge.files.checksum import add_checksum
 
 
 def sealed(line: dict[str, Any]) -> bytes:
-    return json.dumps(with_checksum(line)).encode() + b"\n"
+    return json.dumps(add_checksum(line)).encode() + b"\n"
 
 
 NAME = "investigation.journal"

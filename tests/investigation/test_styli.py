@@ -32,7 +32,7 @@ from stepgauge.investigation.stations import Served, Simulated
 from stepgauge.investigation.story import story_of
 from stepgauge.live.controller import Controller, ControllerOptions, Link
 from stepgauge.machine.file import ChainTable, Machine
-from stepgauge.machine.styli import numbered, with_styli, with_stylus
+from stepgauge.machine.styli import add_styli, assign_stylus, numbered
 from stepgauge.machine.virtual import RunConditions, run_program
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.recording import Recording, join_recordings
@@ -64,7 +64,7 @@ def arm_machine(length_mm: float = SHORT_MM, radius_mm: float = 2.0, name: str =
 
 
 def both() -> Machine:
-    return with_styli(arm_machine(), [arm_machine(LONG_MM, 0.8, "Long")])
+    return add_styli(arm_machine(), [arm_machine(LONG_MM, 0.8, "Long")])
 
 
 def probed(n: int = 60) -> pd.DataFrame:
@@ -109,7 +109,7 @@ def test_a_longer_stylus_bends_with_its_length_cubed_and_triggers_at_less_force(
     first = Probings(frame.drop(columns="stylus"), setting)
     lever = (SHORT_MM + 14.5) / (LONG_MM + 14.5)
     assert_allclose(by_law[0][rows], total_displacement_um([lobes], first)[rows] * bends * lever, atol=1e-12)
-    longer = tripod.with_values(lever_mm=65.0 + LONG_MM - SHORT_MM, um_per_N=2.0 * bends)
+    longer = tripod.replace_values(lever_mm=65.0 + LONG_MM - SHORT_MM, um_per_N=2.0 * bends)
     assert_allclose(by_law[1][rows], total_displacement_um([longer], first)[rows], atol=1e-9)
     assert_allclose(by_law[1][~rows], total_displacement_um([tripod], first)[~rows], atol=1e-9)
 
@@ -123,16 +123,16 @@ def test_what_is_no_further_stylus_of_the_machine_is_refused() -> None:
         (own, "no other stylus than that of 50 mm.toml"),
     ):
         with pytest.raises(sg.InputError, match=words):
-            with_styli(own, [wrong])
+            add_styli(own, [wrong])
     with pytest.raises(sg.InputError, match="stylus 3"):
-        with_styli(own, [other]).with_stylus(3)
+        add_styli(own, [other]).select_stylus(3)
 
 
 def measured(first: tuple[dict[str, Any], ...], second: tuple[dict[str, Any], ...]) -> Recording:
     """The gauge along y as placements 1 to 3, the second one with stylus 2; each stylus with its own effects."""
     machine, lies, parts = both(), lies_along_y(), list[Recording]()
     for number, stylus in enumerate((1, 2, 1), 1):
-        own = machine.with_stylus(stylus)
+        own = machine.select_stylus(stylus)
         faulty = replace(own, effects=(first, second)[stylus - 1], styli=())
         program, conditions = small_program(small_gauge(), own, 3, lies), RunConditions(20.0, number, 300.0 * number)
         run = run_program(program, faulty, small_gauge(), lies, 9200 + number, conditions)
@@ -177,7 +177,7 @@ def test_the_radius_of_a_further_stylus_is_its_own_and_that_of_the_first_a_findi
 def test_a_longer_stylus_tells_the_lever_of_a_tripod_from_its_compliance() -> None:
     """Of level gauges with one stylus only the product is told: force is one over lever, compliance is length cubed."""
     without = tuple(one for one in effect_kinds() if one not in {"effective_radius", "kinematic_pretravel", "outliers"})
-    machine, gauge, middle = with_styli(small_machine(0.1), [longer()]), small_gauge(), np.array([200.0, 200.0, 60.0])
+    machine, gauge, middle = add_styli(small_machine(0.1), [longer()]), small_gauge(), np.array([200.0, 200.0, 60.0])
     tripod = {"kind": "kinematic_pretravel", "um_per_N": 20.0, "lever_mm": 65.0, "arm_azimuth_deg": 20.0}
     by_stylus = [
         tripod,
@@ -186,14 +186,14 @@ def test_a_longer_stylus_tells_the_lever_of_a_tripod_from_its_compliance() -> No
     parts = list[Recording]()
     for number, (stylus, yaw_deg) in enumerate(product((1, 2), (0.0, 35.0, 60.0, 100.0, 140.0)), 1):
         own, axis = (
-            machine.with_stylus(stylus),
+            machine.select_stylus(stylus),
             np.array([np.cos(np.radians(yaw_deg)), np.sin(np.radians(yaw_deg)), 0.0]),
         )
         lies = make_placement(middle - 30.0 * axis, middle + 30.0 * axis, 1, gauge.n_blocks)
         faulty = replace(own, effects=({**by_stylus[stylus - 1], "part": "varying"},), styli=())
         program, conditions = small_program(gauge, own, 3, lies), RunConditions(20.0, number, 300.0 * number)
         run = run_program(program, faulty, gauge, lies, 9300 + number, conditions)
-        parts.append(with_stylus(run.recording, stylus, machine))
+        parts.append(assign_stylus(run.recording, stylus, machine))
     u_mm = []
     for recording in (join_recordings(parts[:5]), join_recordings(parts)):
         (one,) = sg.diagnose(recording, gauge, machine, without=without).findings

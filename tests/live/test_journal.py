@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
-from stepgauge.files.checksum import with_checksum
+from stepgauge.files.checksum import add_checksum
 from stepgauge.live.journal import FORMAT, Journal, fingerprint, look, resume, start
 from tests.live.made import small_gauge, small_machine, small_program
 
@@ -124,7 +124,7 @@ def lines_of(*rows: dict[str, Any]) -> bytes:
     """Lines whose checksums are right, whatever they say."""
     found, last = b"", ""
     for row in rows:
-        whole = with_checksum(row, last)
+        whole = add_checksum(row, last)
         found, last = found + json.dumps(whole).encode() + b"\n", whole["checksum"]
     return found
 

@@ -129,7 +129,7 @@ class TestCurved:
 
     def test_a_user_function_slides_as_the_closed_form(self):
         shape = convex_surface(45.0)
-        numeric = surfaces.from_function(shape.point_mm)
+        numeric = surfaces.make_surface(shape.point_mm)
         exact = sliding.slide(shape, 0.5, 0.5, TIP_MM)
         np.testing.assert_allclose(
             sliding.slide(numeric, 0.5, 0.5, TIP_MM).deflection_mm, exact.deflection_mm, atol=1e-9
@@ -173,7 +173,7 @@ class TestCurved:
             return np.stack([u + edge, v + edge, -u], axis=-1)
 
         with pytest.raises(ValueError, match="no tangent position"):
-            sliding.slide(surfaces.from_function(patch, step=1e-4), 0.0, 0.0, TIP_MM, 0.001, 20)
+            sliding.slide(surfaces.make_surface(patch, step=1e-4), 0.0, 0.0, TIP_MM, 0.001, 20)
 
 
 class TestTrigger:

@@ -25,7 +25,7 @@ parameter = st.floats(0.3, 1.2)
 @given(u=parameter, v=parameter)
 def test_closed_form_derivatives_agree_with_differences(name, u, v):
     shape = SHAPES[name]
-    numeric = surfaces.from_function(shape.point_mm, outward=shape.outward)
+    numeric = surfaces.make_surface(shape.point_mm, outward=shape.outward)
     exact, approximate = shape.at(u, v), numeric.at(u, v)
     for part in ("point", "du", "dv"):
         np.testing.assert_allclose(getattr(approximate, part), getattr(exact, part), atol=1e-9)

@@ -35,7 +35,7 @@ def gauge(**certificate: object) -> Gauge:
 
 
 def model(recording: sg.Recording = REAL, own: Gauge | None = None) -> MonteCarloModel:
-    return recording_model(recording, shipped()[1], own or gauge(), 0.1).as_it_is()
+    return recording_model(recording, shipped()[1], own or gauge(), 0.1).keep_temperature_error()
 
 
 def u_of(name: str, of: MonteCarloModel, asked: BudgetOptions | None = None) -> dict[int, float]:
@@ -211,20 +211,20 @@ def test_the_scales_count_as_they_are_corrected_for_nominal_expansion() -> None:
     table = machine.table.model_copy(update=scales)
     frame = REAL.frame.assign(**{f"scale_temperature_{axis}_C": 25.0 for axis in "xyz"}, gauge_temperature_C=25.0)
     comments = {"temperature_convention": "nominal_expansion", "scale_expansion_per_K": "8e-6"}
-    read = replace(REAL, frame=frame).with_comments(**comments)
+    read = replace(REAL, frame=frame).assign_comments(**comments)
     for compensated in (False, True):
         scaled = replace(machine, table=table.model_copy(update={"scales_compensated": compensated}))
-        made = recording_model(read, replace(scaled, uncertain=uncertain), gauge(), 0.1).as_it_is()
+        made = recording_model(read, replace(scaled, uncertain=uncertain), gauge(), 0.1).keep_temperature_error()
         budget = make_budget(made, BudgetOptions())
         far = next(one for one in budget.lines if one.name == "xf_um" and one.face == 11)
         length_m = from_first_m(gauge(), 11)
         assert far.contribution["machine.scale_expansion_per_K"] == pytest.approx(5.0 * 0.6 * length_m, rel=2e-3)
         assert far.contribution["machine.temperature_C"] == pytest.approx(8.0 * 0.3 * length_m, rel=2e-3)
         assert "of the scales" not in missing(made)
-    silent = recording_model(read, replace(machine, table=table), gauge(), 0.1).as_it_is()
+    silent = recording_model(read, replace(machine, table=table), gauge(), 0.1).keep_temperature_error()
     assert missing(silent).count("of the scales") == 2
-    as_read = read.with_comments(temperature_convention="as_read")
-    assert "of the scales" not in missing(recording_model(as_read, machine, gauge(), 0.1).as_it_is())
+    as_read = read.assign_comments(temperature_convention="as_read")
+    assert "of the scales" not in missing(recording_model(as_read, machine, gauge(), 0.1).keep_temperature_error())
 
 
 def test_a_corrected_drift_counts_with_the_uncertainty_of_its_rate() -> None:
@@ -239,7 +239,7 @@ def test_a_corrected_drift_counts_with_the_uncertainty_of_its_rate() -> None:
     result = sg.evaluate(read, gauge(), correct_drift=True).results[0]
     far = len(result.xf_um) - 2
     for of, name, expected_um in ((plain, "drift of the readings", None), (corrected, "correction of the drift", 0.2)):
-        budget = make_budget(of.as_it_is(), BudgetOptions())
+        budget = make_budget(of.keep_temperature_error(), BudgetOptions())
         line = next(one for one in budget.lines if one.name == "xf_um" and one.face == 11)
         others = {"drift of the readings", "correction of the drift"} - {name}
         assert line.contribution[name] > 0.0

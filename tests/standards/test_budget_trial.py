@@ -53,7 +53,7 @@ def test_what_is_tried_is_what_it_would_be_if_it_were_stated(tmp_path: Path) -> 
     (tmp_path / "known.toml").write_text("\n".join(kept))
 
     for values, cmm in ((VALUES, tmp_path / "known.toml"), ({}, machine)):
-        tried = trial.with_values(values)
+        tried = trial.replace_values(values)
         whole = sg.budget(recording, gauge, cmm, placements=placement, runs=0, measurand="at-20")
         assert len(tried.not_included) == len(whole.not_included)
         assert [one.name for one in tried.sources] == [one.name for one in whole.sources]

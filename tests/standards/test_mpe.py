@@ -34,8 +34,8 @@ def test_a_cap_holds_from_where_it_is_reached() -> None:
 
 
 def test_units_are_printed_where_they_matter() -> None:
-    assert Mpe.parse("1.8 + L/350").with_units() == "(1.8 + L/350) µm, L in mm"
-    assert Mpe.parse("2.5").with_units() == "2.5 µm"
+    assert Mpe.parse("1.8 + L/350").to_text() == "(1.8 + L/350) µm, L in mm"
+    assert Mpe.parse("2.5").to_text() == "2.5 µm"
 
 
 def test_a_limit_of_many_lengths_keeps_its_shape() -> None:

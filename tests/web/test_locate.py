@@ -13,7 +13,7 @@ import pytest
 from stepgauge.alignment.agreement import agreement
 from stepgauge.gauge.certified import Gauge
 from stepgauge.importing.sixteen import read_sixteen
-from stepgauge.web.pasting import as_points_file
+from stepgauge.web.pasting import complete_points_text
 from tests.conftest import ROOT
 from tests.web.conftest import Served, Watched
 
@@ -27,10 +27,10 @@ def test_rows_as_they_are_pasted_are_the_same_points(tmp_path: Path) -> None:
     pasted = ("\n".join("; ".join(row[1:]) for row in rows), "\n".join(" ".join(row) for row in rows), german)
     for text in pasted:
         path = tmp_path / "points.csv"
-        path.write_text(as_points_file(text))
+        path.write_text(complete_points_text(text))
         assert np.array_equal(read_sixteen(path), read_sixteen(POINTS))
-    assert as_points_file(TEXT) == TEXT
-    assert as_points_file("no numbers\n") == "no numbers\n"
+    assert complete_points_text(TEXT) == TEXT
+    assert complete_points_text("no numbers\n") == "no numbers\n"
 
 
 def test_the_point_that_disagrees_is_found_with_its_distance(gauge: Gauge) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.errors import InputError, naming
-from stepgauge.web.messages import catalogue, in_german, said_in_german, unchanged
+from stepgauge.web.messages import catalogue, said_in_german, translate_message, unchanged
 from stepgauge.web.texts import Words
 from tests.web.gathered import gathered
 
@@ -56,14 +56,14 @@ def test_every_text_is_recognized_with_its_gaps_filled() -> None:
         filled = [text, german]
         for gap in gaps:
             filled = [one.replace("{}", gap, 1) for one in filled]
-        assert in_german(filled[0]) == filled[1], text
+        assert translate_message(filled[0]) == filled[1], text
 
 
 def test_a_number_gets_its_comma_and_what_was_written_stays() -> None:
-    assert in_german("2.5 mm stated") == "angegeben sind 2,5 mm"
-    assert in_german("column 'x.1' is not a number") == "Spalte 'x.1' ist keine Zahl"
-    assert in_german("drift; 0.25 um") == "drift; 0,25 µm"
-    assert in_german("version 1.2.3 of 20.4 deg C") == "version 1.2.3 of 20,4 °C"
+    assert translate_message("2.5 mm stated") == "angegeben sind 2,5 mm"
+    assert translate_message("column 'x.1' is not a number") == "Spalte 'x.1' ist keine Zahl"
+    assert translate_message("drift; 0.25 um") == "drift; 0,25 µm"
+    assert translate_message("version 1.2.3 of 20.4 deg C") == "version 1.2.3 of 20,4 °C"
 
 
 def test_a_verb_that_failed_ends_in_german() -> None:
@@ -71,7 +71,7 @@ def test_a_verb_that_failed_ends_in_german() -> None:
     assert said_in_german(f"stepgauge: error: {error}") == (
         "recordings/a.csv Zeile 5: Spalte x_mm ist keine Zahl; gefunden: 'a'; erwartet: eine endliche Zahl"
     )
-    told = InputError(naming("tip_radius_mm"), "the tip radius is not known").as_typed()
+    told = InputError(naming("tip_radius_mm"), "the tip radius is not known").cli_text()
     assert Words("de").ended(f"stepgauge: error: {told}").endswith("der Tastkugelradius ist nicht bekannt")
     assert Words("en").ended(f"stepgauge: error: {told}").endswith("the tip radius is not known")
 

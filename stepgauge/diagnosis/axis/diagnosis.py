@@ -134,7 +134,7 @@ def _said(found: GaugeDiagnosis, data: AxisData, conditions: Conditions) -> dict
     conversion = UnitConversion(units, data.scaling)
     said = conversion.converted({key: value for key, value in raw.items() if key not in UNUSED})
     said["axis"] = {**_axis(recording), "repeatability": data.repeatability / units.base_deviation}
-    said["conditions"] = conditions.as_dicts()
+    said["conditions"] = conditions.to_dicts()
     at, steps = subject(said), _even_steps(recording)
     for effect in said["effects"]:
         effect["separate_by"], effect["commands"], effect["reason"] = "", [], ""

@@ -31,14 +31,14 @@ AT_ONCE = 1e-3
 """Share of the shortest lag: an expectation below it is the weight that is left beside a body that follows at once."""
 
 
-def with_marginals(fitted: Fitted, data: Residuals, metric: Metric) -> Fitted:
+def marginalise(fitted: Fitted, data: Residuals, metric: Metric) -> Fitted:
     """The fit, with lags and azimuths as uncertain as all that are possible leave them, and the sizes beside a lag."""
     solved = []
     for place, one in enumerate(fitted.solved):
         if _lags_s(one.family):
-            one = _with_all_lags(one, conditional_fit(fitted, place, data, metric), data)
+            one = _marginalise_lag(one, conditional_fit(fitted, place, data, metric), data)
         if AZIMUTH in one.family.atoms[0]:
-            one = _with_all_azimuths(one, conditional_fit(fitted, place, data, metric))
+            one = _widen_azimuth(one, conditional_fit(fitted, place, data, metric))
         solved.append(one)
     return replace(fitted, solved=tuple(solved))
 
@@ -47,7 +47,7 @@ def _lags_s(family: Family) -> list[float]:
     return sorted({float(atom[LAG]) for atom in family.atoms if atom.get(LAG) is not None})
 
 
-def _with_all_lags(solved: Solved, beside: ConditionalFit, data: Residuals) -> Solved:
+def _marginalise_lag(solved: Solved, beside: ConditionalFit, data: Residuals) -> Solved:
     """The law with the expectations of lag and size by marginal likelihood beside the other laws, and their deviations.
 
     These are what is stated of a skewed distribution (GUM supplement 1).
@@ -83,7 +83,7 @@ def _size_name(solved: Solved) -> str:
     return name
 
 
-def _with_all_azimuths(solved: Solved, beside: ConditionalFit) -> Solved:
+def _widen_azimuth(solved: Solved, beside: ConditionalFit) -> Solved:
     """The law with the root mean square distance of all azimuths from the one that is told, if it is the larger."""
     family, told = solved.family, solved.parameters[AZIMUTH]
     found = [_sized(beside(family.signature(i)), beside.left, family.sizes) for i in range(len(family.atoms))]

@@ -24,7 +24,7 @@ from stepgauge.diagnosis.covariates import (
     runs_of,
     standard,
 )
-from stepgauge.diagnosis.gaussian_processes.memory import hysteresis, lagged, of_ways, rests
+from stepgauge.diagnosis.gaussian_processes.memory import direction_differences, hysteresis, lagged, rests
 from stepgauge.diagnosis.gaussian_processes.periodic import beats, sawteeth, waves
 from stepgauge.diagnosis.gaussian_processes.random_function import (
     DRIFTING,
@@ -162,7 +162,7 @@ def _every(data: Residuals, priors: Priors, known: int | None) -> Iterator[Rando
         yield beats(position, slow, priors)
     yield from volumes(axes, data, priors)
     if position is not None and goes_both_ways(data):
-        yield of_ways(position, data, priors)
+        yield direction_differences(position, data, priors)
         for one in (position, *axes):
             yield from hysteresis(one, data, priors)
     yield from _levels(data, priors)

@@ -213,10 +213,10 @@ def _shapes(located: Located, side: str, data: Residuals) -> Iterator[list[str]]
         one = next((c for c in covariates(data) if c.name == located.covariate), None)
         name = None if one is None else _column_name(one.name)
         if one is not None and name is not None:
-            yield from _of_covariate(located, side, one, name, data)
+            yield from _covariate_terms(located, side, one, name, data)
 
 
-def _of_covariate(located: Located, side: str, one: Covariate, name: str, data: Residuals) -> Iterator[list[str]]:
+def _covariate_terms(located: Located, side: str, one: Covariate, name: str, data: Residuals) -> Iterator[list[str]]:
     x, middle = one.values, float(one.values.mean())
     if located.form == TREND:
         yield [f"({name} - {middle:.12g})"]

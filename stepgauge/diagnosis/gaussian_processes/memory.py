@@ -135,7 +135,7 @@ def hysteresis(one: Covariate, data: Residuals, priors: Priors) -> Iterator[Rand
     yield RandomFunctionFeatures(one.name, one.unit, HYSTERESIS, differing, kernels, sides, share, one.name)
 
 
-def of_ways(position: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeatures:
+def direction_differences(position: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeatures:
     """Differences between the directions of travel: a constant, or a separate function along the gauge for each."""
     way = data.probings.way()
     loops = [way[None], *(way * matern(position.values, length) for length in priors.forms.lengths)]

@@ -42,7 +42,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
         family = replace(family, about=_about(family, data))
         sizes, log_odds = (
             sizes_of(family, priors, data),
-            float(np.log(odds_of(family.kind, priors) * own * _by_axis(family.kind, priors, data))),
+            float(np.log(odds_of(family.kind, priors) * own * _axis_kind_odds(family.kind, priors, data))),
         )
         again = None if is_common(family.kind, family.choices) else priors.laws.of(family.kind).again
         if id(family.pattern) not in patterns:
@@ -84,7 +84,7 @@ def _twice(law: Law) -> Iterator[Law]:
     yield replace(second, pattern=law.pattern[:])  # another array: tables know a pattern by its identity
 
 
-def _by_axis(kind: str, priors: Priors, data: Residuals) -> float:
+def _axis_kind_odds(kind: str, priors: Priors, data: Residuals) -> float:
     """Factor on the odds of a law by the kind of the axis, where that is stated."""
     stated = priors.axis_kinds.get(data.probings.setting.axis_kind)
     return 1.0 if stated is None else stated.odds.get(kind, 1.0)

@@ -61,4 +61,4 @@ def temperatures(data: Residuals) -> list[str]:
 def goes_both_ways(data: Residuals) -> bool:
     """Whether enough touches were made each way to tell the ways apart."""
     way = data.probings.way()
-    return data.in_order and bool(min((way > 0).sum(), (way < 0).sum()) >= FEWEST_BACK * len(data))
+    return data.is_ordered and bool(min((way > 0).sum(), (way < 0).sum()) >= FEWEST_BACK * len(data))

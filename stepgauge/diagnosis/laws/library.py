@@ -134,7 +134,7 @@ def effect_families(data: Residuals, priors: Priors, without: Collection[str] = 
                 yield from _directed(shapes, columns, directions)
                 continue
             size = _sizes(columns, [np.ones((1, len(data)))])[0]
-            yield from _family(shapes, columns if law.phase() else _beside_origins(columns, data), size)
+            yield from _family(shapes, columns if law.phase() else _remove_origins(columns, data), size)
 
 
 def _is_shown(law: type[Effect], choices: dict[str, Any], atom: dict[str, Any], data: Residuals) -> bool:
@@ -160,7 +160,7 @@ def reached_axes(data: Residuals) -> list[str]:
     return [axis for axis, far in zip("xyz", reach, strict=True) if far > SEEN_SHARE]
 
 
-def _beside_origins(columns: Array, data: Residuals) -> Array:
+def _remove_origins(columns: Array, data: Residuals) -> Array:
     """Signatures ``(atoms, d, n)`` without their part in the origins of the placements.
 
     The shape of a law may be mostly a constant, such as a parabola over the travel near its middle: the rest is still

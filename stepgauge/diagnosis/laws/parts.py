@@ -98,7 +98,7 @@ def _parts_places(name: str, edge: float, data: Residuals) -> bool:
     )
 
 
-def in_part(data: Residuals, priors: Priors, every: tuple[PartOfRecord, ...], law: Law, atom: int) -> list[Law]:
+def part_laws(data: Residuals, priors: Priors, every: tuple[PartOfRecord, ...], law: Law, atom: int) -> list[Law]:
     """A law with one of its shapes, under every condition; none of a law that has a condition already."""
     family: Family = law.source
     if law.combined or "when" in family.atoms[atom]:
@@ -162,4 +162,4 @@ def is_told(family: Family, signature: Array, data: Residuals) -> bool:
 
 def laws_in_parts(data: Residuals, priors: Priors) -> partial[list[Law]]:
     """What a search asks for laws in a part of this recording: from a law and the number of its shape."""
-    return partial(in_part, data, priors, tuple(conditions(data)))
+    return partial(part_laws, data, priors, tuple(conditions(data)))

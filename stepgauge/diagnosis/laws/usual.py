@@ -83,11 +83,11 @@ def is_height(law: type[Effect]) -> bool:
 Factors = Iterator[tuple[str, float]]
 
 
-def _as_stated(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
+def _no_factors(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
     yield from ()
 
 
-def _with_grade(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
+def _grade_factors(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
     if machine is not None and machine.table.repeatability_um > 0.0:
         um = machine.table.repeatability_um
         yield (
@@ -96,30 +96,30 @@ def _with_grade(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None)
         )
 
 
-def _with_sag(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
+def _sag_factors(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
     if gauge is not None:
         length, height = float(gauge.position_mm[-1]), gauge.table.rail_height_mm
         yield f"the gauge is {length:g} mm long (power 4)", (length / SAG_LENGTH_MM) ** 4
         yield f"its bar is {height:g} mm high (power -2)", (SAG_HEIGHT_MM / height) ** 2
 
 
-def _with_certificate(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
+def _certificate_factors(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
     if gauge is not None and (u_um := float(np.median(gauge.u_um))) > sizes.certificate_um:
         yield f"the certificate states u = {u_um:.2g} um", u_um / sizes.certificate_um
 
 
-def _with_stylus(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
+def _stylus_factors(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
     if machine is not None:
         length = machine.probe.shank_length_mm
         yield f"the stylus is {length:g} mm long (power 3)", (length / STYLUS_MM) ** 3
 
 
 _BASES: dict[str, Callable[[SizePriors, Gauge | None, Machine | None], Factors]] = {
-    "": _as_stated,
-    "grade": _with_grade,
-    "sag": _with_sag,
-    "certificate": _with_certificate,
-    "stylus": _with_stylus,
+    "": _no_factors,
+    "grade": _grade_factors,
+    "sag": _sag_factors,
+    "certificate": _certificate_factors,
+    "stylus": _stylus_factors,
 }
 
 

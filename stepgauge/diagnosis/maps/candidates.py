@@ -81,19 +81,19 @@ class ProbeChange:
 def candidates_for(table: Table, quantities: Sequence[str]) -> list[ProbeChange]:
     """All changes that are possible for the model of a probe and for the measured quantities."""
     if table.get("model", "constant") in ("constant", "lobed"):
-        return _of_laws(table)
+        return _pretravel_changes(table)
     if "seat" not in table:
         return []
     found = [
-        *_of_seat(table["seat"]),
+        *_seat_changes(table["seat"]),
         _stylus_length(table["stylus"]),
         _compliance(table["stylus"]),
         _tip_friction(table),
     ]
-    return [*found, *_of_gauge()] if "trigger_force_N" in quantities else found
+    return [*found, *_force_gauge_changes()] if "trigger_force_N" in quantities else found
 
 
-def _of_seat(seat: Table) -> list[ProbeChange]:
+def _seat_changes(seat: Table) -> list[ProbeChange]:
     radius, angle, preload = seat["contact_radius_mm"], seat["contact_angle_deg"], seat["preload_N"]
     return [
         _seat_key("lever_arm", "carrier_mm", "mm", seat, -45.0, 195.0),
@@ -193,7 +193,7 @@ def _compliance(stem: Sequence[Table]) -> ProbeChange:
     return ProbeChange("compliance", (ProbeParameter("factor", "1", 1.0, 0.25, 20.0),), change, total=total)
 
 
-def _of_gauge() -> list[ProbeChange]:
+def _force_gauge_changes() -> list[ProbeChange]:
     """Errors of the force gauge; the probe itself is not changed."""
 
     def unchanged(table: Table, values: Sequence[float]) -> None:
@@ -206,7 +206,7 @@ def _of_gauge() -> list[ProbeChange]:
     ]
 
 
-def _of_laws(table: Table) -> list[ProbeChange]:
+def _pretravel_changes(table: Table) -> list[ProbeChange]:
     """Changes of a probe with a pre-travel function: another mean, and lobes of either shape."""
     nominal = float(table.get("pretravel_um", 0.0))
     lobes, phase_rad = float(table.get("amplitude_um", 0.0)), radians(3.0 * float(table.get("phase_deg", 0.0)))

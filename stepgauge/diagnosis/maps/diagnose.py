@@ -45,9 +45,9 @@ def diagnose_map(
     scatter = estimate_scatter(model.data, model.residuals(()))
     missing = lacking(model.data)
     if missing:
-        return _as_it_is("insufficient", model, scatter, missing)
+        return _unchanged("insufficient", model, scatter, missing)
     if _reproduced(model):
-        return _as_it_is("adequate", model, scatter)
+        return _unchanged("adequate", model, scatter)
     if candidates is None:
         candidates = candidates_for(model.table, [m.name for m in model.data.measured])
     return _diagnosis_of(stated_map(model, candidates, scatter, priors or shipped_priors()), scatter)
@@ -59,7 +59,7 @@ def _reproduced(model: MapModel) -> bool:
     return all((np.abs(r) <= np.maximum(HALF_A_DIGIT * m.quantum, SIX_DIGITS * m.values)).all() for m, r in pairs)
 
 
-def _as_it_is(verdict: Verdict, model: MapModel, scatter: MapScatter, missing: tuple[str, ...] = ()) -> MapDiagnosis:
+def _unchanged(verdict: Verdict, model: MapModel, scatter: MapScatter, missing: tuple[str, ...] = ()) -> MapDiagnosis:
     """The unchanged residuals; the scatter is known from repeats or not at all."""
     kept, rows = np.ones(len(model.data), bool), MapRows(model, scatter.sigma)
     known = scatter.repeats or not missing
@@ -71,7 +71,7 @@ def _as_it_is(verdict: Verdict, model: MapModel, scatter: MapScatter, missing: t
 
 
 def _diagnosis_of(found: StatedMap, scatter: MapScatter) -> MapDiagnosis:
-    model, kept, by_row = found.rows.model, kept_rows(found), _by_row(found, scatter)
+    model, kept, by_row = found.rows.model, kept_rows(found), _row_deviations(found, scatter)
     laws, columns = empirical_map_laws(found)
     slight = [one.lead.candidate.label for one in found.slight]
     findings, left = list(map_findings(found, by_row)), list(map_structure(found))
@@ -119,7 +119,7 @@ def _grown(found: StatedMap, scatter: MapScatter) -> MapScatter:
     return replace(scatter, grows=grows and found.state.noise.growth is not None)
 
 
-def _by_row(found: StatedMap, scatter: MapScatter) -> list[Array]:
+def _row_deviations(found: StatedMap, scatter: MapScatter) -> list[Array]:
     """Standard deviation of every ordinary row of each quantity: the mean over repeats, else that of the model."""
     state, sigma = found.state, found.rows.sigma
     relative = np.sqrt(found.search.noise_models.variance(state.noise) * state.noise.weight)

@@ -29,7 +29,7 @@ def map_findings(found: StatedMap, by_row: Sequence[Array]) -> Iterator[Finding]
     """The changes that are stated, then the outliers; ``by_row (n,)``: scatter of the rows of each quantity."""
     for place, said in enumerate(found.laws):
         every = credible_laws(said, found.priors.decision)
-        fits = [found.fitted, *(found.in_place(place, one) for one in every[1:])]
+        fits = [found.fitted, *(found.substitute_rival(place, one) for one in every[1:])]
         causes = [_cause(found, fitted, place) for fitted in fits]
         by_label = {one.candidate.label: cause for one, cause in zip(every, causes, strict=True)}
         slight = float(found.moved_by_slight[place])

@@ -17,7 +17,7 @@ from stepgauge.files.arrays import Array
 from stepgauge.physics.wozniak import LobeModel
 from stepgauge.probes import Probe, probe_from_table
 from stepgauge.probes.base import head_frame
-from stepgauge.probes.empirical import EmpiricalTable, with_laws
+from stepgauge.probes.empirical import EmpiricalTable, add_laws
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +59,7 @@ def build_probe(table: Mapping[str, Any], where: str) -> Probe:
     """
     if table.get("model") != "triangular":
         return probe_from_table(dict(table), where)
-    return with_laws(_triangular(table), [EmpiricalTable.model_validate(law) for law in table.get("empirical", [])])
+    return add_laws(_triangular(table), [EmpiricalTable.model_validate(law) for law in table.get("empirical", [])])
 
 
 def _triangular(table: Mapping[str, Any]) -> TriangularProbe:

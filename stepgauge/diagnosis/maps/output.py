@@ -13,7 +13,7 @@ from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS
 from stepgauge.diagnosis.maps.model import build_probe
 from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis
 from stepgauge.diagnosis.maps.rows import map_row_table
-from stepgauge.diagnosis.maps.said import as_json
+from stepgauge.diagnosis.maps.said import map_diagnosis_json
 from stepgauge.diagnosis.output.rows import ROWS_FILE, rows_csv
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_json, write_sealed
@@ -34,7 +34,7 @@ def write_map_diagnosis(found: MapDiagnosis, probe_path: str, folder: str | Path
     from stepgauge.reports.render import markdown
 
     target = Path(folder)
-    said = as_json(found, probe_path, target)
+    said = map_diagnosis_json(found, probe_path, target)
     texts = {
         "diagnosis.md": markdown(diagnosis_story(said, figure_names(found, suffix))),
         ROWS_FILE: rows_csv(map_row_table(found)),
@@ -50,7 +50,7 @@ def _probe_files(found: MapDiagnosis) -> dict[str, str]:
     """The changed probe file, and a map file if it needs one, by name."""
     table, beside = _plain(found.table), {}
     if table.get("model") == "triangular":
-        table, beside[_PRETRAVEL_FILE] = _as_map(table)
+        table, beside[_PRETRAVEL_FILE] = _map_table(table)
     return {PROBE_FILE: _head(found) + tomli_w.dumps({"probe": table}), **beside}
 
 
@@ -71,7 +71,7 @@ def _short(parameter: Estimate) -> str:
     return f"{parameter.value:.4g}" + ("" if parameter.unit == "1" else f" {parameter.unit}")
 
 
-def _as_map(table: dict[str, Any]) -> tuple[dict[str, Any], str]:
+def _map_table(table: dict[str, Any]) -> tuple[dict[str, Any], str]:
     """A law that probe files do not have, as a map file; empirical laws stay formulas."""
     named = {key: value for key, value in table.items() if key != "empirical"}
     found = map_directions(build_probe(named, ""), np.arange(0.0, 181.0, 5.0), np.arange(0.0, 360.0, 3.0))

@@ -19,10 +19,10 @@ COMPONENTS = {"x_mm": ("mm", "azimuth_deg", "mm", 1.0), "cos_um": ("amplitude_um
 
 def estimates(table: Table, fitted: FittedChanges) -> list[dict[str, Estimate]]:
     """One dictionary per term, with the standard uncertainties of the fit."""
-    return [_of_term(table, term, fitted.covariance_of(place)) for place, term in enumerate(fitted.terms)]
+    return [_term_parameters(table, term, fitted.covariance_of(place)) for place, term in enumerate(fitted.terms)]
 
 
-def _of_term(table: Table, term: ChangeTerm, covariance: Array) -> dict[str, Estimate]:
+def _term_parameters(table: Table, term: ChangeTerm, covariance: Array) -> dict[str, Estimate]:
     knobs = term.candidate.knobs
     if knobs[0].name in COMPONENTS:
         return _polar(term.values, covariance, *COMPONENTS[knobs[0].name])

@@ -123,9 +123,9 @@ class MapDiagnosis(Diagnosis):
     @cached_property
     def said(self) -> dict[str, Any]:
         """All that is stated, in JSON types."""
-        from stepgauge.diagnosis.maps.said import as_json
+        from stepgauge.diagnosis.maps.said import map_diagnosis_json
 
-        return as_json(self, self.probe_path)
+        return map_diagnosis_json(self, self.probe_path)
 
     def figures(self) -> dict[str, Figure]:
         """Residuals, directions and effects, by the names of their files."""

@@ -21,7 +21,7 @@ from stepgauge.files.checksum import file_sha256
 _FLAT = ("noise", "rms_before", "rms_after", "holdout_rms_before", "holdout_rms_after")
 
 
-def as_json(found: MapDiagnosis, probe_path: str, folder: str | Path = ".") -> dict[str, Any]:
+def map_diagnosis_json(found: MapDiagnosis, probe_path: str, folder: str | Path = ".") -> dict[str, Any]:
     """The diagnosis of a map as JSON types; undefined numbers are None.
 
     ``folder`` is the folder of the diagnosed probe file, for the commands that name it.
@@ -49,7 +49,7 @@ def as_json(found: MapDiagnosis, probe_path: str, folder: str | Path = ".") -> d
 
 def _effect(finding: Finding, found: MapDiagnosis, folder: Path) -> dict[str, Any]:
     shares = found.shares(finding)
-    separate_by = _in_folder(finding.separate_by, folder)
+    separate_by = _command_in_folder(finding.separate_by, folder)
     said: dict[str, Any] = {
         "kind": finding.kind,
         "label": finding.label,
@@ -94,7 +94,7 @@ def _outlier(row: int, found: MapDiagnosis) -> dict[str, Any]:
     }
 
 
-def _in_folder(command: str, folder: Path) -> str:
+def _command_in_folder(command: str, folder: Path) -> str:
     """The command for the folder in which the diagnosis was started."""
     return command.replace(" probe.diagnosed.toml", f" {(folder / 'probe.diagnosed.toml').as_posix()}")
 
@@ -142,7 +142,7 @@ def _fit(found: MapDiagnosis) -> dict[str, Any]:
         "quantities": quantities,
     }
     if found.laws:
-        said["with_empirical"] = {fit.name: _with_empirical(fit) for fit in found.fits}
+        said["with_empirical"] = {fit.name: _empirical_fit(fit) for fit in found.fits}
     return said
 
 
@@ -162,7 +162,7 @@ def _quantity(fit: QuantityFit) -> dict[str, Any]:
     }
 
 
-def _with_empirical(fit: QuantityFit) -> dict[str, Any]:
+def _empirical_fit(fit: QuantityFit) -> dict[str, Any]:
     held = {by: described for by, (_, _, described) in fit.holdout.items()}
     return {"unit": fit.unit, "rms_after": fit.rms("described"), "holdout_rms_after": held}
 

@@ -267,10 +267,10 @@ def fit_changes(
     scale = np.array([usual_of(term.candidate, priors)[1] for term in terms for _ in term.candidate.knobs])
     start = np.array([value for term in terms for value in term.values])
     known = Parameters(none, low, high, scale)
-    return fit_nonlinear(lambda x: rows.moved(with_values(terms, x)), left, start, known, metric, steps)
+    return fit_nonlinear(lambda x: rows.moved(replace_values(terms, x)), left, start, known, metric, steps)
 
 
-def with_values(terms: Sequence[ChangeTerm], values: Array) -> tuple[ChangeTerm, ...]:
+def replace_values(terms: Sequence[ChangeTerm], values: Array) -> tuple[ChangeTerm, ...]:
     """Changes with other values, those of all knobs one after the other ``(k,)``."""
     cuts = np.cumsum([len(term.values) for term in terms])[:-1]
     parts = np.split(np.asarray(values, float), cuts)

@@ -18,7 +18,7 @@ from stepgauge.diagnosis.maps.candidates import ProbeChange
 from stepgauge.diagnosis.maps.direction_functions import DirectionFunction
 from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel, Terms
 from stepgauge.diagnosis.maps.scatter import MapScatter
-from stepgauge.diagnosis.maps.signatures import MapRows, Point, fit_changes, make_problem, with_values
+from stepgauge.diagnosis.maps.signatures import MapRows, Point, fit_changes, make_problem, replace_values
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.result import Check, rms
 from stepgauge.files.arrays import Array
@@ -93,7 +93,7 @@ class StatedMap:
         alone = (self.rows.moved((term,)) for term in self.fitted.terms)
         return self.rows.moved(self.fitted.terms) - sum(alone, np.zeros(len(self.rows.um)))
 
-    def in_place(self, place: int, rival: Member) -> FittedChanges:
+    def substitute_rival(self, place: int, rival: Member) -> FittedChanges:
         """All changes fitted together, with a rival in the place of one."""
         terms = list(self.fitted.terms)
         terms[place] = _change(rival.hypothesis, rival.candidate.label, rival.proposal.term())
@@ -109,7 +109,7 @@ def fitted_together(terms: Sequence[ChangeTerm], rows: MapRows, metric: Metric, 
     if not terms:
         return FittedChanges((), np.zeros((0, 0)), np.zeros((0, len(rows.um))))
     found = fit_changes(terms, rows, metric, priors, rows.um)
-    return FittedChanges(with_values(terms, found.values), found.covariance, found.slopes)
+    return FittedChanges(replace_values(terms, found.values), found.covariance, found.slopes)
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")

@@ -127,7 +127,7 @@ def statements_to_dict(
         "fit": _fit(diagnosis, laws),
         "noise": _noise(diagnosis),
         "measured": measured_json(diagnosis),
-        **evidence_json(diagnosis, lambda text: _in_folder(text, diagnosis.placements, Path(folder))),
+        **evidence_json(diagnosis, lambda text: _command_in_folder(text, diagnosis.placements, Path(folder))),
         "remarks": worded_all(diagnosis.remarks),
     }
     return without_nan(said)
@@ -163,7 +163,7 @@ def evidence_json(diagnosis: Diagnosed, renamed: Callable[[str], str] = str) -> 
 
 def _finding(finding: Finding, diagnosis: GaugeDiagnosis, inputs: Inputs, folder: Path) -> dict[str, Any]:
     share = finding.share_um
-    separate_by = _in_folder(finding.separate_by, diagnosis.placements, folder)
+    separate_by = _command_in_folder(finding.separate_by, diagnosis.placements, folder)
     said = {
         "kind": finding.kind,
         "label": finding.label,
@@ -253,7 +253,7 @@ def _json(value: object) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _in_folder(text: str, placements: Mapping[str, str], folder: Path) -> str:
+def _command_in_folder(text: str, placements: Mapping[str, str], folder: Path) -> str:
     """The command for the folder in which the diagnosis was started."""
     for name in placements:
         stem = name.removesuffix(".toml")
@@ -314,7 +314,7 @@ def _fit(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> dict[str, A
         },
     }
     if laws:
-        said["with_empirical"] = _with_empirical(diagnosis, laws)
+        said["with_empirical"] = _empirical_fit(diagnosis, laws)
     return said
 
 
@@ -323,7 +323,7 @@ def _headline(holdout: Mapping[str, tuple[float, float]]) -> tuple[float, float]
     return holdout[names[0]] if names else (math.nan, math.nan)
 
 
-def _with_empirical(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> dict[str, Any]:
+def _empirical_fit(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> dict[str, Any]:
     """The fit with the approximated forms: over all rows with weight, and for rows held out."""
     data, sigma = diagnosis.data, diagnosis.noise.by_row_um
     shares = [f.share_um for f in diagnosis.findings if f.share_um.any()] + [law.share_um for law in laws]

@@ -163,10 +163,10 @@ def even(readings_at: ArrayLike) -> EvenSpacing | None:
     if len(places) < FEWEST_PLACES:
         return None
     gap = float(np.diff(places).min())
-    return next((found for n in range(1, FINEST + 1) if (found := _in_steps(places, gap / n)) is not None), None)
+    return next((found for n in range(1, FINEST + 1) if (found := _find_steps(places, gap / n)) is not None), None)
 
 
-def _in_steps(places: Array, step: float) -> EvenSpacing | None:
+def _find_steps(places: Array, step: float) -> EvenSpacing | None:
     """Places as whole steps of about a size, fitted; None where they are not."""
     whole = np.zeros(len(places))
     for i in range(1, len(places)):  # from place to place, for an error of the step adds up

@@ -103,7 +103,7 @@ def _text(value: Any) -> Any:
     return value if isinstance(value, list) else str(value)
 
 
-def in_place(
+def describe_rivals(
     kinds: Iterable[str], combinations: Sequence[Sequence[str]], of: str = "gauge", language: str = "en"
 ) -> list[str]:
     """What may be in place of a finding, in words; several laws together by their labels, which have the axes.

@@ -9,7 +9,7 @@ from typing import Any
 
 from stepgauge.diagnosis.wording.aliases import periods_of
 from stepgauge.diagnosis.wording.catalogue import listed, say
-from stepgauge.diagnosis.wording.findings import finding_name, in_place, name_of, subject
+from stepgauge.diagnosis.wording.findings import describe_rivals, finding_name, name_of, subject
 from stepgauge.diagnosis.wording.notation import probability, significant
 from stepgauge.diagnosis.wording.phrases import structure_words
 from stepgauge.files.notation import rounded
@@ -25,7 +25,7 @@ REPEATABILITY = "repeatability"
 def headline(said: Said, language: str = "en") -> str:
     """The verdict in some sentences; a scatter that is not the stated one comes first."""
     verdict, odds = said["verdict"], said["odds"]
-    named = _numbered([with_rivals(one, said, language) for one in _systematic(said)], language)
+    named = _numbered([describe_finding(one, said, language) for one in _systematic(said)], language)
     if verdict == "adequate":
         sure = say("sure", language, p=probability(odds["adequate"])) if odds else ""
         return _compared(said, "agrees", language) + say("within", language, sure=sure)
@@ -56,7 +56,7 @@ def _compared(said: Said, verb: str, language: str) -> str:
 def summary_line(said: Said, language: str = "en") -> str:
     """Verdict, findings and fit in a line."""
     names = [one[:1].lower() + one[1:] for one in _scatter(said, language)]
-    names += _counted([with_rivals(one, said, language) for one in _systematic(said)], language)
+    names += _counted([describe_finding(one, said, language) for one in _systematic(said)], language)
     names += [
         say("without_law", language, where=structure_words(one, subject(said), language)) + _or_laws(said, language)
         for one in said["unexplained"][:1]
@@ -67,11 +67,11 @@ def summary_line(said: Said, language: str = "en") -> str:
     return said["verdict"] + (f": {what}" if what else "") + (f" ({numbers})" if numbers else "")
 
 
-def with_rivals(effect: Said, said: Said, language: str = "en") -> str:
+def describe_finding(effect: Said, said: Said, language: str = "en") -> str:
     """A finding, the aliases of its period, and what may be in its place."""
     at = subject(said)
     several = [one["labels"] for one in effect.get("several", ())]
-    others = in_place(effect["confounded_with"], several, at.of, language)
+    others = describe_rivals(effect["confounded_with"], several, at.of, language)
     others += [] if at.of == "axis" else [name_of(label, at.of, language) for label in effect["alternatives"]]
     name = finding_name(effect, at, language) + _period_of(effect, language)
     return f"{name} ({say('or', language)} {listed(others, 'or', language)})" if others else name

@@ -15,7 +15,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import counted, rounded
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Plotted, as_lines
+from stepgauge.files.shown import Plotted, join_lines
 from stepgauge.files.stored import result_shown
 from stepgauge.files.text import write_json, write_text
 from stepgauge.fleet.hierarchical.background import Background
@@ -100,7 +100,7 @@ class FleetInference(Plotted):
         gauges, machines = counted(len(names["gauge"]), "gauge"), counted(len(names["machine"]), "machine")
         false = self.false_share * len(self.causes)
         first = f"{visits} of {gauges} to {machines}: {causes}, of which {false:.1f} are expected to be false"
-        return as_lines(first, *(cause_line(cause_dict(one)) for one in self.causes))
+        return join_lines(first, *(cause_line(cause_dict(one)) for one in self.causes))
 
     def to_frame(self) -> pd.DataFrame:
         """One row per cause."""
@@ -109,7 +109,7 @@ class FleetInference(Plotted):
         rows = map(cause_dict, self.causes)
         return pd.DataFrame([{name: value for name, value in row.items() if name != "instead"} for row in rows])
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Plain JSON types."""
         return {
             "format": FORMAT,
@@ -133,7 +133,7 @@ class FleetInference(Plotted):
         from stepgauge.reports.fleet import fleet_story
         from stepgauge.reports.render import markdown, write_report
 
-        places, said = report_places(path), self.as_dict()
+        places, said = report_places(path), self.to_dict()
         with open_set(lambda: result_shown(self)):
             write_json(places[0], said)
             if places[1].suffix.lower() == ".md":

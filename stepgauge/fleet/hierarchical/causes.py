@@ -113,7 +113,7 @@ def growth(day: Array, priors: FleetPriors, begin: float) -> Iterator[tuple[str,
         yield "growing", float(since), np.maximum(day - since, 0.0) / YEAR_DAYS, share
 
 
-def of_owner(number: NDArray[np.intp], names: Sequence[str]) -> Iterator[tuple[str, NDArray[np.intp]]]:
+def owner_visits(number: NDArray[np.intp], names: Sequence[str]) -> Iterator[tuple[str, NDArray[np.intp]]]:
     """Every owner with the numbers of its visits."""
     order = np.argsort(number, kind="stable")
     ends = np.searchsorted(number[order], np.arange(len(names) + 1))

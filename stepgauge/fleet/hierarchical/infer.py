@@ -17,7 +17,7 @@ from stepgauge.fleet.hierarchical.priors import FleetPriors, fleet_priors
 from stepgauge.fleet.hierarchical.profiles import ProfileCandidates
 from stepgauge.fleet.hierarchical.result import NamedCause, merged, named, told
 from stepgauge.fleet.hierarchical.single_effects import SingleEffect, find_effects
-from stepgauge.fleet.hierarchical.visits import Crossing, GaugeVisits, Visit, by_ladder, make_crossing
+from stepgauge.fleet.hierarchical.visits import Crossing, GaugeVisits, Visit, make_crossing, split_by_ladder
 from stepgauge.gauge.certified import Gauge
 
 ROUNDS = 2
@@ -42,10 +42,10 @@ def infer(visits: Sequence[Visit], gauges: Mapping[str, Gauge], priors: FleetPri
     """
     priors = priors or fleet_priors()
     fleet = make_crossing(visits, gauges)
-    ladders = _with_shape(fleet, priors)
+    ladders = _add_shape(fleet, priors)
     flat = np.concatenate([ladder.um.ravel() for ladder in ladders])
     shapes, periods, explained, tried = _profiles(fleet, ladders, flat, priors)
-    left = by_ladder(ladders, flat - explained)
+    left = split_by_ladder(ladders, flat - explained)
     slopes = _slopes(fleet, ladders, left, priors)
     sizes = _sizes(fleet, ladders, left, priors)
     found = merged([*shapes, *map(_period_told, periods), *slopes.found, *sizes.found])
@@ -68,7 +68,7 @@ def _looked_for(fleet: Crossing, causes: Sequence[Cause]) -> dict[tuple[str, str
     return {key: len(owners[key]) for key in sorted(owners)}
 
 
-def _with_shape(fleet: Crossing, priors: FleetPriors) -> list[GaugeVisits]:
+def _add_shape(fleet: Crossing, priors: FleetPriors) -> list[GaugeVisits]:
     """The ladders with the scatter that the faces of a visit have beyond their readings, estimated over the fleet.
 
     From the middle half of all departures from the gauges' mean profiles, which causes at some faces do not move.
@@ -85,7 +85,7 @@ def _with_shape(fleet: Crossing, priors: FleetPriors) -> list[GaugeVisits]:
     square, variance = (np.concatenate([one[k] for one in squares]) for k in (0, 1))
     extra = float(np.median(square) / 0.4549 - np.median(variance))
     shape_um = float(np.sqrt(max(extra, priors.legitimate.shape_um**2)))
-    return [ladder.with_shape(shape_um) for ladder in fleet.ladders]
+    return [ladder.add_shape(shape_um) for ladder in fleet.ladders]
 
 
 def _profiles(
@@ -98,7 +98,7 @@ def _profiles(
     periods, waves = find_periodic(fleet, ladders, partial(candidates.solve, free=True), flat, priors)
     for _ in range(PROFILES):
         effects = find_effects(flat - waves, candidates, mixture, stated)
-        found = [told(e, candidates.causes, fleet, _by_visit(fleet, ladders, e.fitted), priors) for e in effects]
+        found = [told(e, candidates.causes, fleet, _visit_shares(fleet, ladders, e.fitted), priors) for e in effects]
         shapes = sum((effect.fitted for effect in effects), np.zeros_like(flat))
         known, before = {one.cause for one in periods}, dated
         periods, waves = find_periodic(fleet, ladders, candidates.solve, flat - shapes, priors)
@@ -110,15 +110,15 @@ def _profiles(
     return found, periods, shapes + waves, candidates.causes
 
 
-def _by_visit(fleet: Crossing, ladders: Sequence[GaugeVisits], flat: Array) -> Array:
+def _visit_shares(fleet: Crossing, ladders: Sequence[GaugeVisits], flat: Array) -> Array:
     """How much of departures each visit shows, in standard deviations."""
     shown = np.zeros(len(fleet))
-    for ladder, um in zip(ladders, by_ladder(ladders, flat), strict=True):
+    for ladder, um in zip(ladders, split_by_ladder(ladders, flat), strict=True):
         shown[ladder.visits] = np.sqrt((um * ladder.weighted(um)).sum(axis=1).clip(0.0))
     return shown
 
 
-def _as_told(
+def _named_causes(
     effects: Sequence[SingleEffect], candidates: VisitCandidates, fleet: Crossing, priors: FleetPriors
 ) -> list[NamedCause]:
     root = np.sqrt(candidates.background.weight)
@@ -148,7 +148,7 @@ def _slopes(fleet: Crossing, ladders: list[GaugeVisits], um: list[Array], priors
         background = numbers.slope_background(fleet, variance, unit, expands, priors)
         candidates = numbers.slope_candidates(fleet, unit, expands, background, priors)
         effects = _found(value, candidates, background, fleet, priors)
-        found = _as_told(effects, candidates, fleet, priors)
+        found = _named_causes(effects, candidates, fleet, priors)
         as_found = numbers.per_K(fleet, {one.owner: one.size for one in found if one.kind == "gauge_expansion"})
         if np.allclose(as_found, expands, rtol=0.05):
             break
@@ -167,7 +167,7 @@ def _sizes(fleet: Crossing, ladders: list[GaugeVisits], um: list[Array], priors:
     background = numbers.size_background(fleet, variance, unit, priors)
     candidates = numbers.size_candidates(fleet, unit, background, priors)
     effects = _found(value, candidates, background, fleet, priors)
-    found = _as_told(effects, candidates, fleet, priors)
+    found = _named_causes(effects, candidates, fleet, priors)
     return ExplainedNumber(found, value, unit, background, candidates, effects, _scatter(background, "um"))
 
 

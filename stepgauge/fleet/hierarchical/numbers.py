@@ -19,7 +19,7 @@ from stepgauge.effects.scales import ScaleError
 from stepgauge.files.arrays import Array
 from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.fleet.hierarchical.background import Background, RandomEffect
-from stepgauge.fleet.hierarchical.causes import CandidateColumns, Cause, VisitCandidates, courses, growth, of_owner
+from stepgauge.fleet.hierarchical.causes import CandidateColumns, Cause, VisitCandidates, courses, growth, owner_visits
 from stepgauge.fleet.hierarchical.priors import FleetPriors
 from stepgauge.fleet.hierarchical.visits import Crossing, GaugeVisits
 
@@ -75,7 +75,7 @@ def certified_sd(ladder: GaugeVisits, number: int) -> float:
     return float(u.max() / metres if number == SLOPE else u.mean() / 2.0)
 
 
-def by_owner(number: NDArray[np.intp], share: Array) -> sparse.csc_matrix:
+def owner_columns(number: NDArray[np.intp], share: Array) -> sparse.csc_matrix:
     """A coefficient of every owner times the share of every visit."""
     rows = np.flatnonzero(share)
     shape = (len(number), int(number.max()) + 1)
@@ -83,12 +83,12 @@ def by_owner(number: NDArray[np.intp], share: Array) -> sparse.csc_matrix:
     return columns[:, np.flatnonzero(np.diff(columns.indptr))]
 
 
-def of_lines(fleet: Crossing, name: str, shares_of: list[Array], sd: float, least: float) -> list[RandomEffect]:
+def line_effects(fleet: Crossing, name: str, shares_of: list[Array], sd: float, least: float) -> list[RandomEffect]:
     """Coefficients of machines; the machines of every line have a standard deviation of their own."""
     line, machine = fleet.owner["type"], fleet.owner["machine"]
     terms = []
     for number, words in enumerate(fleet.names["type"]):
-        blocks = [by_owner(machine, np.where(line == number, share, 0.0)) for share in shares_of]
+        blocks = [owner_columns(machine, np.where(line == number, share, 0.0)) for share in shares_of]
         terms.append(
             RandomEffect(f"{name} of {words}", sparse.hstack(blocks, format="csc"), sd, least=least, pool=name)
         )
@@ -104,16 +104,16 @@ def slope_background(
     for (kind, _), share in unit.items():
         kinds.setdefault(kind, []).append(share)
     terms = [
-        term for kind, several in kinds.items() for term in of_lines(fleet, f"machine {kind}", several, 3.0, least)
+        term for kind, several in kinds.items() for term in line_effects(fleet, f"machine {kind}", several, 3.0, least)
     ]
     ones = np.ones(len(fleet))
     certified = np.array([max(certified_sd(ladder, SLOPE), 1e-3) for ladder in fleet.ladders])
-    terms.append(RandomEffect("gauge certificate", by_owner(own["gauge"], ones), certified, known=True))
+    terms.append(RandomEffect("gauge certificate", owner_columns(own["gauge"], ones), certified, known=True))
     spread = np.array([ladder.gauge.table.expansion_uncertainty_per_K for ladder in fleet.ladders]) * 1e6
-    columns = by_owner(own["gauge"], fleet.temperature_K)
+    columns = owner_columns(own["gauge"], fleet.temperature_K)
     warm = np.unique(own["gauge"][np.flatnonzero(fleet.temperature_K)])
     terms.append(RandomEffect("gauge expansion", columns, np.maximum(spread[warm], 1e-3), known=True))
-    terms += [_days(expands, fleet, hall, rows) for hall, rows in of_owner(own["hall"], fleet.names["hall"])]
+    terms += [_days(expands, fleet, hall, rows) for hall, rows in owner_visits(own["hall"], fleet.names["hall"])]
     return Background(variance, terms, 1.0)
 
 
@@ -157,11 +157,11 @@ def size_background(
 ) -> Background:
     """Of block sizes: certificates, machines and probes in order."""
     own, least = fleet.owner, priors.legitimate.size_um
-    terms = of_lines(fleet, "machine reversal", list(unit.values()), 0.5, least)
+    terms = line_effects(fleet, "machine reversal", list(unit.values()), 0.5, least)
     ones = np.ones(len(fleet))
-    terms.append(RandomEffect("probe radius", by_owner(own["probe"], ones), 0.5, least=least))
+    terms.append(RandomEffect("probe radius", owner_columns(own["probe"], ones), 0.5, least=least))
     certified = np.array([max(certified_sd(ladder, SIZE), 1e-3) for ladder in fleet.ladders])
-    terms.append(RandomEffect("gauge certificate", by_owner(own["gauge"], ones), certified, known=True))
+    terms.append(RandomEffect("gauge certificate", owner_columns(own["gauge"], ones), certified, known=True))
     return Background(variance, terms, 0.3)
 
 
@@ -189,7 +189,7 @@ def _each(
     courses_of: Callable,
 ) -> None:
     prior = priors.kinds[owner_kind][kind]
-    for name, rows in of_owner(fleet.owner[owner_kind], fleet.names[owner_kind]):
+    for name, rows in owner_visits(fleet.owner[owner_kind], fleet.names[owner_kind]):
         rows = rows[share[rows] != 0.0]
         if not len(rows):
             continue

@@ -16,7 +16,7 @@ from scipy import sparse
 from stepgauge.files.arrays import Array
 from stepgauge.fleet.hierarchical.causes import Cause
 from stepgauge.fleet.hierarchical.priors import FleetPriors
-from stepgauge.fleet.hierarchical.visits import Crossing, GaugeVisits, by_ladder
+from stepgauge.fleet.hierarchical.visits import Crossing, GaugeVisits, split_by_ladder
 
 SHORTEST_MM, LONGEST_MM = 4.0, 200.0
 """Periods: from fine screws to a third of a gauge, below which a period is no straight line."""
@@ -129,7 +129,7 @@ def find_periodic(
     """
     explained = np.zeros_like(um)
     found: list[Periodic] = []
-    solved = by_ladder(ladders, solve(um))
+    solved = split_by_ladder(ladders, solve(um))
     waves = [Waves(ladders, solved, axis) for axis in range(3)]
     while len(found) < MOST:
         best = max((_likeliest(fleet, one, priors) for one in waves), key=lambda candidate: candidate[0])
@@ -140,7 +140,7 @@ def find_periodic(
             break
         found.append(one)
         explained = explained + part
-        solved = by_ladder(ladders, solve(um - explained))
+        solved = split_by_ladder(ladders, solve(um - explained))
         for wave in waves:
             wave.renew(solved, one.visits)
     return found, explained
@@ -174,7 +174,7 @@ def _fitted(
 ) -> tuple[Periodic, Array]:
     """The period refined with one phase for every machine, and what it explains."""
     _, kind, owner, axis, about, visits = best
-    prior, solved = priors.kinds[kind]["periodic"], by_ladder(ladders, solve(left))
+    prior, solved = priors.kinds[kind]["periodic"], split_by_ladder(ladders, solve(left))
     step = STEP / max(float(ladder.gauge.position_mm[-1]) for ladder in ladders)
     tried = about + np.linspace(-1.0, 1.0, FINE) * step
     machine, score, power = _coherent(fleet, ladders, solved, axis, tried, visits)

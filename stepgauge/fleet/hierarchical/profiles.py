@@ -111,7 +111,7 @@ class ProfileCandidates:
         dated: Sequence[tuple[str, str, float]] = (),
     ) -> None:
         """``dated``: gauge, block and about the day of changes that are to be dated to the visit."""
-        self.gauges = [one for ladder in ladders for one in _of_gauge(fleet, ladder, priors)]
+        self.gauges = [one for ladder in ladders for one in _gauge_patterns(fleet, ladder, priors)]
         self.gauges += [one for ladder in ladders for one in _dated(fleet, ladder, priors, dated)]
         self._owners = [int(np.flatnonzero([ladder is one.ladder for ladder in ladders])[0]) for one in self.gauges]
         self._rows = np.cumsum([0, *(ladder.um.size for ladder in ladders)])
@@ -192,7 +192,7 @@ def _frames(ladder: GaugeVisits) -> tuple[sparse.csr_matrix, Array]:
     return frames, weighted
 
 
-def _of_gauge(fleet: Crossing, ladder: GaugeVisits, priors: FleetPriors) -> Iterator[GaugePatterns]:
+def _gauge_patterns(fleet: Crossing, ladder: GaugeVisits, priors: FleetPriors) -> Iterator[GaugePatterns]:
     """Blocks that are off, always or since a day, and wear of the blocks from the first to some other."""
     name = _name(fleet, ladder)
     day, blocks = fleet.day[ladder.visits], ladder.gauge.n_blocks

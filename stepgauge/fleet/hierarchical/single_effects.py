@@ -134,7 +134,7 @@ class _Search:
             new = single_effect(left, self.candidates, self.sizes)
             if not self._tells(new):
                 break
-            new = self._of_one_owner(new)
+            new = self._give_to_owner(new)
             self.effects.append(new)
             left = left - new.fitted
         return len(self.effects) - before
@@ -144,7 +144,7 @@ class _Search:
         held = float(self._held(effect).max(initial=KEPT))
         return effect.log_factor + np.log(held) >= np.log(self.stated / (1.0 - self.stated))
 
-    def _of_one_owner(self, effect: SingleEffect) -> SingleEffect:
+    def _give_to_owner(self, effect: SingleEffect) -> SingleEffect:
         """A new effect given to its likeliest owner; where several have one each, the next ones find the others."""
         mine = self.candidates.owner[effect.rows] == self._held(effect).argmax()
         share = np.where(mine, effect.share, 0.0) / effect.share[mine].sum()

@@ -63,10 +63,10 @@ def placement_statistics(recording: Recording, gauge: Gauge, machine: Machine) -
     """
     check_gauge(recording, gauge)
     data = unchecked_residuals(recording, gauge, machine)
-    return list(_by_placement(data))
+    return list(_placement_statistics(data))
 
 
-def _by_placement(data: Residuals) -> Iterator[PlacementStatistics]:
+def _placement_statistics(data: Residuals) -> Iterator[PlacementStatistics]:
     at_mm = np.column_stack([data.probings.column(f"{axis}_mm") for axis in "xyz"])
     hours = data.frame["time_s"].to_numpy(float) / 3600.0 if data.has_time else np.zeros(len(data))
     stated_um = max(float(data.machine.table.repeatability_um), 1e-3)
@@ -117,7 +117,7 @@ class _Levels:
     def sweep(self) -> None:
         """Weights from the departures, then rate, means and scatter from the weights."""
         off = self.um - self.mean[self.face] - self.rate * self.hours
-        self.weight = _student(off, self.sigma) * self._of_faces()
+        self.weight = _student(off, self.sigma) * self._face_weights()
         self.total = np.bincount(self.face, self.weight)
         self.count = np.asarray(self.total * COUNTED, float)
         self.rate = self._rate()
@@ -127,9 +127,9 @@ class _Levels:
             off = straight - self.mean[self.face]
             self.sigma = max(float(np.sqrt((self.weight * off**2).sum() / self.freedoms / SQUARED)), 1e-3)
 
-    def _of_faces(self) -> Array:
+    def _face_weights(self) -> Array:
         """Weights of the readings of faces that no repeat can speak for, from the other faces."""
-        off = _beside_line(self.mean)
+        off = _line_distances(self.mean)
         alone = np.where(self.many < 3, _student(off, float(np.hypot(self.sigma, FACE_UM))), 1.0)
         return np.asarray((alone * (np.abs(off) < GROSS_UM))[self.face])
 
@@ -155,7 +155,7 @@ def _student(off: Array, scale: float) -> Array:
     return np.asarray(np.minimum(weight, 1.0) * (np.abs(off) < GROSS_UM))
 
 
-def _of_normal() -> tuple[float, float]:
+def _normal_moments() -> tuple[float, float]:
     """What the weights make of normal readings: the mean of w z^2, and what a weight counts, E[w] / E[w^2]."""
     z = np.linspace(-8.0, 8.0, 1601)
     density = np.exp(-(z**2) / 2.0)
@@ -164,10 +164,10 @@ def _of_normal() -> tuple[float, float]:
     return float(density @ (weight * z**2)), float((density @ weight) / (density @ weight**2))
 
 
-SQUARED, COUNTED = _of_normal()
+SQUARED, COUNTED = _normal_moments()
 
 
-def _beside_line(mean: Array) -> Array:
+def _line_distances(mean: Array) -> Array:
     """Distances of the faces, in their order, from a line that a few of them cannot move."""
     third = max(len(mean) // 3, 1)
     middle = np.arange(len(mean)) - (len(mean) - 1) / 2.0

@@ -43,7 +43,7 @@ def statistics_batch(given: Batch | StoredBatch) -> Any:
             found = placement_statistics(one.recording(), batch.gauge(one), batch.machine(one))
             rows += [{"recording": one.key, "error": "", **_plain(placed)} for placed in found]
         except InputError as error:
-            rows.append({"recording": one.key, "error": error.as_typed(), **dict.fromkeys(NAMES)})
+            rows.append({"recording": one.key, "error": error.cli_text(), **dict.fromkeys(NAMES)})
     return arrow_library().Table.from_pylist(rows)
 
 

@@ -85,7 +85,7 @@ class GaugeVisits:
             self.axis[rows],
         )
 
-    def with_shape(self, shape_um: float) -> GaugeVisits:
+    def add_shape(self, shape_um: float) -> GaugeVisits:
         """The same where faces have errors of their own, of this standard deviation, beside the scatter."""
         weight = np.where(self.variance < np.inf, 1.0 / (self.variance + shape_um**2), 0.0)
         return GaugeVisits(self.gauge, self.visits, self.um, self.variance, weight, self.at_mm, self.axis)
@@ -126,7 +126,7 @@ class Crossing:
         return np.flatnonzero(self.owner[kind] == self.names[kind].index(name))
 
 
-def by_ladder(ladders: Sequence[GaugeVisits], flat: Array) -> list[Array]:
+def split_by_ladder(ladders: Sequence[GaugeVisits], flat: Array) -> list[Array]:
     """Values of all faces of all visits, in one row, as ``(n, f)`` of each ladder."""
     ends = np.cumsum([0, *(ladder.um.size for ladder in ladders)])
     return [flat[low:high].reshape(one.um.shape) for one, low, high in zip(ladders, ends[:-1], ends[1:], strict=True)]
@@ -142,10 +142,10 @@ def make_crossing(visits: Sequence[Visit], gauges: Mapping[str, Gauge]) -> Cross
         _ladder(gauges[name], np.flatnonzero(owner["gauge"] == number), visits)
         for number, name in enumerate(names["gauge"])
     ]
-    return Crossing(visits, ladders, owner, names, np.array([v.day for v in visits]), _from_reference_K(visits, gauges))
+    return Crossing(visits, ladders, owner, names, np.array([v.day for v in visits]), _difference_K(visits, gauges))
 
 
-def _from_reference_K(visits: Sequence[Visit], gauges: Mapping[str, Gauge]) -> Array:
+def _difference_K(visits: Sequence[Visit], gauges: Mapping[str, Gauge]) -> Array:
     """Gauge temperature minus that of the certificate; zero where it was not recorded."""
     warmer = [visit.statistics.temperature_C - gauges[visit.gauge].table.reference_temperature_C for visit in visits]
     return np.nan_to_num(np.array(warmer, float))

@@ -93,11 +93,11 @@ def watch(found: FleetInference, limits: Mapping[str, float] | None = None, risk
         if number is not None:
             number = replace(number, background=believed(number.background, number.value - number.explained()))
             for owner_kind in kinds_of:
-                series += _of_kind(found, number, owner_kind, kinds, limits or {}, risk)
+                series += _watch_kind(found, number, owner_kind, kinds, limits or {}, risk)
     return _against_chance(series)
 
 
-def _of_kind(
+def _watch_kind(
     found: FleetInference,
     number: ExplainedNumber,
     owner_kind: Literal["machine", "gauge"],
@@ -109,7 +109,7 @@ def _of_kind(
     best = int(np.argmax([sum(gain for _, gain in one) for one in tried]))
     followed = [one for one, _ in tried[best]]
     said = [row for one in followed for row in _said(one, kinds, limits, risk)]
-    return _with_peers(said, found)
+    return _add_peers(said, found)
 
 
 def _usual(number: ExplainedNumber, owner_kind: str, kind: str, line: str) -> float:
@@ -243,7 +243,7 @@ def _judged(last: DriftState, k: int, u: float, walk: float, limit: float | None
     }
 
 
-def _with_peers(said: list[Watched], found: FleetInference) -> list[Watched]:
+def _add_peers(said: list[Watched], found: FleetInference) -> list[Watched]:
     """Each with the spread of its peers: machines of its line, or all other gauges."""
     line = {v.machine: v.type for v in found.fleet.visits}
     groups: dict[tuple[str, str], list[Watched]] = {}
@@ -251,10 +251,10 @@ def _with_peers(said: list[Watched], found: FleetInference) -> list[Watched]:
         groups.setdefault((one.quantity, line.get(one.owner, "") if one.owner_kind == "machine" else ""), []).append(
             one
         )
-    return [_beside_peers(one, group) for group in groups.values() for one in group]
+    return [_compare_with_peers(one, group) for group in groups.values() for one in group]
 
 
-def _beside_peers(one: Watched, group: Sequence[Watched]) -> Watched:
+def _compare_with_peers(one: Watched, group: Sequence[Watched]) -> Watched:
     others = [other for other in group if other.owner != one.owner]
     if len(others) < 4:
         return one

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from stepgauge.files.notation import rounded
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Summarized, as_lines, figures
+from stepgauge.files.shown import Summarized, figures, join_lines
 from stepgauge.fleet.hierarchical.answer import FleetInference, date_text
 from stepgauge.fleet.hierarchical.feed import Feed, MachineDrift, make_feed, write_feed
 from stepgauge.fleet.hierarchical.watch import Watched, watch
@@ -54,7 +54,7 @@ class FleetWatch(Summarized):
         said = [line for one in self.watched if (line := _line(one))]
         said += [_history_line(one) for one in self.histories] + list(self._due())
         owners = len({(one.owner_kind, one.owner) for one in self.watched})
-        return as_lines(
+        return join_lines(
             *(said or ["nothing changed, nothing due"]),
             f"{len(self.watched)} quantities of {owners} machines and gauges",
         )

@@ -58,7 +58,7 @@ def import_axis(
         table = choose_table(file, lambda one: _has_readings(one, layout), layout, source.name, decisions)
         table = _named(named_by_make(table), decisions)
         roles = settled_roles(table, layout, decisions)
-        roles = _of_circle(roles, decisions)
+        roles = _circle_columns(roles, decisions)
         decisions.columns = taken_columns(table, [(one.place, one.role, one.unit) for one in roles])
         check_chosen(roles, layout.columns, table.path)
         found = to_long(table, roles, options.missing, layout.time_unit, decisions)
@@ -80,7 +80,7 @@ def import_axis(
     return Imported(whole, report, tuple(decisions.columns), rejected=tuple(decisions.rejected))
 
 
-def _of_circle(roles: list[Column], decisions: Decisions) -> list[Column]:
+def _circle_columns(roles: list[Column], decisions: Decisions) -> list[Column]:
     """Lengths over an angle, as of a circular test: the angle is no target of theirs, and kept beside them."""
     angles = [one for one in roles if one.role == Role.TARGET and one.unit is not None and one.unit.quantity == "angle"]
     values = [one for one in roles if one.role in VALUE_ROLES and one.unit is not None]

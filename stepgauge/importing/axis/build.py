@@ -158,7 +158,7 @@ def _units(
     stated = found.target_unit if of_axis else found.column.unit
     if stated is None and role == Role.READING:
         stated = found.column.unit
-    stated = stated or _of_file(found, table)
+    stated = stated or _file_unit(found, table)
     if stated is None and options.targets is not None and options.targets.gauge:
         asked = asked or "mm"
     name = _settled_unit(table, "unit", options.unit, stated) or asked
@@ -202,7 +202,7 @@ def _is_possible(found: Long, unit: Unit, of_target: Unit | None) -> bool:
     return not size or not is_unlikely(size, travel)
 
 
-def _of_file(found: Long, table: Table) -> Unit | None:
+def _file_unit(found: Long, table: Table) -> Unit | None:
     """The unit of all lengths that the file states beside the table, or in a column of its own."""
     texts = [text for key, text in table.facts.items() if key in WORDS["unit"]]
     for place, header in enumerate(table.headers):

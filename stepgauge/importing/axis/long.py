@@ -21,7 +21,7 @@ from stepgauge.importing.tables.clock import Clock
 from stepgauge.importing.tables.columns import DEVIATIONS, VALUE_ROLES, Column, Role, is_known
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.header import text_of
-from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, as_column, shown
+from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, column_answer, shown
 from stepgauge.importing.tables.rivals import called, one_of
 from stepgauge.importing.tables.values import beside, check_finite, clock_of, finite
 from stepgauge.importing.tables.vocabulary import LABEL, WORDS, Label, parse_label, way_of, words_of
@@ -76,7 +76,7 @@ def to_long(table: Table, roles: Sequence[Column], missing: bool, time_unit: str
     dropped += [one.header for one in roles if one.role == Role.DROPPED and one.header]
     dropped += [one.header for one in roles if one.role in DEVIATIONS and any(r.role == Role.READING for r in roles)]
     clock = clock_of(table, [one for one in roles if one.role == Role.TIME], time_unit, decisions)
-    placement = np.maximum(_of_rows(table, roles, Role.PLACEMENT, [LABEL] * len(table.titles))[row], 1)
+    placement = np.maximum(_row_numbers(table, roles, Role.PLACEMENT, [LABEL] * len(table.titles))[row], 1)
     found = {"placement": placement, "cycle": cycle, "way": way, "value": value}
     if target is not None:
         found["target"] = _targets(table, target)[row]
@@ -98,17 +98,17 @@ def _taken(
     """Row, value, direction and cycle of every reading, sweep after sweep and in each column after column."""
     titles = [parse_label(title) for title in table.titles]
     of_rows = (
-        _of_rows(table, roles, Role.CYCLE, titles) if len(columns) == 1 else _sweeps(table, roles, columns, titles)
+        _row_numbers(table, roles, Role.CYCLE, titles) if len(columns) == 1 else _sweeps(table, roles, columns, titles)
     )
     if len(columns) == 1 and columns[0].label.way == 0:
         row, value = _picked(table, columns[0], False, missing)
-        return row.astype(np.int64), value, _of_rows(table, roles, Role.WAY, titles)[row], of_rows[row]
+        return row.astype(np.int64), value, _row_numbers(table, roles, Role.WAY, titles)[row], of_rows[row]
     first = _rank(of_rows)
     picked = [_picked(table, column, _rising(table, roles, first == 0), missing) for column in columns]
     row = np.concatenate([rows for rows, _ in picked]).astype(np.int64)
     own = np.repeat(np.arange(len(columns)), [len(rows) for rows, _ in picked])
     stated = np.array([column.label.way for column in columns])[own]
-    way = np.where(stated != 0, stated, _of_rows(table, roles, Role.WAY, titles)[row])
+    way = np.where(stated != 0, stated, _row_numbers(table, roles, Role.WAY, titles)[row])
     cycle, value = (
         of_rows[row],
         np.concatenate(
@@ -139,7 +139,7 @@ def _sweeps(table: Table, roles: Sequence[Column], columns: Sequence[Column], ti
     A column of cycles, or lines between the blocks, say it; else a target that comes again, unless the headers count
     the cycles. Nought where only a list of targets can tell.
     """
-    stated = _of_rows(table, roles, Role.CYCLE, titles)
+    stated = _row_numbers(table, roles, Role.CYCLE, titles)
     if stated.all():
         return stated
     target = _only(roles, Role.TARGET)
@@ -147,7 +147,7 @@ def _sweeps(table: Table, roles: Sequence[Column], columns: Sequence[Column], ti
         return np.ones(len(table.lines), np.int64)
     if target is None:
         return np.full(len(table.lines), int(max(_column_cycles(columns)) > 1))
-    return cycles_of_repeats(places_of(_targets(table, target)), _of_rows(table, roles, Role.PLACEMENT, titles))
+    return cycles_of_repeats(places_of(_targets(table, target)), _row_numbers(table, roles, Role.PLACEMENT, titles))
 
 
 def _rank(values: Whole) -> Whole:
@@ -162,7 +162,7 @@ def _value_columns(table: Table, roles: Sequence[Column], missing: bool, decisio
     if not found:
         named = [one for one in roles if one.header]
         free = [one for one in named if one.role is None and np.isfinite(table.numbers(one.place)).all()]
-        ways = [as_column(role, one.header) for one in free or named for role in (Role.READING, DEVIATIONS[0])]
+        ways = [column_answer(role, one.header) for one in free or named for role in (Role.READING, DEVIATIONS[0])]
         names = ", ".join(one.header for one in named)
         decisions.ask(table.path, "no column is named as the reading", *ways, found=names)
         decisions.settle()
@@ -178,8 +178,8 @@ def _check_sign(table: Table, column: Column, decisions: Decisions) -> None:
     """The words of a name agree on the sign of its values."""
     if column.role == Role.UNSIGNED:
         ways = [
-            as_column("deviation", column.header, "(reading minus target)"),
-            as_column("correction", column.header, "(target minus reading)"),
+            column_answer("deviation", column.header, "(reading minus target)"),
+            column_answer("correction", column.header, "(target minus reading)"),
         ]
         decisions.ask(table.path, "the name of a column contradicts itself", *ways, found=column.header)
 
@@ -192,7 +192,7 @@ def _check_whole(table: Table, columns: Sequence[Column], missing: bool, decisio
     even = not any(one.label.cycle for one in columns) and len(ways) == 2 and len(set(ways.values())) == 1
     if twice or not (counted or even or missing):
         rivals = twice or [one for one in columns if ways[one.label.way] == max(ways.values())]
-        settled = [as_column(Role.IGNORE, called(one, columns)) for one in rivals]
+        settled = [column_answer(Role.IGNORE, called(one, columns)) for one in rivals]
         settled += [] if twice else [QuestionAnswer("accept", "missing", "where all are runs")]
         what = "columns are the same cycle and direction" if twice else "the columns are no whole runs there and back"
         decisions.ask(table.path, what, *settled, found=shown([repr(one.header) for one in rivals], " and "))
@@ -268,7 +268,7 @@ def _only(roles: Sequence[Column], role: str) -> Column | None:
     return next((one for one in roles if one.role == role), None)
 
 
-def _of_rows(table: Table, roles: Sequence[Column], role: str, titles: Sequence[Label]) -> Whole:
+def _row_numbers(table: Table, roles: Sequence[Column], role: str, titles: Sequence[Label]) -> Whole:
     """Cycle, placement or way of every row of the table: from its column, else from the line above the block."""
     column = _only(roles, role)
     if column is None:

@@ -72,7 +72,7 @@ def parse_targets(text: str) -> Targets:
     :class:`InputError` where it is none of these, or targets are there twice.
     """
     if Path(text).is_file():
-        return _checked(_from_file(text), text)
+        return _checked(_read_targets(text), text)
     parts = text.split(":")
     if len(parts) == 3:
         first, last, step = [number(part.strip()) for part in parts]
@@ -91,7 +91,7 @@ def _plain(values: Array, name: str) -> Targets:
     return Targets(values, values, np.zeros(len(values)), name)
 
 
-def _from_file(path: str) -> Targets:
+def _read_targets(path: str) -> Targets:
     """Columns of numbers in a file, rows of text left out."""
     cells = read_text_cells(read_source(path), None, Decisions()).rows
     rows = [row for one in cells if (row := list(filter(np.isfinite, map(any_number, one))))]

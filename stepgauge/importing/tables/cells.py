@@ -126,7 +126,7 @@ def read_text_cells(source: Source, delimiter: str | None, decisions: Decisions,
     if not rows:
         raise InputError(source.name, "the table is empty", expected="a header, and rows of numbers")
     split = _splitter([lines[n] for n in rows], delimiter, columns, decisions)
-    cells = _with_remarks(split([lines[n] for n in rows]), split)
+    cells = _join_remarks(split([lines[n] for n in rows]), split)
     in_head = sum(n < len(head) for n in rows)
     bulk = _bulk(middle, split.mark, cells, in_head, len(head) + 1) if middle else None
     if middle and bulk is None:  # not numbers alone: cell by cell
@@ -138,15 +138,15 @@ def read_text_cells(source: Source, delimiter: str | None, decisions: Decisions,
     return Cells(source.name, cells, numbers, comments, blank, notes, bulk)
 
 
-def _with_remarks(rows: list[list[Cell]], split: Splitter) -> list[list[Cell]]:
+def _join_remarks(rows: list[list[Cell]], split: Splitter) -> list[list[Cell]]:
     """Rows that white space divides, the words of a remark behind their numbers as one cell."""
     if split.mark not in SPACES.values():
         return rows
     width = Counter(len(row) for row in rows if all(map(_tells, row))).most_common(1)
-    return [_with_remark(row, width[0][0]) for row in rows] if width else rows
+    return [_join_remark(row, width[0][0]) for row in rows] if width else rows
 
 
-def _with_remark(row: list[Cell], width: int) -> list[Cell]:
+def _join_remark(row: list[Cell], width: int) -> list[Cell]:
     numbers, words = row[:width], row[width:]
     is_one = len(words) > 1 and all(map(_tells, numbers)) and not any(map(_tells, words))
     return [*numbers, " ".join(map(str, words))] if is_one else row

@@ -121,7 +121,7 @@ def read_columns(
         plain = header.strip() if recipe is POINTS and header.strip() in OF_POINTS else recipe(name, unit)
         role = by_hand or (None if plain in chosen or (recipe is AXIS and _removed(plain, chosen)) else plain)
         columns.append(Column(place, header, name, Role.DROPPED if role == Role.IGNORE else role, unit))
-    return columns if recipe is POINTS else _of_axis(columns, chosen)
+    return columns if recipe is POINTS else _arcsec_columns(columns, chosen)
 
 
 def parse_columns(texts: Sequence[str]) -> dict[str, str]:
@@ -211,7 +211,7 @@ def remainder(name: str) -> frozenset[str]:
     return frozenset(words_of(name)) - (known - WORDS["place"])
 
 
-def _of_axis(columns: list[Column], chosen: Mapping[str, str]) -> list[Column]:
+def _arcsec_columns(columns: list[Column], chosen: Mapping[str, str]) -> list[Column]:
     columns = [_labelled(one, chosen) for one in columns]
     columns = _wide(columns)
     if {Role.FROM, Role.TO} <= {one.role for one in columns}:  # a station may be called a target, and is no position
@@ -305,7 +305,7 @@ def _temperature(words: Sequence[str]) -> str | None:
     return next((role for role, own in whose.items() if rest & own and rest <= own | WORDS["beside gauge"]), None)
 
 
-def in_degrees(column: Column) -> bool:
+def is_temperature(column: Column) -> bool:
     """Whether a column is a temperature, by its unit, also where that is its name, or by a word of its name."""
     unit = column.unit or find_unit(column.header.strip("[]()")) if len(column.header) > 1 else column.unit
     if unit is not None and unit.quantity != "none":

@@ -46,11 +46,11 @@ def console_cells(source: Source) -> Cells | None:
         found = find(first, source.name)
         per_row = len(found.names) if find is _blocks else 1
         if len(found.rows) >= FEWEST and 2 * per_row * len(found.rows) >= numbers:
-            return _as_cells(source.name, find(text.splitlines(), source.name), encoding, text.count("\n") + 1)
+            return _make_cells(source.name, find(text.splitlines(), source.name), encoding, text.count("\n") + 1)
     return None
 
 
-def _as_cells(path: str, found: _Lines, encoding: str, count: int) -> Cells:
+def _make_cells(path: str, found: _Lines, encoding: str, count: int) -> Cells:
     timed = all(stamp for _, _, stamp in found.rows)
     rows: list[list[Cell]] = [[*found.names, *["time"] * timed]]
     rows += [[*values, *([stamp] if timed and stamp else [])] for _, values, stamp in found.rows]

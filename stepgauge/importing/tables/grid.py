@@ -106,7 +106,7 @@ class Table:
             middle = np.array([value_of(cell, numerals) for cell in middle.tolist()])
         return np.concatenate([found[: self.at_row], middle.astype(float), found[self.at_row :]])
 
-    def with_constants(self, constants: Mapping[str, str]) -> Table:
+    def add_constants(self, constants: Mapping[str, str]) -> Table:
         """The table with further columns that are the same in every row."""
         width = len(self.headers)
         rows = [[*row[:width], *[""] * (width - len(row)), *constants.values()] for row in self.rows]
@@ -241,7 +241,7 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
         (f"dropped: {', '.join(said)}",) if said else (),
         tuple(cells.lines[n] for n in beside),
     )
-    return _with_bulk(found, cells, body)
+    return _restore_bulk(found, cells, body)
 
 
 def _are_numbered(rows: Sequence[Sequence[Cell]], width: int) -> bool:
@@ -252,7 +252,7 @@ def _are_numbered(rows: Sequence[Sequence[Cell]], width: int) -> bool:
     )
 
 
-def _with_bulk(table: Table, cells: Cells, body: Sequence[int]) -> Table:
+def _restore_bulk(table: Table, cells: Cells, body: Sequence[int]) -> Table:
     """The table with the middle of a long one, where its first and last rows stand around it."""
     bulk = cells.bulk
     if bulk is None or not body[0] < bulk.at <= body[-1]:

@@ -16,12 +16,12 @@ _SCALE = re.compile(r"([\d.]+) arc-?sec/px")
 def named_by_make(table: Table) -> Table:
     """The table with names and units for its columns where it is such an export; another one as it is."""
     if "starttime of export" in table.facts:
-        return _of_scope(table)
+        return _read_scope(table)
     scale = _SCALE.search(table.facts.get("pixel scale", ""))
-    return _of_guiding(table, number(scale[1])) if scale else table
+    return _read_guide_log(table, number(scale[1])) if scale else table
 
 
-def _of_scope(table: Table) -> Table:
+def _read_scope(table: Table) -> Table:
     """A TwinCAT scope: lists of names and properties, then a pair of columns, ms and value, a channel."""
     stated = {**table.facts, **dict(zip(table.headers[0::2], table.headers[1::2], strict=False))}
     width = max(len(row) for row in table.rows)
@@ -31,7 +31,7 @@ def _of_scope(table: Table) -> Table:
     return replace(table, headers=["time", "reading"] if width == 2 else names, units=units)
 
 
-def _of_guiding(table: Table, arcsec_per_pixel: float) -> Table:
+def _read_guide_log(table: Table, arcsec_per_pixel: float) -> Table:
     """A guide log of PHD2: times in s, distances in pixels, and what a pixel is in the text above."""
     units = list(table.units)
     scaled = replace(table, units=units)

@@ -49,7 +49,7 @@ class QuestionAnswer:
         return " ".join(part for part in ("{}", value, self.words) if part)
 
 
-def as_column(role: str, header: str, words: str = "") -> QuestionAnswer:
+def column_answer(role: str, header: str, words: str = "") -> QuestionAnswer:
     """The choice that a column is of a role."""
     return QuestionAnswer("columns", f"{role}={header}", words)
 

@@ -72,7 +72,7 @@ def _read_file(source: Source, layout: TableLayout, decisions: Decisions) -> Fil
         return File([table], (), 0, ("file of laser software with targets and deviations",))
     cells = units_of_cells(turned(_cells(source, layout, decisions)))
     tables = find_tables(cells, layout.decimal, layout.header, decisions)
-    tables = [one.with_constants(layout.constants) for one in tables]
+    tables = [one.add_constants(layout.constants) for one in tables]
     mark = f"decimal {'comma' if tables[0].decimal == ',' else 'point'}"
     return File(tables, cells.comments, cells.blank + len(cells.comments), (*cells.notes, mark))
 

@@ -84,12 +84,12 @@ def _records(value: Any, comments: list[str], deep: int = 0) -> pd.DataFrame | N
     import pandas as pd
 
     if isinstance(value, list):
-        return _of_list(value)
+        return _list_frame(value)
     if not isinstance(value, dict) or deep > MOST_DEEP:
         return None
     names, data = value.get("columns"), value.get("data")
     if isinstance(names, list) and isinstance(data, list) and _is_plain(names):  # pandas, orient="split"
-        return _of_list([names, *data])
+        return _list_frame([names, *data])
     columns = {name: one for name, one in value.items() if isinstance(one, list) and _is_plain(one)}
     found = None
     sizes = {len(one) for one in columns.values()}
@@ -103,7 +103,7 @@ def _records(value: Any, comments: list[str], deep: int = 0) -> pd.DataFrame | N
     return found
 
 
-def _of_list(value: list[Any]) -> pd.DataFrame | None:
+def _list_frame(value: list[Any]) -> pd.DataFrame | None:
     import pandas as pd
 
     if value and all(isinstance(one, dict) for one in value):

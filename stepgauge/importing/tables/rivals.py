@@ -27,7 +27,7 @@ from stepgauge.importing.tables.columns import (
     remainder,
 )
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, as_column, shown
+from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, column_answer, shown
 from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.vocabulary import LABEL, WORDS, parse_label, says, split_name, way_of, words_of
 
@@ -48,7 +48,7 @@ TEMPERATURES_C = (-80.0, 400.0)
 def settled_roles(table: Table, layout: TableLayout, decisions: Decisions) -> list[Column]:
     """The role of every column; what names and numbers leave open is asked. A choice by hand is not judged."""
     chosen = layout.columns
-    roles = [_by_content(table, one) for one in read_columns(table.headers, table.units, chosen, AXIS)]
+    roles = [_recognise_content(table, one) for one in read_columns(table.headers, table.units, chosen, AXIS)]
     roles = _without_copies(table, roles, decisions)
     if Role.TARGET not in chosen:
         roles = _one_target(table, roles, decisions)
@@ -76,7 +76,7 @@ def one_of(
     others = [one for one in rivals if one is not first]
     open_ = [one for one in others if not np.array_equal(table.numbers(one.place), values, equal_nan=True)]
     if open_ and not why:
-        ways = [as_column(role, called(one, rivals)) for one in rivals]
+        ways = [column_answer(role, called(one, rivals)) for one in rivals]
         found = shown([repr(one.header) for one in rivals], " and ")
         decisions.ask(table.path, f"several columns may be the {role}", *ways, found=found)
     for one in others:
@@ -101,7 +101,7 @@ def is_text(table: Table, place: int) -> bool:
     return any(isinstance(cell, str) and cell and not looks_numeric(cell) for cell in cells)
 
 
-def _by_content(table: Table, one: Column) -> Column:
+def _recognise_content(table: Table, one: Column) -> Column:
     """A column of times or directions by its cells, where its name says nothing."""
     cells = [cell for cell in table.first_cells(one.place) if cell != ""]
     if one.role is not None or one.unit is not None or not cells:
@@ -217,8 +217,8 @@ def _check_vacant(table: Table, roles: Sequence[Column], chosen: Chosen, decisio
     reading = next((one for one in values if one.role == Role.READING), None)
     if deviation is not None and reading is not None:
         ways = [
-            as_column(Role.TARGET, reading.called),
-            as_column(Role.IGNORE, deviation.called, "to have the readings alone"),
+            column_answer(Role.TARGET, reading.called),
+            column_answer(Role.IGNORE, deviation.called, "to have the readings alone"),
         ]
         found = f"{reading.header!r} and {deviation.header!r}"
         decisions.ask(table.path, "readings and deviations, and no target", *ways, found=found)
@@ -226,8 +226,8 @@ def _check_vacant(table: Table, roles: Sequence[Column], chosen: Chosen, decisio
     readings = table.numbers(values[0].place)
     free = [one for one in roles if one.role is None and _may_be_place(table, one, readings)]
     if free:
-        ways = [as_column(Role.TARGET, one.called) for one in free]
-        ways.insert(1, as_column(Role.IGNORE, free[0].called, "if it is something else"))
+        ways = [column_answer(Role.TARGET, one.called) for one in free]
+        ways.insert(1, column_answer(Role.IGNORE, free[0].called, "if it is something else"))
         what = "readings without a target, and a column that may be the target"
         decisions.ask(table.path, what, *ways, found=shown([repr(one.called) for one in free]))
 
@@ -251,7 +251,7 @@ def _may_be_place(table: Table, one: Column, readings: Array) -> bool:
 
 def _check_unnamed(table: Table, one: Column, roles: Sequence[Column], chosen: Chosen, decisions: Decisions) -> None:
     """Of what is recorded besides: temperatures can be some, and 1 and -1 alone may be the direction."""
-    ignored, values = as_column(Role.IGNORE, one.called), table.numbers(one.place)
+    ignored, values = column_answer(Role.IGNORE, one.called), table.numbers(one.place)
     if one.unit is not None and one.unit.quantity == "temperature":
         celsius = values[np.isfinite(values)] * one.unit.factor + one.unit.offset
         if len(celsius) and not (TEMPERATURES_C[0] <= celsius.min() and celsius.max() <= TEMPERATURES_C[1]):
@@ -262,7 +262,7 @@ def _check_unnamed(table: Table, one: Column, roles: Sequence[Column], chosen: C
         return
     if np.isin(values, (-1.0, 1.0)).all() and len(np.unique(values)) == 2:
         what = f"{one.header!r} holds 1 and -1, and may be the direction of travel"
-        decisions.ask(table.path, what, as_column(Role.WAY, one.called), ignored)
+        decisions.ask(table.path, what, column_answer(Role.WAY, one.called), ignored)
 
 
 # what a table says twice
@@ -289,7 +289,10 @@ def _check_told_twice(table: Table, roles: Sequence[Column], decisions: Decision
     even = len(values) == len(different) > 2 and np.allclose(steps, steps[0], rtol=1e-9)
     if fewer or even:
         what = f"{target.header!r} has more digits than {reading.header!r}: are they exchanged?"
-        ways = (as_column(Role.TARGET, target.header, "if not"), as_column(Role.TARGET, reading.header, "if so"))
+        ways = (
+            column_answer(Role.TARGET, target.header, "if not"),
+            column_answer(Role.TARGET, reading.header, "if so"),
+        )
         decisions.ask(table.path, what, *ways)
 
 
@@ -320,7 +323,7 @@ def _check_difference(table: Table, target: Column, reading: Column, deviation: 
     what = f"{deviation.header!r} is not {reading.header!r} minus {target.header!r}"
     what += ": its sign is the other one" if (np.abs(told + signed) <= allowed).all() else ""
     found = f"{stated[row]:g} beside {values[row]:g} and {places[row]:g}"
-    ways = (as_column(Role.READING, reading.header), as_column(Role.DEVIATION, deviation.header))
+    ways = (column_answer(Role.READING, reading.header), column_answer(Role.DEVIATION, deviation.header))
     decisions.ask(table.at(row), what, *ways, found=found)
 
 

@@ -42,7 +42,7 @@ def foreign_rows(path: str | Path, required: Sequence[str], plain: Mapping[str, 
             one, sign = _column(table, columns, NORMAL[APPROACH.index(name)], plain), -1.0
         if one is not None:
             stated = None if name in APPROACH else split_name(name)[1]
-            found[name] = _in_unit(table, one, stated or _plain_unit(one, plain)) * sign + 0.0
+            found[name] = _convert_unit(table, one, stated or _plain_unit(one, plain)) * sign + 0.0
             taken.add(one.place)
     if CERTIFIED in required and CERTIFIED not in found and NOMINAL in found:
         found[CERTIFIED] = found[NOMINAL] + _deviation_mm(table, columns, str(path))
@@ -54,7 +54,7 @@ def foreign_rows(path: str | Path, required: Sequence[str], plain: Mapping[str, 
         if one.place not in taken and one.header:
             unit = _plain_unit(one, plain)
             stem = "_".join(one.name.split())
-            found[f"{stem}_{unit.name}" if unit is not None and unit.name else stem] = _in_unit(table, one, unit)
+            found[f"{stem}_{unit.name}" if unit is not None and unit.name else stem] = _convert_unit(table, one, unit)
     cells = [["" if np.isnan(value) else f"{value:.12g}" for value in row] for row in zip(*found.values(), strict=True)]
     return Rows(str(path), list(found), cells, table.lines.tolist())
 
@@ -99,14 +99,14 @@ def _deviation_mm(table: Table, columns: Sequence[Column], path: str) -> NDArray
     if len(signs) != 1 or found[0].unit is None:
         expected = "positions, or deviations with their unit, whose name says their sign"
         raise InputError(path, "column position_mm is missing", found=table.headers, expected=expected)
-    return _in_unit(table, found[0], find_unit("mm")) * signs.pop()
+    return _convert_unit(table, found[0], find_unit("mm")) * signs.pop()
 
 
 def _quantity(unit: Unit | None) -> str | None:
     return None if unit is None or unit.quantity == "none" else unit.quantity
 
 
-def _in_unit(table: Table, one: Column, wanted: Unit | None) -> NDArray[np.float64]:
+def _convert_unit(table: Table, one: Column, wanted: Unit | None) -> NDArray[np.float64]:
     """Numbers of a column in a unit; digits of the file are kept where it is the same."""
     values = table.numbers(one.place)
     if one.unit is None or wanted is None or one.unit.factor == wanted.factor:

@@ -106,10 +106,10 @@ def iso10360(
     from stepgauge.standards.length_uncertainty import TestConditions
     from stepgauge.standards.mpe import Mpe
     from stepgauge.verbs.inputs import (
-        as_gauge,
-        as_machine,
-        as_placements,
         joined_recordings,
+        resolve_gauge,
+        resolve_machine,
+        resolve_placements,
         several,
         stated_together,
     )
@@ -118,7 +118,7 @@ def iso10360(
     stated_together("u_tip_diameter_um", u_tip_diameter_um, "tip_diameter_mm", tip_diameter_mm)
     stated_together("offset_recordings", others or None, "mpe_offset", mpe_offset, both=True)
     stated_together("normal", normal, "normal_gauge", normal_gauge, both=True)
-    steps, cmm = as_gauge(gauge), None if machine is None else as_machine(machine)
+    steps, cmm = resolve_gauge(gauge), None if machine is None else resolve_machine(machine)
     limit = Mpe.parse(mpe)
     uncertain = TestConditions(
         u_gauge_temperature_K, u_alignment_mrad, u_fixture_um, u_tip_diameter_um, coverage_factor
@@ -128,13 +128,13 @@ def iso10360(
     bare: Any = Choices(tip_diameter_mm, unidirectional, None, False)  # type: ignore[arg-type]
     recording = state_convention(joined_recordings(several(recordings)), temperature_convention)
     asked = Specification(limit, mpe_repeatability_um, tuple(several(also)))
-    test = length_test(recording, steps, asked, uncertain, choices, cmm, as_placements(placements, steps))
+    test = length_test(recording, steps, asked, uncertain, choices, cmm, resolve_placements(placements, steps))
     further = []
     if normal is not None and normal_gauge is not None:
-        one, beside = joined_recordings([normal]), as_gauge(normal_gauge)
+        one, beside = joined_recordings([normal]), resolve_gauge(normal_gauge)
         further.append(length_test(one, beside, Specification(limit), uncertain, bare, cmm, (), NORMAL))
     if others and mpe_offset is not None:
-        stylus = cmm if offset_machine is None else as_machine(offset_machine)
+        stylus = cmm if offset_machine is None else resolve_machine(offset_machine)
         offset = Specification(Mpe.parse(mpe_offset))
         further.append(length_test(joined_recordings(others), steps, offset, uncertain, bare, stylus, (), E150))
     return length_outcome(test, cmm, further)

@@ -94,9 +94,9 @@ def iso230(
 
     from stepgauge.reports.iso230 import positioning_outcome
     from stepgauge.standards.iso230_decision import Requirement
-    from stepgauge.verbs.inputs import are_of_axis, as_machine, several
+    from stepgauge.verbs.inputs import are_of_axis, resolve_machine, several
 
-    cmm = None if machine is None else as_machine(machine)
+    cmm = None if machine is None else resolve_machine(machine)
     requirement = Requirement.parse(tuple(several(tolerances)), expanded_uncertainty_um)
     given = several(recordings)
     if are_of_axis(given):
@@ -123,14 +123,14 @@ def _gauge_test(
     from stepgauge.errors import InputError, naming
     from stepgauge.recording.conventions import state_convention
     from stepgauge.standards.positioning import positioning_test
-    from stepgauge.verbs.inputs import as_gauge, as_placements, joined_recordings
+    from stepgauge.verbs.inputs import joined_recordings, resolve_gauge, resolve_placements
 
     if gauge is None:
         raise InputError(naming("gauge"), "a recording of a step gauge needs it")
     if actual:
         raise InputError(naming("actual"), "is for a recording of one axis; a step gauge's positions are certified")
-    steps = as_gauge(gauge)  # type: ignore[arg-type]
-    lies = as_placements(placements, steps)  # type: ignore[arg-type]
+    steps = resolve_gauge(gauge)  # type: ignore[arg-type]
+    lies = resolve_placements(placements, steps)  # type: ignore[arg-type]
     recording = state_convention(joined_recordings(recordings), convention)
     return positioning_test(recording, steps, tip_diameter_mm, pair, machine, lies, requirement)  # type: ignore[arg-type]
 
@@ -146,11 +146,11 @@ def _axis_test(
     from stepgauge.axis.recording import join_axis_recordings
     from stepgauge.errors import InputError, naming
     from stepgauge.standards.positioning_axis import axis_positioning_test
-    from stepgauge.verbs.inputs import as_axis
+    from stepgauge.verbs.inputs import resolve_axis
 
     if gauge is not None:
         raise InputError(naming("gauge"), "is for recordings of a step gauge; one of an axis has its own targets")
     if tip_diameter_mm is not None:
         raise InputError(naming("tip_diameter_mm"), "is for a step gauge; a recording of one axis has no tip")
-    recording = join_axis_recordings([as_axis(one) for one in recordings])  # type: ignore[arg-type]
+    recording = join_axis_recordings([resolve_axis(one) for one in recordings])  # type: ignore[arg-type]
     return axis_positioning_test(recording, actual, requirement)  # type: ignore[arg-type]

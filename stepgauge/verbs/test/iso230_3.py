@@ -61,7 +61,7 @@ def iso230_3(
     from stepgauge.reports.drift import drift_outcome
     from stepgauge.standards.drift import drift_of_recording, drift_test, read_drift
     from stepgauge.standards.iso230_decision import Requirement
-    from stepgauge.verbs.inputs import as_gauge, joined_recordings, several
+    from stepgauge.verbs.inputs import joined_recordings, resolve_gauge, several
 
     if gauge is not None and test == "etve":
         raise InputError(naming("gauge"), naming("test", words="goes with {} axis: an ETVE test moves nothing"))
@@ -70,7 +70,7 @@ def iso230_3(
     if gauge is None and isinstance(source, File):
         drift = read_drift(str(source))
     else:
-        drift = drift_of_recording(joined_recordings([source]), as_gauge(gauge))  # type: ignore[arg-type]
+        drift = drift_of_recording(joined_recordings([source]), resolve_gauge(gauge))  # type: ignore[arg-type]
     names = list(drift.displacement_um)
     requirement = Requirement.parse(tuple(several(tolerances)), expanded_uncertainty_um, names)
     return drift_outcome(drift_test(drift, "etve" if test == "etve" else "axis", requirement))

@@ -79,10 +79,10 @@ def plan_iso10360(
     from stepgauge.planning.program import ProbingChoice, make_settings
     from stepgauge.standards.iso10360_plan import plan_positions
     from stepgauge.standards.iso10360_planned import SevenPositions
-    from stepgauge.verbs.inputs import as_gauge, as_machine
+    from stepgauge.verbs.inputs import resolve_gauge, resolve_machine
     from stepgauge.verbs.plan import SIDES
 
-    steps, cmm = as_gauge(gauge), as_machine(machine)
+    steps, cmm = resolve_gauge(gauge), resolve_machine(machine)
     distances = [path.pop(name, None) for name in ("standoff_mm", "measuring_speed_mm_s", "travel_speed_mm_s")]
     choice = ProbingChoice(distances[0], search_mm, distances[1], distances[2])
     settings = make_settings(steps, cmm, cmm.probe.tip_radius_mm, choice)

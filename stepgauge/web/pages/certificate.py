@@ -16,7 +16,7 @@ from stepgauge.errors import LONGEST, InputError, naming
 from stepgauge.web.evaluations import budget_words, read_evaluation
 from stepgauge.web.fields import Field, fields_of, read_fields
 from stepgauge.web.folder import existing, relative
-from stepgauge.web.forms import Form, with_form
+from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import render, run_verb, site_of
 from stepgauge.web.site import Site
 
@@ -108,11 +108,11 @@ def _values(site: Site, said: Laboratory | None) -> dict[str, str]:
             pair = getattr(said.conditions, key) or ("", "")
             known |= {f"conditions.{key}_{end}": value for end, value in zip(ENDS, pair, strict=True)}
     else:
-        known = _of_machine(site)
+        known = _machine_values(site)
     return {one.name: one.shown(known.get(one.name)) for some in groups().values() for one in some}
 
 
-def _of_machine(site: Site) -> dict[str, Any]:
+def _machine_values(site: Site) -> dict[str, Any]:
     from stepgauge.web.pages.machine import stated
 
     machine = stated(site)
@@ -172,5 +172,5 @@ def _tables(form: Form) -> dict[str, Any]:
 
 ROUTES = [
     Route("/certificate", show),
-    Route("/certificate", with_form(make), methods=["POST"]),
+    Route("/certificate", form_endpoint(make), methods=["POST"]),
 ]

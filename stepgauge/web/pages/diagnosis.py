@@ -16,7 +16,7 @@ from starlette.routing import Route
 
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
-from stepgauge.web.forms import Form, with_form
+from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.texts import Words
@@ -98,14 +98,14 @@ def _rival(one: Mapping[str, Any], probability: float, first: float, at: Subject
     return {
         "kind": one["kind"],
         "name": name_of(one["label"], at.of, words.language),
-        "values": [words.decimal(text) for text in _with_u(values(one), uncertainties(one))],
+        "values": [words.decimal(text) for text in _uncertainty_lines(values(one), uncertainties(one))],
         "probability": None if share is None else share * probability,
         "odds": None if share is None else share / first,
         "means": meaning(one, at, words.language),
     }
 
 
-def _with_u(values: str, uncertainties: str) -> list[str]:
+def _uncertainty_lines(values: str, uncertainties: str) -> list[str]:
     """A line for each number, with its standard uncertainty."""
     pairs = zip(values.split("\n"), uncertainties.split("\n"), strict=True)
     return [f"{one}, u = {its}" if its else one for one, its in pairs if one]
@@ -229,8 +229,8 @@ def plan_next(request: Request, form: Form) -> Response:
 
 ROUTES = [
     Route("/diagnosis", show),
-    Route("/diagnosis", with_form(diagnose), methods=["POST"]),
+    Route("/diagnosis", form_endpoint(diagnose), methods=["POST"]),
     Route("/diagnosis/scene.json", scene),
-    Route("/diagnosis/without", with_form(without), methods=["POST"]),
-    Route("/diagnosis/next", with_form(plan_next), methods=["POST"]),
+    Route("/diagnosis/without", form_endpoint(without), methods=["POST"]),
+    Route("/diagnosis/next", form_endpoint(plan_next), methods=["POST"]),
 ]

@@ -15,7 +15,7 @@ from starlette.routing import Route
 from stepgauge.errors import InputError, naming
 from stepgauge.web.fields import Field, fields_of, read_fields
 from stepgauge.web.folder import free_name, relative
-from stepgauge.web.forms import Form, with_form
+from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.uploads import read_upload
@@ -84,7 +84,7 @@ def show(request: Request) -> Response:
         groups={key: [one for one in some if one.name not in SELDOM] for key, some in groups.items()},
         seldom=[one for some in groups.values() for one in some if one.name in SELDOM],
         values=values,
-        table=words_of(request).decimal(_as_text(gauge)),
+        table=words_of(request).decimal(_faces_text(gauge)),
         gauge=gauge,
         saved=request.query_params.get("saved", ""),
     )
@@ -105,7 +105,7 @@ def _values(gauge: Gauge | None) -> dict[str, str]:
     return {one.name: one.shown(stated.get(one.name)) for some in fields() for one in some}
 
 
-def _as_text(gauge: Gauge | None) -> str:
+def _faces_text(gauge: Gauge | None) -> str:
     """The faces as a table that can be edited."""
     if gauge is None:
         return ""
@@ -197,7 +197,7 @@ def _found(form: Form, with_usual: bool = False) -> tuple[GaugeImport, FaceTable
 
     data = form.files.get("file") or form.text("table").encode()
     if data.lstrip()[:1] == b"<":
-        return _of_dcc(data, form), None
+        return _read_certificate(data, form), None
     if not data:
         raise InputError(naming("table"), naming("empty"))
     units = {name.removesuffix("_unit"): form.text(name) for name in UNIT_FIELDS}
@@ -229,7 +229,7 @@ def _stated_fields(form: Form, some: Mapping[str, Field], with_usual: bool) -> d
     return values
 
 
-def _of_dcc(data: bytes, form: Form) -> GaugeImport:
+def _read_certificate(data: bytes, form: Form) -> GaugeImport:
     """A Digital Calibration Certificate; the fields of the form fill in what it lacks."""
     from stepgauge.dcc.gauge_read import StatedGauge, import_gauge
 
@@ -293,6 +293,6 @@ def _place(site: Site, found: GaugeImport) -> Path:
 
 ROUTES = [
     Route("/gauge", show),
-    Route("/gauge/check", with_form(check), methods=["POST"]),
-    Route("/gauge", with_form(save), methods=["POST"]),
+    Route("/gauge/check", form_endpoint(check), methods=["POST"]),
+    Route("/gauge", form_endpoint(save), methods=["POST"]),
 ]

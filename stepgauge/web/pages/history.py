@@ -18,7 +18,7 @@ from starlette.routing import Route
 
 from stepgauge.errors import InputError
 from stepgauge.files.notation import printed_unit
-from stepgauge.web.forms import Form, asked_form, with_form
+from stepgauge.web.forms import Form, asked_form, form_endpoint
 from stepgauge.web.render import json_answer, render, site_of, words_of
 from stepgauge.web.site import Site
 
@@ -81,9 +81,9 @@ def _found(site: Site, asked: HistorySelection) -> Refreshed:
 
 
 def _entries(site: Site, found: Refreshed, asked: HistorySelection) -> list[HistoryEntry]:
-    from stepgauge.history import of_one_machine
+    from stepgauge.history import select_machine
 
-    return of_one_machine(found.entries, site.folder.name, asked.machine or None, asked.gauge or None)
+    return select_machine(found.entries, site.folder.name, asked.machine or None, asked.gauge or None)
 
 
 def _series(request: Request) -> tuple[HistorySelection, list[HistoryEntry], list[Series]]:
@@ -168,5 +168,5 @@ ROUTES = [
     Route("/history", show),
     Route("/history/part", part),
     Route("/history/chart.json", chart),
-    Route("/history/write", with_form(write), methods=["POST"]),
+    Route("/history/write", form_endpoint(write), methods=["POST"]),
 ]

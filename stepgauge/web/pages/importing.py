@@ -16,7 +16,7 @@ from starlette.routing import Route
 from stepgauge.errors import InputError, naming
 from stepgauge.web.fields import Field
 from stepgauge.web.folder import existing, free_name, listed, relative
-from stepgauge.web.forms import Form, with_form
+from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import address, render, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.uploads import read_upload
@@ -212,11 +212,11 @@ def _dated(imported: Imported, form: Form) -> Imported:
         return imported
     if day is None:
         raise InputError(naming("measured_on"), naming("not_filled_in"))
-    return replace(imported, recording=found.with_comments(measured_at=day.isoformat()))
+    return replace(imported, recording=found.assign_comments(measured_at=day.isoformat()))
 
 
 ROUTES = [
     Route("/importing", show),
-    Route("/importing/look", with_form(look), methods=["POST"]),
-    Route("/importing", with_form(save), methods=["POST"]),
+    Route("/importing/look", form_endpoint(look), methods=["POST"]),
+    Route("/importing", form_endpoint(save), methods=["POST"]),
 ]

@@ -13,8 +13,8 @@ from starlette.routing import Route
 
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, free_name, listed
-from stepgauge.web.forms import Form, with_form
-from stepgauge.web.pasting import as_points_file
+from stepgauge.web.forms import Form, form_endpoint
+from stepgauge.web.pasting import complete_points_text
 from stepgauge.web.render import json_answer, render, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.uploads import read_upload
@@ -82,7 +82,7 @@ def _points_file(site: Site, form: Form) -> str:
     """The 16 points as a file of the project, refused until they are located; they are read before they are written."""
     if form.text("kept") and "points" not in form.files and not form.text("pasted"):
         return str(existing(site.folder, form.text("kept")).relative_to(site.folder))
-    data = form.files.get("points") or as_points_file(form.text("pasted")).encode()
+    data = form.files.get("points") or complete_points_text(form.text("pasted")).encode()
     if not data:
         raise InputError("points", "there are none", expected="16 rows, pasted or as a file")
     _check_readable(data)
@@ -185,6 +185,6 @@ def scene(request: Request) -> Response:
 
 ROUTES = [
     Route("/locate", show),
-    Route("/locate", with_form(locate), methods=["POST"]),
+    Route("/locate", form_endpoint(locate), methods=["POST"]),
     Route("/locate/scene.json", scene),
 ]

@@ -13,7 +13,7 @@ from starlette.routing import Route
 from stepgauge.errors import InputError, naming
 from stepgauge.web.fields import Field, fields_of, read_fields
 from stepgauge.web.folder import free_name, relative
-from stepgauge.web.forms import Form, asked_form, with_form
+from stepgauge.web.forms import Form, asked_form, form_endpoint
 from stepgauge.web.render import address, render, site_of
 from stepgauge.web.site import Site
 
@@ -243,5 +243,5 @@ def _limit(form: Form) -> str | None:
 
 ROUTES = [
     Route("/machine", show),
-    Route("/machine", with_form(save), methods=["POST"]),
+    Route("/machine", form_endpoint(save), methods=["POST"]),
 ]

@@ -17,7 +17,7 @@ from starlette.routing import Route
 from stepgauge.errors import InputError
 from stepgauge.web.fields import Field
 from stepgauge.web.folder import existing, listed, relative
-from stepgauge.web.forms import Form, asked_form, with_form
+from stepgauge.web.forms import Form, asked_form, form_endpoint
 from stepgauge.web.render import json_answer, render, run_verb, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
@@ -235,6 +235,6 @@ ROUTES = [
     Route("/plan/part", part),
     Route("/plan/scene.json", scene),
     Route("/plan/program", program),
-    Route("/plan/write", with_form(write), methods=["POST"]),
+    Route("/plan/write", form_endpoint(write), methods=["POST"]),
     Route("/plan/file", file),
 ]

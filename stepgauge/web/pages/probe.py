@@ -18,7 +18,7 @@ from starlette.routing import Route
 
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, listed, relative
-from stepgauge.web.forms import Form, asked_form, with_form
+from stepgauge.web.forms import Form, asked_form, form_endpoint
 from stepgauge.web.render import json_answer, render, run_verb, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
@@ -208,5 +208,5 @@ ROUTES = [
     Route("/probe", show),
     Route("/probe/part", part),
     Route("/probe/chart.json", chart),
-    Route("/probe/write", with_form(write), methods=["POST"]),
+    Route("/probe/write", form_endpoint(write), methods=["POST"]),
 ]

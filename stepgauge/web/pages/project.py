@@ -7,7 +7,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web.forms import Form, with_form
+from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import render, site_of
 
 PAGE_OF = {
@@ -63,5 +63,5 @@ ROUTES = [
     Route("/", show),
     Route("/project", show),
     Route("/project/status", status),
-    Route("/project/new", with_form(new), methods=["POST"]),
+    Route("/project/new", form_endpoint(new), methods=["POST"]),
 ]

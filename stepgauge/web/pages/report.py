@@ -11,7 +11,7 @@ from starlette.routing import Route
 from stepgauge.errors import InputError
 from stepgauge.web.evaluations import budget_words
 from stepgauge.web.folder import existing, listed, relative
-from stepgauge.web.forms import Form, with_form
+from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import render, run_verb, site_of
 from stepgauge.web.site import Site
 
@@ -84,6 +84,6 @@ def paper(request: Request) -> Response:
 
 ROUTES = [
     Route("/report", show),
-    Route("/report", with_form(make), methods=["POST"]),
+    Route("/report", form_endpoint(make), methods=["POST"]),
     Route("/report/paper", paper),
 ]

@@ -26,7 +26,7 @@ from stepgauge.web.evaluations import (
     stored_budget,
 )
 from stepgauge.web.folder import existing, relative
-from stepgauge.web.forms import Form, with_form
+from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.judgement import decided, verdict
 from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
@@ -149,7 +149,7 @@ def _probings(place: str, recordings: tuple[Path, ...], gauge: str, _: tuple[Sta
     return probing_errors(joined_recording(recordings), sg.read_evaluation(place, gauge))
 
 
-def _of_face(request: Request) -> tuple[EvaluationView, int, pd.DataFrame]:
+def _requested_face(request: Request) -> tuple[EvaluationView, int, pd.DataFrame]:
     shown, site = EvaluationView.of(request), site_of(request)
     recordings, gauge = recordings_and_gauge(site, shown.name)
     place = evaluation_file(site, shown.name)
@@ -164,7 +164,7 @@ def _of_face(request: Request) -> tuple[EvaluationView, int, pd.DataFrame]:
 
 def probings(request: Request) -> Response:
     """The single probings of a face: a chart and a table."""
-    shown, face, table = _of_face(request)
+    shown, face, table = _requested_face(request)
     own = next(one for one in shown.placement["faces"] if one["face"] == face)
     columns = [name for name in ("time_s", "gauge_temperature_C") if name in table]
     rows = table[["cycle", "used", "error_um", "residual_um", *columns]].head(MOST_ROWS).to_dict("records")
@@ -186,7 +186,7 @@ def probings_json(request: Request) -> Response:
     """The same as a chart."""
     from stepgauge.figures.error_chart import probings_chart
 
-    _, face, table = _of_face(request)
+    _, face, table = _requested_face(request)
     cycle, error_um, used = (table[name].to_numpy() for name in ("cycle", "error_um", "used"))
     return json_answer(request, json.dumps(probings_chart(cycle, error_um, used, f"face {face}")))
 
@@ -238,8 +238,8 @@ ROUTES = [
     Route("/result/errors.json", errors_chart),
     Route("/result/probings", probings),
     Route("/result/probings.json", probings_json),
-    Route("/result/diagnose", with_form(diagnose), methods=["POST"]),
-    Route("/result/evaluate", with_form(evaluate), methods=["POST"]),
-    Route("/result/again", with_form(evaluate_again), methods=["POST"]),
-    Route("/result/budget", with_form(write_budget), methods=["POST"]),
+    Route("/result/diagnose", form_endpoint(diagnose), methods=["POST"]),
+    Route("/result/evaluate", form_endpoint(evaluate), methods=["POST"]),
+    Route("/result/again", form_endpoint(evaluate_again), methods=["POST"]),
+    Route("/result/budget", form_endpoint(write_budget), methods=["POST"]),
 ]

@@ -16,7 +16,7 @@ from stepgauge.errors import InputError
 from stepgauge.web import concealed
 from stepgauge.web.fields import Field
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
-from stepgauge.web.forms import Form, with_form
+from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.measurement_request import MeasurementRequest
 from stepgauge.web.measuring import MeasuringRun
 from stepgauge.web.render import address, render, run_verb, site_of, words_of
@@ -226,9 +226,9 @@ def next_step(request: Request, form: Form) -> Response:
 
 ROUTES = [
     Route("/run", show),
-    Route("/run", with_form(start), methods=["POST"]),
+    Route("/run", form_endpoint(start), methods=["POST"]),
     Route("/run/events", events),
     Route("/run/fault", show_fault),
-    Route("/run/{word:str}", with_form(steer), methods=["POST"]),
-    Route("/run/next/{verb:str}", with_form(next_step), methods=["POST"]),
+    Route("/run/{word:str}", form_endpoint(steer), methods=["POST"]),
+    Route("/run/next/{verb:str}", form_endpoint(next_step), methods=["POST"]),
 ]

@@ -14,7 +14,7 @@ from starlette.routing import Route
 from stepgauge.errors import InputError
 from stepgauge.web.evaluations import ERRORS, EvaluationView, joined_recording, recording_names, recordings_and_gauge
 from stepgauge.web.folder import existing, relative
-from stepgauge.web.forms import Form, asked_form, with_form
+from stepgauge.web.forms import Form, asked_form, form_endpoint
 from stepgauge.web.judgement import source_name
 from stepgauge.web.render import render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
@@ -59,7 +59,7 @@ def budget(request: Request) -> Response:
     shown, form = EvaluationView.of(request), asked_form(request)
     trial = _trial_of(site_of(request), shown)
     values = {name: form.number(name, 0.0, OPEN_SOURCES[name].most, 0.0) or 0.0 for name in trial.names}
-    tried = trial.with_values(values)
+    tried = trial.replace_values(values)
     line = _line(tried, shown, form)
     labels = {one.name: one.label for one in tried.sources}
     shares = sorted(line.contributions_um.items(), key=lambda one: -one[1])
@@ -128,5 +128,5 @@ def state(request: Request, form: Form) -> Response:
 ROUTES = [
     Route("/result/sliders", sliders),
     Route("/result/budget", budget),
-    Route("/result/state", with_form(state), methods=["POST"]),
+    Route("/result/state", form_endpoint(state), methods=["POST"]),
 ]
