@@ -12,7 +12,7 @@ import pytest
 
 from stepgauge.cli import cli, main
 from stepgauge.errors import InputError
-from stepgauge.files.budget import ResourceBudget, within, work_within
+from stepgauge.files.resource_limits import ResourceLimits, within, work_within
 from stepgauge.fleet.query import query
 from stepgauge.reports.render import render_html, render_pdf
 from tests.conftest import ROOT
@@ -53,7 +53,7 @@ def run_on(given: dict[str, Any]) -> bytes:
         given["n"] = given.get("n", 0) + 1
 
 
-SMALL = ResourceBudget(1.0, 300.0, "this work")
+SMALL = ResourceLimits(1.0, 300.0, "this work")
 
 
 def test_what_a_function_gives_comes_back_and_what_it_prints_does_not() -> None:
@@ -177,11 +177,11 @@ def test_the_reading_of_a_file_in_this_process_ends(monkeypatch: pytest.MonkeyPa
     """A verb's own process gets the budget; afterwards it is as it was."""
     limits = resource.getrlimit(resource.RLIMIT_CPU), resource.getrlimit(resource.RLIMIT_DATA)
     said = r"^a.csv: this file: it did not come to an end; expected at most 0 s"
-    with pytest.raises(InputError, match=said), within(ResourceBudget(0.0, 10**6, "this file"), "a.csv"):
+    with pytest.raises(InputError, match=said), within(ResourceLimits(0.0, 10**6, "this file"), "a.csv"):
         run_on({})
     with (
         pytest.raises(InputError, match="did not come to an end"),
-        within(ResourceBudget(60.0, 1.0, "this file"), "a.csv"),
+        within(ResourceLimits(60.0, 1.0, "this file"), "a.csv"),
     ):
         grow({"bytes": 10**9})
     assert (resource.getrlimit(resource.RLIMIT_CPU), resource.getrlimit(resource.RLIMIT_DATA)) == limits
@@ -191,7 +191,7 @@ def test_the_reading_of_a_file_in_this_process_ends(monkeypatch: pytest.MonkeyPa
 def test_a_verb_that_reads_a_foreign_file_has_a_budget(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], verb: str
 ) -> None:
-    monkeypatch.setattr("stepgauge.files.budget.FILE_SECONDS", -1.0)
+    monkeypatch.setattr("stepgauge.files.resource_limits.FILE_SECONDS", -1.0)
     monkeypatch.setattr("stepgauge.importing.recorded.import_recording", lambda *_, **__: run_on({}))
     monkeypatch.setattr("stepgauge.alignment.locate", lambda *_, **__: run_on({}))
     points = (ROOT / "examples/demo/points.csv").read_text()

@@ -35,7 +35,7 @@ from stepgauge.reports.certificate_file import check_days, check_item, check_roo
 from stepgauge.reports.content import Sources, make_content
 from stepgauge.reports.page import UserStatements
 from stepgauge.reports.render import render_html, render_pdf
-from stepgauge.reports.result import result_table
+from stepgauge.reports.result_table import result_table
 from stepgauge.reports.sources import read_sources
 from stepgauge.standards.budget_files import StoredGap
 from stepgauge.standards.conformity import conformity, limit_of

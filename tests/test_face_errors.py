@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from stepgauge.evaluation.face_errors import band_um, face_errors, radius_blocks, worst_two_sigma_um
-from stepgauge.recording.by_face import face_statistics
+from stepgauge.recording.face_readings import face_statistics
 
 FACES = np.arange(3, 13)
 

@@ -21,7 +21,7 @@ from stepgauge.evaluation.evaluate import Evaluation, evaluate
 from stepgauge.evaluation.face_errors import face_errors
 from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
 from stepgauge.recording import Recording, join_recordings
-from stepgauge.recording.by_face import FaceStatistics
+from stepgauge.recording.face_readings import FaceStatistics
 from stepgauge.reports.overlay import overlay_content, short_names
 from stepgauge.reports.page import UserStatements
 from stepgauge.standards.difference import ERRORS, differences

@@ -19,9 +19,9 @@ from stepgauge.planning.plan import ORDERS, ROUTES, PlanOptions, make_program
 from stepgauge.programs import DIALECTS, Dialect, read_program, recognise
 from stepgauge.programs.compare import difference, going
 from stepgauge.programs.describe import described
+from stepgauge.programs.grammar import IF, JUMP
 from stepgauge.programs.reading import Reader
 from stepgauge.programs.render import render
-from stepgauge.programs.table import IF, JUMP
 from tests.build import angles, gauges, inclinations, make_gauge, make_pose, positions
 from tests.conftest import ROOT
 

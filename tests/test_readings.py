@@ -21,8 +21,8 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import read_machine
 from stepgauge.montecarlo import recording_model
 from stepgauge.recording import Recording, join_recordings, read_recording, write_recording
-from stepgauge.recording.by_face import ByFace
 from stepgauge.recording.columns import near_miss
+from stepgauge.recording.face_readings import FaceReadings
 from stepgauge.recording.identity import check_recording
 from stepgauge.standards.iso10360 import Specification, length_test
 from stepgauge.standards.mpe import Mpe
@@ -123,7 +123,7 @@ def test_the_steps_of_a_coarse_display_are_no_slips(step_mm: float, expected: fl
     position = np.round(whole.position_mm / step_mm) * step_mm
     assert max(step_of(one) for one in position.T) == pytest.approx(expected)
     off = np.repeat([0.0, 0.0, 0.0, 0.0, 3 * step_mm], 1)
-    readings = ByFace.of(np.tile(off, 4), np.repeat([1, 2, 3, 4], 5))
+    readings = FaceReadings.of(np.tile(off, 4), np.repeat([1, 2, 3, 4], 5))
     assert find_outliers(readings, np.tile(np.arange(5), 4), step_mm).rows.size == 0
 
 

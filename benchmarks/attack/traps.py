@@ -41,7 +41,7 @@ def ways() -> dict[str, list[str]]:
     return {
         "a verb of the page": python_line("stepgauge", "evaluate", "none.csv", "-g", "step-gauge-420", "-o", "x"),
         "the worker that measures": python_line("stepgauge.web.worker"),
-        "work within a budget": python_line("stepgauge.files.budget"),
+        "work within a budget": python_line("stepgauge.files.resource_limits"),
         "a pool of processes": [sys.executable, "-P", "-c", POOL],
     }
 

@@ -20,7 +20,7 @@ from stepgauge.axis.sensors import SENSORS
 from stepgauge.axis.units import AxisUnits
 from stepgauge.errors import InputError, reader
 from stepgauge.files.arrays import Array, same_content
-from stepgauge.files.shown import Plotted, join_lines
+from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.text import read_text, write_text
 from stepgauge.files.units import column_name
 from stepgauge.recording import PROBINGS, comment_lines

@@ -99,12 +99,12 @@ def _paths(value: Any) -> list[str | Path]:
 
 def _bound(verb: Verb, values: dict[str, Any], stack: ExitStack) -> None:
     """A limit of time and memory for the reading of what somebody else wrote."""
-    from stepgauge.files.budget import file_budget, within
+    from stepgauge.files.resource_limits import file_limits, within
 
     for one in reads(verb.parameters):
         kind = one.one
         for path in _paths(values.get(one.name)) if isinstance(kind, Reads) and kind.foreign else ():
-            stack.enter_context(within(file_budget(path), path))
+            stack.enter_context(within(file_limits(path), path))
 
 
 def _given(verb: Verb, values: dict[str, Any]) -> dict[str, Any]:

@@ -13,8 +13,8 @@ from stepgauge.compensation.skew import Skew, find_skew, render_skew
 from stepgauge.compensation.table import CompensationTable
 from stepgauge.conditions import stored_conditions
 from stepgauge.errors import InputError, naming
+from stepgauge.files.display import Plotted, Summarized, figures, join_lines
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Plotted, Summarized, figures, join_lines
 from stepgauge.files.stored import result_shown
 from stepgauge.files.text import write_text
 from stepgauge.recording.simulated import is_simulated

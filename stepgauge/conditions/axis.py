@@ -18,7 +18,7 @@ from stepgauge.conditions.resolution import step_of
 from stepgauge.conditions.series import thermometer_conditions
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
-from stepgauge.recording.by_face import ByFace
+from stepgauge.recording.face_readings import FaceReadings
 
 Columns = dict[tuple[int, int], pd.Series]
 """Deviations of every run and way, by place."""
@@ -183,7 +183,7 @@ def _single(
 ) -> Iterator[Condition]:
     """Readings that their repeats contradict. A standard judges what was measured: they are used."""
     cycle = np.unique(np.column_stack([run, way]), axis=0, return_inverse=True)[1].ravel()
-    found = find_outliers(ByFace.of(um * 1e-3, group), cycle, step_of(um * 1e-3))
+    found = find_outliers(FaceReadings.of(um * 1e-3, group), cycle, step_of(um * 1e-3))
     if not found.rows.size and not found.unclear:
         return
     shown = [

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from stepgauge.files.arrays import Array
 from stepgauge.recording import Recording
-from stepgauge.recording.by_face import FaceStatistics
+from stepgauge.recording.face_readings import FaceStatistics
 
 SURE = 5.0
 """A rate beyond so many of its standard uncertainties is no chance."""

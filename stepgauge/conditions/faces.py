@@ -13,7 +13,7 @@ from stepgauge.conditions.outliers import odd_blocks, odd_faces
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
-from stepgauge.recording.by_face import FaceStatistics
+from stepgauge.recording.face_readings import FaceStatistics
 
 BY_CHANCE = 1e-3
 """Probability that any face of a recording of normal scatter is remarked."""

@@ -18,7 +18,7 @@ from stepgauge.conditions.temperature import temperature_conditions
 from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import POSITION, Recording
-from stepgauge.recording.by_face import FaceStatistics
+from stepgauge.recording.face_readings import FaceStatistics
 
 NOTABLE_UM = 0.1
 """Cosine error over the measured section, and drift within a cycle, from which they are remarked."""

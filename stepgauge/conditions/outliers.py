@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.physics.robust import TO_SIGMA, group_medians, mad_sigma
-from stepgauge.recording.by_face import ByFace
+from stepgauge.recording.face_readings import FaceReadings
 
 Rows = NDArray[np.int64]
 TIMES = 8.0
@@ -91,7 +91,7 @@ class OutlierSearch:
 NONE_FOUND = OutlierSearch(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
 
 
-def find_outliers(readings: ByFace, cycle: Rows, resolution_mm: float = 0.0) -> OutlierSearch:
+def find_outliers(readings: FaceReadings, cycle: Rows, resolution_mm: float = 0.0) -> OutlierSearch:
     """Readings that their repeats contradict.
 
     Parameters
@@ -142,7 +142,7 @@ def _near_mm(from_middle: Array, face: Rows, one: int) -> float:
     return _CALM_TO_SIGMA * float(np.sqrt(total / freedom)) if freedom else 0.0
 
 
-def _named(from_middle: Array, readings: ByFace, limit_mm: dict[int, float]) -> OutlierSearch:
+def _named(from_middle: Array, readings: FaceReadings, limit_mm: dict[int, float]) -> OutlierSearch:
     """The readings beyond the limit of their face, by rows that rise; faces where two or three contradict each other
     are unclear unless their neighbours tell."""
     rows, unclear, off, limit = list[int](), list[int](), list[float](), list[float]()
@@ -161,7 +161,7 @@ def _named(from_middle: Array, readings: ByFace, limit_mm: dict[int, float]) -> 
     return OutlierSearch(np.array(rows, np.int64)[order], off_um, limit_um, tuple(unclear))
 
 
-def _farther_of_two(readings: ByFace, here: Rows, most_mm: float) -> NDArray[np.bool_]:
+def _farther_of_two(readings: FaceReadings, here: Rows, most_mm: float) -> NDArray[np.bool_]:
     """Of two readings of a face the one that lies beyond the limit from the line between the neighbours of its side,
     where the other lies far nearer; none where that is not clear."""
     one = int(readings.face[here[0]])
@@ -193,7 +193,7 @@ class Judged:
 NOTHING_JUDGED = Judged()
 
 
-def judge(readings: ByFace, cycle: Rows, placement: int, resolution_mm: float) -> Judged:
+def judge(readings: FaceReadings, cycle: Rows, placement: int, resolution_mm: float) -> Judged:
     """The readings of a placement that their repeats contradict, as :func:`find_outliers` finds them."""
     found = find_outliers(readings, cycle, resolution_mm)
     many = found.rows.size + len(found.unclear)

@@ -14,7 +14,7 @@ from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import APPROACH, POSITION, Recording
-from stepgauge.recording.by_face import ByFace
+from stepgauge.recording.face_readings import FaceReadings
 from stepgauge.recording.identity import (
     axis_from_approaches,
     certified_mm,
@@ -37,7 +37,7 @@ class Readings:
     """
 
     axis: Array
-    by_face: ByFace
+    by_face: FaceReadings
     faces: NDArray[np.int64]
     judged: Judged = NOTHING_JUDGED
     kept: NDArray[np.intp] | None = None
@@ -81,7 +81,7 @@ def project_readings(
     position = recording.numbers(POSITION)
     along = dot(position, axis)
     faces = np.arange(2 * section[0] - 1, 2 * section[1] + 1)
-    by_face = ByFace.of(along - certified_mm(recording, gauge, face), face, int(faces[-1]) + 1)
+    by_face = FaceReadings.of(along - certified_mm(recording, gauge, face), face, int(faces[-1]) + 1)
     check_positions(by_face, along, gauge, recording.path)
     check_beside(position, axis, face, gauge, recording.path)
     check_tip(by_face, recording)
@@ -101,7 +101,7 @@ def _judged(readings: Readings, recording: Recording, leave_out: bool) -> Readin
     if not found.left_out or not leave_out:
         return replace(readings, judged=found)
     kept = np.setdiff1d(np.arange(len(readings.face)), [one.row for one in found.left_out])
-    by_face = ByFace.of(readings.off_mm[kept], readings.face[kept], len(readings.by_face.count))
+    by_face = FaceReadings.of(readings.off_mm[kept], readings.face[kept], len(readings.by_face.count))
     return replace(readings, by_face=by_face, judged=found, kept=kept)
 
 
@@ -113,6 +113,6 @@ def _without_drift(readings: Readings, recording: Recording) -> Readings:
     if not np.isfinite(rate):
         return readings
     since = time - time.mean()
-    by_face = ByFace.of(readings.off_mm - rate * since, readings.face, len(readings.by_face.count))
+    by_face = FaceReadings.of(readings.off_mm - rate * since, readings.face, len(readings.by_face.count))
     words = f"a drift of {rounded(rate * 1e6, 3, plus=True)} nm/{unit} (u = {rounded(u * 1e6, 2)}) was taken off"
     return replace(readings, by_face=by_face, drift_corrected=words, drift_u_mm=u * since)

@@ -12,8 +12,8 @@ from stepgauge.dcc.gauge_read import GaugeImport, write_gauge
 from stepgauge.dcc.read import EXAMPLE, NOMINAL, Document
 from stepgauge.dcc.results import read_errors
 from stepgauge.dcc.write import FACE
+from stepgauge.files.display import Summarized, join_lines
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Summarized, join_lines
 
 if TYPE_CHECKING:
     import pandas as pd

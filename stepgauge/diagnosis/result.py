@@ -18,8 +18,8 @@ from stepgauge.effects import Effect
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.checksum import file_sha256
+from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Plotted, join_lines
 from stepgauge.files.text import read_result, result_file, result_text, write_text
 from stepgauge.inference.search import Step
 from stepgauge.recording import Recording

@@ -8,7 +8,7 @@ from stepgauge.conditions import Condition
 from stepgauge.evaluation.face_errors import REffOrigin, radius_blocks, reference_face, reversal_of_scale_um
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
-from stepgauge.recording.by_face import FaceStatistics
+from stepgauge.recording.face_readings import FaceStatistics
 
 NOTABLE_UM = 0.1
 """Reversal that a scale error shows from which it is remarked."""

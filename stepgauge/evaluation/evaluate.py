@@ -23,13 +23,13 @@ from stepgauge.errors import InputError
 from stepgauge.evaluation.definitions import definitions
 from stepgauge.evaluation.face_errors import REffOrigin, band_um, face_errors, radius_blocks, reference_face
 from stepgauge.files.arrays import Array
+from stepgauge.files.display import Plotted, figures, join_lines
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Plotted, figures, join_lines
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.recording import POSITION, Recording
-from stepgauge.recording.by_face import FaceStatistics
 from stepgauge.recording.conventions import recorded_scales_C
+from stepgauge.recording.face_readings import FaceStatistics
 from stepgauge.recording.identity import check_gauge
 from stepgauge.recording.rows import check_copies
 

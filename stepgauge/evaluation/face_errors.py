@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.files.arrays import Array
-from stepgauge.recording.by_face import FaceStatistics
+from stepgauge.recording.face_readings import FaceStatistics
 
 REffOrigin = Literal["first", "all"]
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 
-from stepgauge.files.shown import Summarized
+from stepgauge.files.display import Summarized
 
 if TYPE_CHECKING:
     import pandas as pd

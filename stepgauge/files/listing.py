@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stepgauge.files.shown import Summarized
+from stepgauge.files.display import Summarized
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
-from stepgauge.files.shown import Summarized
+from stepgauge.files.display import Summarized
 from stepgauge.files.text import read_json, read_result
 
 if TYPE_CHECKING:

@@ -103,7 +103,7 @@ def read_rows(
         stated = plain and "is missing" in error.what  # perhaps under a name with its unit
         if not (required and Path(path).is_file() and (stated or is_foreign(path, required))):
             raise
-        from stepgauge.importing.tables.rows import foreign_rows  # which reads tables of any make
+        from stepgauge.importing.tables.fixed_columns import foreign_rows  # which reads tables of any make
 
         try:
             found = foreign_rows(path, required, plain)

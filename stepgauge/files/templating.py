@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.errors import InputError
-from stepgauge.files.budget import MB, ResourceBudget, work_within
+from stepgauge.files.resource_limits import MB, ResourceLimits, work_within
 from stepgauge.files.resources import folder
 from stepgauge.files.text import read_text
 
@@ -45,9 +45,9 @@ def fill_template(source: Path, kind: str, context: Mapping[str, object]) -> str
     return work_within(template_budget(size), render_task, given, source).decode("utf-8", "surrogatepass")
 
 
-def template_budget(size: int, seconds: float = 3.0, memory_MB: float = 400.0) -> ResourceBudget:
+def template_budget(size: int, seconds: float = 3.0, memory_MB: float = 400.0) -> ResourceLimits:
     """What a template of somebody's own may use that is given so many bytes."""
-    return ResourceBudget(seconds + 3.0 * size / MB, memory_MB + 60.0 * size / MB, "template")
+    return ResourceLimits(seconds + 3.0 * size / MB, memory_MB + 60.0 * size / MB, "template")
 
 
 def _values(value: object) -> Any:

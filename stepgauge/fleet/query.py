@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
-from stepgauge.files.budget import MB, ResourceBudget, work_within
 from stepgauge.files.checksum import check_name
+from stepgauge.files.resource_limits import MB, ResourceLimits, work_within
 from stepgauge.fleet.disk import locked
 from stepgauge.fleet.results import tables_of
 from stepgauge.fleet.schema import BUDGETS, DIAGNOSES, EVALUATIONS, OWNERS, PROBINGS, StoredColumn, arrow_schema, needed
@@ -35,7 +35,7 @@ def query(fleet: Fleet, sql: str) -> Any:
     :class:`InputError` for one that DuckDB does not take, and for one that needs more than its budget.
     """
     size = sum(path.stat().st_size for path in fleet.folder.rglob("*.parquet")) / MB
-    budget = ResourceBudget(SECONDS + 0.2 * size, MEMORY_MB + 20.0 * size, "this question")
+    budget = ResourceLimits(SECONDS + 0.2 * size, MEMORY_MB + 20.0 * size, "this question")
     with locked(fleet.folder, alone=False):
         given = {"folder": str(fleet.folder), "sql": sql, "memory_MB": budget.memory_MB}
         answer = work_within(budget, _answer, given, "SQL")

@@ -15,8 +15,8 @@ from pydantic import Field
 from stepgauge.errors import InputError, naming, reader
 from stepgauge.files.config import TomlTable, check_table, file_beside, read_toml
 from stepgauge.files.dates import check_past
+from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.resources import find_data
-from stepgauge.files.shown import Plotted, join_lines
 from stepgauge.files.tables import CsvTable, read_numbers
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from pydantic import Field
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array, same_content
 from stepgauge.files.config import TomlTable, Vector3, check_table, parse_toml
-from stepgauge.files.shown import Plotted, join_lines
+from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.text import read_text, write_sealed
 from stepgauge.files.units import likely_unit
 from stepgauge.gauge.certified import Gauge

@@ -10,8 +10,8 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, ClassVar
 
 from stepgauge.errors import InputError
+from stepgauge.files.display import Plotted, figures
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Plotted, figures
 from stepgauge.files.stored import result_shown
 from stepgauge.history.entries import QUANTITIES, DateFrom, HistoryEntry, select_machine
 from stepgauge.history.files import write_history

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 from stepgauge.axis.recording import AxisRecording, write_axis_recording
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.errors import InputError
-from stepgauge.files.shown import Summarized, join_lines
+from stepgauge.files.display import Summarized, join_lines
 from stepgauge.importing.tables.questions import Decisions, OpenQuestionsError, Question, QuestionAnswer, TakenColumn
 from stepgauge.recording import Recording, write_recording
 

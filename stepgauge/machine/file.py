@@ -14,9 +14,9 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from stepgauge.errors import InputError
 from stepgauge.files.config import TomlTable, Vector3, check_table, read_toml
+from stepgauge.files.display import Summarized, join_lines
 from stepgauge.files.numerals import number
 from stepgauge.files.resources import find_data
-from stepgauge.files.shown import Summarized, join_lines
 from stepgauge.machine.contribution import Contribution
 from stepgauge.machine.uncertain import Uncertain, split_uncertain
 from stepgauge.physics.chain import Chain

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import ProgramStoppedError
 from stepgauge.files.arrays import Array
-from stepgauge.files.shown import Plotted, join_lines
+from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.text import write_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement

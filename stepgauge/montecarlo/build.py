@@ -22,8 +22,8 @@ from stepgauge.montecarlo.inputs import MonteCarloInputs, collect_inputs, effect
 from stepgauge.montecarlo.model import MonteCarloModel, PlacementReadings, model_quantities
 from stepgauge.motion.moves import Program
 from stepgauge.recording import Recording
-from stepgauge.recording.by_face import ByFace
 from stepgauge.recording.conventions import warmer_K
+from stepgauge.recording.face_readings import FaceReadings
 
 
 def program_model(
@@ -123,7 +123,7 @@ def _part(
         recording = recording.select_rows(readings.kept)
     if sign < 0:
         one = readings.by_face
-        means = ByFace.of(one.mean_mm[one.face], one.face, len(one.count))
+        means = FaceReadings.of(one.mean_mm[one.face], one.face, len(one.count))
         readings = replace(readings, by_face=means)  # the noise of the recording is drawn anew
     warmer = np.broadcast_to(warmer_K(recording, gauge), (len(readings.face),))
     return PlacementReadings(number, recording.columns, readings, warmer, scales_C, first_row)

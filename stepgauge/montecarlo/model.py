@@ -38,8 +38,8 @@ from stepgauge.montecarlo.inputs import (
     draw,
     effect_key,
 )
-from stepgauge.recording.by_face import FaceStatistics, face_statistics
 from stepgauge.recording.conventions import convention_of
+from stepgauge.recording.face_readings import FaceStatistics, face_statistics
 
 BY_FACE = ("xf_um", "sf_um", "xb_um", "sb_um", "xm_um", "xr_um")
 SCALE_KEYS = {"machine.temperature_C", "machine.scale_expansion_per_K"}

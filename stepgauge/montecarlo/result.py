@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
+from stepgauge.files.display import Plotted, figures, join_lines
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Plotted, figures, join_lines
 from stepgauge.files.stored import result_shown
 from stepgauge.montecarlo.files import summary_to_dict, write_summary
 from stepgauge.montecarlo.model import MonteCarloModel

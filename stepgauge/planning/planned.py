@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from stepgauge.errors import InputError
-from stepgauge.files.shown import Plotted, join_lines
+from stepgauge.files.display import Plotted, join_lines
 from stepgauge.motion.moves import Program
 from stepgauge.planning.program import ProgramText, check_tool, duration_s, duration_words, program_text
 from stepgauge.programs import DIALECTS

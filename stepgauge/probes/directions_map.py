@@ -11,7 +11,7 @@ import numpy as np
 
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
-from stepgauge.files.shown import Plotted
+from stepgauge.files.display import Plotted
 from stepgauge.files.tables import Rows, csv_text, read_rows
 from stepgauge.files.text import write_text
 from stepgauge.physics.directions import unit_vectors

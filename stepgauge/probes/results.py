@@ -12,8 +12,8 @@ import numpy as np
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.dates import moment_now
+from stepgauge.files.display import Plotted, figures
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Plotted, figures
 from stepgauge.files.stored import result_shown
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_text

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NoReturn
 
+from stepgauge.programs.grammar import NOMINAL, QUIET, Code, DialectGrammar, Production
 from stepgauge.programs.reading import Reader, check_lines
-from stepgauge.programs.table import NOMINAL, QUIET, Code, DialectGrammar, Production
 
 WORDS = Production("words", "", "a block of words", "")
 LABEL = Production("nothing", "", "a label", "", QUIET)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.dialect import Dialect
-from stepgauge.programs.table import END, FIRST, FRAME, LAST, START, Code, DialectGrammar, Production
+from stepgauge.programs.grammar import END, FIRST, FRAME, LAST, START, Code, DialectGrammar, Production
 
 Row = tuple[str, ...]
 _STANDS = {

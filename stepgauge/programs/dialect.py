@@ -10,9 +10,9 @@ from pathlib import Path
 from stepgauge.errors import InputError
 from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.programs.execution import VirtualController
+from stepgauge.programs.grammar import DialectGrammar
 from stepgauge.programs.options import Option, chosen
 from stepgauge.programs.reading import ControllerAlarmError, Reader, ReadingProbe
-from stepgauge.programs.table import DialectGrammar
 
 _SPEEDS = ("measuring_speed_mm_s", "travel_speed_mm_s")
 SEARCH = ("search_mm", *_SPEEDS)

@@ -15,9 +15,7 @@ from stepgauge.programs.blocks import Block, joined_lines
 from stepgauge.programs.dialect import AUTOMATIC, Dialect
 from stepgauge.programs.execution import VirtualController
 from stepgauge.programs.gcode import end_of_line
-from stepgauge.programs.options import Name, NumberOption, Option
-from stepgauge.programs.reading import Reader
-from stepgauge.programs.table import (
+from stepgauge.programs.grammar import (
     END,
     ENDS,
     FIRST,
@@ -29,6 +27,8 @@ from stepgauge.programs.table import (
     Production,
     Slot,
 )
+from stepgauge.programs.options import Name, NumberOption, Option
+from stepgauge.programs.reading import Reader
 
 ENCODED = "*"
 """Behind the key of a text ``key: value``: both are percent-encoded, for DMIS holds ASCII only."""

@@ -1,6 +1,6 @@
 """A text as its controller runs it, block by block, and every way through it.
 
-Coordinates and feeds are numbers in the text (:mod:`stepgauge.programs.table` takes no others), so that only a branch
+Coordinates and feeds are numbers in the text (:mod:`stepgauge.programs.grammar` takes no others), so that only a branch
 can make another path of it. Of a branch both ways are read: either they come together again with nothing between them
 but the program's own variables, or one of them ends the program without a move. And
 after every search the text is run on with the other answer of the probe: before the next move it must have stopped
@@ -15,8 +15,8 @@ from typing import ClassVar
 
 from stepgauge.programs.blocks import Block, read_blocks
 from stepgauge.programs.expression import Grammar, Value, check_words, evaluate
+from stepgauge.programs.grammar import CLOSING, END, ENDS, FIRST, FRAME, IF, JUMP, LAST, QUIET, START, DialectGrammar
 from stepgauge.programs.reading import Contact, ControllerAlarmError, MovedOnError, Reader
-from stepgauge.programs.table import CLOSING, END, ENDS, FIRST, FRAME, IF, JUMP, LAST, QUIET, START, DialectGrammar
 
 CLEAR_MM = 1.0
 """A contact on a shorter way is within the overtravel of any probe."""

@@ -16,9 +16,7 @@ from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.expression import Grammar, Value
 from stepgauge.programs.gcode import MOTION, ORDINARY, GCode, modal, moves_with_result
-from stepgauge.programs.options import YES_NO, ChoiceOption, NumberOption, Option
-from stepgauge.programs.reading import Reader
-from stepgauge.programs.table import (
+from stepgauge.programs.grammar import (
     CLOSING,
     END,
     ENDS,
@@ -35,6 +33,8 @@ from stepgauge.programs.table import (
     Slot,
     Variable,
 )
+from stepgauge.programs.options import YES_NO, ChoiceOption, NumberOption, Option
+from stepgauge.programs.reading import Reader
 
 POST = "Autodesk's inspection post for Fanuc"
 MANUAL = "Fanuc 15i operator's manual"

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 from stepgauge.programs.blocks import WORDS, Block
 from stepgauge.programs.execution import VirtualController
+from stepgauge.programs.grammar import END, QUIET, Code, Comment
 from stepgauge.programs.reading import Reader
-from stepgauge.programs.table import END, QUIET, Code, Comment
 
 RAPID = "G0"
 AXES = "XYZ"

@@ -15,8 +15,8 @@ from stepgauge.files.controls import fixed
 from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.gcode import MOTION, GCode, modal, not_executed
+from stepgauge.programs.grammar import END, ENDS, QUIET, START, Code, DialectGrammar, Production
 from stepgauge.programs.reading import Contact, Reader
-from stepgauge.programs.table import END, ENDS, QUIET, START, Code, DialectGrammar, Production
 
 NIST = "NIST RS274/NGC"
 DOCS = "grbl 1.1, doc/markdown/commands.md"

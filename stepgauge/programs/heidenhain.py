@@ -16,9 +16,7 @@ from stepgauge.programs.dialect import SEARCH, Dialect
 from stepgauge.programs.execution import VirtualController
 from stepgauge.programs.expression import Grammar, number_words
 from stepgauge.programs.gcode import end_of_line
-from stepgauge.programs.options import YES_NO, Name, NumberOption, Option
-from stepgauge.programs.reading import Contact, Reader
-from stepgauge.programs.table import (
+from stepgauge.programs.grammar import (
     CLOSING,
     ENDS,
     FIRST,
@@ -32,6 +30,8 @@ from stepgauge.programs.table import (
     Slot,
     Variable,
 )
+from stepgauge.programs.options import YES_NO, Name, NumberOption, Option
+from stepgauge.programs.reading import Contact, Reader
 
 POST = "Autodesk's post for HEIDENHAIN"
 MANUAL = "TNC 640 user's manual, klartext"

@@ -13,8 +13,8 @@ from stepgauge.files.controls import fixed
 from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import AUTOMATIC, Dialect
 from stepgauge.programs.execution import VirtualController
+from stepgauge.programs.grammar import ENDS, FIRST, LAST, QUIET, SLOTS, START, DialectGrammar, Production, Slot
 from stepgauge.programs.reading import Reader
-from stepgauge.programs.table import ENDS, FIRST, LAST, QUIET, SLOTS, START, DialectGrammar, Production, Slot
 
 SPEC = "I++ DME 1.4.3"
 FILES = "NIST's test suite of I++ DME"

@@ -12,7 +12,7 @@ from typing import ClassVar
 from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import Dialect
 from stepgauge.programs.execution import VirtualController
-from stepgauge.programs.table import ENDS, LAST, QUIET, DialectGrammar, Production
+from stepgauge.programs.grammar import ENDS, LAST, QUIET, DialectGrammar, Production
 
 SOURCE = "Pahk and Kim, Fig 4"
 TABLE = DialectGrammar(

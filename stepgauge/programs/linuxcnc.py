@@ -15,8 +15,7 @@ from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.expression import Value
 from stepgauge.programs.gcode import MOTION, STOP, GCode, modal, not_executed
-from stepgauge.programs.reading import Contact, Reader
-from stepgauge.programs.table import (
+from stepgauge.programs.grammar import (
     CLOSING,
     END,
     ENDS,
@@ -28,6 +27,7 @@ from stepgauge.programs.table import (
     Production,
     Slot,
 )
+from stepgauge.programs.reading import Contact, Reader
 
 NIST = "NIST RS274/NGC"
 DOCS = "LinuxCNC 2.9, G-code overview"

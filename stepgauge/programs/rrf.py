@@ -13,9 +13,7 @@ from stepgauge.programs.blocks import WORDS, Block
 from stepgauge.programs.dialect import SEARCH, Dialect
 from stepgauge.programs.expression import Grammar, Value, number_words
 from stepgauge.programs.gcode import MOTION, GCode, modal
-from stepgauge.programs.options import ChoiceOption, Name, NumberOption, Option
-from stepgauge.programs.reading import Contact, Reader
-from stepgauge.programs.table import (
+from stepgauge.programs.grammar import (
     CLOSING,
     ENDS,
     IF,
@@ -29,6 +27,8 @@ from stepgauge.programs.table import (
     Slot,
     Variable,
 )
+from stepgauge.programs.options import ChoiceOption, Name, NumberOption, Option
+from stepgauge.programs.reading import Contact, Reader
 
 DOCS = "docs.duet3d.com, G-code dictionary"
 META = "docs.duet3d.com, G-code meta commands"

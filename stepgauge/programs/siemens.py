@@ -14,9 +14,7 @@ from stepgauge.programs.blocks import Block
 from stepgauge.programs.dialect import MODAL, SEARCH, Dialect
 from stepgauge.programs.expression import Grammar, Value, number_words
 from stepgauge.programs.gcode import MOTION, GCode, end_of_line, modal, moves_with_result
-from stepgauge.programs.options import ChoiceOption, Name, NumberOption, Option
-from stepgauge.programs.reading import Contact, Reader
-from stepgauge.programs.table import (
+from stepgauge.programs.grammar import (
     CLOSING,
     ENDS,
     IF,
@@ -30,6 +28,8 @@ from stepgauge.programs.table import (
     Slot,
     Variable,
 )
+from stepgauge.programs.options import ChoiceOption, Name, NumberOption, Option
+from stepgauge.programs.reading import Contact, Reader
 
 MEASURE = "MEAS"
 ALARM = "ALARM: "

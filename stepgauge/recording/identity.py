@@ -17,9 +17,9 @@ from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
 from stepgauge.files.units import unit_hint
 from stepgauge.gauge.certified import Gauge
-from stepgauge.recording.by_face import ByFace
 from stepgauge.recording.columns import APPROACH, POSITION, STYLUS
 from stepgauge.recording.conventions import scales_longer, warmer_K
+from stepgauge.recording.face_readings import FaceReadings
 from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot
 from stepgauge.recording.table import Recording
 
@@ -48,7 +48,7 @@ def check_recording(recording: Recording, gauge: Gauge) -> None:
         axis = axis_from_approaches(approach, face, recording.path)
         check_approaches(dot(approach, axis), face, recording.path)
         along = dot(columns, axis)
-        readings = ByFace.of(along - certified_mm(part, gauge, face), face)
+        readings = FaceReadings.of(along - certified_mm(part, gauge, face), face)
         check_positions(readings, along, gauge, recording.path)
         check_beside(columns, axis, face, gauge, recording.path)
         check_tip(readings, part)
@@ -122,7 +122,7 @@ def certified_mm(recording: Recording, gauge: Gauge, face: NDArray[np.int64]) ->
     return certified
 
 
-def check_positions(readings: ByFace, along: Array, gauge: Gauge, path: str) -> None:
+def check_positions(readings: FaceReadings, along: Array, gauge: Gauge, path: str) -> None:
     """Every face must be where the certificate puts it, apart from the tip's width and the machine's errors.
 
     Fronts are held against fronts and backs against backs. ``along (n,)``: position along the axis.
@@ -199,7 +199,7 @@ def radius_comment(stylus: int) -> str:
     return "tip_radius_mm" if stylus == 1 else f"stylus_{stylus}_tip_radius_mm"
 
 
-def check_tip(readings: ByFace, recording: Recording) -> None:
+def check_tip(readings: FaceReadings, recording: Recording) -> None:
     """The effective radius against the tip radius that the recording states, if it does (comment ``tip_radius_mm``).
 
     That of a further stylus is in a comment of its own, as :func:`radius_comment` says.

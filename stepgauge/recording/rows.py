@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
-from stepgauge.recording.by_face import PIECE
 from stepgauge.recording.columns import OPTIONAL
+from stepgauge.recording.face_readings import PIECE
 from stepgauge.recording.table import Recording
 
 Rows = NDArray[np.int64]

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.files.arrays import Array, same_content
+from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.parquet import is_parquet, write_parquet
-from stepgauge.files.shown import Plotted, join_lines
 from stepgauge.files.text import replacing
 from stepgauge.recording.columns import APPROACH, COUNTS, OPTIONAL, POSITION
 

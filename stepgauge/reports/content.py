@@ -23,7 +23,7 @@ from stepgauge.reports.certificate import closing_sections, end_mark, identity_s
 from stepgauge.reports.certificate_file import Laboratory, is_example
 from stepgauge.reports.face_table import faces_table
 from stepgauge.reports.page import Page, UserStatements, identity_section, measured_and_approved, unsaid
-from stepgauge.reports.result import result_table, warnings
+from stepgauge.reports.result_table import result_table, warnings
 from stepgauge.reports.sections import (
     DATE_MISSING,
     Section,

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
+from stepgauge.files.display import Summarized, join_lines
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Summarized, join_lines
 from stepgauge.files.stored import result_shown
 from stepgauge.reports.page import UserStatements
 

@@ -17,8 +17,8 @@ from typing import Any, Literal, NamedTuple
 
 from stepgauge.errors import InputError
 from stepgauge.figures.plotly_library import embedded_json
-from stepgauge.files.budget import work_within
 from stepgauge.files.notation import clean, printed
+from stepgauge.files.resource_limits import work_within
 from stepgauge.files.resources import folder
 from stepgauge.files.templating import template_budget
 from stepgauge.files.text import read_text, replacing

@@ -21,7 +21,7 @@ from stepgauge.evaluation.face_errors import face_errors
 from stepgauge.files.arrays import Array
 from stepgauge.montecarlo.model import ModelQuantity, MonteCarloModel, PlacementReadings
 from stepgauge.montecarlo.summary import Summary
-from stepgauge.recording.by_face import FaceStatistics
+from stepgauge.recording.face_readings import FaceStatistics
 from stepgauge.standards.budget_sources import BudgetOptions, assumptions, missing, terms
 from stepgauge.standards.budget_terms import BudgetTerm, UncertaintySource
 from stepgauge.standards.coverage import Expanded, expand

@@ -13,8 +13,8 @@ from stepgauge import __version__
 from stepgauge.conditions import Conditions
 from stepgauge.errors import InputError
 from stepgauge.files.config import TomlTable, check_table
+from stepgauge.files.display import Plotted, figures, join_lines
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Plotted, figures, join_lines
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import read_result, result_file, write_json, write_text
 from stepgauge.recording.simulated import is_simulated

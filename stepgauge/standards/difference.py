@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError
 from stepgauge.evaluation.face_errors import face_errors
 from stepgauge.files.arrays import Array
-from stepgauge.recording.by_face import FaceStatistics
+from stepgauge.recording.face_readings import FaceStatistics
 from stepgauge.standards.coverage import APPROXIMATELY_95, coverage_factor
 
 ERRORS = ("xf", "xb", "xm", "xr")

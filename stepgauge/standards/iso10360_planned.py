@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.display import Summarized, join_lines
 from stepgauge.files.notation import percent
-from stepgauge.files.shown import Summarized, join_lines
 from stepgauge.machine.file import Machine
 from stepgauge.planning.program import check_tool
 from stepgauge.standards.iso10360_plan import PlannedPosition

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar, cast
 
 from stepgauge.errors import InputError
-from stepgauge.files.budget import Content, size_budget, work_within
+from stepgauge.files.resource_limits import Content, size_limits, work_within
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -28,7 +28,7 @@ def read_upload(data: bytes, name: str, reader: Callable[P, T], *args: P.args, *
     if len(data) <= SMALL and b"\0" not in data and not data.startswith(PACKED):
         return reader(*args, **kwargs)
     call = base64.b64encode(pickle.dumps((reader, args, kwargs))).decode("ascii")
-    answer = pickle.loads(work_within(size_budget(len(data)), _read, {"call": call}, name))  # our own process wrote it
+    answer = pickle.loads(work_within(size_limits(len(data)), _read, {"call": call}, name))  # our own process wrote it
     if isinstance(answer, InputError):
         raise answer
     return cast(T, answer)

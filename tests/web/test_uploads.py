@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from stepgauge.errors import InputError
-from stepgauge.files import budget
+from stepgauge.files import resource_limits
 from stepgauge.machine.contribution import parse_contribution
 from stepgauge.web import uploads
 from stepgauge.web.forms import Form
@@ -25,8 +25,8 @@ def test_an_answer_and_an_error_come_back_as_they_were() -> None:
 
 
 def test_what_needs_too_much_time_or_memory_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(budget, "FILE_SECONDS", 1.0)
-    monkeypatch.setattr(budget, "FILE_MEMORY_MB", 500.0)
+    monkeypatch.setattr(resource_limits, "FILE_SECONDS", 1.0)
+    monkeypatch.setattr(resource_limits, "FILE_MEMORY_MB", 500.0)
     endless: list[tuple[Any, Any]] = [(bytes, 2_000_000_000), (range(10**12).index, -1.5)]
     for reader, number in endless:
         with pytest.raises(InputError, match=r"a\.csv: this file: it did not come to an end; expected at most 1 s"):

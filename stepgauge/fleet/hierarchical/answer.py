@@ -13,9 +13,9 @@ import numpy as np
 from stepgauge import __version__
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
+from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.notation import counted, rounded
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Plotted, join_lines
 from stepgauge.files.stored import result_shown
 from stepgauge.files.text import write_json, write_text
 from stepgauge.fleet.hierarchical.background import Background

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stepgauge.files.display import Summarized, figures, join_lines
 from stepgauge.files.notation import rounded
 from stepgauge.files.outputs import open_set
-from stepgauge.files.shown import Summarized, figures, join_lines
 from stepgauge.fleet.hierarchical.answer import FleetInference, date_text
 from stepgauge.fleet.hierarchical.feed import Feed, MachineDrift, make_feed, write_feed
 from stepgauge.fleet.hierarchical.watch import Watched, watch

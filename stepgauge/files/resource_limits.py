@@ -35,7 +35,7 @@ Function = Callable[[Content], bytes]
 
 
 @dataclass(frozen=True)
-class ResourceBudget:
+class ResourceLimits:
     """What a piece of work may use: ``seconds`` of processor time, ``memory_MB``; ``what`` it is, for the message."""
 
     seconds: float
@@ -48,7 +48,7 @@ class ResourceBudget:
         return InputError(where, f"{self.what}: it did not come to an end", expected=expected)
 
 
-def work_within(budget: ResourceBudget, function: Function, given: Content, where: str | Path) -> bytes:
+def work_within(budget: ResourceLimits, function: Function, given: Content, where: str | Path) -> bytes:
     """What a function gives, called by its name in a process of its own.
 
     Parameters
@@ -70,7 +70,7 @@ def work_within(budget: ResourceBudget, function: Function, given: Content, wher
     }
     try:
         done = subprocess.run(
-            python_line("stepgauge.files.budget"),
+            python_line("stepgauge.files.resource_limits"),
             input=json.dumps({**task, "given": given}).encode("utf-8", "surrogatepass"),
             capture_output=True,
             timeout=_WAIT * budget.seconds,
@@ -120,18 +120,18 @@ def _stdout_alone() -> Iterator[Any]:
         yield out
 
 
-def file_budget(*paths: str | Path) -> ResourceBudget:
+def file_limits(*paths: str | Path) -> ResourceLimits:
     """What the reading of somebody else's files may use: 2 minutes and 2 GB, and more of both for large ones."""
-    return size_budget(sum(os.path.getsize(path) for path in paths if os.path.isfile(path)))
+    return size_limits(sum(os.path.getsize(path) for path in paths if os.path.isfile(path)))
 
 
-def size_budget(size: int) -> ResourceBudget:
+def size_limits(size: int) -> ResourceLimits:
     """The same for ``size`` bytes that are in no file."""
-    return ResourceBudget(FILE_SECONDS + 20.0 * size / MB, FILE_MEMORY_MB + 100.0 * size / MB, "this file")
+    return ResourceLimits(FILE_SECONDS + 20.0 * size / MB, FILE_MEMORY_MB + 100.0 * size / MB, "this file")
 
 
 @contextmanager
-def within(budget: ResourceBudget, where: str | Path) -> Iterator[None]:
+def within(budget: ResourceLimits, where: str | Path) -> Iterator[None]:
     """The same budget for work in this process, where the system can give it one (in the main thread)."""
     try:
         import resource

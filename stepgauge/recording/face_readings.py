@@ -42,7 +42,7 @@ class FaceStatistics:
 
 
 @dataclass(frozen=True)
-class ByFace:
+class FaceReadings:
     """Readings along the gauge with count and mean by number of the face, worked out once for all that needs them.
 
     ``off_mm (..., n)``: position along the gauge minus certified position; ``face (n,)``; ``count (s,)`` and ``mean_mm
@@ -55,7 +55,7 @@ class ByFace:
     mean_mm: Array
 
     @classmethod
-    def of(cls, off_mm: Array, face: Counts, slots: int = 0) -> ByFace:
+    def of(cls, off_mm: Array, face: Counts, slots: int = 0) -> FaceReadings:
         """From readings by row; ``slots``: at least so many numbers of faces."""
         slots = max(int(face.max()) + 1, slots)
         count = np.bincount(face, minlength=slots)
@@ -94,4 +94,4 @@ def _sums(values: Array, face: Counts, slots: int) -> Array:
 
 def face_statistics(off_mm: Array, face: Counts, faces: Counts) -> FaceStatistics:
     """Statistics of readings ``off_mm (..., n)`` with their ``face (n,)``, for the used faces ``(k,)``, rising."""
-    return ByFace.of(off_mm, face, int(faces.max()) + 1).statistics(faces)
+    return FaceReadings.of(off_mm, face, int(faces.max()) + 1).statistics(faces)
