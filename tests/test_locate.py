@@ -10,10 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import stepgauge as sg
 from stepgauge.alignment import locate, read_points
 from stepgauge.alignment.adjustment import adjust
 from stepgauge.alignment.agreement import agreement
 from stepgauge.alignment.blocks import solve_blocks
+from stepgauge.alignment.surface import tip_centres
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, format_placement, parse_placement
@@ -359,3 +361,34 @@ def test_coordinates_of_no_machine_are_refused(tmp_path: Path) -> None:
     path.write_text(POINTS.replace("\n5,5,", "\n5,1e308,"))
     with pytest.raises(InputError, match=r"points.csv:6: point 5 is in no machine; found x_mm 1e\+308"):
         read_points(path)
+
+
+@given(st.floats(-np.pi, np.pi), st.floats(-0.1, 0.1), st.floats(0.5, 5.0))
+@settings(max_examples=15)
+def test_points_on_the_surface_give_the_placement_that_their_tip_centres_give(yaw, pitch, radius) -> None:
+    """PC-DMIS reports points on the surface; each is a ball of radius zero, so the builder makes them without ours."""
+    gauge = make_gauge(6)
+    pose = make_pose(yaw, pitch, origin=(100, 200, 50))
+    moved = make_points(gauge, pose, 0.0, (1, 6))
+    moved[[6, 14]] += radius * pose.rotation[1]  # the ball stays clear of the block
+    found = locate(tip_centres(moved, gauge, (1, 6), radius), gauge, (1, 6), 1.0, radius)
+    np.testing.assert_allclose(found.c1_mm, pose.placement(gauge).c1_mm, atol=1e-6)
+    np.testing.assert_allclose(found.axis, pose.rotation[0], atol=1e-7)
+    assert found.tip_radius_mm == pytest.approx(radius, abs=1e-6)
+
+
+def test_the_advice_for_points_on_the_surface_is_followed_both_ways() -> None:
+    gauge = make_gauge(6)
+    centres, blocks = level(gauge)
+    surface = make_points(gauge, make_pose(0.7, 0.05, origin=(100, 200, 50)), 0.0, blocks)
+    surface[[6, 14]] += RADIUS * make_pose(0.7, 0.05).rotation[1]
+    with pytest.raises(InputError, match=r"look compensated .* tip centres, or surface stated to locate"):
+        locate(surface, gauge, blocks, 1.0, RADIUS)
+    with pytest.raises(
+        InputError, match=r"do not look compensated by the tip radius; found blocks 3\.994 and 3\.994 mm"
+    ):
+        tip_centres(centres, gauge, blocks, RADIUS)
+    with pytest.raises(InputError, match="the tip radius is not known; expected tip_radius_mm or machine"):
+        tip_centres(surface, gauge, blocks, None)
+    placed = sg.locate(surface, gauge, tip_radius_mm=RADIUS, surface=True)
+    np.testing.assert_allclose(placed.c1_mm, locate(centres, gauge, blocks, 1.0, RADIUS).c1_mm, atol=1e-6)

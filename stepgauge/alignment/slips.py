@@ -16,6 +16,7 @@ import numpy as np
 from stepgauge.alignment.adjustment import Adjustment, expected_place, suspects
 from stepgauge.alignment.blocks import fit_up, rough_axis, solve_blocks
 from stepgauge.alignment.checks import check_tip, collinear, complaint, one_place, wrong_unit
+from stepgauge.alignment.surface import check_tip_centres
 from stepgauge.errors import InputError, Naming, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.resources import folder
@@ -47,6 +48,7 @@ def check_points(
         if off:
             raise InputError(where, off, found=in_line)
         raise InputError(where, in_line, expected="three points that span the front face")
+    check_tip_centres(points, gauge, blocks, up, tip_radius_mm, where)
     wrong = complaint(points, gauge, blocks, up)
     if wrong is None:
         check_tip(solve_blocks(points, gauge, blocks, up), tip_radius_mm, where)

@@ -107,6 +107,12 @@ def teach_program(
     return replace(program, stylus=probe.stylus_direction), placement
 
 
+def sixteen_points(placement: Placement, gauge: Gauge, blocks: tuple[int, int], tip_radius_mm: float) -> Array:
+    """Tip centres at the 16 places of a gauge that lies so, ``(16, 3)`` mm in machine coordinates."""
+    contacts = [_contact(gauge, block, place, tip_radius_mm)[0] for block in blocks for place in range(8)]
+    return placement.to_machine(gauge, np.array(contacts))
+
+
 def _program(placement: Placement, gauge: Gauge, blocks: tuple[int, int], settings: ProbingSettings) -> Program:
     """From above to each stand-off, along the normal to the place, back and up again."""
     builder = ProgramBuilder(f"{gauge.table.name} 16 points", settings)

@@ -39,12 +39,13 @@ def locate(
     tip_radius_mm: Annotated[float | None, Number("mm", above=0.0)] = None,
     repeatability_um: Annotated[float | None, Number("um", 0.0)] = None,
     turned: Annotated[bool, Flag()] = False,
+    surface: Annotated[bool, Flag()] = False,
 ) -> "Placement":
     """Find how the step gauge lies from 16 points probed by hand.
 
     ``points`` is a CSV file with the columns point,x_mm,y_mm,z_mm, or the log of the program of 'stepgauge plan
-    --teach': tip centres, not corrected for the tip radius. Points 1-8 lie on the first block, 9-16 in the same order
-    on the last block:
+    --teach': tip centres, or, where ``surface`` says so, points on the surface as PC-DMIS and others report them.
+    Points 1-8 lie on the first block, 9-16 in the same order on the last block:
 
           1 2 3  front face, not in line        6  top
           4      side at +s (right, looking     7  rail beside the block
@@ -76,6 +77,7 @@ def locate(
     repeatability_um : standard deviation of a probed coordinate; default: the machine's, or 1
     turned : the gauge rises by more than 50 deg, or is turned about its axis by more than 30 deg; without it such
         points are refused, for exchanged columns look the same
+    surface : the points lie on the surface: they are compensated by the tip radius
 
     Returns
     -------
@@ -91,6 +93,7 @@ def locate(
     stepgauge locate points.csv --gauge step-gauge-420 -o placement.toml
     """
     from stepgauge.alignment import locate as locate_points
+    from stepgauge.alignment.surface import tip_centres
     from stepgauge.gauge.placement import format_placement, parse_placement
     from stepgauge.planning.plan import parse_blocks
     from stepgauge.verbs.inputs import resolve_blocks, resolve_gauge, resolve_machine
@@ -103,11 +106,14 @@ def locate(
     sigma_um = UNKNOWN_REPEATABILITY_UM if repeatability_um is None else repeatability_um
     probed = resolve_blocks(blocks, steps) or parse_blocks(":", steps)
     where = str(points) if isinstance(points, File) else "points"
-    found = locate_points(_tip_centres(points), steps, probed, sigma_um, tip_radius_mm, where, turned)
+    read = _read(points, surface)
+    if surface:
+        read = tip_centres(read, steps, probed, tip_radius_mm, where, turned)
+    found = locate_points(read, steps, probed, sigma_um, tip_radius_mm, where, turned)
     return parse_placement(format_placement(found), where, steps)
 
 
-def _tip_centres(points: "File | ArrayLike | pd.DataFrame") -> "np.ndarray":
+def _read(points: "File | ArrayLike | pd.DataFrame", surface: bool) -> "np.ndarray":
     import numpy as np
 
     from stepgauge.alignment import is_point_table, read_points
@@ -118,7 +124,7 @@ def _tip_centres(points: "File | ArrayLike | pd.DataFrame") -> "np.ndarray":
             return read_points(points)
         from stepgauge.importing.sixteen import read_sixteen  # what others write
 
-        return read_sixteen(points)
+        return read_sixteen(points, surface)
     columns = ["x_mm", "y_mm", "z_mm"]
     numbers = points[columns] if set(columns) <= set(getattr(points, "columns", ())) else points  # type: ignore[index]
     given, expected = np.asarray(numbers, float), "finite numbers in mm, shape (16, 3)"

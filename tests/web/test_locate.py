@@ -91,6 +91,38 @@ def test_from_wrong_points_to_a_placement(served: Served, watched: Watched) -> N
     assert written["last_block"] == 21
 
 
+def test_points_on_the_surface_and_the_teach_program_without_a_word_of_the_command_line(
+    served: Served, watched: Watched
+) -> None:
+    """The example of the page, compensated by hand: refused with the name of the box, taken with it; then a program."""
+    page = watched.page
+    page.goto(f"{served.address}/locate?example=1")
+    radius = 2.0
+    rows = [line.split(",") for line in page.get_by_label("Or paste the rows").input_value().splitlines()[1:]]
+    points = np.array([[float(cell) for cell in row[1:]] for row in rows])
+    along = np.argmax(np.abs(points[8] - points[0]))
+    a = np.eye(3)[along]
+    s = np.cross(a, [0.0, 0.0, 1.0])
+    normals = np.tile([-a, -a, -a, s, -s, [0, 0, 1], [0, 0, 1], a], (2, 1))
+    surface = "\n".join(" ".join(f"{value:.4f}" for value in one) for one in points - radius * normals)
+    paste(page, surface)
+    said = page.get_by_role("alert").inner_text()
+    assert said.startswith("Points: the points look compensated by the tip radius")
+    assert "The points are corrected for the tip radius already" in said
+    page.get_by_label("corrected for the tip radius already").check()
+    page.get_by_role("button", name="Locate").click()
+    page.get_by_text("The gauge is located").wait_for()
+    written = tomllib.loads((served.folder / "placement.toml").read_text())
+    assert written["tip_radius_mm"] == pytest.approx(radius, abs=1e-3)
+    page.get_by_label("corrected for the tip radius already").uncheck()
+    page.get_by_text("Let the machine probe the points").click()
+    page.get_by_label("Or paste the rows").fill("\n".join(" ".join(f"{v:.4f}" for v in one) for one in points))
+    page.get_by_role("button", name="Write the teach program").click()
+    page.get_by_text("The teach program is written").wait_for()
+    assert watched.violations() == []
+    assert (served.folder / "teach.dmi").read_text().count("PTMEAS") == 16
+
+
 def test_a_scene_has_the_gauge_and_the_travel(served: Served) -> None:
     status, _, body = served.ask("/locate/scene.json?points=points.csv")
     names = [one["name"] for one in json.loads(body)["data"]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,30 +12,50 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from stepgauge.errors import InputError
-from stepgauge.web.folder import existing, free_name, listed
-from stepgauge.web.forms import Form, form_endpoint
-from stepgauge.web.pasting import complete_points_text
-from stepgauge.web.render import json_answer, render, site_of
+from stepgauge.errors import InputError, naming
+from stepgauge.web.fields import Field
+from stepgauge.web.folder import existing, free_name, listed, relative
+from stepgauge.web.forms import Form, asked_form, form_endpoint
+from stepgauge.web.pasting import HEADER, complete_points_text
+from stepgauge.web.render import json_answer, render, run_verb, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.uploads import read_upload
+from stepgauge.web.verb_fields import keywords, verb_fields
 
 if TYPE_CHECKING:
     from stepgauge.alignment.agreement import Agreement
+    from stepgauge.files.arrays import Array
+    from stepgauge.gauge.certified import Gauge
 
 POINTS, REFUSED = "points.csv", "points-refused.csv"
 """Points that make a placement are kept, each set in a file of its own; of refused ones the last, to be looked at."""
 PLACES = ("front", "front", "front", "side_plus", "side_minus", "top", "rail", "back")
 
 
+@cache
+def fields() -> dict[str, Field]:
+    """What the form asks beside the points: parameters of ``locate``."""
+    found = verb_fields("locate", only=("surface", "blocks", "turned"))
+    return {**found, "blocks": replace(found["blocks"], label="points_on")}
+
+
 def show(request: Request) -> Response:
     """The form, and the placement as it is."""
-    site = site_of(request)
-    has_placement = site.has_project and Path(site.placement).exists()
-    points = POINTS if (site.folder / POINTS).exists() else ""
-    files = listed(site.folder, [".csv"], deep=0)
-    content: dict[str, Any] = {"has_placement": has_placement, "points": points, "files": files}
-    return render(request, "locate.html.j2", **content, whole=_whole(site))
+    from stepgauge.programs import DIALECTS
+
+    site, query = site_of(request), request.query_params
+    taught = query.get("taught", "")
+    return render(
+        request,
+        "locate.html.j2",
+        has_placement=site.has_project and Path(site.placement).exists(),
+        points=POINTS if (site.folder / POINTS).exists() else "",
+        files=listed(site.folder, [".csv"], deep=0),
+        fields={**fields(), "blocks": replace(fields()["blocks"], default=_whole(site))},
+        pasted=_example(site) if "example" in query else "",
+        dialects={name: one.title for name, one in DIALECTS.items()},
+        taught=taught if taught and (site.folder / relative(site.folder, taught)).is_file() else "",
+    )
 
 
 def _whole(site: Site) -> str:
@@ -47,31 +68,59 @@ def _whole(site: Site) -> str:
         return ""
 
 
+def _example(site: Site) -> str:
+    """Rows of 16 tip centres on the project's gauge, along the longer way in the middle of the machine's travel."""
+    import numpy as np
+
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import block_distance_mm, make_placement
+    from stepgauge.machine.file import read_machine
+    from stepgauge.planning.teach import sixteen_points
+
+    gauge, machine = read_gauge(site.stated("gauge")), read_machine(site.stated("machine"))
+    blocks, radius = (1, gauge.n_faces // 2), machine.probe.tip_radius_mm
+    axis = np.eye(3)[int(np.ptp(machine.travel_mm[:2], axis=1).argmax())]
+    half = block_distance_mm(gauge, *blocks) / 2.0 * axis
+    middle = machine.travel_mm.mean(axis=1)
+    lies = make_placement(middle - half, middle + half, *blocks, np.array([0.0, 0.0, 1.0]), radius, gauge.table.serial)
+    rows = enumerate(sixteen_points(lies, gauge, blocks, radius), 1)
+    return "\n".join([HEADER, *(f"{n},{x:.4f},{y:.4f},{z:.4f}" for n, (x, y, z) in rows)])
+
+
 @dataclass(frozen=True)
 class PointSet:
-    """What is located: the points' file, its blocks, and whether the gauge is known to be turned."""
+    """What is located: the points' file, and what the form says of them, by its fields."""
 
     points: str
-    blocks: str
-    turned: bool
+    texts: tuple[tuple[str, str], ...]
+
+    @classmethod
+    def of(cls, points: str, given: Form) -> PointSet:
+        """The form's own fields alone."""
+        return cls(points, tuple((name, given.text(name)) for name in fields() if given.has(name)))
+
+    @property
+    def keywords(self) -> dict[str, Any]:
+        """For :func:`stepgauge.locate`."""
+        return keywords(fields(), dict(self.texts))
 
     def query(self) -> dict[str, str]:
         """As an address has it."""
-        return {"points": self.points, "blocks": self.blocks, "turned": "1" if self.turned else ""}
+        return {"points": self.points, **dict(self.texts)}
 
 
 def locate(request: Request, form: Form) -> Response:
     """The placement as ``stepgauge locate`` writes it, or what is wrong with the points, and which one."""
     site = site_of(request)
     name = _points_file(site, form)
-    asked = PointSet(name, form.text("blocks"), form.has("turned"))
+    asked = PointSet.of(name, form)
     error: InputError | None = None
     try:
         _write_placement(site, asked)
         asked = _accepted(site, asked)
     except InputError as wrong:
-        error = wrong
-    judged = _judged(site, asked)
+        error = wrong.at(naming("points")) if wrong.where == REFUSED else wrong
+    _, judged = _judged(site, asked)
     rows = [] if judged is None else _rows(judged)
     lines = _placement_lines(site) if not error else []
     placement = Path(site.placement).name
@@ -120,26 +169,39 @@ def _check_readable(data: bytes) -> None:
 def _write_placement(site: Site, asked: PointSet) -> None:
     import stepgauge as sg
 
-    placement = sg.locate(
-        asked.points,
-        site.stated("gauge"),
-        machine=site.stated("machine"),
-        blocks=asked.blocks or None,
-        turned=asked.turned,
-    )
+    placement = sg.locate(asked.points, site.stated("gauge"), machine=site.stated("machine"), **asked.keywords)
     with site.writing():
         placement.write(site.placement)
 
 
-def _judged(site: Site, asked: PointSet) -> Agreement | None:
+def _tip_centres(site: Site, asked: PointSet, gauge: Gauge, blocks: tuple[int, int]) -> Array:
+    """The points as they were probed; what speaks against that stands in the answer already."""
+    from stepgauge.alignment.surface import tip_centres
+    from stepgauge.importing.sixteen import read_sixteen
+    from stepgauge.machine.file import read_machine
+
+    said = asked.keywords
+    surface = bool(said.get("surface"))
+    points = read_sixteen(existing(site.folder, asked.points), surface)
+    if not surface:
+        return points
+    radius = read_machine(site.stated("machine")).probe.tip_radius_mm
+    try:
+        return tip_centres(points, gauge, blocks, radius, turned=bool(said.get("turned")))
+    except InputError:
+        return points
+
+
+def _judged(site: Site, asked: PointSet) -> tuple[Array, Agreement | None]:
+    """The tip centres, and how they agree."""
     from stepgauge.alignment.agreement import agreement
     from stepgauge.gauge.certified import read_gauge
-    from stepgauge.importing.sixteen import read_sixteen
     from stepgauge.planning.plan import parse_blocks
 
-    gauge = read_gauge(site.stated("gauge"))
-    points = read_sixteen(existing(site.folder, asked.points))
-    return agreement(points, gauge, parse_blocks(asked.blocks or ":", gauge), asked.turned)
+    gauge, said = read_gauge(site.stated("gauge")), asked.keywords
+    blocks = parse_blocks(said.get("blocks", ":"), gauge)
+    points = _tip_centres(site, asked, gauge, blocks)
+    return points, agreement(points, gauge, blocks, bool(said.get("turned")))
 
 
 def _rows(judged: Agreement) -> list[dict[str, Any]]:
@@ -166,7 +228,6 @@ def scene(request: Request) -> Response:
     from stepgauge.figures.placement_scene import placement_scene
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.gauge.placement import read_placement
-    from stepgauge.importing.sixteen import read_sixteen
     from stepgauge.machine.file import read_machine
 
     site, query = site_of(request), request.query_params
@@ -175,16 +236,29 @@ def scene(request: Request) -> Response:
     points, lies = None, None
     suspects: tuple[int, ...] = ()
     if name := query.get("points"):
-        points = read_sixteen(existing(site.folder, name))
-        judged = _judged(site, PointSet(name, query.get("blocks", ""), bool(query.get("turned"))))
+        points, judged = _judged(site, PointSet.of(name, asked_form(request)))
         lies, suspects = (None, ()) if judged is None else (judged.lies, judged.suspects)
     elif Path(site.placement).exists():
         lies = read_placement(site.placement, gauge)
     return json_answer(request, placement_scene(gauge, lies, points, suspects, travel_mm).to_json())
 
 
+def teach(request: Request, form: Form) -> Response:
+    """``stepgauge plan --teach``: a program that touches the 16 points, which were only gone to by hand."""
+    from stepgauge.programs import DIALECTS
+
+    site, dialect = site_of(request), form.text("dialect")
+    if dialect not in DIALECTS:
+        raise InputError(naming("dialect"), naming("not_a_choice"), found=repr(dialect))
+    blocks = ["--points-on", form.text("blocks")] if form.has("blocks") else []
+    program = f"teach{DIALECTS[dialect].suffix}"
+    words = ["plan", _points_file(site, form), "--teach", *blocks, "--dialect", dialect, "-o", program]
+    return run_verb(request, words, "/locate", taught=program)
+
+
 ROUTES = [
     Route("/locate", show),
+    Route("/locate/teach", form_endpoint(teach), methods=["POST"]),
     Route("/locate", form_endpoint(locate), methods=["POST"]),
     Route("/locate/scene.json", scene),
 ]
