@@ -25,10 +25,13 @@ def numbers(values: Any, digits: int = 6) -> list[float | None]:
     return [float(f"{one:.{digits}g}") if np.isfinite(one) else None for one in np.asarray(values, float)]
 
 
-def error_chart(placement: Mapping[str, Any], expanded_um: Array | None = None) -> dict[str, Any]:
+def error_chart(
+    placement: Mapping[str, Any], expanded_um: Array | None = None, limit_um: Array | None = None
+) -> dict[str, Any]:
     """XF, XB and XM with bands of 2s above, XR below; the points carry the number of their face.
 
-    ``placement``: of ``evaluation.json``; ``expanded_um``: expanded uncertainty of XM by face, drawn as bars.
+    ``placement``: of ``evaluation.json``; by face, ``expanded_um``: expanded uncertainty of XM, drawn as bars;
+    ``limit_um``: maximum permissible error, drawn as two lines.
     """
     rows = placement["faces"]
     data: list[dict[str, Any]] = []
@@ -39,8 +42,9 @@ def error_chart(placement: Mapping[str, Any], expanded_um: Array | None = None) 
         mean[-1]["error_y"] = {"array": numbers(expanded_um), "color": "--ink", "thickness": 1, "width": 3}
         mean[-1]["name"] += " ± U"
     reversal = _line(rows, "xr", LINES[2], NAMES["xr"], band=False)
+    limits = [] if limit_um is None else _limits(column(rows, "nominal_mm"), limit_um)
     return {
-        "data": [*data, *mean, *({**one, "yaxis": "y2"} for one in reversal)],
+        "data": [*data, *mean, *limits, *({**one, "yaxis": "y2"} for one in reversal)],
         "layout": _layout("error (µm)", "XR"),
     }
 
@@ -95,6 +99,24 @@ def _line(
         "hovertemplate": "face %{customdata}, %{x:.1f} mm: %{y:.2f} µm<extra>" + label + "</extra>",
     }
     return [*(_band(x, y, 2.0 * s, color, label) if band else []), line]
+
+
+def _limits(x: Array, limit_um: Array) -> list[dict[str, Any]]:
+    """Plus and minus the maximum permissible error where it is known."""
+    known = np.isfinite(limit_um)
+    look = {"mode": "lines", "line": {"color": "--red", "width": 1.5, "dash": "dash"}, "legendgroup": "MPE"}
+    return [
+        {
+            "type": "scatter",
+            "x": numbers(x[known]),
+            "y": numbers(sign * limit_um[known]),
+            "name": "MPE",
+            "showlegend": sign > 0.0,
+            "hovertemplate": "%{y:.2f} µm<extra>MPE</extra>",
+            **look,
+        }
+        for sign in (1.0, -1.0)
+    ]
 
 
 def _band(x: Array, y: Array, half: Array, color: str, group: str) -> list[dict[str, Any]]:

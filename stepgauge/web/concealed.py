@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 NEEDS_FILES = ("file", "column", "formula", "coefficients", "rows", "supports_mm")
 """Parameters that a form of a few fields cannot bring."""
 ACROSS = ("direction", "rotation_axis")
-"""Usually another axis than that of the travel."""
+"""Another axis than that of the travel, where the effect has that, too."""
 PREFIX = "fault_"
 
 
@@ -46,13 +47,14 @@ def names(words: Words) -> list[tuple[str, str]]:
     return sorted(((kind, words.effect(kind)) for kind in kinds()), key=lambda one: one[1].casefold())
 
 
-def fault(kind: str) -> ConcealableFault:
-    """The form of a kind (:class:`InputError` for what is none)."""
+def fault(kind: str, along: str = "x") -> ConcealableFault:
+    """The form of a kind (:class:`InputError` for what is none); ``along``: the axis on which an error shows."""
     known = kinds()
     if kind not in known:
         raise InputError(naming("fault"), naming("not_a_choice"), found=repr(kind))
     asked = [one for one in known[kind].parameters() if one.required]
-    return ConcealableFault(kind, tuple(map(_field, asked)), {f"{PREFIX}{one.name}": _usual(one) for one in asked})
+    usual = {f"{PREFIX}{one.name}": _choice(one, asked, along) if one.choices else _usual(one) for one in asked}
+    return ConcealableFault(kind, tuple(map(_field, asked)), usual)
 
 
 def _field(one: Parameter) -> Field:
@@ -69,12 +71,18 @@ def _field(one: Parameter) -> Field:
     )
 
 
+def _choice(one: Parameter, asked: Sequence[Parameter], along: str) -> str:
+    """The axis on which the error shows, or a plane with it; beside an axis of the travel, one across it."""
+    across = one.name in ACROSS and any("x" in other.choices for other in asked if other.name not in ACROSS)
+    wanted = "yxx"["xyz".index(along)] if across else along
+    return next((choice for choice in one.choices if wanted in choice), one.choices[0])
+
+
 def _usual(one: Parameter) -> str:
-    """A value as real machines have it: half of the largest that is sensible."""
-    if one.choices:
-        return one.choices[1 if one.name in ACROSS else 0]
+    """A value as real machines have it, in one digit: half of the largest that is sensible."""
     low, high = one.sensible or (1.0, 4.0)
-    return f"{(low * high) ** 0.5 if low > 0.0 else high / 2.0 if high < 1000.0 else 200.0:.3g}"
+    value = (low * high) ** 0.5 if low > 0.0 else high / 2.0 if high < 1000.0 else 200.0
+    return f"{float(f'{value:.1g}'):g}"
 
 
 def table(form: Form) -> dict[str, Any] | None:

@@ -97,6 +97,17 @@ def test_every_fault_of_the_list_can_be_concealed_with_its_usual_values(tmp_path
     assert all(Words(language).effect(kind) for language in LANGUAGES)
 
 
+@pytest.mark.parametrize("along", ["x", "y", "z"])
+def test_a_fault_is_proposed_where_a_gauge_along_this_axis_shows_it(along: str) -> None:
+    """One axis of the travel is that of the gauge, and a rotation is about another, or nothing would be found."""
+    for kind in concealed.kinds():
+        usual = concealed.fault(kind, along).usual
+        for name in ("fault_axis", "fault_travel_axis", "fault_plane"):
+            assert along in usual.get(name, along), kind
+        assert usual.get("fault_rotation_axis") != along
+    assert concealed.fault("thermal_drift", along).usual["fault_direction"] == along
+
+
 def test_a_fault_is_shown_with_its_fields_and_one_that_is_none_is_refused(folder: Path) -> None:
     shown = Asked(folder, "de").get(run.show_fault, fault="scale_error")
     assert 'name="fault_ppm"' in shown

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from starlette.requests import Request
 
@@ -19,7 +21,7 @@ from stepgauge.standards.mpe import Mpe
 from stepgauge.verbs.catalogue import VERBS
 from stepgauge.web.app import make_app
 from stepgauge.web.pages import report
-from stepgauge.web.pages.result import errors
+from stepgauge.web.pages.result import errors, errors_chart
 from stepgauge.web.site import Site
 from stepgauge.web.work import WorkList
 from tests.dcc.made import evaluated, one_recording
@@ -51,6 +53,18 @@ def of_machine(folder: Path, text: str, name: str = "") -> None:
     path = folder / MACHINE
     said = path.read_text("utf-8").replace("[machine]\n", f'[machine]\nmpe = "{text}"\n', 1)
     path.write_text(said.replace('name = "', f'name = "{name}', 1), "utf-8")
+
+
+def test_the_chart_has_the_limit_as_the_data_sheet_gives_it(folder: Path) -> None:
+    of_machine(folder, "2.5 + L/300")
+    for stated in (False, True):
+        if stated:
+            limit(folder, "3 + L/100")
+        data = json.loads(Asked(folder).get(errors_chart, evaluation="results/evaluation"))["data"]
+        above, below = (one for one in data if one.get("name") == "MPE")
+        a, b = (3.0, 100.0) if stated else (2.5, 300.0)
+        np.testing.assert_allclose(above["y"], a + np.array(above["x"]) / b, rtol=1e-5)
+        assert below["y"] == [-one for one in above["y"]]
 
 
 def budget(folder: Path, gaps: list[str]) -> None:

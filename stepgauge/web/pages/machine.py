@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,11 +15,12 @@ from stepgauge.errors import InputError, naming
 from stepgauge.web.fields import Field, fields_of, read_fields
 from stepgauge.web.folder import free_name, relative
 from stepgauge.web.forms import Form, asked_form, form_endpoint
-from stepgauge.web.render import address, render, site_of
+from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
 
 if TYPE_CHECKING:
     from stepgauge.machine.file import Machine
+    from stepgauge.web.texts import Words
 
 FOLDER = "machine"
 KINDS: Mapping[str, Mapping[str, Any]] = {
@@ -68,14 +70,25 @@ maker of a machine permits is not that of its kind, and pass or fail would rest 
 OF_MACHINE = ("name", "serial", "repeatability_um", "measuring_speed_mm_s", "travel_speed_mm_s")
 THERMAL = ("temperature_C", "scale_expansion_per_K", "temperature_convention")
 OF_PROBE = ("tip_radius_mm", "pretravel_um", "stylus_length_mm", "stylus_diameter_mm")
-OF_LIMIT = (Field("mpe_constant", "number", "µm", 0.0, 1e4), Field("mpe_divisor", "number", "", 1e-3, 1e9))
+OF_LIMIT = (
+    Field("mpe_constant", "number", "µm", 0.0, 1e4, decides=True),
+    Field("mpe_divisor", "number", "", 1e-3, 1e9),
+)
 OF_UNCERTAINTY = (
-    Field("u_gauge_temperature_K", "number", "K", 0.0, 5.0),
+    Field("u_gauge_temperature_K", "number", "K", 0.0, 5.0, decides=True),
     Field("u_scale_temperature_K", "number", "K", 0.0, 5.0),
     Field("u_scale_expansion_per_K", "number", "10⁻⁶/K", 0.0, 10e-6, factor=1e-6),
-    Field("u_probing_um", "number", "µm", 0.0, 100.0),
-    Field("resolution_um", "number", "µm", 0.0, 100.0),
+    Field("u_probing_um", "number", "µm", 0.0, 100.0, decides=True),
+    Field("resolution_um", "number", "µm", 0.0, 100.0, decides=True),
 )
+TYPICAL = {
+    "bridge": (0.1, 0.1, 0.5e-6, 0.3, 0.1),
+    "gantry": (0.3, 0.3, 0.5e-6, 0.8, 0.1),
+    "machine_tool": (0.5, 0.5, 1e-6, 0.5, 1.0),
+    "small_mill": (1.0, 1.0, 1e-6, 3.0, 2.5),
+}
+"""Values of :data:`OF_UNCERTAINTY` as such machines often have them: shown beside an empty field, never filled in, for
+a decision would rest on them."""
 UNCERTAIN = {"u_scale_temperature_K": "temperature_C", "u_scale_expansion_per_K": "scale_expansion_per_K"}
 """Keys of ``[machine]`` that may have a standard uncertainty beside their value."""
 
@@ -92,7 +105,9 @@ def groups() -> dict[str, tuple[Field, ...]]:
         ),
         "probe": fields_of(ConstantTable, OF_PROBE),
         "limit": OF_LIMIT,
-        "thermal": fields_of(MachineTable, THERMAL),
+        "thermal": tuple(
+            replace(one, decides=one.name == "temperature_convention") for one in fields_of(MachineTable, THERMAL)
+        ),
         "uncertainty": OF_UNCERTAINTY,
     }
 
@@ -109,13 +124,19 @@ def show(request: Request) -> Response:
     return render(
         request,
         "machine.html.j2",
-        groups=fields,
+        groups=fields | {"uncertainty": _with_typical(usual, words_of(request))},
         values=own,
         kinds=tuple(KINDS),
         kind=usual if machine is None else "",
         machine=machine,
         saved=request.query_params.get("saved", ""),
     )
+
+
+def _with_typical(kind: str, words: Words) -> tuple[Field, ...]:
+    """The uncertainties with what they typically are, for a person who has to find out what they are here."""
+    typical = zip(OF_UNCERTAINTY, TYPICAL[kind], strict=True)
+    return tuple(replace(one, default=words("machine.typical", value=one.shown(value))) for one, value in typical)
 
 
 def stated(site: Site) -> Machine | None:

@@ -118,7 +118,7 @@ def errors_chart(request: Request) -> Response:
 
     shown, site = EvaluationView.of(request), site_of(request)
     if not shown.over:
-        return json_answer(request, json.dumps(error_chart(shown.placement, _expanded(site, shown))))
+        return json_answer(request, json.dumps(error_chart(shown.placement, *_u_and_limit(site, shown))))
     others = [read_evaluation(site, one, with_inputs=False) for one in shown.over]
     found = [
         differences(one, shown.data, (name, shown.name))[shown.index]
@@ -129,15 +129,26 @@ def errors_chart(request: Request) -> Response:
     return json_answer(request, json.dumps(chart))
 
 
-def _expanded(site: Site, shown: EvaluationView) -> NDArray[np.float64] | None:
-    """Expanded uncertainty of XM by face from the budget of this evaluation, where the project has it."""
+def _u_and_limit(site: Site, shown: EvaluationView) -> tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]:
+    """Expanded uncertainty of XM and maximum permissible error by face, where the project states them."""
+    budget, number = stored_budget(site, shown), shown.placement["placement"]
+    judged, _ = decided(site, shown.data, budget)
+    u = (
+        {one.face: one.expanded_um for one in budget.quantities if (one.quantity, one.placement) == ("xm", number)}
+        if budget
+        else {}
+    )
+    limit: dict[int | None, float] = (
+        {} if judged is None else {one.face: one.limit_um for one in judged.faces if one.placement == number}
+    )
+    return (_by_face(shown, u) if budget else None), (_by_face(shown, limit) if judged else None)
+
+
+def _by_face(shown: EvaluationView, values: Mapping[int | None, float]) -> NDArray[np.float64]:
+    """Values by face of the placement that is shown, NaN where there is none."""
     import numpy as np
 
-    found, number = stored_budget(site, shown), shown.placement["placement"]
-    if found is None:
-        return None
-    lines = {one.face: one.expanded_um for one in found.quantities if (one.quantity, one.placement) == ("xm", number)}
-    return np.array([lines.get(row["face"], np.nan) for row in shown.placement["faces"]])
+    return np.array([values.get(row["face"], np.nan) for row in shown.placement["faces"]], float)
 
 
 @lru_cache(3)

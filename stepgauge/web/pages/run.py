@@ -160,7 +160,19 @@ def _faults(site: Site, form: Form, output: str) -> str:
 def show_fault(request: Request) -> Response:
     """The fields of a kind of fault."""
     kind = request.query_params.get("fault", "")
-    return render(request, "run_fault.html.j2", fault=concealed.fault(kind) if kind else None)
+    fault = concealed.fault(kind, _along(site_of(request))) if kind else None
+    return render(request, "run_fault.html.j2", fault=fault)
+
+
+def _along(site: Site) -> str:
+    """The machine axis along which the gauge lies; x where no placement says it."""
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placement
+
+    if not Path(site.placement).exists():
+        return "x"
+    axis = read_placement(site.placement, read_gauge(site.stated("gauge"))).axis
+    return "xyz"[int(abs(axis).argmax())]
 
 
 def steer(request: Request, form: Form) -> Response:
