@@ -34,8 +34,8 @@ def read_sixteen(path: str | Path, surface: bool = False) -> NDArray[np.float64]
     columns = [log.number, *log.columns.values()]
     counts = [one for one in columns if one is not None and np.array_equal(np.sort(one), NUMBERS)]
     if log.surface is True and not surface:
-        expected = naming("surface", words="tip centres, or {} stated to locate")
-        raise InputError(path, "the points are compensated by the tip radius", expected=expected)
+        centres = naming("surface", words="tip centres, or {} stated to locate")
+        raise InputError(path, "the points are compensated by the tip radius", expected=centres)
     wrong = len(log) != 16 or (log.success is not None and not log.success.all())
     if wrong or (log.number is not None and not np.array_equal(log.number, NUMBERS)):
         found = f"{len(log)} points"
