@@ -124,7 +124,7 @@ def show(request: Request) -> Response:
     return render(
         request,
         "machine.html.j2",
-        groups=fields | {"uncertainty": _with_typical(usual, words_of(request))},
+        groups=fields | {"uncertainty": _typical_uncertainties(usual, words_of(request))},
         values=own,
         kinds=tuple(KINDS),
         kind=usual if machine is None else "",
@@ -133,7 +133,7 @@ def show(request: Request) -> Response:
     )
 
 
-def _with_typical(kind: str, words: Words) -> tuple[Field, ...]:
+def _typical_uncertainties(kind: str, words: Words) -> tuple[Field, ...]:
     """The uncertainties with what they typically are, for a person who has to find out what they are here."""
     typical = zip(OF_UNCERTAINTY, TYPICAL[kind], strict=True)
     return tuple(replace(one, default=words("machine.typical", value=one.shown(value))) for one, value in typical)
