@@ -141,7 +141,7 @@ def _u_and_limit(site: Site, shown: EvaluationView) -> tuple[NDArray[np.float64]
     limit: dict[int | None, float] = (
         {} if judged is None else {one.face: one.limit_um for one in judged.faces if one.placement == number}
     )
-    return (_face_values(shown, u) if budget else None), (_by_face(shown, limit) if judged else None)
+    return (_face_values(shown, u) if budget else None), (_face_values(shown, limit) if judged else None)
 
 
 def _face_values(shown: EvaluationView, values: Mapping[int | None, float]) -> NDArray[np.float64]:
