@@ -12,8 +12,9 @@ from matplotlib.collections import PolyCollection
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import PlacementResult
 from stepgauge.evaluation.files import evaluation_to_dict
-from stepgauge.figures.evaluation import describe, draw_evaluations, evaluation_figure
-from tests.measured import one_placement, two_placements, with_gaps
+from stepgauge.figures.evaluation import describe, evaluation_figure
+from stepgauge.figures.style import save_figure
+from tests.measured import one_placement, with_gaps
 
 
 def line(axes: Axes, label: str) -> np.ndarray:
@@ -120,17 +121,14 @@ def test_axes_carry_units() -> None:
 
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_files_are_repeatable(tmp_path: Path, suffix: str) -> None:
-    first, again = (draw_evaluations(tmp_path / name, one_placement(), suffix) for name in "ab")
-    assert [path.name for path in first] == [f"evaluation.{suffix}"]
-    assert first[0].read_bytes() == again[0].read_bytes()
-
-
-def test_files_are_named_by_placement(tmp_path: Path) -> None:
-    paths = draw_evaluations(tmp_path, two_placements(), "svg")
-    assert [path.name for path in paths] == ["evaluation-placement-1.svg", "evaluation-placement-2.svg"]
+    for name in "ab":
+        figure = evaluation_figure(evaluation_to_dict(one_placement())["placements"][0])
+        save_figure(figure, tmp_path / f"{name}.{suffix}", simulated=True)
+    assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()
 
 
 def test_an_unknown_suffix_leaves_no_file(tmp_path: Path) -> None:
+    figure = evaluation_figure(evaluation_to_dict(one_placement())["placements"][0])
     with pytest.raises(InputError, match="gif"):
-        draw_evaluations(tmp_path, one_placement(), "gif")
+        save_figure(figure, tmp_path / "e.gif", simulated=True)
     assert list(tmp_path.iterdir()) == []

@@ -244,7 +244,7 @@ def test_the_page_runs_and_its_loop_is_short(tmp_path: Path, monkeypatch: pytest
     for block in blocks():
         exec(compile(block, "docs/python.md", "exec"), known)
     assert known["diagnosis"].verdict == "adequate"
-    written = {"gauge.dmi", "report.pdf", "result/evaluation.json", "result/evaluation.png", "worst.png"}
+    written = {"gauge.dmi", "report.pdf", "result/evaluation.json", "result/evaluation.csv", "worst.png"}
     assert all((tmp_path / name).stat().st_size > 0 for name in written)
 
 

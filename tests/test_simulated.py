@@ -18,7 +18,7 @@ from stepgauge.compensation import axis_faces
 from stepgauge.diagnosis.axis.diagnosis import diagnose_axes
 from stepgauge.errors import InputError
 from stepgauge.evaluation.files import evaluation_to_dict
-from stepgauge.figures.evaluation import draw_evaluations
+from stepgauge.figures.measurement import draw_measurement
 from stepgauge.files.checksum import file_digest
 from stepgauge.fleet.content import recording_key
 from stepgauge.fleet.hierarchical.answer import FleetInference
@@ -104,9 +104,10 @@ def test_a_certificate_of_simulated_readings_is_refused_unless_it_is_an_example_
 
 
 def test_figures_beside_the_page_say_so(tmp_path: Path) -> None:
-    evaluation = one_placement()
-    for comments, expected in ((evaluation.comments, True), ({"machine": "Bridge CMM"}, False)):
-        (path,) = draw_evaluations(tmp_path, replace(evaluation, comments=comments), "pdf")
+    recording = simulated_run(3).recording
+    for comments, expected in ((recording.comments, True), ({"machine": "Bridge CMM"}, False)):
+        drawn = replace(recording, comments=comments)
+        (path,) = draw_measurement(tmp_path, drawn, one_placement(), ["error"], suffix="pdf")
         assert ("no machine was measured" in text_of(path)) is expected
 
 

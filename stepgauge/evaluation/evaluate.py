@@ -195,13 +195,12 @@ class Evaluation(Plotted):
         given = (self.recording, self, chosen, self.limit, self.machine, figure)
         return list(drawing.draw_measurement(folder, *given))
 
-    def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
-        """Write ``evaluation.json``, ``evaluation.csv``, a figure per placement (png, svg, pdf); returns the paths."""
+    def write(self, folder: str | Path) -> list[Path]:
+        """Write ``evaluation.json`` and ``evaluation.csv``; returns the paths. Figures: :meth:`draw`."""
         from stepgauge.evaluation.files import write_evaluation
 
         with open_set():
-            drawn = figures("evaluation").draw_evaluations(folder, self, figure, self.limit)
-            return [*write_evaluation(folder, self), *drawn]
+            return write_evaluation(folder, self)
 
 
 def evaluate(

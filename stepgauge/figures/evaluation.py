@@ -9,7 +9,6 @@ that is beyond the panel is a cross at its edge, with the distance.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,12 +18,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from stepgauge.evaluation.evaluate import Evaluation
-from stepgauge.evaluation.files import evaluation_to_dict, face_rows
+from stepgauge.evaluation.files import face_rows
 from stepgauge.figures.faces import POSITION_LABEL, column
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import counted
-from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.mpe import Mpe
 
 WIDTH_MM, HEIGHT_MM = 170.0, 106.0
@@ -47,27 +45,6 @@ LIMIT_COLOR = CYCLE[3]
 LEFT_OUT = "left out"
 _DOTTED: dict[str, Any] = {"linestyle": (0, (1, 1.2)), "zorder": 2}
 MEAN_COLOR, REVERSAL_COLOR, GREY = COLORS["model"], COLORS["measured"], COLORS["grey"]
-
-
-def draw_evaluations(
-    folder: str | Path, evaluation: Evaluation, suffix: str = "png", mpe: Mpe | None = None
-) -> list[Path]:
-    """Draw every placement of an evaluation into a folder; ``suffix`` is png, svg or pdf. Returns the paths.
-
-    ``mpe``: lines of a maximum permissible error by the distance from the reference face.
-    """
-    placements = evaluation_to_dict(evaluation)["placements"]
-    paths = [Path(folder) / name for name in figure_names([p["placement"] for p in placements], suffix)]
-    for placement, path in zip(placements, paths, strict=True):
-        save_figure(evaluation_figure(placement, mpe), path, is_simulated(evaluation.comments))
-    return paths
-
-
-def figure_names(placements: Sequence[int], suffix: str) -> list[str]:
-    """``evaluation.png`` for one placement, ``evaluation-placement-N.png`` for each of several."""
-    if len(placements) == 1:
-        return [f"evaluation.{suffix}"]
-    return [f"evaluation-placement-{number}.{suffix}" for number in placements]
 
 
 def evaluation_figure(placement: Mapping[str, Any], mpe: Mpe | None = None) -> Figure:

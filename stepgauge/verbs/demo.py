@@ -30,7 +30,7 @@ STEPS = (
         "simulate {d}/program.dmi -m {d}/machine.toml -g {g} -p {d}/placement.toml --seed 420 --gauge-temperature 20.4"
         " -o {d}/recording.csv --plot {d}/path.png --plot-html {d}/path.html",
     ),
-    ("evaluate the recording against the certificate", "evaluate {d}/recording.csv -g {g} -o {d}/result"),
+    ("evaluate the recording against the certificate", "evaluate {d}/recording.csv -g {g} --draw error -o {d}/result"),
     (
         "write the report to print and sign",
         "report {d}/result -g {g} -p {d}/placement.toml -m {d}/machine.toml -o {d}/report.pdf",
@@ -106,7 +106,7 @@ def demo(
             revealed = reveal(folder, concealed, folder / "diagnosis")
         for line in revealed.lines():
             tell(line)
-    tell(f"look at {output}/report.pdf, {output}/result/evaluation.png and, in a browser, {output}/story.html")
+    tell(f"look at {output}/report.pdf, {output}/result/error.png and, in a browser, {output}/story.html")
 
 
 @contextmanager

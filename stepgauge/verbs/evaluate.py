@@ -35,15 +35,15 @@ def write(
     evaluation: "Evaluation",
     output: OutputFolder,
     *,
-    figure: Figure = "png",
     draw: Annotated["str | Iterable[str]", Repeated(OneOf(*FIGURES, "all"), "draw")] = (),
+    figure: Figure = "png",
 ) -> list[Path]:
     """Files of an evaluation.
 
     Parameters
     ----------
-    output : folder for evaluation.json, evaluation.csv and a figure per placement (made if missing)
-    draw : further figures of the measurement. error: against position with 2s band and the lines of the limit;
+    output : folder for evaluation.json, evaluation.csv and the figures (made if missing)
+    draw : figures of the measurement. error: against position with 2s band and the lines of the limit;
         bidirectional: single probings and means of both directions; repeatability: single probings from the mean of
         their face; arrows: mean errors of all placements in the travel of ``machine``; run: every probing by time
     """
@@ -52,7 +52,7 @@ def write(
     kinds = [draw] if isinstance(draw, str) else list(draw)
     with open_set():
         further = evaluation.draw(output, kinds, figure) if kinds else []
-        return [*evaluation.write(output, figure), *further]
+        return [*evaluation.write(output), *further]
 
 
 @verb(write)
@@ -94,7 +94,7 @@ def evaluate(
 
     Examples
     --------
-    stepgauge evaluate recording.csv --gauge step-gauge-420 -o result
+    stepgauge evaluate recording.csv --gauge step-gauge-420 --draw error -o result
     stepgauge evaluate x.csv y.csv --gauge my-gauge.toml --blocks 2:20 --r-eff-origin all -o result
     stepgauge evaluate x.csv y.csv diagonal.csv -g step-gauge-420 -m bridge-cmm --draw arrows --figure pdf -o result
     """

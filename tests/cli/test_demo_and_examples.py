@@ -26,7 +26,7 @@ def test_the_demo_ends_in_a_report_and_a_figure_with_progress(run: Run, tmp_path
     assert data["r_eff_mm"] == pytest.approx(2.0 - 0.003 - 0.00045, abs=0.0008)
     text = "".join(page.extract_text() for page in PdfReader(folder / "report.pdf").pages)
     assert "EXAMPLE-2026-0420" in text
-    assert (folder / "result/evaluation.png").stat().st_size > 10_000
+    assert (folder / "result/error.png").stat().st_size > 10_000
     assert (folder / "report.html").exists()
     told = result.err[result.err.index("open the seal") :]
     assert "concealed was backlash of the y axis" in told
