@@ -26,7 +26,8 @@ from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.importing import ImportOptions, import_log, read_run_program, recognise_log
+from stepgauge.importing.build import ImportOptions
+from stepgauge.importing.logs import import_log, read_run_program, recognise_log
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.machine.virtual import probing_settings, run_program
 from stepgauge.planning.plan import ORDERS, ROUTES, PlanOptions

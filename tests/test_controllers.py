@@ -15,7 +15,9 @@ import pytest
 import stepgauge
 from benchmarks.dialects import allowed_um, outcome
 from stepgauge.errors import InputError
-from stepgauge.importing import FORMATS, ImportOptions, import_log, read_log, recognise_log
+from stepgauge.importing.build import ImportOptions
+from stepgauge.importing.formats import FORMATS
+from stepgauge.importing.logs import import_log, read_log, recognise_log
 from stepgauge.machine.virtual import run_program
 from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.planning.plan import PlanOptions, make_program

@@ -20,7 +20,8 @@ from stepgauge.files.config import read_toml
 from stepgauge.files.numerals import Numerals, number
 from stepgauge.files.text import read_bytes, read_text
 from stepgauge.gauge.certified import read_gauge
-from stepgauge.importing import gist, read_log, recognise_log
+from stepgauge.importing.formats import gist
+from stepgauge.importing.logs import read_log, recognise_log
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.probes.files import read_points
 from stepgauge.programs import DIALECTS, read_program

@@ -95,7 +95,7 @@ def readers(place: Path) -> list[Target]:
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.gauge.placement import read_placement
     from stepgauge.history.entries import read_entries
-    from stepgauge.importing import import_log, recognise_log
+    from stepgauge.importing.logs import import_log, recognise_log
     from stepgauge.machine.file import read_machine
     from stepgauge.probes import read_probe
     from stepgauge.probes.files import read_points

@@ -10,7 +10,9 @@ from typing import Any
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.importing import TABLES, ImportOptions, import_log, read_run_program, recognise_log
+from stepgauge.importing.build import ImportOptions
+from stepgauge.importing.formats import TABLES
+from stepgauge.importing.logs import import_log, read_run_program, recognise_log
 from stepgauge.importing.axis import AxisOptions, import_axis
 from stepgauge.importing.axis.placed import on_placement
 from stepgauge.importing.axis.targets import gauge_targets, parse_targets

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from stepgauge.alignment import is_point_table, read_points
 from stepgauge.errors import InputError, naming
-from stepgauge.importing import TABLES, read_log, recognise_log
+from stepgauge.importing.formats import TABLES
+from stepgauge.importing.logs import read_log, recognise_log
 
 NUMBERS = np.arange(1, 17)
 WANTED = "a table with the columns point, x_mm, y_mm, z_mm, or the log of the program of stepgauge plan --teach"

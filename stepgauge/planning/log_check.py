@@ -34,7 +34,7 @@ class _KnownContacts(ReadingProbe):
 
 def log_difference(text: str, program: Program, dialect: Dialect) -> str | None:
     """What the log has otherwise than the probe, None where nothing; :data:`NOT_KNOWN` where nothing can be said."""
-    from stepgauge.importing import FORMATS, gist  # which imports the plan's orders
+    from stepgauge.importing.formats import FORMATS, gist  # which imports the plan's orders
 
     probe = _KnownContacts()
     log, alarm = dialect.log_of(text, "log", program.settings, probe)

@@ -93,7 +93,7 @@ def _read_foreign(path: str | Path) -> Recording | None:
     foreign = is_foreign(path, REQUIRED)
     if not foreign:
         return None
-    from stepgauge.importing import import_log  # which makes recordings of what others write
+    from stepgauge.importing.logs import import_log  # which makes recordings of what others write
 
     try:
         found = import_log(path, "csv").settled()

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from stepgauge.correspondence.pairing import KINDS as KNOWN_KINDS
-from stepgauge.importing import FORMATS as KNOWN
+from stepgauge.importing.formats import FORMATS as KNOWN
 from stepgauge.recording import read_recording
 from stepgauge.verbs.import_ import ACCEPTED, FORMATS
 from tests.cli.conftest import Run

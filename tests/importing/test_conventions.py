@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from stepgauge.errors import InputError
-from stepgauge.importing import FORMATS, TableLayout, import_log
+from stepgauge.importing.formats import FORMATS
+from stepgauge.importing.logs import import_log
+from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.build import ImportOptions
 from stepgauge.importing.result import Imported
 from tests.importing.made import RADIUS_MM, Case, make_case

@@ -12,7 +12,9 @@ from stepgauge.correspondence.pairing import KINDS
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import read_placement
-from stepgauge.importing import ImportOptions, TableLayout, import_log, read_run_program
+from stepgauge.importing.build import ImportOptions
+from stepgauge.importing.logs import import_log, read_run_program
+from stepgauge.importing.tables.read import TableLayout
 from tests.conftest import ROOT
 
 EXAMPLE = ROOT / "examples/import"

@@ -7,7 +7,7 @@ import pytest
 
 from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.errors import InputError
-from stepgauge.importing import FORMATS, gist
+from stepgauge.importing.formats import FORMATS, gist
 
 OUTPUT = """DMISMN/'STEP GAUGE',05.2
 FILNAM/'RESULTS',05.2

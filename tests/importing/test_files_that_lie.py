@@ -13,7 +13,7 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.gauge.certified import Gauge
-from stepgauge.importing import import_log
+from stepgauge.importing.logs import import_log
 from stepgauge.importing.build import ImportOptions
 from stepgauge.recording import Recording, read_recording, write_recording
 from tests.build import make_gauge, make_machine

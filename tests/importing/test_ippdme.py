@@ -9,7 +9,7 @@ import pytest
 
 from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.errors import InputError
-from stepgauge.importing import FORMATS, gist
+from stepgauge.importing.formats import FORMATS, gist
 
 SESSION = """# gauge_serial: T-1
 2026-03-02 10:00:00.000 -> 00001 StartSession()

@@ -15,7 +15,9 @@ from stepgauge.correspondence.faces import cycles_of, probed_faces
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, write_placement
-from stepgauge.importing import FORMATS, ImportOptions, build_recording, read_log
+from stepgauge.importing.build import ImportOptions, build_recording
+from stepgauge.importing.formats import FORMATS
+from stepgauge.importing.logs import read_log
 from stepgauge.importing.result import Imported
 from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.planning.plan import ORDERS, ROUTES, PlanOptions, faces_in_order, make_program

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.errors import InputError
 from stepgauge.exporting import export_recording
-from stepgauge.importing import ImportOptions, build_recording
+from stepgauge.importing.build import ImportOptions, build_recording
 from stepgauge.importing.result import Imported
 from stepgauge.planning.plan import ORDERS, PlanOptions, faces_in_order
 from tests.importing.made import RADIUS_MM, Case, make_case

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
 from stepgauge.exporting import FORMS, ExportOptions, export_recording
-from stepgauge.importing import ImportOptions, import_log, read_log, recognise_log
+from stepgauge.importing.build import ImportOptions
+from stepgauge.importing.logs import import_log, read_log, recognise_log
 from stepgauge.recording import Recording, read_recording, write_recording
 from tests.build import angles, gauges
 from tests.importing.made import RADIUS_MM, Case, make_case

@@ -24,7 +24,7 @@ import pytest
 import stepgauge as sg
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
-from stepgauge.importing import import_log
+from stepgauge.importing.logs import import_log
 from stepgauge.ippdme.codes import DmeError
 from stepgauge.live.connection import Address, Connection, ConnectionLostError, SessionLog, UnaskedError
 from stepgauge.live.controller import Controller, ControllerOptions
