@@ -6,9 +6,8 @@ that made it is checked once for all formats in :mod:`stepgauge.correspondence`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 
@@ -26,7 +25,7 @@ from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.importing.thermal import read_convention, said_lines
 from stepgauge.motion.moves import ProbingSettings, Program
-from stepgauge.programs import DIALECTS, check_lines, recognise
+from stepgauge.programs import DIALECTS, recognise
 from stepgauge.recording import Recording
 from stepgauge.recording.identity import check_recording
 

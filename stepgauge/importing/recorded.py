@@ -10,12 +10,12 @@ from typing import Any
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.importing.build import ImportOptions
-from stepgauge.importing.formats import TABLES
-from stepgauge.importing.logs import import_log, read_run_program, recognise_log
 from stepgauge.importing.axis import AxisOptions, import_axis
 from stepgauge.importing.axis.placed import on_placement
 from stepgauge.importing.axis.targets import gauge_targets, parse_targets
+from stepgauge.importing.build import ImportOptions
+from stepgauge.importing.formats import TABLES
+from stepgauge.importing.logs import import_log, read_run_program, recognise_log
 from stepgauge.importing.points import has_points, names_faces
 from stepgauge.importing.result import Imported, imported_or_asked
 from stepgauge.importing.tables.cells import DELIMITERS

@@ -13,8 +13,8 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.importing.build import ImportOptions
 from stepgauge.importing.logs import import_log
-from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.result import Imported
+from stepgauge.importing.tables.read import TableLayout
 from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.planning.plan import PlanOptions, make_program
 from stepgauge.programs import DIALECTS

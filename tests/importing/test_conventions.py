@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from stepgauge.errors import InputError
+from stepgauge.importing.build import ImportOptions
 from stepgauge.importing.formats import FORMATS
 from stepgauge.importing.logs import import_log
-from stepgauge.importing.tables.read import TableLayout
-from stepgauge.importing.build import ImportOptions
 from stepgauge.importing.result import Imported
+from stepgauge.importing.tables.read import TableLayout
 from tests.importing.made import RADIUS_MM, Case, make_case
 
 CASE = make_case(yaw=0.0, pitch=0.0, cycles=2)

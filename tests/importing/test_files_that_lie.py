@@ -13,8 +13,8 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.gauge.certified import Gauge
-from stepgauge.importing.logs import import_log
 from stepgauge.importing.build import ImportOptions
+from stepgauge.importing.logs import import_log
 from stepgauge.recording import Recording, read_recording, write_recording
 from tests.build import make_gauge, make_machine
 from tests.importing.made import Case, make_case

@@ -12,8 +12,8 @@ import pytest
 from stepgauge.errors import InputError
 from stepgauge.importing.build import ImportOptions
 from stepgauge.importing.logs import import_log
-from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.columns import POINTS, parse_columns, read_columns
+from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.vocabulary import split_unit
 from tests.importing.made import RADIUS_MM, Case, make_case, table_of
 
