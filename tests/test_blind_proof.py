@@ -482,7 +482,7 @@ def test_effects_and_forms_of_a_plain_answer_are_statements() -> None:
 def test_odds_are_statements_once() -> None:
     """What a listed effect says with its set is not counted again; a kind alone is another statement."""
     said = answer("effects", effect("squareness", "angular_error", plane="xy", probability=0.95))
-    said["odds"] = {
+    said["probabilities"] = {
         "adequate": 0.001,
         "statements": [
             {"kind": "squareness", "parameters": {"plane": "xy"}, "probability": 0.95, "includes_set": True},
@@ -504,7 +504,9 @@ def test_odds_are_statements_once() -> None:
 def test_of_a_weak_cause_a_name_alone_must_take_most() -> None:
     """At 0.2 of the noise 300 readings hold 12 in all: a name that leaves 10 of it is not the cause."""
     weak = cause_of("thermal_drift", step_change=10.0) | {"size": 0.2}
-    said = answer("adequate", odds={"adequate": 0.2, "statements": [{"kind": "step_change", "probability": 0.6}]})
+    said = answer(
+        "adequate", probabilities={"adequate": 0.2, "statements": [{"kind": "step_change", "probability": 0.6}]}
+    )
     assert said_by(truth_of("single", weak), said)[0] == ("name", 0.6, False)
 
 
@@ -568,7 +570,8 @@ def main(argv):
     with open(Path(__file__).with_suffix(".asked"), "a") as file:
         file.write(out.name + "\\n")
     out.mkdir(parents=True, exist_ok=True)
-    (out / "diagnosis.json").write_text(json.dumps({"verdict": "adequate", "effects": [], "odds": {"adequate": 0.99}}))
+    said = {"verdict": "adequate", "effects": [], "probabilities": {"adequate": 0.99}}
+    (out / "diagnosis.json").write_text(json.dumps(said))
 '''
 
 

@@ -81,7 +81,7 @@ def test_a_result_and_a_diagnosis(tmp_path: Path) -> None:
     said = {"verdict": "adequate", "effects": [{"value": 2.5}], "unexplained": None, "fit": {}, "inputs": {}}
     path = tmp_path / "diagnosis.json"
     write_json(path, {"format": format_of("diagnosis"), **said})
-    for read in (lambda one: Diagnosis.read(one).said, lambda one: read_result(one, "diagnosis")):
+    for read in (lambda one: Diagnosis.read(one).contents, lambda one: read_result(one, "diagnosis")):
         refused, silent = unseen_changes(path, read)
         assert (refused > 100, silent) == (True, [])
     path.write_text(json.dumps({"format": format_of("diagnosis"), **said}))

@@ -20,7 +20,7 @@ Programs = list[tuple[Path, sg.Placement]]
 
 def member(kind: str, axis: str, share: float, um: float) -> dict:
     numbers = {"axis": {"value": axis}, "um": {"value": um, "u": 0.1, "unit": "um"}}
-    return {"kind": kind, "label": f"{kind}_{axis}", "share": share, "parameters": numbers}
+    return {"kind": kind, "label": f"{kind}_{axis}", "conditional_probability": share, "parameters": numbers}
 
 
 def diagnosis_of(*sets: list[dict]) -> dict:
@@ -48,7 +48,9 @@ def test_what_nobody_concealed_is_said() -> None:
 def test_a_phase_is_compared_on_its_own_turn() -> None:
     truth = {"kind": "wave", "phase_deg": 350.0}
     numbers = {"phase_deg": {"value": -12.0, "u": 1.0, "unit": "deg"}}
-    found = compare_answer(truth, diagnosis_of([{"kind": "wave", "label": "wave", "share": 1, "parameters": numbers}]))
+    found = compare_answer(
+        truth, diagnosis_of([{"kind": "wave", "label": "wave", "conditional_probability": 1, "parameters": numbers}])
+    )
     assert found.numbers[0].found == pytest.approx(348.0)
 
 

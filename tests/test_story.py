@@ -75,10 +75,12 @@ def test_rivals_have_their_own_probability_and_add_up() -> None:
     first = whole.split("## Evidence")[0]
     rows = [line.split(" | ") for line in first.splitlines() if re.match(r"\| (\d+|or) \|", line)]
     shown = effect["set"][: 1 + MOST_RIVALS]
-    assert [row[4] for row in rows] == [probability(one["share"] * effect["probability"]) for one in shown]
+    assert [row[4] for row in rows] == [
+        probability(one["conditional_probability"] * effect["probability"]) for one in shown
+    ]
     assert (f"Further rivals, in the appendix: {len(effect['set']) - len(shown)}." in first) is (effect["set"] != shown)
-    assert sum(one["share"] for one in effect["set"]) == pytest.approx(1.0)
-    first_of_it = probability(effect["set"][0]["share"] * effect["probability"])
+    assert sum(one["conditional_probability"] for one in effect["set"]) == pytest.approx(1.0)
+    first_of_it = probability(effect["set"][0]["conditional_probability"] * effect["probability"])
     assert f"that it is one of the set, {first_of_it} that it is the first of it" in whole
     assert len({row[2] for row in rows}) == len(rows)
 

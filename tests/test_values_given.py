@@ -59,7 +59,7 @@ def test_a_diagnosis_takes_what_an_import_gives() -> None:
     with pytest.raises(InputError, match="is their unit um"):
         sg.diagnose(asked)
     stated = sg.import_recording(table(1e-3), sensor="laser", deviation_unit="um")
-    assert sg.diagnose(stated).said == sg.diagnose(stated.recording).said
+    assert sg.diagnose(stated).contents == sg.diagnose(stated.recording).contents
     with pytest.raises(InputError, match=r"a table that is no recording.*import_recording"):
         sg.diagnose(table())
 

@@ -84,7 +84,7 @@ def make_kinds(place: Path) -> list[Kind]:
         ("store of a history", [store], lambda path: repr(refresh_store(path, archive.parent).entries)),
         ("evaluation.json", [place / "result/evaluation.json"], lambda path: read_evaluation(path, with_inputs=False)),
         ("budget.json", [place / "result/budget.json"], read_budget),
-        ("diagnosis.json", [place / "cause/diagnosis.json"], lambda path: Diagnosis.read(path).said),
+        ("diagnosis.json", [place / "cause/diagnosis.json"], lambda path: Diagnosis.read(path).contents),
         ("qualification.json", [place / "qualification.json"], read_qualification),
         ("placement.toml", [place / "placement.toml"], placed),
         ("machine.diagnosed.toml", [place / "cause/machine.diagnosed.toml"], _read_machine_table),

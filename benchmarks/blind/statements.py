@@ -51,7 +51,7 @@ Judged = tuple[str, Any, bool]
 
 
 def _odds(diagnosis: Mapping[str, Any]) -> Mapping[str, Any]:
-    odds = diagnosis.get("odds")
+    odds = diagnosis.get("probabilities")
     return odds if isinstance(odds, Mapping) else {}
 
 

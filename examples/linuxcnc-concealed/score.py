@@ -58,7 +58,7 @@ class Score:
 
 def score(case: str, diagnosis: Path) -> Score:
     """Open the truth of a case and judge its ``diagnosis.json``."""
-    truth, found = read_truth(case).effect, Diagnosis.read(diagnosis).said
+    truth, found = read_truth(case).effect, Diagnosis.read(diagnosis).contents
     laws = [effect for effect in found["effects"] if (effect["kind"], _choice(effect)) != LATCH]
     said = "; ".join(_words(effect) for effect in found["effects"]) or "-"
     hits = [effect for effect in laws if truth and _names(effect, truth)]

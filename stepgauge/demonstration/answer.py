@@ -79,9 +79,14 @@ def compare_answer(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Re
 
 
 def _members(finding: Mapping[str, Any], truth: Mapping[str, Any]) -> Iterator[NamedCandidate]:
-    own = {"share": finding["probability"], **{key: finding[key] for key in ("kind", "label", "parameters")}}
+    own = {
+        "conditional_probability": finding["probability"],
+        **{key: finding[key] for key in ("kind", "label", "parameters")},
+    }
     for one in finding.get("set") or [own]:
-        yield NamedCandidate(name_of(str(one["label"])), float(one["share"]), _is_truth(one, truth), one["parameters"])
+        yield NamedCandidate(
+            name_of(str(one["label"])), float(one["conditional_probability"]), _is_truth(one, truth), one["parameters"]
+        )
 
 
 def _is_truth(member: Mapping[str, Any], truth: Mapping[str, Any]) -> bool:

@@ -42,7 +42,7 @@ def counted_from(data: Residuals, start_s: float) -> Residuals:
     return replace(data, frame=data.frame.assign(time_s=time_s), probings=Probings(seen, data.probings.setting))
 
 
-def told_by_clock(finding: Finding, start_s: float) -> Finding:
+def on_recording_clock(finding: Finding, start_s: float) -> Finding:
     """A finding whose times were counted from a time of the clock, s, converted to the clock."""
     effect = finding.effect
     if start_s == 0.0:

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from stepgauge.diagnosis.credible import (
+from stepgauge.diagnosis.fits.solve import Estimate, widened
+from stepgauge.diagnosis.priors import Decision
+from stepgauge.diagnosis.result import Finding, FindingMember, Replacement
+from stepgauge.diagnosis.stating_rules import (
     LEAST_ODDS,
     StatedTerm,
     credible_laws,
@@ -14,9 +17,6 @@ from stepgauge.diagnosis.credible import (
     set_probability,
     spread_factor,
 )
-from stepgauge.diagnosis.fits.solve import Estimate, widened
-from stepgauge.diagnosis.priors import Decision
-from stepgauge.diagnosis.result import Finding, FindingMember, Replacement
 from stepgauge.effects import Effect
 from stepgauge.files.arrays import Array
 from stepgauge.inference.hypothesis import Hypothesis

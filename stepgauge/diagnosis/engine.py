@@ -11,8 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from stepgauge.axis.sensors import without_probe
 from stepgauge.diagnosis.checks import predictive_checks, widening
-from stepgauge.diagnosis.clock import clock_start_s, counted_from, told_by_clock
-from stepgauge.diagnosis.credible import answer_of, structure_alone
+from stepgauge.diagnosis.clock import clock_start_s, counted_from, on_recording_clock
 from stepgauge.diagnosis.design import add_placements, add_separations
 from stepgauge.diagnosis.findings import findings
 from stepgauge.diagnosis.fits.solve import Solved, solve
@@ -34,6 +33,7 @@ from stepgauge.diagnosis.residuals import Residuals, make_residuals, without_cop
 from stepgauge.diagnosis.result import Finding, Fit, GaugeDiagnosis, Located, Noise, rms
 from stepgauge.diagnosis.stated_model import Model, drop_doubtful, make_model
 from stepgauge.diagnosis.statements import conclude
+from stepgauge.diagnosis.stating_rules import answer_of, structure_alone
 from stepgauge.diagnosis.structure import inexact_laws, nearest_laws, structure
 from stepgauge.diagnosis.wording.phrases import Phrase, misfit, number
 from stepgauge.diagnosis.wording.structure import SCATTER, located
@@ -119,7 +119,7 @@ def diagnose_with_search(
     found = _search(recorded, start_s, table, without, progress)
     if found is None:
         return insufficient(recorded), None
-    return _told(found, recorded, start_s, table, without, separations), found
+    return _make_diagnosis(found, recorded, start_s, table, without, separations), found
 
 
 def _check_kinds(without: Collection[str]) -> None:
@@ -157,7 +157,7 @@ def _search(
     return Searched(some, search, answer, make_model(search, answer, some, priors))
 
 
-def _told(
+def _make_diagnosis(
     found: Searched,
     recorded: Residuals,
     start_s: float,
@@ -184,7 +184,7 @@ def _told(
     left += [*nameless, *disturbed(answer, model, search.problem, found.data, start_s, priors)]
     if not named and not any(one.form in SCATTER for one in left):
         told = [*unlike_stated(noise, search.problem, data, priors), *told]
-    told = [told_by_clock(one, start_s) for one in told]
+    told = [on_recording_clock(one, start_s) for one in told]
     concluded = conclude(answer, told, left, priors.decision)
     remainder_um = model.remainder_um if len(found.data) == len(data) else np.zeros(len(data))
     shares = np.sum([remainder_um, *(one.share_um for one in concluded.findings)], axis=0)

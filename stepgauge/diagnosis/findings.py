@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from stepgauge.diagnosis.credible import StatedTerm, credible_laws
 from stepgauge.diagnosis.credible_finding import FittedCause, credible_finding
 from stepgauge.diagnosis.fits.solve import Solved, solve
 from stepgauge.diagnosis.laws.geometry import moved_um
@@ -16,6 +15,7 @@ from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding
 from stepgauge.diagnosis.stated_model import Model, law_of_expected_size, law_of_size
+from stepgauge.diagnosis.stating_rules import StatedTerm, credible_laws
 from stepgauge.effects import Effect
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError

@@ -171,7 +171,7 @@ def _first(path: Path) -> list[str]:
     """What to do first, from the ``diagnosis.json`` that was written."""
     from stepgauge.reports.diagnosis import first_of
 
-    return first_of(Diagnosis.read(path).said)
+    return first_of(Diagnosis.read(path).contents)
 
 
 def _check_names(paths: Sequence[str]) -> None:

@@ -9,13 +9,13 @@ import numpy as np
 from scipy import special
 
 from stepgauge.diagnosis.checks import noiseless
-from stepgauge.diagnosis.credible import SURE_OUTLIER
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Located, Noise
 from stepgauge.diagnosis.stated_model import Model
+from stepgauge.diagnosis.stating_rules import SURE_OUTLIER
 from stepgauge.diagnosis.wording.phrases import number
 from stepgauge.diagnosis.wording.structure import CORRELATED, DISTURBED, GROWING, described
 from stepgauge.files.arrays import Array

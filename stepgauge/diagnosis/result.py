@@ -56,11 +56,11 @@ class Noise:
 
 @dataclass(frozen=True)
 class FindingMember:
-    """One law of a set: its label, share of the set's probability, and its own values."""
+    """One law of a set: its label, the probability that it is this one if it is one of the set, and its own values."""
 
     kind: str
     label: str
-    share: float
+    conditional_probability: float
     effect: Effect | None
     choices: dict[str, object]
     parameters: dict[str, Estimate]
@@ -107,7 +107,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Located:
-    """Where residuals are systematic: covariate, side, form, in words, share of the structure, probability.
+    """Where residuals are systematic: covariate, side, form, in words, explained fraction, probability.
 
     ``phrases``: what the words are made of (:mod:`.wording.phrases`);
     ``beside``: a second covariate that the form depends on; ``numbers``: numbers of the form: a period, a lag;
@@ -118,7 +118,7 @@ class Located:
     side: str
     form: str
     where: str
-    share: float
+    explained_fraction: float
     probability: float
     beside: str = ""
     numbers: Any = None
@@ -153,8 +153,8 @@ class Check:
 class Diagnosis(Plotted):
     """What is stated of a recording, of an axis, or of the map of a probe.
 
-    ``said``: all of it in JSON types, as ``diagnosis.json`` has it; ``path``: the file that it was read from. One that
-    was read back has no readings: these are in the recordings that it names.
+    ``contents``: all of it in JSON types, as ``diagnosis.json`` has it; ``path``: the file that it was read from. One
+    that was read back has no readings: these are in the recordings that it names.
     """
 
     drawn_by: ClassVar[str] = "diagnosis.draw_probabilities"
@@ -162,11 +162,11 @@ class Diagnosis(Plotted):
     path: str
 
     def __init__(self, said: Mapping[str, Any], path: str = "") -> None:
-        self.__dict__["said"] = said  # in place of the computed one
+        self.__dict__["contents"] = said  # in place of the computed one
         self.verdict, self.path = str(said["verdict"]), path
 
     @cached_property
-    def said(self) -> Mapping[str, Any]:
+    def contents(self) -> Mapping[str, Any]:
         """All that is stated, in JSON types."""
         raise NotImplementedError
 
@@ -191,15 +191,15 @@ class Diagnosis(Plotted):
         from stepgauge.diagnosis.wording.headline import summary_line
         from stepgauge.diagnosis.wording.limits import step_limits
 
-        known = (*stored_conditions(self.said).notes, *step_limits(self.said))
-        return join_lines(summary_line(self.said), *(f"note: {one}" for one in known))
+        known = (*stored_conditions(self.contents).notes, *step_limits(self.contents))
+        return join_lines(summary_line(self.contents), *(f"note: {one}" for one in known))
 
     def __repr__(self) -> str:
         return f"<Diagnosis {self.summary().splitlines()[0]}>"
 
     def to_frame(self) -> pd.DataFrame:
         """One row per number of a finding: probability of the finding, value, standard uncertainty u, and the unit."""
-        return pd.DataFrame(list(_numbers(self.said["effects"])), columns=NUMBERS)
+        return pd.DataFrame(list(_numbers(self.contents["effects"])), columns=NUMBERS)
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``diagnosis.json`` and, where the readings are at hand, all that stands beside it; returns the paths.
@@ -207,7 +207,7 @@ class Diagnosis(Plotted):
         That is ``diagnosis.md``, ``residuals.csv``, the diagnosed machine or probe file, and the figures.
         """
         path = Path(folder) / FILE
-        write_text(path, result_text(self.said))
+        write_text(path, result_text(self.contents))
         return [path]
 
     def figures(self) -> dict[str, Figure]:
@@ -216,7 +216,9 @@ class Diagnosis(Plotted):
 
     def changed(self) -> list[str]:
         """Files that it was made from which are there, but are not as they were."""
-        return [one for one, known in _files(self.said["inputs"]) if Path(one).is_file() and file_sha256(one) != known]
+        return [
+            one for one, known in _files(self.contents["inputs"]) if Path(one).is_file() and file_sha256(one) != known
+        ]
 
 
 def _numbers(effects: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
@@ -247,7 +249,7 @@ class GaugeDiagnosis(Diagnosis):
 
     ``before_um`` and ``after_um``: the residuals without origins; ``placements``: texts of placement files for the runs
     that ``separate_by`` of the findings proposes, by file name; ``refuted``: the odds against the law nearest to the
-    structure without one; ``odds``: probabilities of all statements; ``checks``: the posterior predictive checks.
+    structure without one; ``probabilities``: those of all statements; ``checks``: the posterior predictive checks.
     """
 
     drawn_by: ClassVar[str] = "diagnosis.draw_residuals"
@@ -264,7 +266,7 @@ class GaugeDiagnosis(Diagnosis):
     placements: dict[str, str] = field(default_factory=dict)
     remarks: tuple[Mapping[str, Any] | str, ...] = ()
     refuted: tuple[Mapping[str, Any], ...] = ()
-    odds: dict[str, Any] = field(default_factory=dict)
+    probabilities: dict[str, Any] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()
     recordings: tuple[Recording, ...] = ()
     path: str = ""
@@ -277,7 +279,7 @@ class GaugeDiagnosis(Diagnosis):
         return model_unknown(self)
 
     @cached_property
-    def said(self) -> Mapping[str, Any]:
+    def contents(self) -> Mapping[str, Any]:
         """All that is stated, in JSON types."""
         from stepgauge.diagnosis.output.files import diagnosis_to_dict
         from stepgauge.diagnosis.output.inputs import Inputs

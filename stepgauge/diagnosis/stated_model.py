@@ -1,7 +1,7 @@
 """The hypothesis that is stated: its laws, its forms, and the fit of the laws beside the forms.
 
-The part of rule 3 of :mod:`stepgauge.diagnosis.credible` that needs covariates is here: a free function of time may
-contain a step or a drift.
+The part of rule 3 of :mod:`stepgauge.diagnosis.stating_rules` that needs covariates is here: a free function of time
+may contain a step or a drift.
 """
 
 from __future__ import annotations
@@ -10,14 +10,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stepgauge.diagnosis.credible import (
-    LEAST_ODDS,
-    StatedTerm,
-    is_determined,
-    law_probability,
-    sign_is_sure,
-    stated_terms,
-)
 from stepgauge.diagnosis.fits.marginals import marginalise
 from stepgauge.diagnosis.fits.solve import Fitted, Solved, solve
 from stepgauge.diagnosis.laws.geometry import Geometry
@@ -26,6 +18,14 @@ from stepgauge.diagnosis.laws.usual import size_of_shape
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import rms
+from stepgauge.diagnosis.stating_rules import (
+    LEAST_ODDS,
+    StatedTerm,
+    is_determined,
+    law_probability,
+    sign_is_sure,
+    stated_terms,
+)
 from stepgauge.files.arrays import Array
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric

@@ -9,12 +9,6 @@ from typing import Any
 import numpy as np
 
 from stepgauge.diagnosis.covariates import covariates, mask
-from stepgauge.diagnosis.credible import (
-    LEAST_ODDS,
-    StatedTerm,
-    presence_probability,
-    sign_is_sure,
-)
 from stepgauge.diagnosis.gaussian_processes.random_function import BEAT, PERIODIC, SMOOTH, WAVE, RandomFunction
 from stepgauge.diagnosis.laws.discrepancy import follows_with_lag
 from stepgauge.diagnosis.laws.geometry import Geometry
@@ -23,6 +17,12 @@ from stepgauge.diagnosis.priors import Decision, Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Located, Replacement, rms
 from stepgauge.diagnosis.stated_model import Model, law_covariates, term_rms_um
+from stepgauge.diagnosis.stating_rules import (
+    LEAST_ODDS,
+    StatedTerm,
+    presence_probability,
+    sign_is_sure,
+)
 from stepgauge.diagnosis.wording.phrases import Phrase, number, worded
 from stepgauge.diagnosis.wording.structure import UNDETERMINED, described, located, regime
 from stepgauge.files.notation import rounded

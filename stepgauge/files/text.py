@@ -212,7 +212,7 @@ def parse_json(text: str, path: str | Path) -> Any:
             raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
 
 
-FORMATS = {"diagnosis": 2}
+FORMATS = {"diagnosis": 3}
 """Number of the format of a result, of which keys have changed since it was 1."""
 
 

@@ -203,7 +203,7 @@ def _stands(case: Case, learnt: InvestigationState) -> bool:
     """Whether everything that is said, and matters, has the odds that were asked for."""
     diagnosis = learnt.diagnosis
     if diagnosis.verdict == "adequate":
-        return bool(diagnosis.odds["adequate"] >= case.sure)
+        return bool(diagnosis.probabilities["adequate"] >= case.sure)
     if diagnosis.verdict != "effects":
         return False
     largest_um = (np.abs(diagnosis.data.without_origins(one.share_um)).max() for one in diagnosis.findings)

@@ -145,7 +145,7 @@ def told_json(found: InvestigationState) -> dict[str, Any]:
         "verdict": diagnosis.verdict,
         "how": how(diagnosis),
         "summary": diagnosis.summary().splitlines()[0],
-        "adequate": float(diagnosis.odds.get("adequate", math.nan)) if diagnosis.odds else None,
+        "adequate": float(diagnosis.probabilities.get("adequate", math.nan)) if diagnosis.probabilities else None,
         "found": [_finding(one) for one in diagnosis.findings],
         "unexplained": [one.where for one in diagnosis.unexplained],
         "hypotheses": [{"words": one.words, "probability": one.probability} for one in found.possible[:SHOWN]],

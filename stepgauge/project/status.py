@@ -187,7 +187,7 @@ def _result_words(path: Path, kind: str) -> tuple[str, Any]:
     if found.changed():
         what = f"{found.changed()[0]} has changed since this was made from it"
         raise InputError(path, what, expected="this made again, with what is there now")
-    return found.verdict, found.said["inputs"]
+    return found.verdict, found.contents["inputs"]
 
 
 def _digests(inputs: Any) -> Iterator[str]:

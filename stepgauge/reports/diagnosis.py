@@ -71,7 +71,7 @@ def story_of(found: Diagnosis) -> dict[str, Any]:
     from stepgauge.reports.content import figure_svg
 
     drawn = {name: figure_svg(one) for name, one in found.figures().items()}
-    return diagnosis_story(found.said, list(drawn), drawn) if drawn or not found.path else read_story(found.path)
+    return diagnosis_story(found.contents, list(drawn), drawn) if drawn or not found.path else read_story(found.path)
 
 
 def read_story(path: str | Path) -> dict[str, Any]:

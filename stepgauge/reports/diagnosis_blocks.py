@@ -16,7 +16,7 @@ Said = Mapping[str, Any]
 
 def odds_blocks(said: Said) -> Iterator[Block]:
     """Probabilities of all statements."""
-    odds = said["odds"]
+    odds = said["probabilities"]
     if not odds:
         return
     rows = [["nothing beyond the scatter", probability(odds["adequate"])]]
@@ -59,7 +59,7 @@ def check_blocks(said: Said) -> Iterator[Block]:
 def located_row(one: Said, *faces: str) -> list[str]:
     """A form of the residuals: covariate, the faces it is on where that is told, words, share and probability."""
     p = one.get("probability", one.get("probability_if_alone"))
-    return [one["covariate"], *faces, one["where"], percent(one["share"]), probability(p)]
+    return [one["covariate"], *faces, one["where"], percent(one["explained_fraction"]), probability(p)]
 
 
 def trail_blocks(said: Said) -> Iterator[Block]:
@@ -68,7 +68,7 @@ def trail_blocks(said: Said) -> Iterator[Block]:
     if said["trail"]:
         rows = [[step["action"], name_of(step["effect"]), f"{step['log10_odds']:.1f}"] for step in said["trail"]]
         yield table(("step", "hypothesis", "log10 of the odds against the one before"), rows, (0.0, 1.0, 0.0))
-    elif said["verdict"] == "insufficient" and not said["odds"]:
+    elif said["verdict"] == "insufficient" and not said["probabilities"]:
         yield words("No search was made: the noise is not known well enough to test any effect.")
     else:
         yield words("No hypothesis is more probable than scatter alone.")
@@ -87,10 +87,10 @@ def set_table(effect: Said, said: Said) -> Iterator[Block]:
     of = subject(said).of
     yield words("Each of these causes alone would explain it; the stated one first, then by probability.")
     rows = [
-        [name_of(one["label"], of), percent(one["share"]), "; ".join(numbers(one)), one["meaning"]]
+        [name_of(one["label"], of), percent(one["conditional_probability"]), "; ".join(numbers(one)), one["meaning"]]
         for one in effect["set"]
     ]
-    yield table(("cause", "share", "value (k = 2)", "what it would mean"), rows, (0.0, 0.0, 1.0, 2.0))
+    yield table(("cause", "probability in the set", "value (k = 2)", "what it would mean"), rows, (0.0, 0.0, 1.0, 2.0))
 
 
 def numbers(one: Said) -> list[str]:

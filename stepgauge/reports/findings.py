@@ -186,7 +186,11 @@ def _rivals(said: Said, effect: Said) -> list[Said]:
 
 def _member_probability(one: Said, effect: Said) -> float | None:
     """Probability of a member of a set; None where only that of the first one is known."""
-    return None if one["share"] is None else float(one["share"] * effect["probability"])
+    return (
+        None
+        if one["conditional_probability"] is None
+        else float(one["conditional_probability"] * effect["probability"])
+    )
 
 
 def combinations(effect: Said, language: str = "en") -> tuple[list[str], float]:
@@ -277,5 +281,5 @@ def _nothing(said: Said) -> str:
         if prevented:
             return prevented
         tested = "No statement is likelier than not: see the probabilities."
-        return tested if said["odds"] else "Nothing could be tested: the noise is not known well enough."
+        return tested if said["probabilities"] else "Nothing could be tested: the noise is not known well enough."
     return "No systematic effect, and no structure, is more probable than scatter alone."

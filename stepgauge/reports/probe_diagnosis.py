@@ -37,7 +37,7 @@ def evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:
     yield from _measured(said)
     yield from drawn
     yield from odds_blocks(said)
-    if not said["odds"]:
+    if not said["probabilities"]:
         yield words(_untried(said))
     yield from check_blocks(said)
     yield from _located(said)
@@ -177,7 +177,7 @@ def appendix(said: Said) -> Iterator[Block]:
             rows = [[r["row"], *(f"{significant(r[f'{a}_deg'], 4)} deg" for a in ("polar", "azimuth")), _off(r, said)]
                     for r in effect["rows"]]  # fmt: skip
             yield table(("row", "polar", "azimuth", "off by"), rows)
-    if said["odds"]:
+    if said["probabilities"]:
         yield from trail_blocks(said)
     yield heading("Limits of this diagnosis")
     yield bullets([*limits(said), *said["remarks"]] or ["None beyond the uncertainties stated."])

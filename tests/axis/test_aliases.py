@@ -55,18 +55,18 @@ def test_places_without_a_common_step_have_no_aliases() -> None:
 
 def test_an_alias_is_told_with_the_lead_of_the_screw_first_and_the_proposed_targets_show_the_lead() -> None:
     found = screw(np.arange(0.0, 801.0, 26.0))
-    (effect,) = found.said["effects"]
+    (effect,) = found.contents["effects"]
     assert effect["parameters"]["period_mm"]["value"] == pytest.approx(130.0, rel=0.01)
     assert effect["aliases"]["usual_mm"] == pytest.approx([SCREW_MM], abs=1e-3)
     assert effect["aliases"]["periods_mm"][0] == pytest.approx(SCREW_MM, abs=1e-3)
     assert "period 130 mm or an alias of it: 5.00, 32.5" in found.summary()
-    page = markdown(diagnosis_story({**found.said, "inputs": {"recordings": []}}))
+    page = markdown(diagnosis_story({**found.contents, "inputs": {"recordings": []}}))
     assert "5.00 mm (a usual lead of screws), 32.5, 21.7" in page
     assert "the probability is that of all of them together" in page
-    told = " ".join(first_of(found.said))
+    told = " ".join(first_of(found.contents))
     assert "Do not adjust anything before" in told
     proposed = [float(one) for one in told.split("for example at ")[1].split(" mm")[0].split(", ")]
-    (again,) = screw(np.array(proposed)).said["effects"]
+    (again,) = screw(np.array(proposed)).contents["effects"]
     assert again["parameters"]["period_mm"]["value"] == pytest.approx(SCREW_MM, rel=1e-3)
     assert again["aliases"] == {}
 
@@ -75,7 +75,7 @@ def test_a_lead_that_divides_the_spacing_is_not_seen_and_this_is_said() -> None:
     found = screw(np.arange(0.0, 801.0, 25.0))
     assert found.verdict == "adequate"
     assert "a period that divides the even steps of 25.0 mm cannot be seen" in found.summary()
-    assert any("whose period is 25.00 mm or a whole fraction of it" in one for one in found.said["limits"])
+    assert any("whose period is 25.00 mm or a whole fraction of it" in one for one in found.contents["limits"])
 
 
 def test_a_lead_is_found_at_uneven_targets_whatever_the_length_of_the_axis() -> None:
@@ -85,6 +85,6 @@ def test_a_lead_is_found_at_uneven_targets_whatever_the_length_of_the_axis() -> 
         assert steps is not None
         targets = np.array(steps.uneven())
         found = diagnose_axis(axis(targets, lambda t, w: 1.5 * np.sin(2.0 * np.pi * t / lead_mm) + 0.01 * t))  # noqa: B023
-        by_kind = {one["kind"]: one["parameters"] for one in found.said["effects"]}
+        by_kind = {one["kind"]: one["parameters"] for one in found.contents["effects"]}
         assert set(by_kind) == {"scale_error", "periodic_scale_error"}
         assert by_kind["periodic_scale_error"]["period_mm"]["value"] == pytest.approx(lead_mm, rel=1e-3)

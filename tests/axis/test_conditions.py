@@ -39,8 +39,8 @@ def test_mm_under_a_header_of_um_are_asked_for_and_prevent_a_diagnosis(tmp_path:
     stated = sg.import_recording(table(1e-3), sensor="laser", deviation_unit="um")
     assert "no axis is so good" in stated.summary()
     found = sg.diagnose(stated.settled())
-    assert (found.verdict, found.said["effects"]) == ("insufficient", [])
-    assert [one["state"] for one in found.said["conditions"]] == ["prevents"]
+    assert (found.verdict, found.contents["effects"]) == ("insufficient", [])
+    assert [one["state"] for one in found.contents["conditions"]] == ["prevents"]
     assert "note: no axis is so good" in found.summary()
     found.write(tmp_path)
     assert "No statement is made: no axis is so good" in (tmp_path / "diagnosis.md").read_text()

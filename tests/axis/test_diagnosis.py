@@ -47,7 +47,7 @@ NAMED = [
     ("recording", "expected"), NAMED, ids=[f"{one.form}-{next(iter(e))}-{n}" for n, (one, e) in enumerate(NAMED)]
 )
 def test_a_known_error_is_named_with_its_size_in_the_users_unit(recording: AxisRecording, expected: dict) -> None:
-    said = diagnose_axis(recording).said
+    said = diagnose_axis(recording).contents
     assert said["verdict"] == "effects"
     assert [effect["kind"] for effect in said["effects"]] == list(expected)
     for effect, (unit, value) in zip(said["effects"], expected.values(), strict=True):
@@ -68,7 +68,7 @@ def test_a_known_error_is_named_with_its_size_in_the_users_unit(recording: AxisR
     ids=["line", "circle", "spot", "distances"],
 )
 def test_scatter_alone_is_adequate(recording: AxisRecording) -> None:
-    assert diagnose_axis(recording).said["verdict"] == "adequate"
+    assert diagnose_axis(recording).contents["verdict"] == "adequate"
 
 
 @pytest.mark.parametrize(("seed", "step"), [(0, True), (1, False)])
@@ -77,14 +77,14 @@ def test_targets_that_are_off_at_random_are_given_no_law(seed: int, step: bool) 
     places = np.linspace(0.0, 500.0, 41)
     off = np.random.default_rng(10 + seed).normal(0.0, 3.0, len(places))
     off = np.cumsum(off) if step else off
-    said = diagnose_axis(axis(places, lambda t, w: np.interp(t, places, off), seed=seed)).said
+    said = diagnose_axis(axis(places, lambda t, w: np.interp(t, places, off), seed=seed)).contents
     assert said["verdict"] == "unknown"
     assert said["effects"] == []
 
 
 def test_heights_that_nobody_took_off_are_no_error_of_the_distance_meter() -> None:
     for heights_m in (0.3, 1.0):
-        said = diagnose_axis(distances(0.0, 0.4, heights_m)).said
+        said = diagnose_axis(distances(0.0, 0.4, heights_m)).contents
         assert (said["verdict"], said["effects"]) == ("unknown", [])
         assert any("of one height" in line for line in said["limits"])
 
@@ -92,7 +92,7 @@ def test_heights_that_nobody_took_off_are_no_error_of_the_distance_meter() -> No
 def test_a_touching_sensor_may_have_a_pretravel_and_a_laser_has_none() -> None:
     sets = {}
     for sensor in ("touch", "laser"):
-        found = diagnose_axis(axis(LINE, lambda t, w: 2.0 * w, sensor=sensor)).said["effects"][0]
+        found = diagnose_axis(axis(LINE, lambda t, w: 2.0 * w, sensor=sensor)).contents["effects"][0]
         sets[sensor] = {found["kind"], *found["confounded_with"]}
     assert sets == {"touch": {"reversal_error", "effective_radius"}, "laser": {"reversal_error"}}
 
@@ -131,7 +131,7 @@ def test_every_number_that_was_recorded_is_looked_at() -> None:
     made = spot(lambda t: 0 * t, 5e-4)
     warmth = np.cumsum(np.random.default_rng(4).normal(0.0, 0.2, len(made)))
     frame = made.frame.assign(reading=made.frame["reading"] + 4e-3 * warmth, spindle_C=20.0 + warmth)
-    said = diagnose_axis(AxisRecording(frame, made.form, made.units, made.sensor, {}, "")).said
+    said = diagnose_axis(AxisRecording(frame, made.form, made.units, made.sensor, {}, "")).contents
     assert any("spindle_C" in json.dumps(one) for one in [*said["unexplained"], *said["effects"]])
 
 

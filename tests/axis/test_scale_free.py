@@ -41,7 +41,7 @@ def stretched(one: AxisRecording, position: float, deviation: float, time: float
 
 def said(one: AxisRecording) -> dict[tuple[str, ...], float]:
     """What is said, without its numbers, with the probabilities."""
-    told = diagnose_axis(one).said
+    told = diagnose_axis(one).contents
     found = {(told["verdict"],): 1.0}
     found |= {(e["kind"], *sorted(e["confounded_with"])): e["probability"] for e in told["effects"]}
     return found | {(f["covariate"], f["form"]): f["probability"] for f in told["unexplained"]}
@@ -70,7 +70,7 @@ def test_what_is_said_does_not_depend_on_the_size_of_an_axis(name: str, factors:
 def test_ten_periods_are_named_over_any_travel(span: float) -> None:
     """Below 2 mm there was no period: a wave of 0.1 mm was unknown."""
     targets = np.sort(np.random.default_rng(7).uniform(0.0, span, 60))
-    found = diagnose_axis(axis(targets, lambda t, w: 2.0 * np.sin(20.0 * np.pi * t / span), 0.2)).said
+    found = diagnose_axis(axis(targets, lambda t, w: 2.0 * np.sin(20.0 * np.pi * t / span), 0.2)).contents
     (effect,) = found["effects"]
     assert (found["verdict"], effect["kind"]) == ("effects", "periodic_scale_error")
     assert effect["parameters"]["period_mm"]["value"] == pytest.approx(span / 10.0, rel=1e-2)
@@ -78,14 +78,14 @@ def test_ten_periods_are_named_over_any_travel(span: float) -> None:
 
 def test_at_constant_speed_a_wave_along_the_axis_and_one_in_time_are_one_set() -> None:
     """It was a vibration with the probability 1, and fans were to be switched off."""
-    effect = diagnose_axis(scanned(lambda x: 20.0 * np.sin(2 * np.pi * x / 0.25))).said["effects"][0]
+    effect = diagnose_axis(scanned(lambda x: 20.0 * np.sin(2 * np.pi * x / 0.25))).contents["effects"][0]
     names = {effect["kind"], *effect["confounded_with"]}
     assert "periodic_scale_error" in names
     assert names & {"vibration", "temperature_cycle"}
 
 
 def test_the_worm_of_a_mount_is_not_an_air_conditioning_alone() -> None:
-    found = diagnose_axis(spot(lambda t: 0.008 * np.sin(2 * np.pi * t / 605.0), 5e-4, rows=300)).said
+    found = diagnose_axis(spot(lambda t: 0.008 * np.sin(2 * np.pi * t / 605.0), 5e-4, rows=300)).contents
     assert {found["effects"][0]["kind"], *found["effects"][0]["confounded_with"]} >= {
         "drive_cycle",
         "temperature_cycle",
@@ -98,7 +98,7 @@ def test_a_reversal_that_differs_along_the_axis_is_told_with_its_numbers() -> No
     made = axis(np.arange(0.0, 41.0, 10.0), ways, 1.5, ("deg", None))
     sorted_by_way = replace(made, frame=made.frame.sort_values(["cycle", "way", "target"], ignore_index=True))
     for one in (made, sorted_by_way):
-        found = diagnose_axis(one).said
+        found = diagnose_axis(one).contents
         told = [form["where"] for form in found["unexplained"]]
         assert any("reversal error that differs along the axis: -9" in words for words in told), told
         assert not any(form["covariate"] == "order" for form in found["unexplained"])
@@ -110,7 +110,7 @@ def test_a_recorded_temperature_is_a_cause_whatever_its_column_is_called() -> No
     warm += np.random.default_rng(1).normal(0.0, 0.05, len(warm))
     frame = made.frame.assign(frame_C=warm, reading=made.frame["reading"] - 0.035 * (warm - 24.0))
     for name in ("frame_C", "Frame_degC", "bed_K"):
-        found = diagnose_axis(replace(made, frame=frame.rename(columns={"frame_C": name}))).said
+        found = diagnose_axis(replace(made, frame=frame.rename(columns={"frame_C": name}))).contents
         assert found["verdict"] == "effects"
         (effect,) = (one for one in found["effects"] if one["kind"] == "thermal_shift")
         assert effect["parameters"]["um_per_K"]["value"] == pytest.approx(-35.0, rel=0.05)
@@ -118,7 +118,7 @@ def test_a_recorded_temperature_is_a_cause_whatever_its_column_is_called() -> No
 
 def test_a_stated_kind_of_axis_brings_its_odds_and_an_unknown_one_is_refused() -> None:
     made = spot(lambda t: 0.008 * np.sin(2 * np.pi * t / 605.0), 5e-4, rows=200)
-    mount = diagnose_axis(replace(made, comments={"axis_kind": "telescope mount"})).said["effects"][0]
+    mount = diagnose_axis(replace(made, comments={"axis_kind": "telescope mount"})).contents["effects"][0]
     assert mount["kind"] == "drive_cycle"
     with pytest.raises(InputError, match="axis_kind is no kind of axis; found telescop; expected cmm"):
         diagnose_axis(replace(made, comments={"axis_kind": "telescop"}))

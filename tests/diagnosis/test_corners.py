@@ -66,7 +66,9 @@ def test_a_wave_along_the_travel_is_told_without_times(form: str) -> None:
         assert names(found) == ["periodic_scale_error"]
         return
     assert found.verdict == "unknown"
-    assert all("includes_set" in one for one in found.odds["statements"])  # the report asks each statement for it
+    assert all(
+        "includes_set" in one for one in found.probabilities["statements"]
+    )  # the report asks each statement for it
     (first, *_) = found.unexplained
     assert (first.covariate, first.form) == ("machine x", FORM[form])
     assert model_unknown(found)[0].period == pytest.approx(97.0, rel=0.05)

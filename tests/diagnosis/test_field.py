@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.credible import answer_of
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.priors import shipped_priors
+from stepgauge.diagnosis.stating_rules import answer_of
 from stepgauge.inference.kernels import matern
 from stepgauge.inference.problem import Candidate, GaussianProcess, Law, Problem
 from stepgauge.inference.search import Search

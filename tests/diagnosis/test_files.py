@@ -107,7 +107,7 @@ def test_the_json_keeps_the_contract(name: str) -> None:
             "side",
             "where",
             "phrases",
-            "share",
+            "conditional_probability",
             stated,
             "form",
         }
@@ -243,7 +243,7 @@ def test_what_to_do_stands_before_the_evidence_for_it() -> None:
         assert row.startswith("| 1 |" if member is effect["set"][0] else f"| or | {name_of(member['label'])} |")
         assert values(member).replace("\n", "; ") in row
         assert uncertainties(member).replace("\n", "; ") in row
-        assert f" {probability(member['share'] * effect['probability'])} |" in row
+        assert f" {probability(member['conditional_probability'] * effect['probability'])} |" in row
         assert remedy(member).repair in row
         assert remedy(member).check in first
     assert effect["commands"][0] in first
@@ -261,7 +261,7 @@ def test_a_probability_is_told_to_two_digits_and_never_as_certain(name: str) -> 
 
 def test_the_odds_and_the_predictive_check_are_in_the_report() -> None:
     data = said("scale")
-    assert set(data["odds"]) == {"adequate", "explained", "scatter", "statements", "possible"}
+    assert set(data["probabilities"]) == {"adequate", "explained", "scatter", "statements", "possible"}
     assert {one["check"] for one in data["checks"]} == {"rows", "repeats", "sequence", "tails"}
     text = report_text(data)
     assert "| nothing beyond the scatter | below 0.01 |" in text
@@ -341,7 +341,7 @@ def test_parameters_are_printed_to_two_digits_of_their_uncertainty(parameter: di
 
 def stated(effects: list[Any]) -> dict[str, Any]:
     """What a headline needs of a diagnosis."""
-    return {"verdict": "effects", "effects": effects, "inputs": {}, "odds": {}}
+    return {"verdict": "effects", "effects": effects, "inputs": {}, "probabilities": {}}
 
 
 def effect_said(kind: str, confounded_with: tuple[str, ...] = (), several: tuple[tuple[str, ...], ...] = ()) -> Any:
@@ -613,7 +613,7 @@ def test_a_value_outside_the_vocabulary_is_left_out_with_its_reason(tmp_path: Pa
     wild = replace(first, effect=first.effect.replace_values(ppm=1e9))
     write_diagnosis(tmp_path, replace(found, findings=(wild,)), [recording])
     assert read_machine(tmp_path / "machine.diagnosed.toml").effects == ()
-    assert any("scale_error_x" in remark for remark in Diagnosis.read(tmp_path / "diagnosis.json").said["remarks"])
+    assert any("scale_error_x" in remark for remark in Diagnosis.read(tmp_path / "diagnosis.json").contents["remarks"])
 
 
 FORMS: list[tuple[str, str, str, Any, str]] = [

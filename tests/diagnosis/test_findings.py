@@ -399,7 +399,7 @@ def test_every_member_of_a_set_has_its_value_and_its_instruction() -> None:
     (effect,) = diagnosis_to_dict(told(recording), Inputs((recording,)))["effects"]
     members = {one["label"]: one for one in effect["set"]}
     assert {"scale_error_x", "gauge_temperature"} <= set(members)
-    assert sum(one["share"] for one in members.values()) == pytest.approx(1.0)
+    assert sum(one["conditional_probability"] for one in members.values()) == pytest.approx(1.0)
     scale, warm = members["scale_error_x"], members["gauge_temperature"]
     assert scale["parameters"]["ppm"]["value"] == pytest.approx(12.0, abs=4.0 * scale["parameters"]["ppm"]["u"])
     assert abs(warm["parameters"]["delta_K"]["value"]) == pytest.approx(12.0 / 11.5, rel=0.3)

@@ -101,7 +101,7 @@ def test_line_spacings_keep_the_published_fit_and_the_odd_run():
 
 def test_line_spacings_show_their_scale_error_with_the_published_slope():
     """Every run has a zero of its own."""
-    said = diagnose_axis(spacings(placement="run")).said
+    said = diagnose_axis(spacings(placement="run")).contents
     assert [effect["kind"] for effect in said["effects"]] == ["scale_error"]
     ppm = said["effects"][0]["parameters"]["ppm"]
     assert ppm["unit"] == "um/m"
@@ -110,7 +110,7 @@ def test_line_spacings_show_their_scale_error_with_the_published_slope():
 
 def test_line_spacings_in_which_the_runs_share_their_zero_have_no_law():
     """Run 2 departs from the others by a slope and a zero of its own, which one law for all runs does not explain."""
-    said = diagnose_axis(spacings()).said
+    said = diagnose_axis(spacings()).contents
     assert (said["verdict"], said["effects"]) == ("unknown", [])
 
 

@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from stepgauge.cli import main
-from stepgauge.diagnosis.clock import told_by_clock
+from stepgauge.diagnosis.clock import on_recording_clock
 from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.laws.library import effect_families, signatures
 from stepgauge.diagnosis.laws.parts import EDGES, FEWEST_VALUES, conditions, is_told, laws_in_parts, may_have, part_laws
@@ -55,7 +55,7 @@ def test_a_law_in_a_part_of_the_record_is_named_with_its_condition(name: str) ->
     assert float(one.where.split()[-1]) == pytest.approx(edge, abs=near)
     assert one.effect is not None
     assert effect_table(one.effect)["when"] == one.where
-    (stated,) = (each for each in found.said["effects"] if each["where"])
+    (stated,) = (each for each in found.contents["effects"] if each["where"])
     assert stated["meaning"].startswith(f"Only where {one.where}: ")
 
 
@@ -128,7 +128,7 @@ def test_which_laws_may_hold_in_which_parts(kind: str, condition: str, may: bool
 def test_a_condition_in_time_is_told_by_the_clock_of_the_recording() -> None:
     found = told(bent(measured((turned(0.0),), 3), CASES["after a time"][1]))
     one = next(each for each in found.findings if each.where)
-    later = told_by_clock(one, 86_400.0)
+    later = on_recording_clock(one, 86_400.0)
     assert float(later.where.split()[-1]) == pytest.approx(86_400.0 + float(one.where.split()[-1]))
     assert later.effect is not None
     assert later.effect.when == later.where

@@ -136,7 +136,7 @@ class TestUnknown:
 
     def test_lobes_are_given_with_amplitude_and_place(self, tmp_path, probe_file):
         diagnose_probe_map(written(tmp_path, made(two_lobes)), probe_file, tmp_path / "out")
-        law = Diagnosis.read(tmp_path / "out" / "diagnosis.json").said["empirical"][0]
+        law = Diagnosis.read(tmp_path / "out" / "diagnosis.json").contents["empirical"][0]
         assert law["form"] == "harmonic 2"
         assert law["amplitude"] == pytest.approx(0.5, abs=0.08)
         assert law["maximum_deg"] == pytest.approx(30.0, abs=5.0)
@@ -204,7 +204,7 @@ class TestOutliers:
         lines = path.read_text().splitlines()
         path.write_text("\n".join([lines[0], "150,0,", *lines[1:]]) + "\n")
         diagnose_probe_map(path, probe_file, tmp_path / "out")
-        said = Diagnosis.read(tmp_path / "out" / "diagnosis.json").said
+        said = Diagnosis.read(tmp_path / "out" / "diagnosis.json").contents
         assert [row["row"] for row in said["effects"][0]["rows"]] == [22]
         assert said["measured"]["rows_without_values"] == 1
         assert "| 22 |" in (tmp_path / "out" / "diagnosis.md").read_text()
@@ -226,7 +226,7 @@ class TestInsufficient:
         found = diagnose_probe_map(path, probe_file, tmp_path / "out")
         assert found.verdict == "insufficient"
         assert not found.findings
-        said = Diagnosis.read(tmp_path / "out" / "diagnosis.json").said
+        said = Diagnosis.read(tmp_path / "out" / "diagnosis.json").contents
         assert any(missing in one for one in said["lacking"])
         assert missing in (tmp_path / "out" / "diagnosis.md").read_text()
 
@@ -243,10 +243,10 @@ class TestFiles:
         diagnose_probe_map(written(tmp_path, made(two_lobes)), probe_file, tmp_path / "out")
         said = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
         keys = {"format", "verdict", "effects", "located", "unexplained", "empirical", "fit", "noise", "measured"}
-        assert set(said) >= keys | {"trail", "remarks", "inputs", "stepgauge", "odds", "checks"}
+        assert set(said) >= keys | {"trail", "remarks", "inputs", "stepgauge", "probabilities", "checks"}
         fit = {f"{name}_um" for name in ("noise", "rms_before", "rms_after", "holdout_rms_before", "holdout_rms_after")}
         assert set(said["fit"]) >= fit | {"chi2_dof_after", "with_empirical"}
-        assert set(said["located"][0]) >= {"covariate", "side", "where", "share", "form"}
+        assert set(said["located"][0]) >= {"covariate", "side", "where", "explained_fraction", "form"}
         held = said["fit"]["with_empirical"]["pretravel_um"]["holdout_rms_after"]
         assert all(value < 1.1 * SIGMA_UM for value in held.values())
         assert all(len(said["inputs"][name]["sha256"]) == 64 for name in ("map", "probe"))

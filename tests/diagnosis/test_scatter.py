@@ -120,7 +120,7 @@ def test_scatter_that_is_not_what_the_machine_file_states_is_the_first_finding_a
     one = found.findings[0].parameters["repeatability_um"]
     assert abs(one.value - NOISE_UM) < 3.0 * (one.u or 0.0)
     factor = {8.0: "The scatter is 7.", 0.1: "The scatter is a 1"}[times]
-    assert headline(found.said).startswith(factor)
+    assert headline(found.contents).startswith(factor)
     assert "the scatter is" in found.summary()
 
 

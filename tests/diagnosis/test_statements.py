@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.credible import StatedTerm
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.findings import _different
 from stepgauge.diagnosis.gaussian_processes.random_function import SMOOTH, WAVE, RandomFunction
@@ -19,6 +18,7 @@ from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis, Located
 from stepgauge.diagnosis.statements import OPEN, conclude
+from stepgauge.diagnosis.stating_rules import StatedTerm
 from stepgauge.diagnosis.structure import _reduce_harmonics, _without_index
 from stepgauge.diagnosis.wording.headline import headline, summary_line
 from stepgauge.diagnosis.wording.phrases import number, worded
@@ -104,8 +104,8 @@ def test_outliers_are_no_nothing_heavy_tails_are() -> None:
 
 def said(**odds: Any) -> dict[str, Any]:
     _, found = made("scale")
-    table = {**found.odds, **odds}
-    return dict(replace(found, odds=table).said)
+    table = {**found.probabilities, **odds}
+    return dict(replace(found, probabilities=table).contents)
 
 
 def test_the_headline_says_what_the_probabilities_support() -> None:
@@ -185,7 +185,7 @@ def test_two_scale_errors_seen_in_two_oblique_placements_are_named_with_their_od
     )
     oblique = np.array([[np.sqrt(0.75), 0.5, 0.0], [-0.5, np.sqrt(0.75), 0.0]])
     found = diagnose(record(on, oblique.tolist(), cycles=3), gauge(), machine((), 0.1))
-    text = headline(found.said)
+    text = headline(found.contents)
     named = {label for one in found.unexplained for law in one.laws for label in law.laws}
     named |= {one.label for one in found.findings}
     assert {"scale_error_x", "scale_error_y"} <= named or "scale_temperature_x" in named

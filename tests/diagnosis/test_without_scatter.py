@@ -153,7 +153,7 @@ def test_equal_cycles_on_a_coarse_display(faces: int, law: Um | None, verdict: s
 def test_targets_at_equal_steps_are_no_steps_of_a_display() -> None:
     """Readings without scatter on whole millimetres: a scale error of 10 um over a metre is no resolution."""
     targets = np.arange(0.0, 1001.0, 50.0)
-    found = diagnose_axis(axis(targets, lambda t, _: 0.01 * t, noise=0.0)).said
+    found = diagnose_axis(axis(targets, lambda t, _: 0.01 * t, noise=0.0)).contents
     assert found["verdict"] == "effects"
     assert [one["kind"] for one in found["effects"]] == ["scale_error"]
 

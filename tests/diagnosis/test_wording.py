@@ -118,7 +118,7 @@ def said(verdict: str, **more: Any) -> dict[str, Any]:
         "unexplained": [left] if verdict == "unknown" else [],
         "fit": fit,
         "inputs": {},
-        "odds": {"adequate": 0.93, "explained": 0.9},
+        "probabilities": {"adequate": 0.93, "explained": 0.9},
         "noise": {"from_repeats": False},
     }
 

@@ -12,7 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 import stepgauge.inference as inference
-from stepgauge.diagnosis.credible import (
+from stepgauge.diagnosis.priors import shipped_priors
+from stepgauge.diagnosis.stating_rules import (
     StatedTerm,
     _completed,
     answer_of,
@@ -21,7 +22,6 @@ from stepgauge.diagnosis.credible import (
     replacements,
     set_probability,
 )
-from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.posterior import AlternativeHypothesis, CredibleSet, Member, Posterior, credible_set
 from stepgauge.inference.priors import NoisePriors

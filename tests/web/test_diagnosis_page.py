@@ -53,8 +53,8 @@ def test_causes_that_stand_for_a_finding_together_have_a_row_and_a_probability(t
     """The first page had that row; in the browser a reader missed what the probabilities lack to one."""
     data, folder = said_of("scale"), make_project(tmp_path / "project")
     first = data["effects"][0]
-    rival = {**first, "kind": "gauge_temperature", "label": "gauge_temperature", "share": 0.25}
-    first |= {"probability": 0.9, "own_probability": 0.45, "set": [{**first, "share": 0.5}, rival]}
+    rival = {**first, "kind": "gauge_temperature", "label": "gauge_temperature", "conditional_probability": 0.25}
+    first |= {"probability": 0.9, "own_probability": 0.45, "set": [{**first, "conditional_probability": 0.5}, rival]}
     first["confounded_with"] = ["gauge_temperature", "scale_temperature + thermal_drift"]
     (folder / "results/one").mkdir(parents=True)
     write_json(folder / "results/one/diagnosis.json", data)

@@ -68,7 +68,7 @@ def test_from_sixteen_points_to_the_cause_and_the_printed_report(folder: Path, w
         page.goto(f"{server.address}/project")
         page.get_by_text("results/diagnosis-run").first.wait_for()
 
-    found = Diagnosis.read(folder / "results/diagnosis-run").said["effects"][0]
+    found = Diagnosis.read(folder / "results/diagnosis-run").contents["effects"][0]
     assert "scale_error" in [one["kind"] for one in [found, *found["set"]]]
     text = PdfReader(folder / "results/report-diagnosis-run.pdf").pages[0].extract_text()
     assert "What to do first" in text

@@ -60,7 +60,7 @@ class AxisDiagnosis(Diagnosis):
     path: str = ""
 
     @cached_property
-    def said(self) -> dict[str, Any]:
+    def contents(self) -> dict[str, Any]:
         """All that is stated, in JSON types and the user's units."""
         files = [{"path": str(one.path), "sha256": file_sha256(one.path)} for one in self.recordings]
         simulated = any(is_simulated(one.comments) for one in self.recordings)
@@ -109,7 +109,7 @@ def write_axis_diagnosis(output: str | Path, told: AxisDiagnosis, suffix: str = 
     from stepgauge.reports.render import markdown
 
     target, figure = Path(output), f"residuals.{suffix}"
-    said = told.said
+    said = told.contents
     write_json(target / "diagnosis.json", said)
     names = [(Path(one.path).name, len(one)) for one in told.recordings]
     write_text(target / ROWS_FILE, rows_csv(_rows(told, names)))
@@ -149,7 +149,7 @@ def _said(found: GaugeDiagnosis, data: AxisData, conditions: Conditions) -> dict
             row.pop("pair", None)
     for one in (*said["unexplained"], *said["located"]):
         _put_structure(one, recording, at)
-    for one in (*said["odds"].get("statements", ()), *said["odds"].get("possible", ())):
+    for one in (*said["probabilities"].get("statements", ()), *said["probabilities"].get("possible", ())):
         one |= {"covariate": covariate_name(one["covariate"], at)} if "covariate" in one else {}
     for check in said["checks"]:
         check["words"] = worded(check["phrase"], at)

@@ -95,7 +95,7 @@ def _diagnosis_of(found: StatedMap, scatter: MapScatter) -> MapDiagnosis:
         tuple(law for _, law in laws),
         tuple(found.search.trail),
         tuple(map_remarks(found)),
-        odds=concluded.table,
+        probabilities=concluded.table,
         checks=found.checks,
     )
 

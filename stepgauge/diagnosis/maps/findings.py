@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.credible import SURE_OUTLIER, credible_laws, structure_alone
 from stepgauge.diagnosis.credible_finding import FittedCause, credible_finding
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS, empirical
@@ -19,6 +18,7 @@ from stepgauge.diagnosis.maps.parameters import estimates
 from stepgauge.diagnosis.maps.result import OUTLIERS, EmpiricalMapLaw
 from stepgauge.diagnosis.maps.stated_map import FittedChanges, StatedMap, function_of
 from stepgauge.diagnosis.result import Finding, Located
+from stepgauge.diagnosis.stating_rules import SURE_OUTLIER, credible_laws, structure_alone
 from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.diagnosis.wording.structure import UNDETERMINED
 from stepgauge.files.arrays import Array

@@ -13,7 +13,7 @@ from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS
 from stepgauge.diagnosis.maps.model import build_probe
 from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis
 from stepgauge.diagnosis.maps.rows import map_row_table
-from stepgauge.diagnosis.maps.said import map_diagnosis_json
+from stepgauge.diagnosis.maps.to_json import map_diagnosis_json
 from stepgauge.diagnosis.output.rows import ROWS_FILE, rows_csv
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_json, write_sealed

@@ -109,7 +109,7 @@ class MapDiagnosis(Diagnosis):
     remarks: tuple[str, ...] = ()
     refuted: tuple[str, ...] = ()
     lacking: tuple[str, ...] = ()
-    odds: dict[str, Any] = field(default_factory=dict)
+    probabilities: dict[str, Any] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()
     probe_path: str = ""
 
@@ -121,9 +121,9 @@ class MapDiagnosis(Diagnosis):
         return dict(zip(names, np.split(finding.share_um, len(names)), strict=True))
 
     @cached_property
-    def said(self) -> dict[str, Any]:
+    def contents(self) -> dict[str, Any]:
         """All that is stated, in JSON types."""
-        from stepgauge.diagnosis.maps.said import map_diagnosis_json
+        from stepgauge.diagnosis.maps.to_json import map_diagnosis_json
 
         return map_diagnosis_json(self, self.probe_path)
 

@@ -13,7 +13,6 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stepgauge.diagnosis.checks import predictive_checks, widening
-from stepgauge.diagnosis.credible import StatedTerm, answer_of, sign_is_sure, stated_terms
 from stepgauge.diagnosis.maps.candidates import ProbeChange
 from stepgauge.diagnosis.maps.direction_functions import DirectionFunction
 from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel, Terms
@@ -21,6 +20,7 @@ from stepgauge.diagnosis.maps.scatter import MapScatter
 from stepgauge.diagnosis.maps.signatures import MapRows, Point, fit_changes, make_problem, replace_values
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.result import Check, rms
+from stepgauge.diagnosis.stating_rules import StatedTerm, answer_of, sign_is_sure, stated_terms
 from stepgauge.files.arrays import Array
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric

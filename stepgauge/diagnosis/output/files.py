@@ -51,7 +51,7 @@ class Diagnosed(Protocol):
     @property
     def refuted(self) -> Sequence[Phrase | str]: ...
     @property
-    def odds(self) -> dict[str, Any]: ...
+    def probabilities(self) -> dict[str, Any]: ...
     @property
     def checks(self) -> Sequence[Check]: ...
 
@@ -147,7 +147,7 @@ def evidence_json(diagnosis: Diagnosed, renamed: Callable[[str], str] = str) -> 
             for step in diagnosis.trail
         ],
         "refuted": worded_all(diagnosis.refuted),
-        "odds": diagnosis.odds,
+        "probabilities": diagnosis.probabilities,
         "checks": [
             {
                 "check": one.name,
@@ -207,7 +207,7 @@ def _member(member: FindingMember, data: Residuals) -> dict[str, Any]:
     said = {
         "kind": member.kind,
         "label": member.label,
-        "share": member.share,
+        "conditional_probability": member.conditional_probability,
         "parameters": parameters,
         "aliases": aliases_of(member, data),
         "largest_um": float(np.abs(along_approach_um(effect, data.probings)).max(initial=0.0)),
@@ -270,7 +270,7 @@ def _located(one: Located, left: bool, renamed: Callable[[str], str]) -> dict[st
         "side": one.side,
         "where": one.where,
         "phrases": list(one.phrases),
-        "share": one.share,
+        "explained_fraction": one.explained_fraction,
         "probability" if left else "probability_if_alone": one.probability,
         "form": one.form,
         **({"beside": one.beside} if one.beside else {}),

@@ -24,7 +24,7 @@ REPEATABILITY = "repeatability"
 
 def headline(said: Said, language: str = "en") -> str:
     """The verdict in some sentences; a scatter that is not the stated one comes first."""
-    verdict, odds = said["verdict"], said["odds"]
+    verdict, odds = said["verdict"], said["probabilities"]
     named = _numbered([describe_finding(one, said, language) for one in _systematic(said)], language)
     if verdict == "adequate":
         sure = say("sure", language, p=probability(odds["adequate"])) if odds else ""
@@ -105,13 +105,13 @@ def _or_laws(said: Said, language: str) -> str:
 
 def _possible(said: Said, language: str) -> str:
     """What is as likely as anything where nothing is likelier than not."""
-    if not said["odds"]:
+    if not said["probabilities"]:
         return ""
     others = [
         f"{possible_name(one, subject(said).of, language)} {probability(one['probability'])}"
-        for one in said["odds"].get("possible", ())
+        for one in said["probabilities"].get("possible", ())
     ]
-    p = probability(said["odds"]["adequate"])
+    p = probability(said["probabilities"]["adequate"])
     return say("no_statement", language, p=p, others="".join(f", {one}" for one in others))
 
 

@@ -136,7 +136,7 @@ def lacking(said: Mapping[str, Any], language: str = "en") -> list[str]:
     if not said["noise"]["from_repeats"]:
         return [say("lacks_repeats", language)]
     few = say("lacks_cycles", language)
-    return [say("lacks_placement", language, few=few) if said["odds"] else few]
+    return [say("lacks_placement", language, few=few) if said["probabilities"] else few]
 
 
 def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

@@ -62,16 +62,16 @@ def plus_minus(parameter: Mapping[str, Any]) -> str:
 
 
 def members_of(effect: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """The causes of a finding, the stated one first, each with its ``share``; the finding itself where it is alone."""
+    """The causes of a finding, the stated one first, each with its probability in the set; or the finding itself."""
     if effect.get("set"):
         return list(effect["set"])
     own = effect["own_probability"] / effect["probability"] if effect["probability"] else 1.0
-    return [{**effect, "share": min(float(own), 1.0)}]
+    return [{**effect, "conditional_probability": min(float(own), 1.0)}]
 
 
 def probability_of(effect: Mapping[str, Any]) -> str:
     """The probability of a finding in words, and that of the cause it names where something else may stand for it."""
-    first = members_of(effect)[0]["share"]
+    first = members_of(effect)[0]["conditional_probability"]
     alone = effect["own_probability"] if first is None else first * effect["probability"]
     own = f" that it is one of the set, {probability(alone)} that it is the first of it"
     return f"probability {probability(effect['probability'])}{own if effect['confounded_with'] else ''}"

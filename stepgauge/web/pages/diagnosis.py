@@ -76,7 +76,7 @@ def _finding(number: int, effect: Mapping[str, Any], at: Subject, words: Words) 
     from stepgauge.reports.findings import combinations, proposal
 
     members = members_of(effect)
-    first = max(one["share"] or 0.0 for one in members) or 1.0
+    first = max(one["conditional_probability"] or 0.0 for one in members) or 1.0
     together, p = combinations(effect, words.language)
     return {
         "number": number,
@@ -94,7 +94,7 @@ def _rival(one: Mapping[str, Any], probability: float, first: float, at: Subject
     from stepgauge.diagnosis.wording.findings import meaning, name_of
     from stepgauge.reports.findings import uncertainties, values
 
-    share = one["share"]
+    share = one["conditional_probability"]
     return {
         "kind": one["kind"],
         "name": name_of(one["label"], at.of, words.language),

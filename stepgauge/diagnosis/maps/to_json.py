@@ -78,7 +78,7 @@ def _member(one: FindingMember) -> dict[str, Any]:
     said = {
         "kind": one.kind,
         "label": one.label,
-        "share": one.share,
+        "conditional_probability": one.conditional_probability,
         "parameters": {name: estimate_json(p) for name, p in one.parameters.items()},
     }
     return {**said, "meaning": meaning(said, MAP)}
