@@ -16,6 +16,7 @@ from stepgauge.diagnosis.design import add_placements, add_separations
 from stepgauge.diagnosis.findings import findings
 from stepgauge.diagnosis.fits.solve import Solved, solve
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
+from stepgauge.diagnosis.kinds import KIND, stated_kind
 from stepgauge.diagnosis.laws import geometry
 from stepgauge.diagnosis.laws.library import carried
 from stepgauge.diagnosis.noise import (
@@ -72,6 +73,7 @@ def diagnose(
     priors: Priors | None = None,
     separations: bool = True,
     progress: Progress | None = None,
+    kind: str | None = None,
 ) -> GaugeDiagnosis:
     """Find where recording and simulation disagree, and the effects that explain it.
 
@@ -84,22 +86,18 @@ def diagnose(
     priors : the table of priors, the shipped one by default
     separations : whether to look for the further run that discriminates most of each set
     progress : told the labels of what is most probable up to now, whenever that changes
+    kind : of the machine, in place of that in its file: a name in the table of priors
 
     Raises
     ------
     InputError
         recordings of another gauge, or too small for a diagnosis; kinds that do not exist
     """
-    absent = {*without, *without_probe(recording.comments.get("sensor"))}
+    absent, table = {*without, *without_probe(recording.comments.get("sensor"))}, priors or shipped_priors()
+    kind = stated_kind(kind, {KIND: machine.table.kind or ""}, table, machine.path)
+    table = table.of_kinds([kind] if kind else [])
     recorded = without_copies(make_residuals(recording, gauge, machine))
-    return diagnose_with_search(recorded, absent, priors, separations, progress)[0]
-
-
-def diagnose_residuals(
-    recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None
-) -> GaugeDiagnosis:
-    """The same for residuals that are known; parameters as :func:`diagnose`."""
-    return diagnose_with_search(recorded, without, priors)[0]
+    return diagnose_with_search(recorded, absent, table, separations, progress)[0]
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")
@@ -110,7 +108,7 @@ def diagnose_with_search(
     separations: bool = True,
     progress: Progress | None = None,
 ) -> tuple[GaugeDiagnosis, Searched | None]:
-    """The diagnosis and the search that it is made from; None where the residuals are too few for a search.
+    """The diagnosis of residuals and the search that it is made from, None where they are too few; as :func:`diagnose`.
 
     On one thread: many small products are five times slower if several threads share each.
     """

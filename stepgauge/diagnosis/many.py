@@ -18,7 +18,6 @@ from stepgauge.executors.processes import InProcess, Processes
 from stepgauge.executors.run import run
 from stepgauge.files.outputs import one_set, refuse_own
 from stepgauge.gauge.certified import Gauge, read_gauge
-from stepgauge.inference.search import Progress
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.machine.styli import add_styli, numbered
 from stepgauge.recording import Recording, join_recordings, read_recording
@@ -50,6 +49,7 @@ class Separately:
     jobs: int | None = 1
     without: tuple[str, ...] = ()
     priors: Priors | None = None
+    kind: str | None = None
     outcomes: list[Outcome] = field(default_factory=list)
 
     @property
@@ -64,7 +64,17 @@ class Separately:
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Diagnose and write all; returns the paths."""
         if self.of_axis is None:
-            given = (self.paths, *self.known, folder, self.jobs, figure, self.without, self.priors, self.styli)
+            given = (
+                self.paths,
+                *self.known,
+                folder,
+                self.jobs,
+                figure,
+                self.without,
+                self.priors,
+                self.styli,
+                self.kind,
+            )
             self.outcomes = list(diagnose_each(*given))
         else:
             self.outcomes = [self._axis(path, Path(folder) / Path(path).stem, figure) for path in self.paths]
@@ -89,6 +99,7 @@ def diagnose_each(
     without: Collection[str] = (),
     priors: Priors | None = None,
     styli: Sequence[str] = (),
+    kind: str | None = None,
 ) -> Iterator[Outcome]:
     """Diagnose recordings one by one into folders named after their files, in the order given.
 
@@ -105,6 +116,7 @@ def diagnose_each(
     without : kinds of effects that are no candidates
     priors : the table of priors, the shipped one by default
     styli : machine files with further styli
+    kind : of the machine, in place of that in its file
 
     Raises
     ------
@@ -116,45 +128,33 @@ def diagnose_each(
         refuse_own(Path(folder) / Path(path).stem / FILE)
     steps, cmm = read_gauge(gauge), add_styli(read_machine(machine), map(read_machine, styli))
     recordings = [read_recording(path) for path in paths]
-    one = partial(_one, gauge=steps, machine=cmm, folder=Path(folder), suffix=suffix, without=without, priors=priors)
+    how = (steps, cmm, Path(folder), suffix, without, priors, kind)
     count = min(jobs or os.cpu_count() or 1, len(recordings))
     tasks = [(Path(recording.path).stem, recording) for recording in recordings]
-    done = run(one, tasks, InProcess() if count == 1 else Processes(count))
+    done = run(partial(_one, how=how), tasks, InProcess() if count == 1 else Processes(count))
     return (each.value or Outcome(each.key, f"error: {each.error}") for each in done)
 
 
-def _one(
-    recording: Recording,
-    gauge: Gauge,
-    machine: Machine,
-    folder: Path,
-    suffix: str,
-    without: Collection[str],
-    priors: Priors | None,
-) -> Outcome:
+How = tuple[Gauge, Machine, Path, str, Collection[str], Priors | None, str | None]
+"""Gauge, machine, folder, format of the figures, excluded kinds of effects, priors, kind of machine."""
+
+
+def _one(recording: Recording, how: How) -> Outcome:
     """One of several: its files are in place before the next one begins."""
     name = Path(recording.path).stem
     try:
         with one_set():
-            return _diagnose([recording], gauge, machine, folder / name, suffix, without, priors)
+            return _diagnose(recording, name, how)
     except InputError as error:
         return Outcome(name, f"error: {error.cli_text()}")
 
 
-def _diagnose(
-    recordings: Sequence[Recording],
-    gauge: Gauge,
-    machine: Machine,
-    folder: Path,
-    suffix: str,
-    without: Collection[str],
-    priors: Priors | None,
-    progress: Progress | None = None,
-) -> Outcome:
-    recordings, whole = join_stylus_recordings(recordings, machine)
-    found = replace(diagnose(whole, gauge, machine, without, priors, progress=progress), recordings=tuple(recordings))
-    files = tuple(found.write(folder, suffix))
-    return Outcome(folder.name, found.summary(), files, tuple(_first(files[0])))
+def _diagnose(recording: Recording, name: str, how: How) -> Outcome:
+    gauge, machine, folder, suffix, without, priors, kind = how
+    recordings, whole = join_stylus_recordings([recording], machine)
+    found = replace(diagnose(whole, gauge, machine, without, priors, kind=kind), recordings=tuple(recordings))
+    files = tuple(found.write(folder / name, suffix))
+    return Outcome(name, found.summary(), files, tuple(_first(files[0])))
 
 
 def join_stylus_recordings(recordings: Sequence[Recording], machine: Machine) -> tuple[list[Recording], Recording]:

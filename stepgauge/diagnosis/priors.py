@@ -138,18 +138,27 @@ class MapPriors(TomlTable):
     laws: LawPriors
 
 
-class AxisKind(TomlTable):
-    """What is usual of one kind of axis.
+class MachineKind(TomlTable):
+    """What is usual of one kind of machine, or of an axis that is recorded by itself.
 
-    ``odds``: factors on the odds of effects; ``span`` (mm or deg), ``repeatability`` (um or arcsec), ``duration_s``: of
-    a usual axis of this kind and its recording, by which the sizes of the table count; without them those measured.
+    ``odds``: factors on the odds of effects, ``structure``: on those of structure without a law; ``usual``: sizes of
+    effects in place of those of the table, all with the grade; ``motion``: that of its axes, empty for either;
+    ``span`` (mm or deg), ``repeatability`` (um or arcsec), ``duration_s``: of a usual axis of this kind and its
+    recording, by which the sizes of the table count; without them those measured.
     """
 
     odds: dict[str, float] = Field(default_factory=dict)
+    structure: float = Field(1.0, gt=0.0)
+    usual: dict[str, float] = Field(default_factory=dict)
+    motion: Literal["", "linear", "rotary"] = ""
     span: float | None = Field(None, gt=0.0)
     repeatability: float | None = Field(None, gt=0.0)
     duration_s: float | None = Field(None, gt=0.0)
     why: str = ""
+
+    def factor(self, law: str) -> float:
+        """Factor on the odds of a law."""
+        return self.odds.get(law, 1.0)
 
 
 class Priors(TomlTable):
@@ -160,8 +169,26 @@ class Priors(TomlTable):
     scatter: NoisePriors
     forms: FormPriors
     laws: LawPriors
-    axis_kinds: dict[str, AxisKind]
+    kinds: dict[str, MachineKind]
     maps: MapPriors
+
+    def of_kinds(self, names: Sequence[str]) -> Priors:
+        """For a machine or an axis of one of these kinds, each as likely: odds are averages over them, sizes of one."""
+        kinds = [self.kinds[name] for name in names]
+        if not kinds:
+            return self
+        changed = {}
+        for law in sorted({law for one in kinds for law in (*one.odds, *one.usual)}):
+            own = self.laws.of(law)
+            changed[law] = own.model_copy(
+                update={"odds": own.odds * float(np.mean([one.factor(law) for one in kinds]))}
+            )
+            if len(kinds) == 1 and law in kinds[0].usual:
+                changed[law] = changed[law].model_copy(update={"usual": kinds[0].usual[law], "basis": "grade"})
+        laws = self.laws.model_copy(update={"kinds": {**self.laws.kinds, **changed}})
+        structure = self.forms.odds * float(np.mean([one.structure for one in kinds]))
+        forms = self.forms.model_copy(update={"odds": structure})
+        return self.model_copy(update={"laws": laws, "forms": forms})
 
 
 def priors_text() -> str:

@@ -29,8 +29,8 @@ class Setting:
     placement number (without it front faces are assumed to be probed along the axis and back faces against it);
     ``chain``: of the machine's axes, where it is known; ``styli``: the setting with each further stylus by its
     number in the column ``stylus``; ``longer_mm``: by how much such a stylus is longer than that of the machine
-    file; ``recording``: what it is of (:data:`.base.RECORDINGS`); ``axis_kind``: of an axis by itself, where it is
-    stated; ``turn_mm``: a turn of a rotary axis; ``step_mm``: the step of targets that lie evenly.
+    file; ``recording``: what it is of (:data:`.base.RECORDINGS`); ``turn_mm``: a turn of a rotary axis; ``step_mm``:
+    the step of targets that lie evenly.
     """
 
     travel_mm: Array
@@ -43,7 +43,6 @@ class Setting:
     styli: Mapping[int, Setting] = field(default_factory=dict)
     longer_mm: float = 0.0
     recording: str = "gauge"
-    axis_kind: str = ""
     turn_mm: float | None = None
     step_mm: float | None = None
 

@@ -85,6 +85,9 @@ class MachineTable(TomlTable):
 
     name: str = Field(min_length=1, description="what the machine is called")
     serial: str | None = Field(None, min_length=1, description="serial or inventory number")
+    kind: str | None = Field(
+        None, min_length=1, description='what is usual of it, e.g. "machine tool": a kind of `stepgauge list priors`'
+    )
     travel_mm: Travel = Field(description="travel limits, e.g. { x = [0, 700], y = [0, 1000], z = [0, 600] }")
     repeatability_um: float = Field(ge=0, le=100, description="one sigma of a probing along the approach, um")
     measuring_speed_mm_s: float = Field(gt=0, le=100, description="speed of the measuring moves, mm/s")

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import Written, verb
 from stepgauge.verbs.kind import ARGUMENT
-from stepgauge.verbs.kinds import Flag, Pair, Reads, Repeated, Supplied
+from stepgauge.verbs.kinds import Flag, Pair, Reads, Repeated, Supplied, Text
 from stepgauge.verbs.shared import (
     Figure,
     File,
@@ -57,6 +57,7 @@ def diagnose(
     jobs: Jobs = 1,
     without: Without = (),
     priors: Priors = None,
+    kind: Annotated[str | None, Text("KIND")] = None,
     progress: Annotated[Any, Supplied("search")] = None,
 ) -> "Diagnosis":
     """Find where a recording departs from the simulation, and the physical effect that explains it.
@@ -72,6 +73,10 @@ def diagnose(
 
     Prior knowledge (how common a cause is, and its usual size) is one table with reasons: 'stepgauge list priors'
     prints it, ``priors`` replaces a part of it.
+
+    What is usual depends on the ``kind`` of machine or axis: cmm, "machine tool", "linear stage", piezo, "rotary
+    table", "telescope mount", printer or encoder. A machine file may state it (kind), and so may a comment '# kind:
+    NAME' of a recording of an axis; of an axis without one, each kind has the probability that the readings give it.
 
     Several recordings are placements of one machine: their common effects are estimated from all of them. With ``each``
     they are diagnosed one by one into OUTPUT/NAME/; the names of the files must then differ, and one that cannot be
@@ -91,6 +96,7 @@ def diagnose(
     probe : probe file that is to be judged against a map, instead of a machine
     columns : of a map: which column holds a quantity, e.g. trigger_force_N=force_fea_N
     each : several recordings each on its own, instead of as placements of one machine in one diagnosis
+    kind : of machine or axis, in place of that in its file
     jobs : of ``each``: processes that share the recordings
     progress : told the labels of what a search has found up to now
 
@@ -118,8 +124,8 @@ def diagnose(
 
     given, table, excluded = several(recordings), None if priors is None else read_priors(priors), several(without)
     if probe is not None:
-        if excluded or each:
-            where = naming("without", "each", words="{}, {}")
+        if excluded or each or kind:
+            where = naming("without", "each", "kind", words="{}, {}, {}")
             raise InputError(where, "are for recordings", expected=naming("probe", words="no {}"))
         return _map(given, probe, columns, table)
     of_axis = are_of_axis(given)
@@ -130,14 +136,14 @@ def diagnose(
         missing, both = naming("gauge" if gauge is None else "machine"), naming("gauge", "machine", words="{} and {}")
         raise InputError(missing, "a recording of a gauge needs it", expected=both)
     if each:
-        return _separately(given, of_axis, gauge, machine, further_styli, jobs, excluded, table)
+        return _separately(given, of_axis, gauge, machine, further_styli, jobs, excluded, table, kind)
     if of_axis:
-        return _axes(given, excluded, table)
-    return _together(given, gauge, machine, further_styli, excluded, table, progress)
+        return _axes(given, excluded, table, kind)
+    return _together(given, gauge, machine, further_styli, excluded, table, progress, kind)
 
 
 def _together(
-    given: list[Any], gauge: Any, machine: Any, styli: Any, without: list[str], table: Any, progress: Any
+    given: list[Any], gauge: Any, machine: Any, styli: Any, without: list[str], table: Any, progress: Any, kind: Any
 ) -> "Diagnosis":
     """Recordings as placements of one machine."""
     from dataclasses import replace
@@ -148,16 +154,16 @@ def _together(
 
     cmm = resolve_machine_with_styli(machine, styli)
     tables, whole = join_stylus_recordings(resolve_recordings(given), cmm)
-    found = diagnose_recording(whole, resolve_gauge(gauge), cmm, without, table, progress=progress)
+    found = diagnose_recording(whole, resolve_gauge(gauge), cmm, without, table, progress=progress, kind=kind)
     return replace(found, recordings=tuple(tables))
 
 
-def _axes(given: list[Any], without: list[str], table: Any) -> "Diagnosis":
+def _axes(given: list[Any], without: list[str], table: Any, kind: Any) -> "Diagnosis":
     """Recordings of one axis, a spot or distances, as settings up of one axis."""
     from stepgauge.diagnosis.axis.diagnosis import diagnose_axes
     from stepgauge.verbs.inputs import resolve_axis
 
-    return diagnose_axes([resolve_axis(one) for one in given], without, table)
+    return diagnose_axes([resolve_axis(one) for one in given], without, table, kind)
 
 
 def _map(given: list[Any], probe: File, columns: "Mapping[str, str] | None", table: Any) -> "Diagnosis":
@@ -176,13 +182,13 @@ def _map(given: list[Any], probe: File, columns: "Mapping[str, str] | None", tab
 
 
 def _separately(given: list[Any], of_axis: bool, gauge: Any, machine: Any, styli: Any, jobs: Any, *more: Any) -> Any:
-    """Each by itself, when it is written; ``more``: the excluded kinds, and the priors."""
+    """Each by itself, when it is written; ``more``: the excluded effects, the priors, the kind."""
     from stepgauge.diagnosis.many import Separately
     from stepgauge.verbs.inputs import several
 
-    without, table = more
+    without, table, kind = more
     paths = [str(one) for one in given]
     if of_axis:
-        return Separately(paths, lambda path: _axes([path], without, table))
+        return Separately(paths, lambda path: _axes([path], without, table, kind))
     known, further = (str(gauge), str(machine)), tuple(map(str, several(styli)))
-    return Separately(paths, None, known, further, jobs, tuple(without), table)
+    return Separately(paths, None, known, further, jobs, tuple(without), table, kind)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,11 @@ import pytest
 
 from stepgauge.axis.recording import AxisRecording
 from stepgauge.axis.units import AxisUnits
+from stepgauge.diagnosis.axis.conversion import UnitConversion
 from stepgauge.diagnosis.axis.diagnosis import diagnose_axis
+from stepgauge.diagnosis.axis.residuals import axis_data
+from stepgauge.diagnosis.kinds import kind_probabilities
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.errors import InputError
 from tests.axis.made import axis, spot
 
@@ -116,9 +122,66 @@ def test_a_recorded_temperature_is_a_cause_whatever_its_column_is_called() -> No
         assert effect["parameters"]["um_per_K"]["value"] == pytest.approx(-35.0, rel=0.05)
 
 
-def test_a_stated_kind_of_axis_brings_its_odds_and_an_unknown_one_is_refused() -> None:
+def worm(**comments: str) -> AxisRecording:
     made = spot(lambda t: 0.008 * np.sin(2 * np.pi * t / 605.0), 5e-4, rows=200)
-    mount = diagnose_axis(replace(made, comments={"axis_kind": "telescope mount"})).contents["effects"][0]
-    assert mount["kind"] == "drive_cycle"
-    with pytest.raises(InputError, match="axis_kind is no kind of axis; found telescop; expected cmm"):
-        diagnose_axis(replace(made, comments={"axis_kind": "telescop"}))
+    return replace(made, units=AxisUnits.of("deg"), comments=comments)
+
+
+def test_a_stated_kind_of_axis_brings_its_odds_and_an_unknown_one_is_refused() -> None:
+    mount = diagnose_axis(worm(kind="telescope mount")).contents
+    assert mount["effects"][0]["kind"] == "drive_cycle"
+    assert mount["axis"]["kinds"] == {"telescope mount": 1.0}
+    assert diagnose_axis(worm(), kind="telescope mount").contents["axis"] == mount["axis"]
+    for stated in ({"kind": "telescope mout"}, {}):
+        with pytest.raises(InputError, match="no kind of machine or axis; found telescope mout; expected telescope mo"):
+            diagnose_axis(worm(**stated), kind=None if stated else "telescope mout")
+
+
+def test_readings_tell_the_probability_of_each_kind_of_axis() -> None:
+    """By Bayes' theorem over all sets of three causes, with any likelihood, under the prior that each kind gives."""
+    priors, kinds, laws = shipped_priors(), ["rotary table", "telescope mount"], ["drive_cycle", "vibration", "roll"]
+    odds = np.array([[priors.of_kinds([k]).laws.of(law).odds * priors.laws.odds for law in laws] for k in kinds])
+    sets = np.array(list(product((0, 1), repeat=3)))
+    likelihood = np.exp(np.random.default_rng(2).normal(0.0, 3.0, len(sets)))
+
+    def joint(o: Any) -> Any:
+        return likelihood * np.prod(np.where(sets, o, 1.0) / (1.0 + o), axis=1)
+
+    by_kind = np.array([joint(o).sum() for o in odds])
+    mean = joint(np.array([priors.of_kinds(kinds).laws.of(law).odds * priors.laws.odds for law in laws]))
+    every = [SimpleNamespace(kind=law, named=True) for law in laws]
+    held = [SimpleNamespace(candidates=[c for c, is_in in zip(every, one, strict=True) if is_in]) for one in sets]
+    search = SimpleNamespace(problem=SimpleNamespace(candidates=every))
+    answer = SimpleNamespace(search=search, weights=mean / mean.sum(), hypotheses=held)
+    found = kind_probabilities(answer, kinds, priors)  # type: ignore[arg-type]
+    assert [found[k] for k in kinds] == pytest.approx(by_kind / by_kind.sum())
+
+
+def test_of_an_axis_whose_kind_nobody_stated_its_readings_tell_it() -> None:
+    kinds = diagnose_axis(worm()).contents["axis"]["kinds"]
+    assert next(iter(kinds)) == "telescope mount"
+    assert set(kinds) == {"rotary table", "telescope mount", "encoder"}
+    assert sum(kinds.values()) == pytest.approx(1.0)
+
+
+def test_an_average_of_odds_over_kinds_is_that_of_each_cause() -> None:
+    priors = shipped_priors()
+    names = ["rotary table", "telescope mount", "encoder"]
+    averaged = priors.of_kinds(names)
+    for law in ("drive_cycle", "periodic_scale_error", "temperature_cycle", "scale_error"):
+        each = [priors.of_kinds([name]).laws.of(law).odds for name in names]
+        assert averaged.laws.of(law).odds == pytest.approx(np.mean(each))
+    assert priors.of_kinds([]) is priors
+    assert priors.of_kinds(["machine tool"]).laws.of("scale_error").usual > priors.laws.of("scale_error").usual
+
+
+def test_a_condition_is_told_in_the_units_of_its_recording() -> None:
+    """It was in the scaled mm of the computation: x_mm > 228 for 38 um of a piezo."""
+    targets = np.linspace(0.0, 0.1, 41)
+    made = axis(targets, lambda t, w: np.where(t > 0.038, 12.0 * w, 0.0), 0.3)
+    conversion = UnitConversion(made.units, axis_data(made).scaling)
+    factor = axis_data(made).scaling.position
+    assert conversion.condition(f"x_mm > {0.038 * factor:.6g}") == "position > 0.03800 mm"
+    assert conversion.condition("frame_C < 21.5") == "frame_C < 21.50"
+    found = diagnose_axis(made).contents
+    assert not any("x_mm" in one["where"] or "x_mm" in one["meaning"] for one in found["effects"])

@@ -15,6 +15,7 @@ from typing import Any
 
 from stepgauge.axis.units import AxisUnits
 from stepgauge.diagnosis.axis.residuals import Scaling
+from stepgauge.diagnosis.wording.notation import significant
 
 _KEY = re.compile(r"^(.*_)?(um|mm|s)$")
 _RELATIVE = {"m": "mm/km", "inch": "uin/inch", "thou": "uin/inch", "uin": "uin/inch"}
@@ -77,6 +78,17 @@ class UnitConversion:
             for key, one in stated.items()
         }
         return {**scaled, "unit": unit} if unit is not None else scaled
+
+    def condition(self, formula: str) -> str:
+        """The condition of a law, ``x_mm > 120``, in the user's units: ``position > 0.1 deg``."""
+        if not formula:
+            return ""
+        name, sense, edge = formula.split()
+        own = {"x_mm": ("position", "mm"), "time_s": ("time", "s")}.get(name)
+        if own is None:
+            return f"{name} {sense} {significant(float(edge), 4)}"
+        covariate, (factor, told) = own[0], self.factors[own[1]]
+        return f"{covariate} {sense} {significant(float(edge) * factor, 4)} {told}"
 
     def name(self, key: str) -> str:
         """A key with the user's unit at its end."""

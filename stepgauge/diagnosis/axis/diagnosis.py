@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -20,11 +20,12 @@ from stepgauge.conditions.condition import Name
 from stepgauge.diagnosis.axis.conversion import UnitConversion
 from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
 from stepgauge.diagnosis.axis.reversal import is_reversal, reversal_phrase
-from stepgauge.diagnosis.engine import diagnose_residuals, insufficient
+from stepgauge.diagnosis.engine import diagnose_with_search, insufficient
+from stepgauge.diagnosis.kinds import kind_probabilities, possible_kinds, stated_kind
 from stepgauge.diagnosis.output.files import diagnosis_to_dict, without_nan
 from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
-from stepgauge.diagnosis.priors import Priors
+from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.result import Diagnosis, GaugeDiagnosis
 from stepgauge.diagnosis.wording.aliases import EvenSpacing, even, uneven_targets
 from stepgauge.diagnosis.wording.findings import Subject, meaning, subject
@@ -48,7 +49,7 @@ SOUGHT: tuple[Name, ...] = ("outliers", "drift")
 class AxisDiagnosis(Diagnosis):
     """The diagnosis of an axis, a spot or distances: as it was computed, with its data, and in the user's units.
 
-    ``recordings``: as they were read.
+    ``recordings``: as they were read; ``kinds``: probability of each kind of axis that it may be of.
     """
 
     drawn_by: ClassVar[str] = "axis.draw_residuals"
@@ -58,6 +59,7 @@ class AxisDiagnosis(Diagnosis):
     conditions: Conditions = NOTHING
     recordings: tuple[AxisRecording, ...] = ()
     path: str = ""
+    kinds: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def contents(self) -> dict[str, Any]:
@@ -65,6 +67,7 @@ class AxisDiagnosis(Diagnosis):
         files = [{"path": str(one.path), "sha256": file_sha256(one.path)} for one in self.recordings]
         simulated = any(is_simulated(one.comments) for one in self.recordings)
         said = _said(self.found, self.data, self.conditions)
+        said["axis"]["kinds"] = dict(self.kinds)
         return {**said, "inputs": {"recordings": files, "simulated": simulated}}
 
     def figures(self) -> dict[str, Figure]:
@@ -80,26 +83,34 @@ class AxisDiagnosis(Diagnosis):
 
 
 def diagnose_axis(
-    recording: AxisRecording, without: Collection[str] = (), priors: Priors | None = None
+    recording: AxisRecording, without: Collection[str] = (), priors: Priors | None = None, kind: str | None = None
 ) -> AxisDiagnosis:
     """What is behind the deviations of an axis; parameters as :func:`stepgauge.diagnosis.engine.diagnose`.
 
-    Only effects that the sensor and the form of the recording can have are candidates. Nothing is stated of readings
-    whose conditions prevent a statement.
+    ``kind``: of the axis, in place of the comment ``kind`` of its recording. Only effects that the sensor and the form
+    of the recording can have are candidates. Nothing is stated of readings whose conditions prevent a statement.
     """
-    data, conditions = axis_data(recording), recording_conditions(recording).without(*SOUGHT)
+    table = priors or shipped_priors()
+    kind = stated_kind(kind, recording.comments, table, recording.path)
+    kinds = possible_kinds(kind, recording.units.axis, table)
+    data, conditions = axis_data(recording, kind), recording_conditions(recording).without(*SOUGHT)
     absent = {*not_candidates(recording.sensor, recording.form, recording.units.axis == "rotary"), *without}
-    prevented = bool(conditions.preventing)
-    found = insufficient(data.residuals) if prevented else diagnose_residuals(data.residuals, absent, priors)
-    return AxisDiagnosis(found.verdict, found, data, conditions, (recording,))
+    if conditions.preventing:
+        return AxisDiagnosis("insufficient", insufficient(data.residuals), data, conditions, (recording,))
+    found, searched = diagnose_with_search(data.residuals, absent, table.of_kinds(kinds))
+    probability = {} if searched is None else kind_probabilities(searched.answer, kinds, table)
+    return AxisDiagnosis(found.verdict, found, data, conditions, (recording,), kinds=probability)
 
 
 def diagnose_axes(
-    recordings: Sequence[AxisRecording], without: Collection[str] = (), priors: Priors | None = None
+    recordings: Sequence[AxisRecording],
+    without: Collection[str] = (),
+    priors: Priors | None = None,
+    kind: str | None = None,
 ) -> AxisDiagnosis:
     """Recordings of one axis together, as its settings up."""
     whole = recordings[0] if len(recordings) == 1 else join_axis_recordings(recordings)
-    return replace(diagnose_axis(whole, without, priors), recordings=tuple(recordings))
+    return replace(diagnose_axis(whole, without, priors, kind), recordings=tuple(recordings))
 
 
 def write_axis_diagnosis(output: str | Path, told: AxisDiagnosis, suffix: str = "png") -> list[Path]:
@@ -138,6 +149,7 @@ def _said(found: GaugeDiagnosis, data: AxisData, conditions: Conditions) -> dict
     at, steps = subject(said), _even_steps(recording)
     for effect in said["effects"]:
         effect["separate_by"], effect["commands"], effect["reason"] = "", [], ""
+        effect["where"] = conversion.condition(effect["where"])
         for one in (effect, *effect["set"]):
             one["aliases"] = _aliases(one["parameters"], steps, units)
             one["meaning"] = meaning(one, at)

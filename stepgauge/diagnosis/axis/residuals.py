@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from stepgauge.axis.recording import AxisRecording, places_of
 from stepgauge.axis.sensors import recording_of
 from stepgauge.diagnosis.axis.stations import fitted_distances, station_columns
-from stepgauge.diagnosis.priors import AxisKind, shipped_priors
+from stepgauge.diagnosis.priors import MachineKind, shipped_priors
 from stepgauge.diagnosis.residuals import FEWEST_ROWS, Residuals
 from stepgauge.diagnosis.wording.aliases import even
 from stepgauge.effects import Probings, Setting
@@ -33,8 +33,6 @@ from stepgauge.probes.schema import ConstantTable
 from stepgauge.recording import APPROACH, POSITION
 from stepgauge.recording.columns import OPTIONAL
 
-KIND = "axis_kind"
-"""Comment of a recording that states what kind of axis it is of."""
 TYPICAL_MM, TYPICAL_S = 300.0, 3600.0
 """Span of a step gauge on a CMM and duration of a run, for which the priors are made."""
 ROUNDING = 1e-9
@@ -66,8 +64,11 @@ class AxisData:
     repeatability: float
 
 
-def axis_data(recording: AxisRecording) -> AxisData:
-    """The residuals of a recording; :class:`InputError` where it is too small to say anything."""
+def axis_data(recording: AxisRecording, kind: str | None = None) -> AxisData:
+    """The residuals of a recording; :class:`InputError` where it is too small to say anything.
+
+    ``kind``: of the axis, where it is stated, which brings sizes of its own.
+    """
     if len(recording) < FEWEST_ROWS:
         found, expected = f"{len(recording)} readings", f"at least {FEWEST_ROWS}"
         raise InputError(recording.path, "the recording is too small for a diagnosis", found=found, expected=expected)
@@ -81,7 +82,7 @@ def axis_data(recording: AxisRecording) -> AxisData:
     repeatability = scatter_of_neighbours(away, frame["placement"].to_numpy(), face)
     typical_um = shipped_priors().sizes.repeatability_um
     duration = float(np.ptp(frame["time_s"])) if "time_s" in frame else 0.0
-    usual = axis_kind(recording)
+    usual = MachineKind() if kind is None else shipped_priors().kinds[kind]
     scaling = Scaling(
         _scale(TYPICAL_MM, usual.span or float(np.ptp(places))),
         _scale(typical_um, usual.repeatability or repeatability),
@@ -110,17 +111,6 @@ def are_in_order(recording: AxisRecording) -> bool:
     onward = np.diff(target) * way[1:]
     same = (way[1:] == way[:-1]) & (np.diff(frame["cycle"]) == 0)
     return not same.any() or float((onward[same] >= 0.0).mean()) > IN_SENSE
-
-
-def axis_kind(recording: AxisRecording) -> AxisKind:
-    """What is usual of the kind of axis that a recording states; of none nothing is.
-
-    :class:`InputError` for a kind that the priors do not know.
-    """
-    stated, known = recording.comments.get(KIND, "").strip(), shipped_priors().axis_kinds
-    if stated and stated not in known:
-        raise InputError(recording.path, f"{KIND} is no kind of axis", found=stated, expected=", ".join(known))
-    return known.get(stated, AxisKind())
 
 
 def resolution(reading: Array, scatter: float) -> float:
@@ -263,7 +253,6 @@ def _residuals(
     setting = replace(
         Setting.of(machine, gauge, {int(number): np.array([1.0, 0.0, 0.0]) for number in numbers}),
         recording=recording_of(recording.form, turns),
-        axis_kind=recording.comments.get(KIND, "").strip(),
         turn_mm=360.0 * scaling.position if turns else None,
         step_mm=None if steps is None else steps.spacing,
     )

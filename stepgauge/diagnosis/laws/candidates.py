@@ -42,7 +42,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
         family = replace(family, about=_about(family, data))
         sizes, log_odds = (
             sizes_of(family, priors, data),
-            float(np.log(odds_of(family.kind, priors) * own * _axis_kind_odds(family.kind, priors, data))),
+            float(np.log(odds_of(family.kind, priors) * own)),
         )
         again = None if is_common(family.kind, family.choices) else priors.laws.of(family.kind).again
         if id(family.pattern) not in patterns:
@@ -82,12 +82,6 @@ def _twice(law: Law) -> Iterator[Law]:
     yield first
     second = replace(law, label=f"{law.label} #2", log_odds=law.log_odds - ALONE, again=ALONE, first=first)
     yield replace(second, pattern=law.pattern[:])  # another array: tables know a pattern by its identity
-
-
-def _axis_kind_odds(kind: str, priors: Priors, data: Residuals) -> float:
-    """Factor on the odds of a law by the kind of the axis, where that is stated."""
-    stated = priors.axis_kinds.get(data.probings.setting.axis_kind)
-    return 1.0 if stated is None else stated.odds.get(kind, 1.0)
 
 
 def _usual_pattern(family: Family) -> Array:

@@ -12,10 +12,12 @@ from stepgauge.diagnosis.gaussian_processes.random_function import SMOOTH
 from stepgauge.diagnosis.wording.aliases import leads_into_mm
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import subject
-from stepgauge.diagnosis.wording.notation import significant
+from stepgauge.diagnosis.wording.notation import probability, significant
 from stepgauge.diagnosis.wording.phrases import misfit, worded, worded_all
 
 FEW_DOF = 20
+LIKELY = 0.5
+"""Probability from which the kind of an axis is told that nobody stated."""
 FULL_TURN_DEG = 240.0
 """Least span of azimuths that separates a harmonic from a constant."""
 Limit = tuple[str, dict[str, object]]
@@ -58,7 +60,17 @@ def _axis_limits(said: Mapping[str, Any]) -> Iterator[Limit]:
     if axis["form"] in ("axis", "distances"):
         yield axis["form"], {}
     yield from _axis_steps(said)
+    yield from _axis_kind(axis)
     yield "sensor", {"sensor": axis["sensor_words"]}
+
+
+def _axis_kind(axis: Mapping[str, Any]) -> Iterator[Limit]:
+    """The kind of the axis, where its readings make one likelier than not, or where it is stated."""
+    kind, p = next(iter(axis.get("kinds", {}).items()), ("", 0.0))
+    if p == 1.0:
+        yield "kind_stated", {"kind": kind}
+    elif p >= LIKELY:
+        yield "kind_found", {"kind": kind, "p": probability(p)}
 
 
 def _axis_steps(said: Mapping[str, Any]) -> Iterator[Limit]:
