@@ -30,7 +30,7 @@ from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.inference.problem import Law
 from stepgauge.investigation.hypotheses import Predicting, hypotheses
 from stepgauge.recording import APPROACH, POSITION, Recording
-from tests.diagnosis.made import gauge, machine
+from tests.diagnosis.made import gauge, machine, record
 from tests.diagnosis.test_further_laws import Axis, bent, measured, moved, told, turned
 
 LINES = (turned(3.0), turned(88.0), turned(44.0), turned(-46.0), turned(20.0, 35.0), turned(70.0, -35.0))
@@ -194,6 +194,29 @@ def test_a_geometry_is_the_sum_of_its_laws_and_as_uncertain_as_its_prior_where_n
     mean, covariance = integrated_sizes(nothing, nothing[0], np.zeros(len(nothing), int), 2.0)
     assert rms(mean) == 0.0
     assert 2.0 < np.sqrt(covariance[0, 0]) < 20.0  # of a factor of three there are larger ones, not smaller ones
+
+
+def test_a_machine_tool_brings_what_is_usual_of_it() -> None:
+    """Beside the faults of a mill in both axes all errors at once took the sizes; it needed a file of priors."""
+    truth = (
+        {"kind": "scale_error", "axis": "x", "ppm": 1200.0},
+        {"kind": "scale_error", "axis": "y", "ppm": -500.0},
+        {"kind": "reversal_error", "axis": "x", "um": 80.0},
+        {"kind": "squareness", "plane": "xy", "urad": -400.0},
+    )
+    lines = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 1.0, 0.0), (1.0, -1.0, 0.0))
+    recording, mill = record(machine(truth, 3.0), lines, cycles=3, order="up-down"), machine((), 3.0)
+    mill = replace(mill, table=mill.table.model_copy(update={"kind": "machine tool"}))
+    found = diagnose(recording, gauge(), mill, separations=False)
+    assert {(one.kind, one.choices.get("axis") or one.choices.get("plane")) for one in found.findings} == {
+        (str(one["kind"]), one.get("axis") or one.get("plane")) for one in truth
+    }
+    sizes = {one.label: next(iter(one.parameters.values())) for one in found.findings}
+    for label, true in (("scale_error_x", 1200.0), ("scale_error_y", -500.0), ("squareness_xy", -400.0)):
+        u = sizes[label].u
+        assert u is not None
+        assert u < 40.0
+        assert abs(sizes[label].value - true) < 3.0 * u
 
 
 def test_without_leaves_it_out() -> None:
