@@ -95,7 +95,7 @@ def diagnose(
     """
     absent, table = {*without, *without_probe(recording.comments.get("sensor"))}, priors or shipped_priors()
     kind = stated_kind(kind, {KIND: machine.table.kind or ""}, table, machine.path)
-    table = table.of_kinds([kind] if kind else [])
+    table = table.adapt([kind] if kind else [])
     recorded = without_copies(make_residuals(recording, gauge, machine))
     return diagnose_with_search(recorded, absent, table, separations, progress)[0]
 

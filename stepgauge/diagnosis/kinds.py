@@ -43,7 +43,7 @@ def possible_kinds(kind: str | None, motion: str, priors: Priors) -> list[str]:
 def kind_probabilities(answer: Posterior, kinds: Sequence[str], priors: Priors) -> dict[str, float]:
     """Posterior probability of each kind, all as likely before; the most probable first.
 
-    ``answer``: of a search with ``priors.of_kinds(kinds)``.
+    ``answer``: of a search with ``priors.adapt(kinds)``.
     """
     laws = sorted({one.kind for one in answer.search.problem.candidates if one.named})
     factor = np.array([[priors.kinds[name].factor(law) for law in laws] for name in kinds])

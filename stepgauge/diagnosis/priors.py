@@ -172,7 +172,7 @@ class Priors(TomlTable):
     kinds: dict[str, MachineKind]
     maps: MapPriors
 
-    def of_kinds(self, names: Sequence[str]) -> Priors:
+    def adapt(self, names: Sequence[str]) -> Priors:
         """For a machine or an axis of one of these kinds, each as likely: odds are averages over them, sizes of one."""
         kinds = [self.kinds[name] for name in names]
         if not kinds:

@@ -140,7 +140,7 @@ def test_a_stated_kind_of_axis_brings_its_odds_and_an_unknown_one_is_refused() -
 def test_readings_tell_the_probability_of_each_kind_of_axis() -> None:
     """By Bayes' theorem over all sets of three causes, with any likelihood, under the prior that each kind gives."""
     priors, kinds, laws = shipped_priors(), ["rotary table", "telescope mount"], ["drive_cycle", "vibration", "roll"]
-    odds = np.array([[priors.of_kinds([k]).laws.of(law).odds * priors.laws.odds for law in laws] for k in kinds])
+    odds = np.array([[priors.adapt([k]).laws.of(law).odds * priors.laws.odds for law in laws] for k in kinds])
     sets = np.array(list(product((0, 1), repeat=3)))
     likelihood = np.exp(np.random.default_rng(2).normal(0.0, 3.0, len(sets)))
 
@@ -148,7 +148,7 @@ def test_readings_tell_the_probability_of_each_kind_of_axis() -> None:
         return likelihood * np.prod(np.where(sets, o, 1.0) / (1.0 + o), axis=1)
 
     by_kind = np.array([joint(o).sum() for o in odds])
-    mean = joint(np.array([priors.of_kinds(kinds).laws.of(law).odds * priors.laws.odds for law in laws]))
+    mean = joint(np.array([priors.adapt(kinds).laws.of(law).odds * priors.laws.odds for law in laws]))
     every = [SimpleNamespace(kind=law, named=True) for law in laws]
     held = [SimpleNamespace(candidates=[c for c, is_in in zip(every, one, strict=True) if is_in]) for one in sets]
     search = SimpleNamespace(problem=SimpleNamespace(candidates=every))
@@ -167,12 +167,12 @@ def test_of_an_axis_whose_kind_nobody_stated_its_readings_tell_it() -> None:
 def test_an_average_of_odds_over_kinds_is_that_of_each_cause() -> None:
     priors = shipped_priors()
     names = ["rotary table", "telescope mount", "encoder"]
-    averaged = priors.of_kinds(names)
+    averaged = priors.adapt(names)
     for law in ("drive_cycle", "periodic_scale_error", "temperature_cycle", "scale_error"):
-        each = [priors.of_kinds([name]).laws.of(law).odds for name in names]
+        each = [priors.adapt([name]).laws.of(law).odds for name in names]
         assert averaged.laws.of(law).odds == pytest.approx(np.mean(each))
-    assert priors.of_kinds([]) is priors
-    assert priors.of_kinds(["machine tool"]).laws.of("scale_error").usual > priors.laws.of("scale_error").usual
+    assert priors.adapt([]) is priors
+    assert priors.adapt(["machine tool"]).laws.of("scale_error").usual > priors.laws.of("scale_error").usual
 
 
 def test_a_condition_is_told_in_the_units_of_its_recording() -> None:

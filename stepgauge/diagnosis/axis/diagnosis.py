@@ -97,7 +97,7 @@ def diagnose_axis(
     absent = {*not_candidates(recording.sensor, recording.form, recording.units.axis == "rotary"), *without}
     if conditions.preventing:
         return AxisDiagnosis("insufficient", insufficient(data.residuals), data, conditions, (recording,))
-    found, searched = diagnose_with_search(data.residuals, absent, table.of_kinds(kinds))
+    found, searched = diagnose_with_search(data.residuals, absent, table.adapt(kinds))
     probability = {} if searched is None else kind_probabilities(searched.answer, kinds, table)
     return AxisDiagnosis(found.verdict, found, data, conditions, (recording,), kinds=probability)
 
