@@ -43,7 +43,7 @@ compensate(evaluation, *, to, axis=None, plane=None, template=None, tip_radius_m
     placement_number=None, file_type=0, joint=None, unconfirmed_sense=None)
 compensate_points(points, *, qualification, method="lobed", on_sphere=False)
 diagnose(recordings, gauge=None, machine=None, *, further_styli=(), probe=None, columns=None, each=False, jobs=1,
-    without=(), priors=None, progress=None)
+    without=(), priors=None, kind=None, progress=None)
 diagnose_fleet(store, *, without=(), priors=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
 evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff_origin="first", measured_at=None,
     machine_name=None, temperature_convention=None, correct_drift=False, mpe=None, machine=None)

@@ -11,6 +11,7 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,12 +26,16 @@ from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import GaugeDiagnosis, rms
 from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.errors import InputError
+from stepgauge.gauge.placement import make_placement
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.inference.problem import Law
 from stepgauge.investigation.hypotheses import Predicting, hypotheses
-from stepgauge.recording import APPROACH, POSITION, Recording
-from tests.diagnosis.made import gauge, machine, record
+from stepgauge.machine.virtual import RunConditions, run_program
+from stepgauge.motion.moves import ProbingSettings
+from stepgauge.planning.plan import PlanOptions, make_program
+from stepgauge.recording import APPROACH, POSITION, Recording, join_recordings
+from tests.diagnosis.made import gauge, machine
 from tests.diagnosis.test_further_laws import Axis, bent, measured, moved, told, turned
 
 LINES = (turned(3.0), turned(88.0), turned(44.0), turned(-46.0), turned(20.0, 35.0), turned(70.0, -35.0))
@@ -198,18 +203,27 @@ def test_a_geometry_is_the_sum_of_its_laws_and_as_uncertain_as_its_prior_where_n
 
 def test_a_machine_tool_brings_what_is_usual_of_it() -> None:
     """Beside the faults of a mill in both axes all errors at once took the sizes; it needed a file of priors."""
-    truth = (
+    truth: tuple[dict[str, Any], ...] = (
         {"kind": "scale_error", "axis": "x", "ppm": 1200.0},
         {"kind": "scale_error", "axis": "y", "ppm": -500.0},
         {"kind": "reversal_error", "axis": "x", "um": 80.0},
         {"kind": "squareness", "plane": "xy", "urad": -400.0},
     )
-    lines = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 1.0, 0.0), (1.0, -1.0, 0.0))
-    recording, mill = record(machine(truth, 3.0), lines, cycles=3, order="up-down"), machine((), 3.0)
+    places = np.array([0.0, 20.001, 120.004, 140.003])
+    bar = replace(gauge(), nominal_mm=places, position_mm=places, u_um=np.full(4, 1.5))
+    mill, runs = machine((), 3.0), []
+    for number, axis in enumerate(((1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, -1.0)), 1):
+        half = np.array([*axis, 0.0]) / np.hypot(*axis) * 60.0
+        placement = make_placement(np.array([350.0, 500.0, 250.0]) - half, np.array([350.0, 500.0, 250.0]) + half, 1, 2)
+        program = make_program(placement, bar, PlanOptions(1, 2, cycles=6, order="up-down"), ProbingSettings(5.0))
+        true = machine(({"kind": "effective_radius", "um": 40.0}, *truth), 3.0)
+        runs.append(run_program(program, true, bar, placement, number, RunConditions(20.0, number, 0.0)).recording)
+    recording = join_recordings(runs)
     mill = replace(mill, table=mill.table.model_copy(update={"kind": "machine tool"}))
-    found = diagnose(recording, gauge(), mill, separations=False)
+    found = diagnose(recording, bar, mill, separations=False)
     assert {(one.kind, one.choices.get("axis") or one.choices.get("plane")) for one in found.findings} == {
-        (str(one["kind"]), one.get("axis") or one.get("plane")) for one in truth
+        ("effective_radius", None),
+        *((str(one["kind"]), one.get("axis") or one.get("plane")) for one in truth),
     }
     sizes = {one.label: next(iter(one.parameters.values())) for one in found.findings}
     for label, true in (("scale_error_x", 1200.0), ("scale_error_y", -500.0), ("squareness_xy", -400.0)):
