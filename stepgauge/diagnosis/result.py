@@ -107,7 +107,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Located:
-    """Where residuals are systematic: covariate, side, form, in words, explained fraction, probability.
+    """Where residuals are systematic: covariate, side, form, in words, share of the structure, probability.
 
     ``phrases``: what the words are made of (:mod:`.wording.phrases`);
     ``beside``: a second covariate that the form depends on; ``numbers``: numbers of the form: a period, a lag;
@@ -118,7 +118,7 @@ class Located:
     side: str
     form: str
     where: str
-    explained_fraction: float
+    share: float
     probability: float
     beside: str = ""
     numbers: Any = None

@@ -75,7 +75,13 @@ class Straightness(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     recordings: ClassVar[tuple[str, ...]] = GAUGE
     prior: ClassVar[EffectPrior | None] = EffectPrior(
-        0.25, 1.5, "a straightedge shows 0.15 mm", basis="grade", most=150.0, unit="um over the travel"
+        0.25,
+        1.5,
+        "a straightedge shows 0.15 mm; guideways of one machine are of one grinding and age",
+        basis="grade",
+        most=150.0,
+        unit="um over the travel",
+        again=0.5,
     )
     words: ClassVar[Wording | None] = Wording(
         "straightness",

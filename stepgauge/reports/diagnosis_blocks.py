@@ -59,7 +59,7 @@ def check_blocks(said: Said) -> Iterator[Block]:
 def located_row(one: Said, *faces: str) -> list[str]:
     """A form of the residuals: covariate, the faces it is on where that is told, words, share and probability."""
     p = one.get("probability", one.get("probability_if_alone"))
-    return [one["covariate"], *faces, one["where"], percent(one["explained_fraction"]), probability(p)]
+    return [one["covariate"], *faces, one["where"], percent(one["share"]), probability(p)]
 
 
 def trail_blocks(said: Said) -> Iterator[Block]:

@@ -107,7 +107,7 @@ def test_the_json_keeps_the_contract(name: str) -> None:
             "side",
             "where",
             "phrases",
-            "explained_fraction",
+            "share",
             stated,
             "form",
         }

@@ -20,12 +20,15 @@ from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
 from stepgauge.diagnosis.wording.findings import meaning
 from stepgauge.effects import Probings, Setting, along_approach_um, make_effects
+from stepgauge.machine.file import read_machine
 from stepgauge.physics.directions import iso_10360_5_points
 from stepgauge.probes import read_probe
-from stepgauge.recording import APPROACH, POSITION, Recording
+from stepgauge.recording import APPROACH, POSITION, Recording, read_recording
 from tests.diagnosis.made import gauge, machine, record
 
+BESIDE = "shared/findings/inputs/diagnosis"
 STEPS = gauge()
+INPUTS = next((up / BESIDE for up in Path(__file__).parents if (up / BESIDE).is_dir()), None)
 Axis = tuple[float, float, float]
 
 
@@ -368,3 +371,29 @@ def test_a_tripod_is_written_as_a_probe_file_that_does_what_the_effect_does(tmp_
 
 def test_without_a_tripod_no_probe_file_is_written() -> None:
     assert probe_file(told(measured((turned(4.0),), 43))) == ({}, [])
+
+
+@pytest.mark.parametrize(("period_mm", "period_s"), [(110.0, 700.0), (60.0, 1500.0)])
+def test_a_wave_along_the_gauge_times_one_in_time_is_no_temperature_cycle(period_mm: float, period_s: float) -> None:
+    """It was told as oscillations in time, five of them where its period is longer than the record."""
+    recording = measured((turned(3.0), turned(88.0)), 5, cycles=6)
+    seen = make_residuals(recording, STEPS, machine())
+    wave = np.sin(2 * np.pi * seen.probings.certified_mm() / period_mm)
+    slow = np.sin(2 * np.pi * seen.probings.time_s / period_s)
+    found = told(moved(recording, seen.side * 2.3 * wave * slow))
+    assert found.verdict == "unknown"
+    assert [one.form for one in found.unexplained] == ["beat"]
+    assert not found.findings
+    along, in_time = found.unexplained[0].numbers
+    assert along == pytest.approx(period_mm, rel=0.05)
+    assert in_time == pytest.approx(period_s, rel=0.1)
+
+
+@pytest.mark.skipif(INPUTS is None, reason="the small inputs of the findings are not in the repository")
+def test_two_straightnesses_are_no_roll_without_a_rival() -> None:
+    """Guideways of one machine are of one grinding and age (``again``): as one roll they had a probability of 0.97."""
+    assert INPUTS is not None
+    recording = read_recording(INPUTS / "two-straightnesses.csv")
+    found = diagnose(recording, STEPS, read_machine(INPUTS / "two-straightnesses-machine.toml"), separations=False)
+    for one in found.findings:
+        assert one.kind == "straightness" or (one.own < 0.9 and "straightness + straightness" in one.confounded_with)

@@ -246,7 +246,7 @@ class TestFiles:
         assert set(said) >= keys | {"trail", "remarks", "inputs", "stepgauge", "probabilities", "checks"}
         fit = {f"{name}_um" for name in ("noise", "rms_before", "rms_after", "holdout_rms_before", "holdout_rms_after")}
         assert set(said["fit"]) >= fit | {"chi2_dof_after", "with_empirical"}
-        assert set(said["located"][0]) >= {"covariate", "side", "where", "explained_fraction", "form"}
+        assert set(said["located"][0]) >= {"covariate", "side", "where", "share", "form"}
         held = said["fit"]["with_empirical"]["pretravel_um"]["holdout_rms_after"]
         assert all(value < 1.1 * SIGMA_UM for value in held.values())
         assert all(len(said["inputs"][name]["sha256"]) == 64 for name in ("map", "probe"))

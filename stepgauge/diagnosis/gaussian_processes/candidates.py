@@ -159,7 +159,7 @@ def _every(data: Residuals, priors: Priors, known: int | None) -> Iterator[Rando
         yield rests(data, known)
     if position is not None and slow is not None:
         yield from changing(position, slow, priors)
-        yield beats(position, slow, priors)
+        yield beats(position, slow, data, priors)
     yield from volumes(axes, data, priors)
     if position is not None and goes_both_ways(data):
         yield direction_differences(position, data, priors)

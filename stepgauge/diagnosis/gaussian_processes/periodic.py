@@ -130,14 +130,29 @@ def nearest(signatures: Array, shapes: Sequence[object], data: Residuals, share:
     return Refined(columns[best], shapes[best])
 
 
-def beats(position: Covariate, slow: Covariate, priors: Priors) -> RandomFunctionFeatures:
-    """Periodic errors along the gauge whose size and place change periodically with time or order."""
-    of_x, of_y = np.arange(1.0, 6.1, 0.5), np.arange(1.0, 8.1, 0.5)
-    first, second = _oscillations(position, of_x), _oscillations(slow, of_y)
-    products = (first[:, None, :, None] * second[None, :, None]).reshape(-1, 4, len(position.values))
-    periods = tuple((position.span / f, slow.span / g) for f in of_x.tolist() for g in of_y.tolist())
+def beats(position: Covariate, slow: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeatures:
+    """Periodic errors along the gauge whose size and place change periodically with time or order, or once in it."""
+    of_x, of_y = np.arange(1.0, 6.1, 0.5), np.array([0.25, *np.arange(0.5, 8.1, 0.5)])
+    grid = [(f, g) for f in of_x.tolist() for g in of_y.tolist()]
+    finer = np.linspace(-1.0, 1.0, FINER)
+
+    def products(shapes: Sequence[tuple[float, float]]) -> Array:
+        first, second = (_oscillations(one, f) for one, f in zip((position, slow), np.array(shapes).T, strict=True))
+        return (first[:, :, None] * second[:, None]).reshape(len(shapes), 4, -1)
+
+    def refine(share: Array, atom: int, um: Array) -> Refined:
+        f, g = grid[atom]
+        near = [(f + 0.5 * a, g * 2.0**b) for a in finer for b in finer]
+        return nearest(products(near), [periods(*one) for one in near], data, share, um)
+
+    def periods(f: float, g: float) -> tuple[float, float]:
+        return position.span / f, slow.span / g
+
     both, share = ("approach", "gauge"), priors.forms.product
-    return RandomFunctionFeatures(slow.name, slow.unit, BEAT, products, periods, both, share, "position")
+    shapes = tuple(periods(*one) for one in grid)
+    return RandomFunctionFeatures(
+        slow.name, slow.unit, BEAT, products(grid), shapes, both, share, "position", refine=refine
+    )
 
 
 def _oscillations(one: Covariate, turns: Array) -> Array:

@@ -270,7 +270,7 @@ def _located(one: Located, left: bool, renamed: Callable[[str], str]) -> dict[st
         "side": one.side,
         "where": one.where,
         "phrases": list(one.phrases),
-        "explained_fraction": one.explained_fraction,
+        "share": one.share,
         "probability" if left else "probability_if_alone": one.probability,
         "form": one.form,
         **({"beside": one.beside} if one.beside else {}),
