@@ -574,3 +574,12 @@ def test_a_data_frame_goes_in_where_a_recording_does(measured: dict[str, Any]) -
     assert sg.evaluate(frame, GAUGE).r_eff_mm == measured["evaluation"].r_eff_mm
     with pytest.raises(sg.InputError, match="column 'face' is missing"):
         sg.evaluate(frame.drop(columns="face"), GAUGE)
+
+
+def test_help_shows_types_and_no_options_and_a_wrong_name_is_answered() -> None:
+    """What the command line makes of a parameter is nothing for ``help()``; ``sensr`` was meant to be ``sensor``."""
+    shown = str(inspect.signature(sg.plan))
+    assert "cycles: int = 5" in shown
+    assert "Annotated" not in shown
+    with pytest.raises(TypeError, match=r"import_recording\(\) .*'sensr'; did you mean 'sensor'\?"):
+        sg.import_recording("log.csv", sensr="laser interferometer")

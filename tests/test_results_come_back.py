@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -54,6 +55,10 @@ NOTHING = {
     *("fleet evaluate", "fleet budget", "fleet diagnose"),
 }
 """Verbs that write documents, a store or nothing: there is no result to read back."""
+
+
+VALUES = ("budget", "compensate", "history", "probe qualify", "probe bench")
+"""Results that are values; the others hold the functions that write their reports."""
 
 
 def test_of_every_verb_it_is_known_how_its_result_comes_back() -> None:
@@ -126,6 +131,27 @@ def test_a_result_says_draws_and_tabulates_itself(words: str, results: dict[str,
     assert len(repr(found)) < 1200
     drawn = found.plot()
     assert drawn.axes if words.startswith("test") else drawn.has_data()
+
+
+def test_a_diagnosis_is_read_back_as_any_result(tmp_path: Path) -> None:
+    """Of whatever format number it is."""
+    axis = pd.DataFrame({"target_mm": [0.0, 10.0, 25.0, 37.0] * 3, "deviation_um": [0.1, 0.2, 0.0, 0.3] * 3})
+    found = sg.diagnose(sg.import_recording(axis.assign(direction="+"), sensor="laser"))
+    found.write(tmp_path)
+    assert sg.read_result(tmp_path).summary() == found.summary()
+
+
+def test_equal_results_are_equal(results: dict[str, Any]) -> None:
+    """``==`` of objects that hold arrays is one truth, as of everything else in Python."""
+    gauge, machine = sg.read_gauge(GAUGE), sg.read_machine(MACHINE)
+    placement = sg.locate(POINTS, gauge, machine=machine)
+    plan = sg.plan(placement, gauge, machine)
+    run = sg.simulate(plan, machine, gauge, placement, seed=1)
+    evaluation = sg.evaluate(run, gauge)
+    for one in (gauge, machine, placement, plan, run, evaluation, *(results[words] for words in VALUES)):
+        assert one == pickle.loads(pickle.dumps(one)), type(one).__name__
+        assert one != 3.0
+    assert evaluation != sg.evaluate(sg.simulate(plan, machine, gauge, placement, seed=2), gauge)
 
 
 def test_a_result_that_was_changed_is_refused(results: dict[str, Any], tmp_path: Path) -> None:

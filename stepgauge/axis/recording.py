@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.axis.units import AxisUnits
 from stepgauge.errors import InputError, reader
-from stepgauge.files.arrays import Array, same_content
+from stepgauge.files.arrays import Array
 from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.text import read_text, write_text
 from stepgauge.files.units import column_name
@@ -59,7 +59,6 @@ class AxisRecording(Plotted):
     """
 
     drawn_by: ClassVar[str] = "axis.draw_recording"
-    __eq__ = same_content
     frame: pd.DataFrame
     form: str
     units: AxisUnits

@@ -21,7 +21,23 @@ MOST_LINES, LONGEST_SHOWN = 6, 160
 
 
 class Summarized:
-    """What says itself in lines and in a table: how stands in :meth:`summary` and :meth:`to_frame` of each."""
+    """What says itself in lines and in a table: how stands in :meth:`summary` and :meth:`to_frame` of each.
+
+    Two of a kind are equal (``==``) if they hold the same numbers and words, NaN beside NaN.
+    """
+
+    def __init_subclass__(cls, **words: Any) -> None:
+        """The own ``==`` before that of a dataclass, which would compare arrays as one truth."""
+        super().__init_subclass__(**words)
+        if cls.__eq__ is Summarized.__eq__:
+            cls.__eq__ = Summarized.__eq__  # type: ignore[method-assign]
+
+    def __eq__(self, other: object) -> bool:
+        from stepgauge.files.arrays import same_content
+
+        return same_content(self, other)
+
+    __hash__ = object.__hash__
 
     def summary(self) -> str:
         """The lines that the command line prints."""

@@ -7,6 +7,7 @@ it back with the same lines and the same table.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,7 +78,8 @@ def stored_kind(path: str | Path) -> tuple[str, Path]:
 def _kind(path: Path) -> str:
     data = read_json(path)
     stated = str(data.get("format", "")) if isinstance(data, dict) else ""
-    return stated.removeprefix("stepgauge ").removesuffix(" 1") if stated.startswith("stepgauge ") else ""
+    kind = re.fullmatch(r"stepgauge (.+) \d+", stated)
+    return kind[1] if kind else ""
 
 
 def read_stored(path: str | Path) -> StoredResult:

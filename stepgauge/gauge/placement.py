@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field
 
 from stepgauge.errors import InputError
-from stepgauge.files.arrays import Array, same_content
+from stepgauge.files.arrays import Array
 from stepgauge.files.config import TomlTable, Vector3, check_table, parse_toml
 from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.text import read_text, write_sealed
@@ -54,7 +54,6 @@ class Placement(Plotted):
     """
 
     drawn_by: ClassVar[str] = "placement.draw_axis"
-    __eq__ = same_content
     c1_mm: Array
     c2_mm: Array
     axis: Array

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.files.arrays import Array, same_content
+from stepgauge.files.arrays import Array
 from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.parquet import is_parquet, write_parquet
 from stepgauge.files.text import replacing
@@ -63,7 +63,6 @@ class Recording(Plotted):
     """
 
     drawn_by: ClassVar[str] = "recording.draw_recording"
-    __eq__ = same_content
     frame: TableField = TableField()
     comments: Mapping[str, str] = field(default_factory=dict)
     path: str = ""

@@ -6,6 +6,7 @@ page and the tables of the documentation.
 
 from __future__ import annotations
 
+import difflib
 import inspect
 import re
 import textwrap
@@ -175,24 +176,57 @@ def verb(
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
         """The function, with its checks."""
         known = Verb(function, writer, leaves, says, in_project, shows, partly)
-        signature: list[inspect.Signature] = []
+        signature = inspect.signature(function)
 
         @wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> T:
             """The checks, then the work."""
-            if not signature:
-                signature.append(inspect.signature(function))
-            bound = signature[0].bind(*args, **kwargs)
-            for one in signature[0].parameters.values():
+            try:
+                bound = signature.bind(*args, **kwargs)
+            except TypeError as error:
+                raise TypeError(_unbound(function.__name__, error, [*signature.parameters], kwargs)) from None
+            for one in signature.parameters.values():
                 if one.kind is inspect.Parameter.VAR_KEYWORD:
                     bound.arguments[one.name] = known.taken(bound.arguments.get(one.name, {}))
             bound.arguments.update(known.taken(bound.arguments))
             return function(*bound.args, **bound.kwargs)
 
         call.verb = known  # type: ignore[attr-defined]
+        call.__signature__ = _read(signature)  # type: ignore[attr-defined]
         return call
 
     return decorate
+
+
+@dataclass(frozen=True)
+class _Plain:
+    """A type as ``help()`` shows it."""
+
+    text: str
+
+    def __repr__(self) -> str:
+        return self.text
+
+
+def _read(signature: inspect.Signature) -> inspect.Signature:
+    """The signature for a person: types without what the command line makes of them."""
+    known = [one.replace(annotation=_plain(one.annotation)) for one in signature.parameters.values()]
+    return signature.replace(parameters=known, return_annotation=_plain(signature.return_annotation))
+
+
+def _plain(annotation: Any) -> Any:
+    if annotation is inspect.Parameter.empty:
+        return annotation
+    kind = getattr(annotation, "__origin__", annotation) if hasattr(annotation, "__metadata__") else annotation
+    text = inspect.formatannotation(kind)
+    return _Plain(re.sub(r"ForwardRef\('([^']*)'\)|'([^']*)'|\b(?:[a-z_]\w*\.)+(?=[A-Z])", r"\1\2", text))
+
+
+def _unbound(name: str, error: TypeError, known: list[str], given: Mapping[str, Any]) -> str:
+    """What Python says of a call that does not fit, with the function's name, and a name that was probably meant."""
+    unknown = [one for one in given if one not in known]
+    near = difflib.get_close_matches(unknown[0], known, 1) if unknown else []
+    return f"{name}() {error}{f'; did you mean {near[0]!r}?' if near else ''}"
 
 
 def verb_of(function: Callable[..., Any]) -> Verb:
