@@ -583,3 +583,34 @@ def test_help_shows_types_and_no_options_and_a_wrong_name_is_answered() -> None:
     assert "Annotated" not in shown
     with pytest.raises(TypeError, match=r"import_recording\(\) .*'sensr'; did you mean 'sensor'\?"):
         sg.import_recording("log.csv", sensr="laser interferometer")
+
+
+def test_a_table_goes_in_where_its_file_does() -> None:
+    """Points of a sphere, displacements, a map: a DataFrame or a result gives the same numbers."""
+    sphere = sg.probe_sphere("omp40-2-50mm", seed=3)
+    size = {"sphere_diameter_mm": 25.0}
+    qualified = [sg.qualify_probe(one, tip_diameter_mm=6.0, **size) for one in (sphere, sphere.to_frame())]
+    assert qualified[0] == qualified[1]
+    tested = [sg.iso10360_5(one, tip_diameters_mm=6.0, **size) for one in (sphere, [sphere.to_frame()])]
+    assert tested[0].summary() == tested[1].summary()
+    assert "imulated" in str(tested[0].test)
+    minutes = np.arange(0.0, 150.0)
+    table = pd.DataFrame({"time_s": 60.0 * minutes, "x1_um": np.sin(minutes / 40.0), "room_C": 20.0 + minutes / 300.0})
+    assert sg.iso230_3(table, test="etve").summary() == sg.iso230_3(table.set_index("time_s"), test="etve").summary()
+    with pytest.raises(
+        sg.InputError, match=r"DataFrame: a column is neither displacement nor temperature; found x1_foo"
+    ):
+        sg.iso230_3(table.rename(columns={"x1_um": "x1_foo"}), test="etve")
+    probe_map = sg.probe_map("omp40-2-50mm")
+    assert sg.diagnose(probe_map.to_frame(), probe="omp40-2-50mm").verdict == "adequate"
+
+
+def test_a_recording_as_a_table_is_the_same_recording(measured: dict[str, Any]) -> None:
+    """Its comments go with it: the gauge that it was measured on, whether it was simulated, a convention."""
+    frame = measured["recording"].to_frame()
+    assert (
+        sg.evaluate(frame, measured["gauge"]).summary()
+        == sg.evaluate(measured["recording"], measured["gauge"]).summary()
+    )
+    with pytest.raises(sg.InputError, match="serial"):
+        sg.evaluate(frame, "step-gauge-1020")

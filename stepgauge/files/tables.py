@@ -14,13 +14,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from stepgauge.errors import InputError, reading
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
-from stepgauge.files.text import read_text, write_text
+from stepgauge.files.text import GivenTable, is_there, read_bytes, read_text, write_text
 
 LOOKED_AT = 65_536
 """Bytes by which a table is known to be one of ours."""
@@ -86,6 +87,20 @@ class CsvTable:
         return values
 
 
+def given_table(given: Any) -> Any:
+    """A DataFrame, or a result that is a table (``is_table``), as its CSV file would be read; anything else as it is.
+
+    ``attrs`` of a DataFrame are the comments of the file, and an index with a name is a column.
+    """
+    found = given.to_frame() if getattr(given, "is_table", False) else given
+    if not (hasattr(found, "iloc") and hasattr(found, "columns")):
+        return given
+    named = any(name is not None for name in found.index.names)
+    comments = "".join(f"# {key}: {value}\n" for key, value in found.attrs.items())
+    text = comments + (found.reset_index() if named else found).to_csv(index=False)
+    return GivenTable(type(given).__name__, text.encode())
+
+
 def read_rows(
     path: str | Path, required: Sequence[str], others: bool = True, plain: Mapping[str, str] = MappingProxyType({})
 ) -> Rows:
@@ -101,7 +116,7 @@ def read_rows(
         return _read_own(path, required, others)
     except InputError as error:
         stated = plain and "is missing" in error.what  # perhaps under a name with its unit
-        if not (required and Path(path).is_file() and (stated or is_foreign(path, required))):
+        if not (required and is_there(path) and (stated or is_foreign(path, required))):
             raise
         from stepgauge.importing.tables.fixed_columns import foreign_rows  # which reads tables of any make
 
@@ -114,8 +129,7 @@ def read_rows(
 
 def is_foreign(path: str | Path, required: Sequence[str]) -> str:
     """In what a table is none of ours: its ``encoding``, its ``delimiter``, its ``names`` (none is one of ours)."""
-    with reading(path), Path(path).open("rb") as file:
-        data = file.read(LOOKED_AT)
+    data = read_bytes(path)[:LOOKED_AT]
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -148,7 +162,9 @@ def _read_own(path: str | Path, required: Sequence[str], others: bool) -> Rows:
             )
     if not body:
         raise InputError(path, "the table has a header but no rows")
-    return Rows(str(path), header, [cells for _, cells in body], [n for n, _ in body])
+    return Rows(
+        path if isinstance(path, str) else str(path), header, [cells for _, cells in body], [n for n, _ in body]
+    )
 
 
 def read_numbers(path: str | Path, columns: Sequence[str], plain: Mapping[str, str] = MappingProxyType({})) -> CsvTable:

@@ -14,9 +14,11 @@ from stepgauge.files.checksum import add_checksum, check_text, file_digest, is_w
 from stepgauge.files.outputs import inputs, is_source, one_set, place_of, replacing, shown_of_result, was_read
 
 __all__ = [
+    "GivenTable",
     "check_folder",
     "check_output",
     "decode_text",
+    "is_there",
     "one_set",
     "parse_json",
     "read_bytes",
@@ -46,11 +48,31 @@ _NO_TEXT = (
 )
 
 
+class GivenTable(str):
+    """A table that Python gave where the command line has a file: the name it has in messages, and ``data``, what the
+    file would hold."""
+
+    data: bytes
+
+    def __new__(cls, name: str, data: bytes) -> GivenTable:
+        """The table of that name."""
+        made = super().__new__(cls, name)
+        made.data = data
+        return made
+
+
+def is_there(path: str | Path) -> bool:
+    """Whether there is something to read: a file, or what Python gave in place of one."""
+    return isinstance(path, GivenTable) or Path(path).is_file()
+
+
 def read_bytes(path: str | Path, largest: int = LARGEST_BYTES) -> bytes:
     """The content of a file; :class:`InputError` where there is none, for devices, and above ``largest`` bytes.
 
     A verb may read what it has just written.
     """
+    if isinstance(path, GivenTable):
+        return path.data
     with reading(path), place_of(path).open("rb") as file:
         kind = os.fstat(file.fileno())
         if not (stat.S_ISREG(kind.st_mode) or stat.S_ISFIFO(kind.st_mode)):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 class SpherePoints(Plotted):
     """Tip centres in mm and approaches, ``rows`` of shape ``(n, 6)``, of a probe on a sphere at the origin."""
 
+    is_table: ClassVar[bool] = True
     rows: Array
     probe: str
     seed: int
@@ -49,15 +50,19 @@ class SpherePoints(Plotted):
         return f"{len(self.rows)} points on a sphere, simulated: {self.probe}"
 
     def to_frame(self) -> pd.DataFrame:
-        """One row per point."""
+        """One row per point; ``attrs`` has the comments of the file."""
         import pandas as pd
 
-        return pd.DataFrame(self.rows, columns=[*POSITION, *APPROACH])
+        found = pd.DataFrame(self.rows, columns=[*POSITION, *APPROACH])
+        found.attrs.update(self._comments())
+        return found
+
+    def _comments(self) -> dict[str, Any]:
+        return {"probe": self.probe, "seed": self.seed, "measured_at": moment_now(), **SIMULATED_COMMENT}
 
     def write(self, path: str | Path) -> None:
         """Write the table (CSV)."""
-        about = {"probe": self.probe, "seed": self.seed, "measured_at": moment_now(), **SIMULATED_COMMENT}
-        head = "".join(f"# {key}: {value}\n" for key, value in about.items())
+        head = "".join(f"# {key}: {value}\n" for key, value in self._comments().items())
         write_text(path, head + csv_text([*POSITION, *APPROACH], (self.rows.round(7) + 0.0).tolist()))
 
 

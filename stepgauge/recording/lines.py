@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from stepgauge.errors import InputError
+from stepgauge.files.text import any_text, is_there, read_bytes
 
 LONGEST_HEADER = 10_000_000
 """Characters of a header, or of the comments above it."""
@@ -22,6 +23,11 @@ def comment_lines(lines: Iterable[str]) -> dict[str, str]:
             before = [comments[key.strip()]] if key.strip() in comments else []
             comments[key.strip()] = "\n".join([*before, value.strip()])
     return comments
+
+
+def table_comments(path: str | Path) -> dict[str, str]:
+    """The comments of a table in any encoding, wherever they stand; none where there is no such file."""
+    return comment_lines(any_text(read_bytes(path), path)[0].splitlines()) if is_there(path) else {}
 
 
 def is_beside(line: str) -> bool:

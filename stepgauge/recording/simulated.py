@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from stepgauge.errors import InputError
-from stepgauge.files.text import any_text, read_bytes
-from stepgauge.recording.lines import comment_lines, read_comments
+from stepgauge.recording.lines import table_comments
 
 SIMULATED = "simulated"
 """The comment of a recording, and the key of a point in a journal."""
@@ -18,12 +16,7 @@ SIMULATED_WARNING = "Simulated recording: no machine was measured."
 
 def table_is_simulated(path: str | Path) -> bool:
     """Whether a table (CSV) says so of itself; what was never in a file, or is there no longer, says nothing."""
-    if not Path(path).is_file():
-        return False
-    try:
-        return is_simulated(read_comments(path)[0])
-    except (InputError, UnicodeDecodeError):  # saved by another program
-        return is_simulated(comment_lines(any_text(read_bytes(path), path)[0].splitlines()))
+    return is_simulated(table_comments(path))
 
 
 def content_comments(comments: Mapping[str, str]) -> dict[str, str]:

@@ -77,8 +77,13 @@ class Recording(Plotted):
         return join_lines(first, *(f"{key}: {value}" for key, value in self.comments.items()))
 
     def to_frame(self) -> pd.DataFrame:
-        """One row per probing, a copy of ``frame``: coordinates in mm, time in s, temperatures in deg C."""
-        return self.frame.copy()
+        """One row per probing, a copy of ``frame``: coordinates in mm, time in s, temperatures in deg C.
+
+        ``attrs`` has the comments, so that it is the same recording wherever a DataFrame is taken for one.
+        """
+        found = self.frame.copy()
+        found.attrs.update(self.comments)
+        return found
 
     def write(self, path: str | Path) -> None:
         """Write the recording, CSV or (by the extension) Parquet, coordinates to 1e-7 mm."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -24,6 +25,7 @@ from stepgauge.files.tables import Rows, read_rows
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import Recording
 from stepgauge.recording.identity import check_recording
+from stepgauge.recording.lines import table_comments
 from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
 from stepgauge.standards.lengths import face_table, nearest_axis
 
@@ -146,7 +148,7 @@ def _channel(name: str, since_s: Array, um: Array) -> Channel:
     return Channel(name, float(np.ptp(um)), first, float(um[-1]) - beginning(um), last)
 
 
-def read_drift(path: str) -> Drift:
+def read_drift(path: str | Path) -> Drift:
     """A table with ``time_s``, displacements ``NAME_um`` and temperatures ``NAME_C``.
 
     :class:`InputError` where there is no displacement, a cell is no number, or a column is something else: it may be
@@ -162,19 +164,13 @@ def read_drift(path: str) -> Drift:
         found = ",".join(rows.header)
         raise InputError(path, "no displacement", found=found, expected="columns like x_um beside time_s")
     time_s = rows.numbers(["time_s"])[:, 0]
-    return Drift(path, time_s, um, degrees, _comments(path), conditions=channel_conditions(um, degrees))
+    return Drift(str(path), time_s, um, degrees, table_comments(path), conditions=channel_conditions(um, degrees))
 
 
 def _ending(rows: Rows, end: str) -> dict[str, Array]:
     names = [name for name in rows.header if name.endswith(end)]
     values = rows.numbers(names) if names else np.empty((len(rows.cells), 0))
     return {name.removesuffix(end): values[:, i] for i, name in enumerate(names)}
-
-
-def _comments(path: str) -> dict[str, str]:
-    from stepgauge.standards.iso10360_5 import read_comments
-
-    return read_comments(path)
 
 
 def drift_of_recording(recording: Recording, gauge: Gauge) -> Drift:

@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,9 +20,9 @@ from stepgauge.conditions import NOTHING, Conditions, gate
 from stepgauge.conditions.sphere import sphere_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
-from stepgauge.files.text import any_text, read_bytes
 from stepgauge.physics.sphere import SphereFit, fit_sphere
 from stepgauge.probes.files import ProbedPoints
+from stepgauge.recording.lines import table_comments
 from stepgauge.standards.decision import Outcome, decide, together
 
 STANDARD = "ISO 10360-5:2020"
@@ -193,20 +192,10 @@ def probing_test(
     _check_different(points)
     styli = tuple(_stylus(one, sphere, tip) for one, tip in zip(points, diameters, strict=True))
     together_mm = np.vstack([one.surface_mm for one in styli])
-    comments = {key: value for one in points for key, value in read_comments(one.rows.path).items()}
+    comments = {key: value for one in points for key, value in table_comments(one.rows.path).items()}
     found = [sphere_conditions(one.position_mm, one.rows.path) for one in points]
     conditions = sum(found, Conditions())
     return ProbingTest(sphere, limits or ProbingLimits(), styli, fit_sphere(together_mm), comments, conditions)
-
-
-def read_comments(path: str) -> dict[str, str]:
-    """``# key: value`` lines of a table; none where there is no such file."""
-    if not Path(path).is_file():
-        return {}
-    lines = (
-        line[1:].partition(":") for line in any_text(read_bytes(path), path)[0].splitlines() if line.startswith("#")
-    )
-    return {key.strip(): value.strip() for key, mark, value in lines if mark}
 
 
 def _check_different(points: Sequence[ProbedPoints]) -> None:

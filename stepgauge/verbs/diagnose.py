@@ -171,12 +171,13 @@ def _map(given: list[Any], probe: File, columns: "Mapping[str, str] | None", tab
     from stepgauge.diagnosis.maps.data import data_of_map, read_map_data
     from stepgauge.diagnosis.probe_map import judged_map
     from stepgauge.errors import InputError, naming
+    from stepgauge.files.tables import given_table
     from stepgauge.probes.directions_map import DirectionMap
     from stepgauge.verbs.inputs import require_kind
 
     if len(given) != 1:
         raise InputError(naming("probe"), "takes one map at a time", found=len(given))
-    (one,) = given
+    one = given_table(given[0])
     data = read_map_data(one, columns) if isinstance(one, File) else data_of_map(require_kind(one, DirectionMap, "map"))
     return judged_map(data, probe, table)
 

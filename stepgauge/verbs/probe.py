@@ -10,12 +10,19 @@ from stepgauge.verbs.kinds import Count, Flag, Number, OneOf, Reads, Text, Vecto
 from stepgauge.verbs.shared import FIGURES, CoverageFactor, File, OutputFile, Plot, TipDiameter
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from stepgauge.probes.angles import Angles
     from stepgauge.probes.directions_map import DirectionMap
     from stepgauge.probes.results import BenchResult, Compensated, Qualified, SpherePoints
 
 ProbeFile = Annotated[File, Reads("PROBE.toml", room="probes"), ARGUMENT, "probe file, or the name of a shipped one"]
-Points = Annotated[File, Reads("POINTS.csv"), ARGUMENT, "recorded tip centres and unit vectors of travel"]
+Points = Annotated[
+    "File | pd.DataFrame | SpherePoints",
+    Reads("POINTS.csv"),
+    ARGUMENT,
+    "recorded tip centres and unit vectors of travel",
+]
 Direction = Annotated[
     "Sequence[float] | None",
     Vector(count=3),
@@ -220,6 +227,7 @@ def qualify_probe(
     stepgauge probe qualify sphere.csv --sphere-diameter 24.9981 --tip-diameter 4 -o qualification.json
     stepgauge probe compensate part.csv -q qualification.json -o part-compensated.csv
     """
+    from stepgauge.files.tables import given_table
     from stepgauge.probes.files import read_points
     from stepgauge.probes.qualification import Reference, qualify
     from stepgauge.probes.results import Qualified
@@ -227,7 +235,7 @@ def qualify_probe(
     model, fit = _lobe_model(transducer, lobe_azimuth, slip)
     axis: Any = tuple(float(part) for part in stylus_axis)
     uncertain = (u_sphere_diameter_um, u_tip_diameter_um)
-    probed = read_points(points)
+    probed = read_points(given_table(points))
     reference = Reference(sphere_diameter_mm, tip_diameter_mm, *uncertain, noise_um, axis)
     return Qualified(qualify(probed, reference, model, fit), probed.approach)
 
@@ -291,11 +299,13 @@ def compensate_points(
     --------
     stepgauge probe compensate part.csv -q qualification.json -o part-compensated.csv
     """
+    from stepgauge.files.tables import given_table
     from stepgauge.probes.files import read_points
     from stepgauge.probes.qualification import read_qualification
     from stepgauge.probes.results import compensated
 
-    return compensated(read_points(points), read_qualification(qualification), method, qualification, on_sphere)  # type: ignore[arg-type]
+    probed, known = read_points(given_table(points)), read_qualification(qualification)
+    return compensated(probed, known, method, qualification, on_sphere)  # type: ignore[arg-type]
 
 
 def write_bench(bench: "BenchResult", output: OutputFile, *, plot: Plot = None) -> list[Path]:
@@ -314,7 +324,7 @@ def write_bench(bench: "BenchResult", output: OutputFile, *, plot: Plot = None) 
 
 @verb(write_bench, shows=True)
 def probe_bench(
-    series: Annotated[File, Reads("SERIES.csv"), ARGUMENT],
+    series: Annotated["File | pd.DataFrame", Reads("SERIES.csv"), ARGUMENT],
     *,
     contact_from: Annotated[str, OneOf("signal", "tip")] = "signal",
     coverage_factor: CoverageFactor = 2.0,
@@ -343,8 +353,9 @@ def probe_bench(
     --------
     stepgauge probe bench pushes.csv -o bench.csv --plot bench.png
     """
+    from stepgauge.files.tables import given_table
     from stepgauge.probes.bench import evaluate_bench
     from stepgauge.probes.files import read_bench
     from stepgauge.probes.results import BenchResult
 
-    return BenchResult(evaluate_bench(read_bench(series), contact_from), coverage_factor)  # type: ignore[arg-type]
+    return BenchResult(evaluate_bench(read_bench(given_table(series)), contact_from), coverage_factor)  # type: ignore[arg-type]

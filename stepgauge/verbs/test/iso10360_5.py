@@ -10,7 +10,12 @@ from stepgauge.verbs.shared import CoverageFactor, File, MachineName
 from stepgauge.verbs.statements import write_test
 
 if TYPE_CHECKING:
+    import pandas as pd
+
+    from stepgauge.probes.results import SpherePoints
     from stepgauge.reports.outcome import StandardTest
+
+    One = File | pd.DataFrame | SpherePoints
 
 Limit = Annotated[float | None, Number("um", above=0.0)]
 Known = Annotated[float | None, Number("um", 0.0)]
@@ -18,7 +23,7 @@ Known = Annotated[float | None, Number("um", 0.0)]
 
 @verb(write_test)
 def iso10360_5(
-    points: Annotated["File | Iterable[File]", Repeated(Reads("POINTS.csv"), "points"), ARGUMENT],
+    points: Annotated["One | Iterable[One]", Repeated(Reads("POINTS.csv"), "points"), ARGUMENT],
     *,
     sphere_diameter_mm: Annotated[float, Number("mm", above=0.0)],
     tip_diameters_mm: Annotated["float | Iterable[float]", Repeated(Number("mm", above=0.0), "tip-diameter")],
@@ -65,6 +70,7 @@ def iso10360_5(
     stepgauge test iso10360-5 sphere.csv --sphere-diameter 25 --tip-diameter 5.991 --mpe-form 12 --mpe-size 10 \\
         --sphere-form 0.1 --u-sphere-form 0.03 --u-sphere-diameter 0.1 -o probing
     """
+    from stepgauge.files.tables import given_table
     from stepgauge.probes.files import read_points
     from stepgauge.reports.iso10360_5 import probing_outcome
     from stepgauge.standards.iso10360_5 import ProbingLimits, TestSphere, probing_test
@@ -74,5 +80,5 @@ def iso10360_5(
     limits = ProbingLimits(named, coverage_factor)
     stated = (u_sphere_diameter_um, sphere_form_um, u_sphere_form_um, another_sphere or None)
     sphere = TestSphere(sphere_diameter_mm, *stated)
-    probed = [read_points(path) for path in several(points)]
+    probed = [read_points(given_table(one)) for one in several(points)]
     return probing_outcome(probing_test(probed, sphere, several(tip_diameters_mm), limits), machine_name)

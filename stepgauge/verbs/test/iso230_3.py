@@ -11,6 +11,8 @@ from stepgauge.verbs.statements import write_test
 from stepgauge.verbs.test.iso230 import EXPANDED, TOLERANCES
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from stepgauge.machine.virtual import Run
     from stepgauge.recording import Recording
     from stepgauge.reports.outcome import StandardTest
@@ -23,7 +25,7 @@ def leave(values: dict[str, object], typed: set[str]) -> tuple[str, ...]:
 
 @verb(write_test, leaves=leave)
 def iso230_3(
-    source: Annotated["File | Recording | Run", Reads("TABLE|RECORDING"), ARGUMENT],
+    source: Annotated["File | pd.DataFrame | Recording | Run", Reads("TABLE|RECORDING"), ARGUMENT],
     gauge: GaugeIfNeeded = None,
     *,
     test: Annotated[str, OneOf("etve", "axis")],
@@ -58,6 +60,7 @@ def iso230_3(
     stepgauge test iso230-3 warm-up.csv --test axis -g step-gauge-600 -o warm-up
     """
     from stepgauge.errors import InputError, naming
+    from stepgauge.files.tables import given_table
     from stepgauge.reports.drift import drift_outcome
     from stepgauge.standards.drift import drift_of_recording, drift_test, read_drift
     from stepgauge.standards.iso230_decision import Requirement
@@ -65,10 +68,11 @@ def iso230_3(
 
     if gauge is not None and test == "etve":
         raise InputError(naming("gauge"), naming("test", words="goes with {} axis: an ETVE test moves nothing"))
+    source = source if gauge is not None else given_table(source)
     if gauge is None and not isinstance(source, File):
         raise InputError(naming("gauge"), "a recording of a step gauge needs it")
     if gauge is None and isinstance(source, File):
-        drift = read_drift(str(source))
+        drift = read_drift(source)
     else:
         drift = drift_of_recording(joined_recordings([source]), resolve_gauge(gauge))  # type: ignore[arg-type]
     names = list(drift.displacement_um)
