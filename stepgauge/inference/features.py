@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.parallel import each
 from stepgauge.inference.problem import GaussianProcess, slices
 from stepgauge.inference.proposal import HypothesisResidual, Proposal
 
@@ -49,7 +48,7 @@ class Features:
     def __init__(self, kernels: Kernels, metric: Metric) -> None:
         self.smooth = kernels.smooth
         mapped = metric(kernels.features) if len(kernels.features) else np.zeros((0, 0))
-        turned = each(lambda own: _turned(mapped[own]), kernels.slices)
+        turned = [_turned(mapped[own]) for own in kernels.slices]
         self.value = np.concatenate([value for value, _ in turned]) if turned else np.zeros(0)
         self.white = np.concatenate([white for _, white in turned]) if turned else np.zeros((0, 0))
         self.slices = slices([len(value) for value, _ in turned])
@@ -61,7 +60,7 @@ class Features:
             return
         sizes, weight = self.smooth[0].sizes.sd, self.smooth[0].sizes.log_weight
         variance = sizes[:, None] ** 2 / beside.noise
-        dot, lost = self.white @ beside.left, self._lost(beside)
+        dot, lost = self.white @ beside.left, self.white @ beside.lost
         shrunk = variance / (1.0 + variance * self.value)
         price = 0.5 * np.add.reduceat(np.log1p(variance * self.value), self.first, axis=1)
         gain = np.add.reduceat(shrunk * dot**2, self.first, axis=1)
@@ -72,14 +71,6 @@ class Features:
                 more, dearer = _term_corrections(shrunk[:, own], dot[own], lost[own])
                 evidence[:, kernel] = beside.student(gain[:, kernel] + more) - price[:, kernel] - dearer
         yield from self._summed(evidence.T + weight, sizes)
-
-    def _lost(self, beside: HypothesisResidual) -> Array:
-        """Products ``(m, q)`` of the features with the loss."""
-        if beside.turn is None:
-            return self.white @ beside.lost
-        for span in beside.spans:
-            span.features = self.white @ span.rows.T if span.features is None else span.features
-        return np.hstack([span.features for span in beside.spans if span.features is not None]) @ beside.turn
 
     def _summed(self, evidence: Array, sizes: Array) -> Iterator[Proposal]:
         first = 0

@@ -12,8 +12,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.inference.chunks import chunks
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.parallel import chunks
 from stepgauge.inference.problem import Law
 
 Array = NDArray[np.float64]

@@ -77,38 +77,18 @@ def limit_per_kind(proposals: Iterable[Proposal], most: int = 2) -> Iterator[Pro
             yield proposal
 
 
-class TermSpan:
-    """The mapped columns of a term as ``mix (d, k)`` of orthonormal rows ``(k, n)``, with products computed once.
-
-    Most hypotheses that are looked at have all terms but one in common. ``dots``: products of the rows with patterns,
-    by their place; ``features``: with the features of random functions.
-    """
-
-    def __init__(self, white: Array, sd: float) -> None:
-        value, vector = np.linalg.eigh(white @ white.T)
-        keep = value * sd**2 > UNLOST * UNSEEN
-        keep[-1] = True
-        self.mix = vector[:, keep] * np.sqrt(value[keep])
-        self.rows = (vector[:, keep] / np.sqrt(value[keep])).T @ white
-        self.dots: dict[int, NDArray[np.float32]] = {}
-        self.features: Array | None = None
-
-
 @dataclass(frozen=True)
 class HypothesisResidual:
-    """Residual of a hypothesis: mapped, with the columns of its terms as a low-rank loss, and their products.
+    """Residual ``left (n,)`` of a hypothesis, mapped, and what its terms take of further columns.
 
-    ``spans``: those of the terms, of which the loss is a mixture ``turn``; None where products are computed anew:
-    rounding would show in the mixture, or it would take longer. ``taken``: the mixture of them that the residual lacks.
+    ``lost (n, q)``: the sum of squares of mapped columns ``x`` is less by that of ``x @ lost``; ``total``: sum of
+    squares that is left.
     """
 
     left: Array
     lost: Array
     total: float
     dof: float
-    spans: tuple[TermSpan, ...] = ()
-    turn: Array | None = None
-    taken: Array | None = None
 
     @property
     def noise(self) -> float:

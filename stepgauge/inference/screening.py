@@ -11,27 +11,17 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag, cholesky, solve_triangular
 
 from stepgauge.inference.features import Features, Kernels
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModels
-from stepgauge.inference.parallel import each
 from stepgauge.inference.patterns import Patterns, grouped, loss_products, residual_products
-from stepgauge.inference.problem import GaussianProcess, Law, Problem, Term
-from stepgauge.inference.proposal import UNLOST, HypothesisResidual, Proposal, TermSpan
+from stepgauge.inference.problem import GaussianProcess, Law, Problem
+from stepgauge.inference.proposal import UNLOST, HypothesisResidual, Proposal
 from stepgauge.inference.tables import Dots, SignatureTable, tables
 
 Array = NDArray[np.float64]
-MOST_TURNED = 10.0
-"""Length of a mixture of products from which they are computed anew: single precision would show."""
-MOST_TAKEN = 1e3
-"""Length of the residuals over that of what a hypothesis leaves of them from which the same holds."""
-WIDE = 64
-"""Number of rows of terms from which their mixtures cost more than products computed anew."""
-MOST_SPANS = 400
-"""Largest number of rows of terms whose products are kept."""
 LIKE_SIGMA = 0.5
 """Difference of log sigma within which looks use the same metric."""
 
@@ -45,8 +35,6 @@ class MetricScreening:
         self.least = metric.dof * (metric.rows.least_um / metric.sigma_um) ** 2
         self.tables: list[SignatureTable] = []
         self.smooth = Features(kernels, metric)
-        self.spans: dict[tuple[object, ...], TermSpan] = {}
-        self._bare: dict[int, Array] = {}
 
     def admit(self, patterns: Sequence[Patterns]) -> None:
         """All of ``patterns`` that are not known yet; tables are added, none is changed."""
@@ -57,47 +45,18 @@ class MetricScreening:
 
     def proposals(self, hypothesis: Hypothesis, known: int = 0) -> list[Proposal]:
         """All candidates for addition to a hypothesis, but for the first ``known`` tables."""
-        beside, tables = self._beside(hypothesis), self.tables[known:]
+        beside, tables = self.beside(hypothesis), self.tables[known:]
         dots = self._dots(beside, dict.fromkeys(place for table in tables for place, _ in table.sets))
-        found = [
-            proposal for own in each(lambda table: list(table.proposals(dots, beside)), tables) for proposal in own
-        ]
+        found = [proposal for table in tables for proposal in table.proposals(dots, beside)]
         kinds = _kinds(hypothesis)
         found = [proposal.beside(kinds) for proposal in found]
         return found if known else [*found, *self.smooth.proposals(beside)]
 
     def _dots(self, beside: HypothesisResidual, places: Collection[int]) -> Dots:
         """Products of patterns with the residual and what the loss takes of their own, by their place."""
-        if beside.spans and beside.turn is None:
-            products = self._products(np.column_stack([beside.left, beside.lost]), places)
-            return {place: (residual_products(one), loss_products(one)) for place, one in products.items()}
-        new = self._products(self.white[:, None], [place for place in places if place not in self._bare])
-        self._bare |= {place: residual_products(one) for place, one in new.items()}
-        if beside.turn is None or beside.taken is None:
-            return {place: (self._bare[place], None) for place in places}
-        for span in beside.spans:
-            span.dots |= self._products(span.rows.T, [place for place in places if place not in span.dots])
-        turn = np.column_stack([-beside.taken, beside.turn]).astype(np.float32)
-        dots = Dots()
-        for place in places:
-            parts = np.concatenate([span.dots[place] for span in beside.spans], axis=3)
-            mixed = (parts.reshape(-1, len(turn)) @ turn).reshape(*parts.shape[:3], -1)
-            dots[place] = residual_products(mixed) + self._bare[place], loss_products(mixed)
-        return dots
-
-    def _products(self, mapped: Array, places: Collection[int]) -> dict[int, NDArray[np.float32]]:
-        """Products of patterns with mapped columns ``(n, q)``, by their place."""
-        vectors = self.metric.adjoint(mapped)
-        return dict(zip(places, each(lambda place: self.patterns[place].dots(vectors), places), strict=True))
-
-    def _span(self, term: Term) -> TermSpan:
-        """The span of a term; those used last are kept."""
-        key = (*term.key[:2], term.key[-1])
-        span = self.spans.pop(key, None) or TermSpan(self.metric(term.columns), float(term.candidate.sizes.sd.max()))
-        self.spans[key] = span
-        while sum(len(one.rows) for one in self.spans.values()) > MOST_SPANS and len(self.spans) > 1:
-            del self.spans[next(iter(self.spans))]
-        return span
+        vectors, loses = self.metric.adjoint(np.column_stack([beside.left, beside.lost])), beside.lost.size > 0
+        products = {place: self.patterns[place].dots(vectors) for place in places}
+        return {place: (residual_products(one), loss_products(one) if loses else None) for place, one in products.items()}
 
     def pairs(self, hypothesis: Hypothesis, most: int, without: frozenset[str]) -> list[tuple[Proposal, Proposal]]:
         """The most probable pairs of laws of one shape and one amplitude each.
@@ -108,7 +67,7 @@ class MetricScreening:
         keep = [i for i, law in enumerate(self.plain[0]) if law.label not in without]
         if len(keep) < 2:
             return []
-        beside, laws, white = self._beside(hypothesis), [self.plain[0][i] for i in keep], self.plain[1][keep]
+        beside, laws, white = self.beside(hypothesis), [self.plain[0][i] for i in keep], self.plain[1][keep]
         dot, lost = white @ beside.left, white @ beside.lost
         gram = white @ white.T - lost @ lost.T
         first, second = np.triu_indices(len(laws), 1)
@@ -144,25 +103,18 @@ class MetricScreening:
         columns = np.array([law.columns(0)[0] for law in laws]).reshape(len(laws), len(self.white))
         return laws, self.metric(columns)
 
-    def _beside(self, hypothesis: Hypothesis) -> HypothesisResidual:
+    def beside(self, hypothesis: Hypothesis) -> HypothesisResidual:
+        """What a hypothesis leaves for further candidates."""
         if not hypothesis.terms:
             total = max(float(self.white @ self.white), self.least)
             return HypothesisResidual(self.white, np.zeros((len(self.white), 0)), total, self.metric.dof)
-        spans = tuple(self._span(term) for term in hypothesis.terms)
-        rows, mix = np.vstack([one.rows for one in spans]), block_diag(*(one.mix for one in spans))
+        columns = np.vstack([term.columns for term in hypothesis.terms])
         sd = np.concatenate([term.sds for term in hypothesis.terms])
-        factor = cholesky(mix @ (rows @ rows.T) @ mix.T + np.diag(sd**-2.0), lower=True)
-        turn = solve_triangular(factor, mix, lower=True).T
-        lost = rows.T @ turn
-        taken = turn @ (lost.T @ self.white)
-        left = self.white - rows.T @ taken
-        share, vector = np.linalg.eigh(lost.T @ lost)
-        turn, lost = turn @ vector[:, share > UNLOST], lost @ vector[:, share > UNLOST]
-        total = max(float(self.white @ left), self.least)
-        known = len(rows) <= WIDE and (np.linalg.norm(turn, axis=0) <= MOST_TURNED * np.linalg.norm(lost, axis=0)).all()
-        whole, rest = np.linalg.norm(self.white), np.linalg.norm(left)
-        known = known and bool(np.linalg.norm(taken) <= MOST_TURNED * whole and whole <= MOST_TAKEN * rest)
-        return HypothesisResidual(left, lost, total, self.metric.dof, spans, turn if known else None, taken)
+        _, length, rows = np.linalg.svd(self.metric(columns) * sd[:, None], full_matrices=False)
+        share = length**2 / (1.0 + length**2)
+        left = self.white - rows.T @ (share * (rows @ self.white))
+        lost = (rows[share > UNLOST] * np.sqrt(share[share > UNLOST, None])).T
+        return HypothesisResidual(left, lost, max(float(self.white @ left), self.least), self.metric.dof)
 
 
 def _kinds(hypothesis: Hypothesis) -> set[str]:
@@ -193,7 +145,7 @@ class Screening:
         """All candidates for addition to a hypothesis, the best first; computed once."""
         key = (frozenset(term.key for term in hypothesis.terms), hypothesis.noise.key)
         known, proposals = self._looks.get(key, (0, []))
-        looker = self._metric_screening(hypothesis, noise_models)
+        looker = self.in_metric(hypothesis, noise_models)
         if not proposals or known < len(looker.tables):
             proposals = sorted([*proposals, *looker.proposals(hypothesis, known)], key=lambda proposal: -proposal.gain)
             self._looks[key] = len(looker.tables), proposals
@@ -203,9 +155,10 @@ class Screening:
         self, hypothesis: Hypothesis, noise_models: NoiseModels, most: int, without: frozenset[str]
     ) -> list[tuple[Proposal, Proposal]]:
         """The most probable pairs of laws of one shape and one amplitude, without those of the given labels."""
-        return self._metric_screening(hypothesis, noise_models).pairs(hypothesis, most, without)
+        return self.in_metric(hypothesis, noise_models).pairs(hypothesis, most, without)
 
-    def _metric_screening(self, hypothesis: Hypothesis, noise_models: NoiseModels) -> MetricScreening:
+    def in_metric(self, hypothesis: Hypothesis, noise_models: NoiseModels) -> MetricScreening:
+        """The looks with the metric of a hypothesis, made once for all of nearly the same scatter."""
         sigma_um = (
             hypothesis.sigma_um if hypothesis.noise.correlated else min(hypothesis.sigma_um, self.problem.within_um)
         )

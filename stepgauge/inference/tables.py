@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from stepgauge.inference.bounds import log_inside
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.parallel import each
 from stepgauge.inference.patterns import Patterns, mixed
 from stepgauge.inference.problem import Law
 from stepgauge.inference.proposal import UNSEEN, HypothesisResidual, Proposal
@@ -83,9 +82,8 @@ class SignatureTable:
 def tables(patterns: Sequence[Patterns], metric: Metric, first: int) -> list[SignatureTable]:
     """Tables of some patterns, of which the first one has the place ``first``."""
     rows: dict[int, list[tuple[int, Array, list[Law], Array, Array]]] = {}
-    for (place, one), (length, white) in zip(
-        enumerate(patterns, first), each(lambda one: one.grams(metric), patterns), strict=True
-    ):
+    for place, one in enumerate(patterns, first):
+        length, white = one.grams(metric)
         for laws, mix in one.sets:
             gram = mixed(white, mix)
             rows.setdefault(gram.shape[1], []).append((place, mix, laws, gram, _unseen(length, mix)))

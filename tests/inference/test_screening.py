@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from scipy import special, stats
 
-from stepgauge.inference import screening as looking
 from stepgauge.inference.evidence import Evidence
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.priors import NoisePriors
@@ -108,26 +108,21 @@ def test_a_law_within_bounds_is_looked_at_with_a_part_of_a_normal_prior(bound: d
 
 @pytest.mark.parametrize("size", [1.0, 3e5])
 @pytest.mark.parametrize("facets", [{}, {"correlation": 0.7}], ids=["white", "correlated"])
-def test_products_that_are_mixed_give_the_looks_of_products_computed_anew(
-    monkeypatch: pytest.MonkeyPatch, facets: dict[str, object], size: float
-) -> None:
-    """Beside hypotheses that share terms, with directions that are nearly those of another term."""
-    wave, function = CANDIDATES["two"], CANDIDATES["a random function"]
+def test_what_terms_leave_is_the_conditional_distribution(facets: dict[str, object], size: float) -> None:
+    """By least squares with the amplitudes' priors as rows; two terms are nearly alike and may be very large."""
     like = law("like the wave", waves(turns(), [1.01]))
-    large = size * np.sin(2.0 * np.pi * 1.01 * turns())
-    one = problem(noise() + np.sin(9.0 * turns()) + coordinate() + large, tuple(CANDIDATES.values()))
+    terms = (term(CANDIDATES["two"], sd=size), term(like, sd=size), term(CANDIDATES["a random function"], sd=0.2))
+    one = problem(noise() + size * np.sin(2.0 * np.pi * 1.01 * turns()), tuple(CANDIDATES.values()))
     evidence = Evidence(one, NoisePriors())
-    scatter = evidence.noise_models.changed(evidence.noise_models.plain(), **facets)
-    first, more = (term(wave), term(function, sd=0.2)), (term(like, sd=size),)
-    states = [evidence(terms, scatter) for terms in (first[:1], first, (*first, *more), (*first[1:], *more))]
-    mixed = Screening(one)
-    found = [mixed(state, evidence.noise_models) for state in states]
-    monkeypatch.setattr(looking, "MOST_TURNED", 0.0)
-    anew = Screening(one)
-    for state, some in zip(states, found, strict=True):
-        wanted = {look.candidate.label: look.gain for look in anew(state, evidence.noise_models)}
-        for look in some:
-            assert look.gain == pytest.approx(wanted[look.candidate.label], abs=2e-4)
+    state = evidence(terms, evidence.noise_models.changed(evidence.noise_models.plain(), **facets))
+    looker = Screening(one).in_metric(state, evidence.noise_models)
+    beside = looker.beside(state)
+    wide = looker.metric(np.vstack([each.columns for each in state.terms]))
+    wide *= np.concatenate([each.sds for each in state.terms])[:, None]
+    stacked, known = np.vstack([wide.T, np.eye(len(wide))]), np.vstack([np.eye(ROWS), np.zeros((len(wide), ROWS))])
+    wanted = np.eye(ROWS) - wide.T @ np.linalg.lstsq(stacked, known, rcond=None)[0]
+    assert_allclose(np.eye(ROWS) - beside.lost @ beside.lost.T, wanted, atol=2e-4)  # directions with less are left out
+    assert_allclose(beside.left, wanted @ looker.white, atol=1e-4 * np.abs(looker.white).max() / size**0.5)
 
 
 @pytest.mark.parametrize("share", [(1.0, -100.0), (1.0, -100.0, 30.0)])

@@ -17,7 +17,7 @@ from stepgauge.diagnosis.gaussian_processes.random_function import BEAT, SAWTOOT
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.files.arrays import Array
-from stepgauge.inference.parallel import chunks
+from stepgauge.inference.chunks import chunks
 from stepgauge.inference.problem import Refined
 
 Single = NDArray[np.float32]

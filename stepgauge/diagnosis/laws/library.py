@@ -20,7 +20,7 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um, effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
-from stepgauge.inference.parallel import chunks
+from stepgauge.inference.chunks import chunks
 from stepgauge.inference.problem import AmplitudePrior
 from stepgauge.recording import APPROACH
 
