@@ -3,10 +3,10 @@
     python -m benchmarks.enumeration --problems 20 --candidates 14 --most 4
 
 Random small problems: residuals of some faces, repeated; candidates with signatures that partly coincide, some with
-several shapes, one a Gaussian process. For each, the log evidence of every set of up to ``--most`` terms with every
+several shapes, one a Gaussian process. For each, the log posterior of every set of up to ``--most`` terms with every
 model of the noise is computed from the covariance matrix of the rows: shapes and sizes of the amplitudes are summed
 over all their combinations, the standard deviation of the noise by quadrature. Compared are the inclusion probabilities
-of all candidates and the log evidence of the most probable sets. Models of the noise whose marginal likelihood has no
+of all candidates and the log posterior of the most probable sets. Models of the noise whose marginal likelihood has no
 closed form (outliers, heavy tails), or whose stretches are too many to be summed (a noisy one), have odds of 1e-12 here
 on both sides.
 """
@@ -27,8 +27,8 @@ from threadpoolctl import threadpool_limits
 
 from stepgauge.inference.metric import FREE_UM
 from stepgauge.inference.noise_models import NoiseModel, NoiseModels
+from stepgauge.inference.noise_priors import NoisePriors
 from stepgauge.inference.posterior import Posterior
-from stepgauge.inference.priors import NoisePriors
 from stepgauge.inference.problem import AmplitudePrior, Candidate, GaussianProcess, Law, Problem
 from stepgauge.inference.search import Search
 
@@ -41,19 +41,19 @@ LOG_SIGMA = np.linspace(-0.75, 1.2, 14)
 """Nodes of the quadrature about the stated standard deviation, 0.15 of a logarithm apart: 1.3 times the standard
 deviation of the logarithm in forty readings, with which the sum over a normal density is off by 1e-5."""
 PROBABLE = 3.0
-"""Sets whose log evidence is compared: those within so many nats of the best."""
+"""Sets whose log posterior is compared: those within so many nats of the best."""
 
 
 @dataclass(frozen=True)
 class Exact:
-    """``labels (s,)``: sets of terms; ``log_evidence (s,)``: with their priors, over all models of the noise."""
+    """``labels (s,)``: sets of terms; ``log_posterior (s,)``: with their priors, over all models of the noise."""
 
     labels: list[frozenset[str]]
-    log_evidence: Array
+    log_posterior: Array
 
     def inclusion(self, label: str) -> float:
         """Probability that a candidate is a term."""
-        weight = special.softmax(self.log_evidence)
+        weight = special.softmax(self.log_posterior)
         return float(sum(w for w, one in zip(weight, self.labels, strict=True) if label in one))
 
 
@@ -243,20 +243,20 @@ class Compared:
     """Largest differences from the exact sums; ``loss``: of the best set found from the exact best one, nats."""
 
     inclusion: float
-    log_evidence: float
+    log_posterior: float
     loss: float
 
 
 def compared(problem: Problem, most: int, priors: NoisePriors = PRIORS) -> Compared:
-    """Inclusion of every candidate, and log evidence of every probable set over that of no term."""
+    """Inclusion of every candidate, and log posterior of every probable set over that of no term."""
     exact, search = enumerated(problem, most, priors), Search(problem, priors)
     best = search.run()
     posterior = Posterior(search, best)
-    wanted = dict(zip(exact.labels, exact.log_evidence, strict=True))
-    own = {one: log for one, log in posterior.log_evidence.items() if len(one) <= most}
+    wanted = dict(zip(exact.labels, exact.log_posterior, strict=True))
+    own = {one: log for one, log in posterior.log_posterior.items() if len(one) <= most}
     found = Exact(list(own), np.array(list(own.values())))
     off = max(abs(found.inclusion(one.label) - exact.inclusion(one.label)) for one in problem.candidates)
-    top = exact.log_evidence.max()
+    top = exact.log_posterior.max()
     near = [one for one in exact.labels if wanted[one] > top - PROBABLE]
     apart = [own.get(one, -np.inf) - own[best.labels] - wanted[one] + wanted[best.labels] for one in near]
     return Compared(off, float(np.abs(apart).max(initial=0.0)), float(top - wanted[best.labels]))
@@ -275,13 +275,13 @@ def main() -> None:
         began = time.perf_counter()
         rows.append(one := compared(random_problem(seed, chosen.candidates), chosen.most))
         print(
-            f"{seed:4d}  inclusion off by {one.inclusion:.3f}  log evidence off by {one.log_evidence:.2f}"
+            f"{seed:4d}  inclusion off by {one.inclusion:.3f}  log posterior off by {one.log_posterior:.2f}"
             f"  best set loses {one.loss:.2f}  {time.perf_counter() - began:.0f} s",
             flush=True,
         )
-    table = np.array([(one.inclusion, one.log_evidence, one.loss) for one in rows])
+    table = np.array([(one.inclusion, one.log_posterior, one.loss) for one in rows])
     print(f"inclusion within 0.02: {(table[:, 0] <= 0.02).sum()} of {len(table)}, worst {table[:, 0].max():.3f}")
-    print(f"log evidence within 0.1: {(table[:, 1] <= 0.1).sum()} of {len(table)}, worst {table[:, 1].max():.2f} nats")
+    print(f"log posterior within 0.1: {(table[:, 1] <= 0.1).sum()} of {len(table)}, worst {table[:, 1].max():.2f} nats")
     print(f"best set found: {(table[:, 2] < 0.05).sum()} of {len(table)}, worst loss {table[:, 2].max():.2f} nats")
 
 

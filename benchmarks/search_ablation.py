@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from stepgauge.inference.hypothesis import Hypothesis
-from stepgauge.inference.priors import NoisePriors
+from stepgauge.inference.noise_priors import NoisePriors
 from stepgauge.inference.problem import Candidate, Law, Problem
 from stepgauge.inference.search import Search
 from stepgauge.inference.standalone import amplitude_prior, make_gaussian_process, make_law, make_problem

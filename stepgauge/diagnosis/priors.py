@@ -18,7 +18,7 @@ from pydantic import Field, model_validator
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.files.config import TomlTable, check_table, read_toml
-from stepgauge.inference.priors import NoisePriors
+from stepgauge.inference.noise_priors import NoisePriors
 from stepgauge.inference.problem import AmplitudePrior
 
 FILE = "priors.toml"

@@ -3,14 +3,14 @@
 It knows residuals, nuisance columns, candidates with signatures and priors, and nothing of gauges, probes, files or
 words; ``docs/inference.md`` is its page. :mod:`problem` has what is known beforehand: residuals, candidates (parametric
 signatures on grids, Gaussian processes), priors of amplitudes; :mod:`standalone` makes all of that from arrays.
-:mod:`noise_models` and :mod:`priors` have the models of the noise, :mod:`evidence` the log posterior of one
+:mod:`noise_models` and :mod:`noise_priors` have the models of the noise, :mod:`evidence` the log posterior of one
 :mod:`hypothesis`, :mod:`screening` a fast rating of every candidate as a :mod:`proposal`, :mod:`moves` the changes of a
 hypothesis by one step, :mod:`search` which of them are made, :mod:`neighbourhood` the hypotheses that are averaged, and
 :mod:`posterior` inclusion probabilities and credible sets.
 """
 
+from stepgauge.inference.noise_priors import NoisePriors as NoisePriors
 from stepgauge.inference.posterior import Posterior as Posterior
-from stepgauge.inference.priors import NoisePriors as NoisePriors
 from stepgauge.inference.problem import AmplitudePrior as AmplitudePrior
 from stepgauge.inference.problem import GaussianProcess as GaussianProcess
 from stepgauge.inference.problem import Law as Law

@@ -25,7 +25,7 @@ from stepgauge.inference.hypothesis import Hypothesis, log_posterior
 from stepgauge.inference.likelihood import Likelihood, SigmaPrior
 from stepgauge.inference.metric import RowMetric, nuisances
 from stepgauge.inference.noise_models import NoiseModel, NoiseModels
-from stepgauge.inference.priors import NoisePriors
+from stepgauge.inference.noise_priors import NoisePriors
 from stepgauge.inference.problem import Candidate, Law, Problem, Term, company_log_prior, slices
 
 Array = NDArray[np.float64]

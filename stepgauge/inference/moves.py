@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from stepgauge.inference.evidence import Evidence
 from stepgauge.inference.hypothesis import Hypothesis, log_posterior
 from stepgauge.inference.metric import Metric
+from stepgauge.inference.noise_priors import NoisePriors
 from stepgauge.inference.noise_proposals import NoiseProposals
-from stepgauge.inference.priors import NoisePriors
 from stepgauge.inference.problem import Candidate, Law, OfSize, Problem, Term
 from stepgauge.inference.proposal import Proposal, limit_per_kind
 from stepgauge.inference.screening import Screening

@@ -118,7 +118,7 @@ class Neighbourhood:
         return [WeightedHypothesis(one.candidates, one.mixture, one.total) for one in self.entries.values()]
 
     @property
-    def log_evidence(self) -> dict[frozenset[str], float]:
+    def log_posterior(self) -> dict[frozenset[str], float]:
         """Log posterior of each set of terms, all models of the noise summed."""
         return {labels: one.total for labels, one in self.entries.items()}
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stepgauge.inference.evidence import Evidence
 from stepgauge.inference.hypothesis import Hypothesis, log_posterior
 from stepgauge.inference.noise_models import HEAVY, NORMAL, OUTLYING, NoiseModel
-from stepgauge.inference.priors import NoisePriors
+from stepgauge.inference.noise_priors import NoisePriors
 from stepgauge.inference.problem import Problem
 
 Array = NDArray[np.float64]

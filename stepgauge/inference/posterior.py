@@ -99,9 +99,9 @@ class Posterior:
         return Neighbourhood(self.search, self.best)
 
     @property
-    def log_evidence(self) -> dict[frozenset[str], float]:
+    def log_posterior(self) -> dict[frozenset[str], float]:
         """Log posterior of each set of terms, all models of the noise summed."""
-        return self.neighbourhood.log_evidence
+        return self.neighbourhood.log_posterior
 
     @cached_property
     def hypotheses(self) -> list[WeightedHypothesis]:

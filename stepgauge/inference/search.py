@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from stepgauge.inference.hypothesis import Hypothesis, log_posterior
 from stepgauge.inference.moves import MOST_TERMS, SETTLED, Moves
-from stepgauge.inference.priors import NoisePriors
+from stepgauge.inference.noise_priors import NoisePriors
 from stepgauge.inference.problem import Problem
 
 NEAR = 8.0

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
 from stepgauge.inference.kernels import matern
+from stepgauge.inference.noise_priors import NoisePriors
 from stepgauge.inference.posterior import Posterior
-from stepgauge.inference.priors import NoisePriors
 from stepgauge.inference.problem import AmplitudePrior, Candidate, GaussianProcess, Law, Problem
 from stepgauge.inference.search import Search
 

@@ -16,7 +16,7 @@ from stepgauge.inference.evidence import Evidence
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModel
-from stepgauge.inference.priors import NoisePriors
+from stepgauge.inference.noise_priors import NoisePriors
 from stepgauge.inference.problem import AmplitudePrior, Problem, Term
 from tests.inference.made import (
     NOISE_UM,

@@ -13,7 +13,7 @@ from scipy.integrate import trapezoid
 from stepgauge.inference.evidence import Evidence
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.noise_models import NoiseModel, NoiseModels
-from stepgauge.inference.priors import NoisePriors
+from stepgauge.inference.noise_priors import NoisePriors
 from stepgauge.inference.problem import Problem
 from tests.inference.made import NOISE_UM
 

@@ -12,7 +12,7 @@ from scipy import special, stats
 
 from stepgauge.inference.evidence import Evidence
 from stepgauge.inference.hypothesis import Hypothesis
-from stepgauge.inference.priors import NoisePriors
+from stepgauge.inference.noise_priors import NoisePriors
 from stepgauge.inference.problem import AmplitudePrior, Candidate, Law, Term
 from stepgauge.inference.proposal import UNSEEN, Proposal
 from stepgauge.inference.screening import Screening

@@ -23,8 +23,8 @@ from stepgauge.diagnosis.stating_rules import (
     set_probability,
 )
 from stepgauge.inference.hypothesis import Hypothesis
+from stepgauge.inference.noise_priors import NoisePriors
 from stepgauge.inference.posterior import AlternativeHypothesis, CredibleSet, Member, Posterior, credible_set
-from stepgauge.inference.priors import NoisePriors
 from stepgauge.inference.problem import AmplitudePrior, Candidate, Law, Refined, Term
 from stepgauge.inference.proposal import Proposal
 from stepgauge.inference.search import Search

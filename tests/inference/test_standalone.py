@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy import special, stats
 
 import stepgauge as sg
 from tests.conftest import ROOT
@@ -76,3 +77,23 @@ def test_a_posterior_says_itself_and_knows_its_labels() -> None:
     y[7] = np.nan
     with pytest.raises(ValueError, match="residual 8 of 60 is no finite number"):
         sg.inference.make_problem(y, 0.3, laws)
+
+
+def test_the_log_posterior_is_that_of_conjugate_normals() -> None:
+    """A slope with a normal amplitude in noise of known size: the Bayes factor in closed form, times the prior odds.
+
+    Of ``y = a x + e`` with ``a ~ N(0, s^2)``, the factor is that of the density of the one sum ``x'y / x'x``. A log
+    evidence has no prior: the two differ by the logarithm of the odds.
+    """
+    random, sd, noise, odds = np.random.default_rng(3), 0.7, 0.4, 0.2
+    x = np.linspace(-1.0, 1.0, 40)
+    y = 0.3 * x + random.normal(0.0, noise, 40)
+    slope = sg.inference.make_law("slope", x, sg.inference.amplitude_prior(sd, sd, 1), odds)
+    rare = dict.fromkeys(("outliers", "heavy", "growth", "correlation", "flicker", "burst", "certificate"), 1e-12)
+    known = sg.inference.NoisePriors.model_validate({"sigma_factor": 1.0001, **rare})
+    found = sg.inference.infer(sg.inference.make_problem(y, noise, [slope]), known)
+    estimate, u = float(x @ y / (x @ x)), noise / float(np.sqrt(x @ x))
+    bayes = stats.norm(0.0, np.hypot(sd, u)).logpdf(estimate) - stats.norm(0.0, u).logpdf(estimate)
+    log = found.log_posterior
+    assert log[frozenset({"slope"})] - log[frozenset()] == pytest.approx(bayes + np.log(odds), abs=1e-3)
+    assert found.probability("slope") == pytest.approx(special.expit(bayes + np.log(odds)), abs=1e-3)
