@@ -2,9 +2,9 @@
 
 Independent random problems with the same objective: the search as it is, and without one of its moves. Counted are the
 problems in which it ends with a less probable hypothesis, the log posterior lost in these, and the hypotheses
-that are computed. The problems are those of traps: sums of some causes among the candidates, pairs that explain
-together what neither does alone, waves of many periods, structure that correlated noise may stand for, laws that hold
-in a part of the record.
+that are computed. The problems are those of traps: sums of some causes among the candidates, and several alike; two
+causes that nearly cancel each other, so that neither explains anything alone; waves of many periods; noise that is more
+or less correlated, and structure that such noise may stand for; laws that hold in a part of the record.
 """
 
 from __future__ import annotations
@@ -113,16 +113,21 @@ def random_problem(seed: int) -> Problem:
     onsets = np.array([(time > one).astype(float) for one in np.arange(0.05, 1.0, 0.05)])[:, None]
     noise = random.normal(0.0, NOISE, ROWS)
     if seed % 3 == 0:
+        correlation = random.uniform(0.4, 0.95)
         for i in range(1, ROWS):
-            noise[i] += 0.6 * noise[i - 1]
+            noise[i] = correlation * noise[i - 1] + np.sqrt(1.0 - correlation**2) * noise[i]
     chosen = random.choice(6, random.integers(1, 4), replace=False)
     amplitude = random.choice([-1.0, 1.0], len(chosen)) * random.uniform(0.2, 1.0, len(chosen))
     um = noise + amplitude @ np.array([plain[i] for i in chosen]) * (late if seed % 4 == 0 else 1.0)
     if seed % 2:
         um = um + 0.5 * np.sin(2.0 * np.pi * random.uniform(1.0, 6.0) * time + random.uniform(0.0, 6.0))
-    trap = _unit(um - noise + 0.4 * random.normal(size=ROWS))
+    if seed % 5 == 0:
+        plain += [_unit(plain[0] + 0.15 * random.normal(size=ROWS))]
+        um = um + random.uniform(1.0, 2.5) * (plain[0] - plain[-1])
+    sums = [_unit(um - noise + 0.4 * random.normal(size=ROWS)) for _ in range(1 + seed % 2)]
     candidates: list[Candidate] = [make_law(f"plain {i}", one, SIZES, 0.05) for i, one in enumerate(plain)]
-    candidates += [make_law("sum", trap, SIZES, 0.05), make_law("step", onsets, SIZES, 0.05)]
+    candidates += [make_law(f"sum {i}", one, SIZES, 0.05) for i, one in enumerate(sums)]
+    candidates += [make_law("step", onsets, SIZES, 0.05)]
     candidates += [make_law(f"wave {i}", one, SIZES, 0.05) for i, one in enumerate(waves)]
     candidates += [make_gaussian_process("smooth", place, [0.3, 1.0], SIZES, 0.05)]
     made = make_problem(um, NOISE, candidates, time=time, growing={"time": time})

@@ -4,13 +4,26 @@ The same recordings are diagnosed with and without it. The machine moves along a
 air of its room; the air wanders, doors open, also before the first touch and while the gauge is laid anew, when nobody
 reads the thermometer. The body is computed on a dense clock. Counted are recordings in which the law is named, in which
 anything else is told beside it (a law or a form, which would be false), and in which the value is within 2 u.
+
+30 recordings of 288 rows (``--recordings 10 --first-seed 101``):
+
+| cause / repeatability | | named | something else told | value within 2 u |
+|---|---|---|---|---|
+| 3 | with | 5 of 10 | 4 of 10 | 5 of 5 |
+| 3 | without | 4 of 10 | 5 of 10 | 3 of 4 |
+| 10 | with | 7 of 10 | 5 of 10 | 6 of 7 |
+| 10 | without | 4 of 10 | 9 of 10 | 3 of 4 |
+| 30 | with | 8 of 10 | 4 of 10 | 7 of 8 |
+| 30 | without | 4 of 10 | 9 of 10 | 1 of 4 |
+
+So it stays. That 13 of 30 tell something else even with it is its limit: these are hard rooms.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from unittest import mock
 
@@ -111,11 +124,9 @@ def scored(one: Case, found: GaugeDiagnosis) -> tuple[bool, bool, bool]:
     """Whether the law is named, whether anything else is told, and whether the value is within 2 u."""
     named = [each for each in found.findings if each.kind == "thermal_shift"]
     others = len(found.findings) - len(named[:1]) + len(found.unexplained)
-    inside = False
-    for each in named:
-        estimate = each.parameters.get("um_per_K")
-        inside |= estimate is not None and bool(estimate.u) and abs(abs(estimate.value) - one.um_per_K) < 2 * estimate.u
-    return bool(named), bool(others), inside
+    values = [each.parameters["um_per_K"] for each in named]
+    inside = [abs(abs(each.value) - one.um_per_K) < 2.0 * each.u for each in values if each.u is not None]
+    return bool(named), bool(others), any(inside)
 
 
 def main() -> None:
@@ -129,7 +140,7 @@ def main() -> None:
         for what in ("with", "without"):
             rows = []
             for one in every:
-                with without() if what == "without" else mock.patch.object(engine, "__doc__", ""):
+                with without() if what == "without" else nullcontext():
                     rows.append(scored(one, engine.diagnose(one.recording, GAUGE, MACHINE)))
             named, others, inside = np.array(rows).sum(axis=0)
             of = len(rows)
