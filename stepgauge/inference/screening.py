@@ -54,9 +54,11 @@ class MetricScreening:
 
     def _dots(self, beside: HypothesisResidual, places: Collection[int]) -> Dots:
         """Products of patterns with the residual and what the loss takes of their own, by their place."""
-        vectors, loses = self.metric.adjoint(np.column_stack([beside.left, beside.lost])), beside.lost.size > 0
-        products = {place: self.patterns[place].dots(vectors) for place in places}
-        return {place: (residual_products(one), loss_products(one) if loses else None) for place, one in products.items()}
+        vectors, dots = self.metric.adjoint(np.column_stack([beside.left, beside.lost])), Dots()
+        for place in places:
+            products = self.patterns[place].dots(vectors)
+            dots[place] = residual_products(products), loss_products(products) if beside.lost.size else None
+        return dots
 
     def pairs(self, hypothesis: Hypothesis, most: int, without: frozenset[str]) -> list[tuple[Proposal, Proposal]]:
         """The most probable pairs of laws of one shape and one amplitude each.
