@@ -147,7 +147,7 @@ class Screening:
         """All candidates for addition to a hypothesis, the best first; computed once."""
         key = (frozenset(term.key for term in hypothesis.terms), hypothesis.noise.key)
         known, proposals = self._looks.get(key, (0, []))
-        looker = self.in_metric(hypothesis, noise_models)
+        looker = self.metric_screening(hypothesis, noise_models)
         if not proposals or known < len(looker.tables):
             proposals = sorted([*proposals, *looker.proposals(hypothesis, known)], key=lambda proposal: -proposal.gain)
             self._looks[key] = len(looker.tables), proposals
@@ -157,9 +157,9 @@ class Screening:
         self, hypothesis: Hypothesis, noise_models: NoiseModels, most: int, without: frozenset[str]
     ) -> list[tuple[Proposal, Proposal]]:
         """The most probable pairs of laws of one shape and one amplitude, without those of the given labels."""
-        return self.in_metric(hypothesis, noise_models).pairs(hypothesis, most, without)
+        return self.metric_screening(hypothesis, noise_models).pairs(hypothesis, most, without)
 
-    def in_metric(self, hypothesis: Hypothesis, noise_models: NoiseModels) -> MetricScreening:
+    def metric_screening(self, hypothesis: Hypothesis, noise_models: NoiseModels) -> MetricScreening:
         """The looks with the metric of a hypothesis, made once for all of nearly the same scatter."""
         sigma_um = (
             hypothesis.sigma_um if hypothesis.noise.correlated else min(hypothesis.sigma_um, self.problem.within_um)

@@ -115,7 +115,7 @@ def test_what_terms_leave_is_the_conditional_distribution(facets: dict[str, obje
     one = problem(noise() + size * np.sin(2.0 * np.pi * 1.01 * turns()), tuple(CANDIDATES.values()))
     evidence = Evidence(one, NoisePriors())
     state = evidence(terms, evidence.noise_models.changed(evidence.noise_models.plain(), **facets))
-    looker = Screening(one).in_metric(state, evidence.noise_models)
+    looker = Screening(one).metric_screening(state, evidence.noise_models)
     beside = looker.beside(state)
     wide = looker.metric(np.vstack([each.columns for each in state.terms]))
     wide *= np.concatenate([each.sds for each in state.terms])[:, None]
