@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.alignment.adjustment import ALONG, DETECTABLE, Adjustment, adjust
+from stepgauge.alignment.adjustment import ALONG, BY_HAND_MM, DETECTABLE, Adjustment, adjust
 from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 
@@ -56,7 +56,7 @@ def find_scatter(
 ) -> PointScatter:
     """The stated repeatability, increased where the points contradict it; ``points (16, 3)`` in mm."""
     stated = max(repeatability_um, LEAST_UM)
-    sigma, notes = np.full(16, stated), list[str]()
+    sigma, notes, usual_um = np.full(16, stated), list[str](), 0.0
     found = adjust(points, gauge, blocks, up, sigma * 1e-3)
     for name, members in GROUPS.items():
         rows = np.array(members) - 1
@@ -67,8 +67,15 @@ def find_scatter(
         expected = sigma[rows] ** 2 + _roll_um(found, points, rows) ** 2
         if (square / expected).sum() > _chi2_limit(freedom):
             sigma[rows] = np.sqrt(square.sum() / freedom)
-            notes.append(_note(name, members, found, float(sigma[rows[0]]), stated))
+            enlarged = float(sigma[rows[0]])
+            if enlarged > 1e3 * float(BY_HAND_MM.min()):
+                notes.append(_note(name, members, found, enlarged, stated))
+            else:
+                usual_um = max(usual_um, enlarged)
             found = adjust(points, gauge, blocks, up, sigma * 1e-3)
+    if usual_um:
+        usual = f"the 16 points scatter by {usual_um:.1f} um, as points probed by hand do"
+        notes.append(f"{usual}: this counts, not {stated:g} um")
     return PointScatter(sigma, found.redundancy, tuple(notes))
 
 

@@ -27,20 +27,21 @@ def placement_lines(placement: Placement) -> list[str]:
     off = f"{min(found_um):.1f} to {max(found_um):.1f} um"
     seen = f"a point that is off by {off}, depending on the point, would be seen"
     radius = f"effective tip radius {placement.tip_radius_mm:.4f} mm (u = {u['tip_radius_um']:.2f} um)"
-    return [*lines, _axis(angles, u), _normals(angles), seen, radius]
+    return [*lines, _axis(angles, u), _normals(angles, placement), seen, radius]
 
 
 def _axis(angles: dict[str, Any], u: dict[str, Any]) -> str:
-    yaw = "undefined, the gauge stands upright"
+    nearest = f"the gauge lies {angles['from_nearest_axis_deg']:.4f} deg off machine {angles['nearest_machine_axis']}"
+    yaw = "it stands upright"
     if angles["yaw_deg"] != "undefined":
-        yaw = f"{angles['yaw_deg']:.5f} deg (u = {u['yaw_urad']:.1f} urad)"
-    pitch = f"{angles['pitch_deg']:.5f} deg (u = {u['pitch_urad']:.1f} urad)"
-    nearest = f"{angles['from_nearest_axis_deg']:.4f} deg from machine {angles['nearest_machine_axis']}"
-    return f"axis: yaw {yaw}, pitch {pitch}, {nearest}"
+        yaw = f"yaw (about z) {angles['yaw_deg']:.5f} deg, u {u['yaw_urad']:.1f} um per m"
+    return f"{nearest}; {yaw}; pitch (rise) {angles['pitch_deg']:.5f} deg, u {u['pitch_urad']:.1f} um per m"
 
 
-def _normals(angles: dict[str, Any]) -> str:
-    return f"normals to axis: N1 {angles['n1_to_axis_mrad']:.2f} mrad, N2 {angles['n2_to_axis_mrad']:.2f} mrad"
+def _normals(angles: dict[str, Any], placement: Placement) -> str:
+    off = (f"{angles[f'n{end}_to_axis_mrad']:.2f} mrad" for end in (1, 2))
+    blocks = f"of blocks {placement.first_block} and {placement.last_block}"
+    return f"the front faces {blocks} are {' and '.join(off)} off square to the axis"
 
 
 def placement_frame(placement: Placement) -> pd.DataFrame:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import shutil
+import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -40,6 +42,19 @@ def existing(folder: Path, name: str) -> Path:
     if not place.exists():
         raise InputError(name, "no such file", expected="a file in the folder of the project")
     return place
+
+
+def put_away(folder: Path, name: str) -> str:
+    """A file or folder into an archive in ``removed/`` of the project, where nothing looks; the name of the archive."""
+    place = existing(folder, name)
+    files = sorted(one for one in place.rglob("*") if one.is_file()) if place.is_dir() else [place]
+    target = free_name(folder, f"removed/{relative(folder, name).replace('/', '-')}.zip")
+    target.parent.mkdir(exist_ok=True)
+    with zipfile.ZipFile(target, "x", zipfile.ZIP_DEFLATED) as archive:
+        for one in files:
+            archive.write(one, one.relative_to(os.path.realpath(folder)))
+    shutil.rmtree(place) if place.is_dir() else place.unlink()
+    return relative(folder, str(target))
 
 
 def free_name(folder: Path, wanted: str, data: bytes | None = None) -> Path:

@@ -23,8 +23,8 @@ def key_of(name: str) -> str:
     return name.replace(" ", "_")
 
 
-def verdict(words: Words, judged: Conformity) -> dict[str, Any]:
-    """The decision of page 1: how it looks, its word, and what it rests on."""
+def verdict(words: Words, judged: Conformity, has_budget: bool) -> dict[str, Any]:
+    """The decision of page 1: how it looks, its word, and what it rests on; without a budget, how to get one."""
     worst = max(judged.faces, key=lambda one: abs(one.error_um) / one.limit_um)
     u = words("result.no_u") if worst.expanded_um is None else f"{words.number(worst.expanded_um)} µm"
     numbers = {"error": words.number(worst.error_um), "limit": words.number(worst.limit_um)}
@@ -35,7 +35,8 @@ def verdict(words: Words, judged: Conformity) -> dict[str, Any]:
     if judged.prevented:
         lines.append(words.message(judged.prevented))
     if judged.missing and not judged.prevented:
-        lines.append(words("result.lacking", what=", ".join(source_name(words, one) for one in judged.missing)))
+        lacking = words("result.lacking", what=", ".join(source_name(words, one) for one in judged.missing))
+        lines.append(lacking if has_budget else words("result.compute_first"))
     probabilities = [one.probability for one in judged.faces if one.probability is not None]
     if probabilities and judged.outcome != "no statement":
         lines.append(words("result.probability", least=words.number(100 * min(probabilities), 1)))

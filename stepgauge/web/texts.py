@@ -6,6 +6,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from functools import cache
+from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -108,7 +109,9 @@ class Words:
 
     def _page_of(self, command: re.Match[str]) -> str:
         """The page on which a command is done; the command itself where there is none."""
-        key = f"nav.{_PAGES.get(command[1], command[1])}"
+        operands = [*takewhile(lambda word: not word.startswith("-"), command[0].strip("'").split()[2:])]
+        laid_over = command[1] == "report" and len(operands) > 1
+        key = f"nav.{'result' if laid_over else _PAGES.get(command[1], command[1])}"
         return self("page.page", page=self(key)) if self.has(key) else command[0]
 
     def decimal(self, text: str) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from stepgauge.alignment.agreement import agreement
+from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.importing.sixteen import read_sixteen
 from stepgauge.web.pasting import complete_points_text
@@ -129,3 +130,13 @@ def test_a_scene_has_the_gauge_and_the_travel(served: Served) -> None:
     assert status == 200
     assert names == ["blocks", "rail", "points (tip centre)", "travel of the machine"]
     assert served.ask("/locate/scene.json?points=../../etc/passwd")[0] == 422
+
+
+def test_a_cell_that_is_no_number_is_named_with_its_row_however_the_rows_are_pasted(tmp_path: Path) -> None:
+    rows = [line.split(",") for line in TEXT.splitlines()[2:]]
+    rows[6][2] = "n/a"
+    for apart in ("\t", "; ", " ", ","):
+        path = tmp_path / "points.csv"
+        path.write_text(complete_points_text("\n".join(apart.join(row) for row in rows)))
+        with pytest.raises(InputError, match=r"points\.csv:8.*y_mm.*n/a"):
+            read_sixteen(path)

@@ -114,7 +114,8 @@ def test_without_a_budget_nothing_is_decided_and_without_a_limit_nothing_is_said
     of_machine(folder, "25")
     shown = page(folder)
     assert "<b>Undecidable</b></p><p>MPE = ± 25 µm" in shown
-    assert "U lacks: the whole of it" in shown
+    assert "compute the uncertainty first" in shown
+    assert "Compute the uncertainty</button>" in shown
     limit(folder, "30")
     assert "<b>Undecidable</b></p><p>MPE = ± 30 µm" in page(folder)
 
@@ -162,4 +163,4 @@ def test_a_budget_of_another_measurement_is_not_taken(folder: Path) -> None:
     budget(folder, [])
     path = folder / "results/budget-0/budget.json"
     path.write_text(path.read_text("utf-8").replace('"value_um": ', '"value_um": 1'), "utf-8")
-    assert "U lacks: the whole of it" in page(folder)
+    assert "compute the uncertainty first" in page(folder)

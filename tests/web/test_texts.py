@@ -96,7 +96,7 @@ def test_numbers_are_written_as_the_language_writes_them() -> None:
         ("expected a measured recording; or example = true in [certificate]", "the tick “"),
         ("performed_from is after performed_to", "First day of the calibration is after Last day"),
         ("compare the placements (stepgauge locate).", "the page Locate"),
-        ("compare them: stepgauge report BEFORE AFTER -o overlay.pdf", "the page Report"),
+        ("compare them: stepgauge report BEFORE AFTER -o overlay.pdf", "the page Result"),
         ("scale error (the command below)", "scale error"),
     ],
 )

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 FILE, ROWS = "diagnosis.json", "residuals.csv"
 NOT_COVARIATES = {"placement", "time_s", "approach_i", "approach_j", "approach_k"}
 """Columns of a recording that the table of residuals has, or that say nothing alone."""
+LEAST_SHOWN = 0.001
+"""Probability from which combinations of other causes are listed."""
 COMMAND = re.compile(r"stepgauge plan [^;|&<>\n]+")
 
 
@@ -83,7 +85,7 @@ def _finding(number: int, effect: Mapping[str, Any], at: Subject, words: Words) 
         "kind": effect["kind"],
         "probability": effect["probability"],
         "rivals": [_rival(one, effect["probability"], first, at, words) for one in members],
-        "together": {"names": together, "probability": p} if together else None,
+        "together": {"names": together, "probability": p} if together and p >= LEAST_SHOWN else None,
         "next": words.message(proposal(effect, "en")),
         "can_plan": bool(effect["commands"]),
     }
@@ -224,7 +226,18 @@ def plan_next(request: Request, form: Form) -> Response:
         if "/" in word or word.endswith((".toml", *suffixes)):
             inside(site.folder, word)
     program = relative(site.folder, words[-1])
-    return run_verb(request, words[1:], "/run", program=program, placement=words[2])
+    return run_verb(request, words[1:], "/diagnosis/planned", program=program, placement=words[2])
+
+
+def planned(request: Request) -> Response:
+    """The measurement that was planned: how the gauge is laid for it, and what is done then."""
+    import stepgauge as sg
+
+    site, query = site_of(request), request.query_params
+    placement, program = (relative(site.folder, query.get(name, "")) for name in ("placement", "program"))
+    lies = sg.read_placement(placement, site.stated("gauge"))
+    ends = [("C1", lies.c1_mm.tolist()), ("C2", lies.c2_mm.tolist())]
+    return render(request, "planned.html.j2", placement=placement, program=program, ends=ends, lies=lies)
 
 
 ROUTES = [
@@ -232,5 +245,6 @@ ROUTES = [
     Route("/diagnosis", form_endpoint(diagnose), methods=["POST"]),
     Route("/diagnosis/scene.json", scene),
     Route("/diagnosis/without", form_endpoint(without), methods=["POST"]),
+    Route("/diagnosis/planned", planned),
     Route("/diagnosis/next", form_endpoint(plan_next), methods=["POST"]),
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import hashlib
 import io
 from collections.abc import Iterable, Sequence
@@ -212,6 +213,8 @@ def _dated(imported: Imported, form: Form) -> Imported:
         return imported
     if day is None:
         raise InputError(naming("measured_on"), naming("not_filled_in"))
+    if day > datetime.date.today():
+        raise InputError(naming("measured_on"), naming("in_the_future"), found=day.isoformat())
     return replace(imported, recording=found.assign_comments(measured_at=day.isoformat()))
 
 

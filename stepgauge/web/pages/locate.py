@@ -238,8 +238,8 @@ def scene(request: Request) -> Response:
     if name := query.get("points"):
         points, judged = _judged(site, PointSet.of(name, asked_form(request)))
         lies, suspects = (None, ()) if judged is None else (judged.lies, judged.suspects)
-    elif Path(site.placement).exists():
-        lies = read_placement(site.placement, gauge)
+    elif Path(named := query.get("placement") or site.placement).exists():
+        lies = read_placement(relative(site.folder, named), gauge)
     return json_answer(request, placement_scene(gauge, lies, points, suspects, travel_mm).to_json())
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
+from stepgauge.web.folder import put_away
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import render, site_of
 
@@ -25,6 +28,15 @@ PAGE_OF = {
 """The page on which the verb that is next can be done."""
 
 
+REMOVABLE = {
+    "recording": "",
+    "evaluation": "/result?evaluation=",
+    "budget": "/result?of=",
+    "diagnosis": "/diagnosis?result=",
+}
+"""What a person may have made by mistake, with the page that shows it."""
+
+
 def show(request: Request) -> Response:
     """The page; what is in the files is read when it is open."""
     if site_of(request).has_project:
@@ -40,7 +52,21 @@ def status(request: Request) -> Response:
 
     found = project_status(site_of(request).project())
     reason = next((one.what for one in found.items[:2] if one.wrong), found.command.split()[1])
-    return render(request, "project_status.html.j2", status=found, reason=reason, page=PAGE_OF.get(reason, ""))
+    file = found.command.split()[2] if reason in ("evaluate", "budget", "diagnose", "report") else ""
+    content: dict[str, Any] = {"status": found, "reason": reason, "file": file, "page": PAGE_OF.get(reason, "")}
+    return render(request, "project_status.html.j2", **content, removable=REMOVABLE)
+
+
+def remove(request: Request, form: Form) -> Response:
+    """A recording or a result into the archive of what was removed."""
+    from stepgauge.project.status import project_status
+
+    site, name = site_of(request), form.text("path")
+    if not any(name == one.path and one.what in REMOVABLE for one in project_status(site.project()).items):
+        raise InputError(name, naming("not_a_choice"))
+    with site.writing():
+        archive = put_away(site.folder, name)
+    return render(request, "removed.html.j2", name=name, archive=archive)
 
 
 def new(request: Request, form: Form) -> Response:
@@ -63,5 +89,6 @@ ROUTES = [
     Route("/", show),
     Route("/project", show),
     Route("/project/status", status),
+    Route("/project/remove", form_endpoint(remove), methods=["POST"]),
     Route("/project/new", form_endpoint(new), methods=["POST"]),
 ]

@@ -85,7 +85,7 @@ def errors(request: Request) -> Response:
         gauge=shown.data["gauge"],
         rows=rows,
         judged=judged,
-        verdict=verdict(words, judged) if judged else None,
+        verdict=verdict(words, judged, budget is not None) if judged else None,
         why=why,
         notes=_notes(shown, words),
         simulated=_is_simulated(shown.data),

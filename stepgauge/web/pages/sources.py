@@ -61,17 +61,18 @@ def budget(request: Request) -> Response:
     values = {name: form.number(name, 0.0, OPEN_SOURCES[name].most, 0.0) or 0.0 for name in trial.names}
     tried = trial.replace_values(values)
     line = _line(tried, shown, form)
-    labels = {one.name: one.label for one in tried.sources}
+    words = words_of(request)
+    labels = {one.name: source_name(words, one.label) for one in tried.sources}
     shares = sorted(line.contributions_um.items(), key=lambda one: -one[1])
     return render(
         request,
         "result_budget.html.j2",
         line=line,
-        title=_title(words_of(request), line),
+        title=_title(words, line),
         shares=[(labels[name], um, (um / line.u_um) ** 2 if line.u_um else 0.0) for name, um in shares],
         values={name: u for name, u in values.items() if u > 0.0},
         shown=shown,
-        missing=[source_name(words_of(request), one.what) for one in tried.not_included],
+        missing=[source_name(words, one.what) for one in tried.not_included],
         percent=tried.coverage_percent,
     )
 

@@ -107,7 +107,7 @@ export function wire(root) {
 // Figures take their colours from the style sheet, so that they follow the look of the page.
 const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 export const line = n => style(`--line-${n}`);
-const AXIS = () => ({gridcolor: style("--plot-grid"), zerolinecolor: style("--quiet"), linecolor: style("--rule"), color: style("--ink")});
+const AXIS = () => ({gridcolor: style("--plot-grid"), zerolinecolor: style("--quiet"), linecolor: style("--rule"), color: style("--ink"), exponentformat: "power"});
 export function looks(layout = {}) {
   const axes = Object.fromEntries(Object.keys(layout).filter(key => /^[xy]axis\d*$/.test(key)).map(key => [key, {...AXIS(), ...layout[key]}]));
   const scene = layout.scene && {...layout.scene, ...Object.fromEntries(["xaxis", "yaxis", "zaxis"].map(key => [key,

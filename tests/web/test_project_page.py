@@ -1,0 +1,56 @@
+"""Project: what was taken by mistake goes into an archive, and nothing looks at it any more."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.web.pages import importing, project
+from tests.dcc.made import one_recording
+from tests.measured import shipped
+from tests.web.conftest import Asked, make_project
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    folder = make_project(tmp_path / "project")
+    monkeypatch.chdir(folder)
+    one_recording().write(folder / "recordings/one.csv")
+    evaluate(one_recording(), shipped()[0]).write(folder / "results/evaluation")
+    return folder
+
+
+def test_a_wrong_recording_and_its_evaluation_are_removed_and_kept(folder: Path) -> None:
+    was = (folder / "recordings/one.csv").read_bytes()
+    for name in ("recordings/one.csv", "results/evaluation"):
+        assert f'value="{name}"' in Asked(folder).get(project.status)
+        answer = Asked(folder).post(project.remove, {"path": name})
+        assert "is removed, and kept in" in answer
+        assert not (folder / name).exists()
+    shown = Asked(folder).get(project.status)
+    assert "recordings/one.csv" not in shown
+    assert "results/evaluation" not in shown
+    assert not list(folder.rglob("evaluation.json"))
+    with zipfile.ZipFile(folder / "removed/recordings-one.csv.zip") as archive:
+        assert archive.read("recordings/one.csv") == was
+    with zipfile.ZipFile(folder / "removed/results-evaluation.zip") as archive:
+        assert "results/evaluation/evaluation.json" in archive.namelist()
+
+
+@pytest.mark.parametrize("name", ["stepgauge.toml", "gauge", "machine/bridge-cmm.toml", "../elsewhere", "", "results"])
+def test_nothing_else_is_removed(folder: Path, name: str) -> None:
+    before = sorted(folder.rglob("*"))
+    assert 'role="alert"' in Asked(folder).post(project.remove, {"path": name})
+    assert sorted(folder.rglob("*")) == before
+
+
+def test_a_day_that_is_still_to_come_is_refused_where_it_is_entered(folder: Path) -> None:
+    text = (folder / "recordings/one.csv").read_text()
+    rows = "\n".join(line for line in text.splitlines() if not line.startswith("#")) + "\n"
+    form = {"pasted": rows, "measured_on": "2999-01-15", "output": "recordings/two.csv"}
+    answer = Asked(folder).post(importing.save, form)
+    assert "this day is still to come" in answer
+    assert not (folder / "recordings/two.csv").exists()
