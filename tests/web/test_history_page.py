@@ -22,7 +22,7 @@ def measured(folder: Path, name: str, day: str, *results: str) -> None:
         evaluate(recording, sg.read_gauge(folder / "gauge/step-gauge-420.toml")).write(folder / "results" / result)
 
 
-def test_the_same_measurement_counts_once_and_one_date_has_no_trend(
+def test_the_same_measurement_counts_once_and_two_dates_have_no_trend(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = make_project(tmp_path / "project")
@@ -30,13 +30,15 @@ def test_the_same_measurement_counts_once_and_one_date_has_no_trend(
     measured(folder, "a", "2026-05-04", "evaluation", "evaluation-a")
     shown = Asked(folder).get(history.part)
     assert shown.count('<td class="date">2026-05-04</td>') == 1
-    assert "One date, no trend" in shown
+    assert "One or two dates are no trend yet" in shown
     assert "nothing drifts" not in shown
     assert "counted once" in shown
     measured(folder, "b", "2026-06-04", "evaluation-b")
     shown = Asked(folder).get(history.part)
     assert shown.count('<td class="date">') == 2
-    assert "One date" not in shown
+    assert "no trend yet" in shown
+    measured(folder, "c", "2026-07-04", "evaluation-c")
+    assert "no trend yet" not in Asked(folder).get(history.part)
 
 
 def test_fields_show_what_holds_where_they_are_empty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

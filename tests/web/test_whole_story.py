@@ -56,6 +56,11 @@ def test_from_sixteen_points_to_the_cause_and_the_printed_report(folder: Path, w
         for selector, change in (("[data-finding]", "toggle"), ("#against", "next")):
             assert min(acted(page, selector, change, "#residuals") for _ in range(3)) < MOST_OF_A_BARE_PAGE * bare
         page.get_by_role("button", name="Plan this measurement").click()
+        page.wait_for_url("**/diagnosis/planned?**")
+        page.locator(".plot[data-ready]").wait_for()
+        assert page.get_by_role("row", name="block 1").get_by_role("cell").count() == 4
+        assert watched.violations() == []
+        page.get_by_role("link", name="On the virtual CMM").click()
         page.wait_for_url("**/run?program=**")
         assert page.get_by_label("Program").input_value().endswith("separate-1.dmi")
 

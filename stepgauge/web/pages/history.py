@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 OUTPUT = "results/history"
 LARGEST_LIMIT = 1e6
+FEWEST_DATES = 3
+"""Through fewer there is no trend: through two points there is always a line."""
 
 
 @cache
@@ -133,7 +135,7 @@ def part(request: Request) -> Response:
         rows=rows,
         remarks=found.remarks,
         output=OUTPUT,
-        one_date=len({one["date"] for one in rows}) < 2,
+        few_dates=len({one["date"] for one in rows}) < FEWEST_DATES,
     )
 
 
