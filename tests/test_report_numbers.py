@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepgauge.files.notation import aligned, printed, printed_unit, rounded, uncertain
+from stepgauge.files.notation import aligned, number_ranges, printed, printed_unit, rounded, uncertain
 
 
 @pytest.mark.parametrize(
@@ -96,3 +96,10 @@ def test_units_and_signs_in_print_but_not_in_names(text: str, shown: str) -> Non
 )
 def test_a_unit_alone_is_set_in_print(unit: str, shown: str) -> None:
     assert printed_unit(unit) == shown
+
+
+def test_many_numbers_are_said_by_their_ranges() -> None:
+    assert number_ranges([1, 2, 3, 7]) == "1 to 3, 7"
+    assert number_ranges([5, 6, 8]) == "5, 6, 8"
+    assert number_ranges(range(3, 93)) == "3 to 92"
+    assert number_ranges([]) == ""

@@ -15,7 +15,7 @@ from stepgauge.conditions.outliers import left_out_words
 from stepgauge.conditions.readings import Readings
 from stepgauge.conditions.resolution import resolution_conditions
 from stepgauge.conditions.temperature import temperature_conditions
-from stepgauge.files.notation import rounded
+from stepgauge.files.notation import number_ranges, rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.face_readings import FaceStatistics
@@ -70,12 +70,11 @@ def _completeness(seen: FaceStatistics) -> Iterator[Condition]:
     faces, count = seen.faces, seen.count
     missing = faces[count == 0]
     if missing.size:
-        words = f"not measured: faces {', '.join(map(str, missing))}; what needs them is left undefined"
+        words = f"not measured: faces {number_ranges(missing.tolist())}; what needs them is left undefined"
         yield Condition("completeness", "contribution", words)
     measured = count[count > 0]
     if measured.size and measured.min() != measured.max():
-        fewer = faces[(count > 0) & (count < measured.max())]
-        shown = ", ".join(map(str, fewer[:10])) + (", ..." if fewer.size > 10 else "")
+        shown = number_ranges(faces[(count > 0) & (count < measured.max())].tolist())
         words = f"unequal cycles: {measured.min()} to {measured.max()} probings per face; fewer on faces {shown}"
         yield Condition("completeness", "contribution", words)
     if measured.size and measured.max() == 1:

@@ -104,6 +104,17 @@ def counted(count: int, thing: str) -> str:
     return f"{count} {plural(thing, count)}"
 
 
+def number_ranges(numbers: Iterable[int]) -> str:
+    """``1, 2, 3, 7`` as ``1 to 3, 7``; of two neighbours both are named."""
+    runs: list[list[int]] = []
+    for value in numbers:
+        if runs and value == runs[-1][-1] + 1:
+            runs[-1].append(value)
+        else:
+            runs.append([value])
+    return ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
+
+
 def vector(values: Iterable[float], decimals: int, unit: str = "") -> str:
     """Components in brackets, with their unit."""
     text = "(" + ", ".join(number(value, decimals) for value in values) + ")"

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.files.notation import clean, number, plural, quantity, uncertain, vector
+from stepgauge.files.notation import clean, number, number_ranges, plural, quantity, uncertain, vector
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, has_yaw
 from stepgauge.machine.file import Machine
@@ -177,23 +177,12 @@ def radius_section(evaluation: dict[str, Any], machine: Machine | None, budget: 
         if line is not None:
             u = f"U = {uncertain(None, line.expanded_um)[1]} µm, k = {line.k:.2f}"
         section.add(f"R_eff{tail}", f"{number(result['r_eff_mm'], 5)} mm ({u})")
-        section.add(f"From {plural('block', len(result['r_eff_blocks']))}{tail}", _ranges(result["r_eff_blocks"]))
+        section.add(f"From {plural('block', len(result['r_eff_blocks']))}{tail}", number_ranges(result["r_eff_blocks"]))
         if nominal_mm is not None:
             pretravel_um = (nominal_mm - result["r_eff_mm"]) * 1e3
             section.add(f"Nominal − R_eff{tail}", quantity(pretravel_um, 2, "µm"))
     section.add("Origin", evaluation["r_eff_meaning"])
     return section
-
-
-def _ranges(numbers: list[int]) -> str:
-    """``1, 2, 3, 7`` as ``1 to 3, 7``."""
-    runs: list[list[int]] = []
-    for value in numbers:
-        if runs and value == runs[-1][-1] + 1:
-            runs[-1].append(value)
-        else:
-            runs.append([value])
-    return ", ".join(str(run[0]) if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs)
 
 
 def recording_section(evaluation: dict[str, Any], title: str = "Recording") -> Section:

@@ -107,7 +107,7 @@ def test_from_the_paper_certificate_to_the_signed_pdf(tmp_path: Path, watched: W
         page.locator(".verdict").get_by_text("U lacks: the resolution").wait_for()
         page.locator("input[name=resolution]").fill("0.1")
         page.get_by_role("button", name="Put these values into the machine file").click()
-        page.locator(".verdict").get_by_text("U lacks: the whole of it").wait_for()
+        page.locator(".verdict").get_by_text("compute the uncertainty first").wait_for()
         page.get_by_role("button", name="Compute the uncertainty").first.click()
         page.locator(".verdict").get_by_text("Pass").wait_for()
         is_good(watched)

@@ -13,7 +13,7 @@ from stepgauge.web.evaluations import budget_words
 from stepgauge.web.folder import existing, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import render, run_verb, site_of
-from stepgauge.web.site import Site
+from stepgauge.web.verb_fields import options, verb_fields
 
 RESULTS = ("evaluation.json", "diagnosis.json")
 SAID = ("number", "customer", "location", "operator", "remarks")
@@ -56,7 +56,8 @@ def make(request: Request, form: Form) -> Response:
     suffix = ".pdf" if form.text("as") == "pdf" else ".html"
     target = f"results/report-{Path(result).name}{suffix}"
     relative(site.folder, target)
-    words = [word for key in SAID for word in _said(site, result, key, form)]
+    of_evaluation = (site.folder / result / RESULTS[0]).exists()  # on no other report a person says something
+    words = options(verb_fields("report", only=SAID), form.texts) if of_evaluation else []
     return run_verb(
         request,
         ["report", result, *words, *budget_words(site, result), "-o", target],
@@ -64,12 +65,6 @@ def make(request: Request, form: Form) -> Response:
         result=result,
         paper=target,
     )
-
-
-def _said(site: Site, result: str, key: str, form: Form) -> list[str]:
-    """What a person says stands on the report of an evaluation alone."""
-    of_evaluation = (site.folder / result / RESULTS[0]).exists()
-    return [f"--{key}", form.text(key)] if of_evaluation and form.text(key) else []
 
 
 def paper(request: Request) -> Response:
