@@ -44,12 +44,15 @@ class Compensation(Plotted):
         return replace(self, text=text)
 
     def summary(self) -> str:
-        """Notes, rows, range, and the largest correction with the largest standard uncertainty."""
+        """Notes of the table, rows, range, and the largest correction with the largest standard uncertainty.
+
+        What the evaluation says of its readings stands there, and with all notes in the ``.json`` of the table.
+        """
         table, x = self.table, self.table.position_mm
         largest = max(abs(table.positive_um).max(), abs(table.negative_um).max())
         u = max(table.u_positive_um.max(), table.u_negative_um.max())
         return join_lines(
-            *(f"note: {note}" for note in table.notes),
+            *(f"note: {note}" for note in table.notes if note not in stored_conditions(self.evaluation).notes),
             f"{table.axis}: {len(table)} rows from {x[0]:.3f} to {x[-1]:.3f} mm, zero at {table.zero_at_mm:.3f} mm;"
             f" largest correction {largest:.2f} um, largest standard uncertainty {u:.2f} um",
             f"note: {self.known.name} needs: {self.known.convention.needs}",
