@@ -93,6 +93,8 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
     whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.getoption("usepdb")
     if whole and config.option.numprocesses is None:
         config.option.numprocesses = min(os.cpu_count() or 1, 8) + 1
+        for library in ("OPENBLAS", "OMP", "MKL"):  # every core has its process: further threads only wait for one
+            os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     if whole and sys.dont_write_bytecode:
         share_compiled_files()
     config.option.loadscopereorder = False  # the order is that of the next function

@@ -103,19 +103,24 @@ def test_too_little_to_tell_is_a_verdict_and_no_error(tmp_path: Path, run: Run) 
 
 
 @pytest.mark.parametrize("name", ["diagnosis.md", "overview.png", "diagnosis.json", "separate-1.toml"])
-def test_files_that_are_somebodys_own_are_not_replaced(tmp_path: Path, run: Run, name: str) -> None:
-    """Those of an earlier diagnosis are; which they are is seen by its diagnosis.json."""
+def test_files_that_are_somebodys_own_are_not_replaced(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("my own")
+    with pytest.raises(InputError, match=f"{re.escape(name)}.* is of no earlier result") as refused:
+        made("null")[1].write(tmp_path)
+    for words in ("no diagnosis.json of stepgauge in this folder", "another folder"):
+        assert words in str(refused.value)
+    assert [(one.name, one.read_text()) for one in tmp_path.iterdir()] == [(name, "my own")]
+
+
+def test_files_of_an_earlier_diagnosis_are_replaced_and_others_stay(tmp_path: Path, run: Run) -> None:
+    """Which they are is seen by its diagnosis.json."""
     path, out = as_file(tmp_path, record(machine(), seed=3)), tmp_path / "out"
     out.mkdir()
-    (out / name).write_text("my own")
+    (out / "diagnosis.md").write_text("my own")
     result = run("diagnose", path, *COMMON, "-o", out)
     assert result.code == 2
-    for words in (name, "no diagnosis.json of stepgauge in this folder", "another folder"):
-        assert words in result.err
-    assert [(one.name, one.read_text()) for one in out.iterdir()] == [(name, "my own")]
-    with pytest.raises(InputError, match="is of no earlier result"):
-        made("null")[1].write(out)
-    (out / name).unlink()
+    assert "diagnosis.md" in result.err
+    (out / "diagnosis.md").unlink()
     (out / "notes.txt").write_text("notes")
     for _ in range(2):
         assert run("diagnose", path, *COMMON, "-o", out).code == 0

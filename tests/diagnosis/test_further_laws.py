@@ -232,8 +232,9 @@ def test_a_heater_that_goes_on_later_is_a_drift_from_that_event_on() -> None:
 SOAKING = {"kind": "gauge_soaking", "time_constant_h": 0.1}
 
 
-@pytest.mark.parametrize("seed", [11, 12])
-@pytest.mark.parametrize("truth", [SOAKING | {"warmed": "once"}, SOAKING | {"warmed": "anew"}])
+@pytest.mark.parametrize(
+    ("truth", "seed"), [(SOAKING | {"warmed": "once"}, 11), (SOAKING | {"warmed": "anew"}, 12)], ids=["once", "anew"]
+)
 def test_a_gauge_that_has_not_soaked_is_named_and_no_squareness_or_scale(truth: dict[str, Any], seed: int) -> None:
     """It was told as a squareness of 86(23) urad, or as a scale error and a drift: it was not in the vocabulary."""
     recording = measured((turned(4.0), turned(85.0)), seed, 6)
@@ -244,10 +245,9 @@ def test_a_gauge_that_has_not_soaked_is_named_and_no_squareness_or_scale(truth: 
     assert off(one, "time_constant_h", 0.1) < 3.0
 
 
-@pytest.mark.parametrize("seed", [11, 12])
-def test_a_gauge_laid_the_wrong_way_round_is_named_also_beside_a_scale_error(seed: int) -> None:
+def test_a_gauge_laid_the_wrong_way_round_is_named_also_beside_a_scale_error() -> None:
     """It was told as a curve over its positions, without a cause."""
-    recording, faces = measured((turned(4.0), turned(85.0)), seed), STEPS.position_mm
+    recording, faces = measured((turned(4.0), turned(85.0)), 11), STEPS.position_mm
     mirrored = faces[-1] - faces[::-1]
     side = np.where(recording.frame["face"] % 2 == 1, 1.0, -1.0)
     laid = moved(recording, ((mirrored - faces) * 1e3)[recording.frame["face"] - 1] * side)
