@@ -69,10 +69,10 @@ def test_a_report_of_a_test_says_who_writes_it(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"writes its own report.*write\(folder\)"):
         sg.report(test, tmp_path / "x.pdf")
     assert not list(tmp_path.iterdir())
-    paths, _ = test.write(tmp_path)
+    paths = test.write(tmp_path)
     assert any(path.suffix == ".pdf" for path in paths)
     with pytest.raises(InputError, match=r"^axes: .*plot\(\) alone"):
-        test.plot(test.plot().axes[0])
+        test.plot(test.plot())
 
 
 def test_missing_readings_cost_their_targets_where_that_leaves_more() -> None:
@@ -97,8 +97,14 @@ def test_recordings_are_equal_where_their_numbers_are(tmp_path: Path) -> None:
     assert one != "axis"
 
 
-def test_a_shipped_file_is_its_text() -> None:
-    assert tomllib.loads(str(sg.list_files("bridge-cmm.toml")))["machine"]
+def test_a_shipped_file_is_its_text_and_can_be_copied_to_be_changed(tmp_path: Path) -> None:
+    one = sg.list_files("bridge-cmm.toml")
+    assert tomllib.loads(str(one))["machine"]
+    (copy,) = one.copy(tmp_path)
+    assert copy.read_text().rstrip("\n") == str(one)
+    for again in (one, sg.list_files()):
+        with pytest.raises(InputError, match=r"exists already|which file\?"):
+            again.copy(tmp_path)
 
 
 def test_a_direction_of_1_and_0_is_told_what_is_understood() -> None:

@@ -13,7 +13,8 @@ from click.core import ParameterSource
 from stepgauge.cli.interrupt import stoppable
 from stepgauge.cli.say import say, say_lines, say_written, show
 from stepgauge.cli.supplied import supply
-from stepgauge.verbs.define import Verb, Written, reads, writes
+from stepgauge.files.display import Written
+from stepgauge.verbs.define import Verb, reads, writes
 from stepgauge.verbs.kinds import Pair, Reads, Supplied, Writes
 
 SHOWN = 10

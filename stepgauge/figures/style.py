@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -95,19 +96,34 @@ def new_figure(width_mm: float, height_mm: float) -> Figure:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
+    size = (width_mm / _MM_PER_INCH, height_mm / _MM_PER_INCH)
     with figure_style():
-        figure = Figure(figsize=(width_mm / _MM_PER_INCH, height_mm / _MM_PER_INCH), layout="constrained")
+        if _ON_SCREEN.get():
+            from matplotlib import pyplot
+
+            return pyplot.figure(figsize=size, layout="constrained")
+        figure = Figure(figsize=size, layout="constrained")
         FigureCanvasAgg(figure)
     return figure
 
 
-def own_axes() -> Axes:
-    """Axes of pyplot for a person who looks at them: a notebook shows them, and so does ``pyplot.show()``."""
-    from matplotlib import pyplot
+_ON_SCREEN: ContextVar[bool] = ContextVar("_ON_SCREEN", default=False)
 
-    size = (LOOKED_AT_MM[0] / _MM_PER_INCH, LOOKED_AT_MM[1] / _MM_PER_INCH)
-    with figure_style():
-        return pyplot.subplots(figsize=size, layout="constrained")[1]
+
+@contextmanager
+def on_screen() -> Iterator[None]:
+    """Figures that are made meanwhile are pyplot's: a notebook shows them, and so does ``pyplot.show()``."""
+    before = _ON_SCREEN.set(True)
+    try:
+        yield
+    finally:
+        _ON_SCREEN.reset(before)
+
+
+def own_axes() -> Axes:
+    """Axes for a person who looks at them."""
+    with on_screen(), figure_style():
+        return new_figure(*LOOKED_AT_MM).subplots()
 
 
 def legend_handlers() -> dict[type, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -81,6 +82,14 @@ class Plotted(Summarized):
         with figures("style").figure_style():
             getattr(figures(module), function)(on, self, **options)
         return on
+
+
+class Written(list[Any]):
+    """Paths that were written (None: was not asked for), and ``notes``: what is to be said of them."""
+
+    def __init__(self, paths: Iterable[Any] = (), notes: Iterable[str] = ()) -> None:
+        super().__init__(paths)
+        self.notes = tuple(notes)
 
 
 def figures(module: str) -> ModuleType:

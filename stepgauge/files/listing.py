@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stepgauge.errors import InputError, naming
 from stepgauge.files.display import Summarized
+from stepgauge.files.outputs import finish_left
+from stepgauge.files.resources import find_shipped
+from stepgauge.files.text import read_text, write_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,6 +30,24 @@ class Listing(Summarized):
         width = max((len(name) for name, _ in rows), default=0)
         lines = [f"{name:<{width}}  {words}" for name, words in rows]
         return cls("\n".join([*lines, after] if after else lines), rows)
+
+    def copy(self, folder: str | Path) -> list[Path]:
+        """Copy the shipped file that was listed (and what belongs to it) into a folder, to be changed.
+
+        :class:`InputError` where several were listed, or one is there already: nothing is overwritten.
+        """
+        if len(self.rows) != 1:
+            raise InputError(naming("copy_to"), "which file?", expected=naming("name"))
+        finish_left(folder)
+        shipped, written = find_shipped(self.rows[0][0]), []
+        for path in dict.fromkeys([shipped, shipped.with_suffix(".csv")]):
+            if path.exists():
+                target = Path(folder) / path.name
+                if target.exists():
+                    raise InputError(target, "exists already", expected="another folder; nothing is overwritten")
+                write_text(target, read_text(path))
+                written.append(target)
+        return written
 
     def __str__(self) -> str:
         """The text, as the file has it."""

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.drift import drift_figure
+from stepgauge.files.display import Written
 from stepgauge.files.notation import make_sentence, number, quantity
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
@@ -62,8 +63,8 @@ def report_drift(
     stated: UserStatements,
     template: str | Path | None = None,
     suffix: str = "png",
-) -> tuple[list[Path], tuple[str, ...]]:
-    """Write all files of a test into a folder (made if missing): JSON, CSV, figure and report; paths, and notes."""
+) -> Written:
+    """Write all files of a test into a folder (made if missing): JSON, CSV, figure and report; paths with notes."""
     content = drift_content(test, stated)
     files = [lambda into: write_drift(into, test)]
     return write_test(folder, "iso230-3", content, files, [(f"iso230-3-figure.{suffix}", drift_figure(test))], template)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso10360 import length_test_figure
+from stepgauge.files.display import Written
 from stepgauge.files.notation import number, quantity, vector
 from stepgauge.machine.file import Machine
 from stepgauge.reports.content import figure_svg
@@ -76,8 +77,8 @@ def report_length_test(
     template: str | Path | None = None,
     suffix: str = "png",
     further: Sequence[LengthTest] = (),
-) -> tuple[list[Path], tuple[str, ...]]:
-    """Write all files of a test into a folder (made if missing): JSON, CSV, figures and report; paths, and notes.
+) -> Written:
+    """Write all files of a test into a folder (made if missing): JSON, CSV, figures and report; the paths, with notes.
 
     ``template``: your own Typst template; ``suffix`` of the figures: png, svg or pdf. A template that fails
     (:class:`InputError`) does so before anything is written.

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso10360_5 import probing_figure
+from stepgauge.files.display import Written
 from stepgauge.files.notation import quantity, vector
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
@@ -59,8 +60,8 @@ def report_probing(
     machine: str | None = None,
     template: str | Path | None = None,
     suffix: str = "png",
-) -> tuple[list[Path], tuple[str, ...]]:
-    """Write all files of a test into a folder (made if missing): JSON, CSV, figure and report; paths, and notes."""
+) -> Written:
+    """Write all files of a test into a folder (made if missing): JSON, CSV, figure and report; paths with notes."""
     content = probing_content(test, stated, machine)
     figures = [(f"iso10360-5-figure.{suffix}", probing_figure(test))]
     return write_test(folder, "iso10360-5", content, [lambda into: write_probing(into, test)], figures, template)

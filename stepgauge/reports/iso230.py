@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso230 import positioning_figure
+from stepgauge.files.display import Written
 from stepgauge.files.notation import number, quantity
 from stepgauge.machine.file import Machine
 from stepgauge.reports.content import figure_svg
@@ -80,8 +81,8 @@ def report_positioning(
     machine: Machine | None = None,
     template: str | Path | None = None,
     suffix: str = "png",
-) -> tuple[list[Path], tuple[str, ...]]:
-    """Write all files of a test into a folder (made if missing): JSON, CSV, figures and report; paths, and notes.
+) -> Written:
+    """Write all files of a test into a folder (made if missing): JSON, CSV, figures and report; the paths, with notes.
 
     ``template``: your own Typst template; ``suffix`` of the figures: png, svg or pdf. A template that fails
     (:class:`InputError`) does so before anything is written.

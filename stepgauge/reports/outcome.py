@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
-from stepgauge.files.display import Summarized, join_lines
+from stepgauge.files.display import Summarized, Written, figures, join_lines
 from stepgauge.files.outputs import open_set
 from stepgauge.files.stored import result_shown
 from stepgauge.reports.page import UserStatements
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Reported = Callable[[Path, UserStatements, "str | Path | None", str], tuple[list[Path], tuple[str, ...]]]
-"""Given folder, statements, template and format of the figures, writes; returns paths and notes on the report."""
+Reported = Callable[[Path, UserStatements, "str | Path | None", str], Written]
+"""Given folder, statements, template and format of the figures, writes; returns the paths with notes."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -43,12 +43,16 @@ class StandardTest(Summarized):
 
         return pd.read_csv(io.StringIO(self.table), comment="#")
 
-    def plot(self, axes: Axes | None = None) -> Figure:
-        """The figure of the standard; ``axes``: :class:`InputError`, for its panels and legend are a figure."""
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """The figure of the standard; returns the axes of its first panel, whose ``figure`` has the others.
+
+        ``axes``: :class:`InputError`, for panels and legend are a figure of their own.
+        """
         if axes is not None:
             what = "a test by a standard is drawn as a figure of several panels"
             raise InputError("axes", what, found=type(axes).__name__, expected="plot() alone, which gives it")
-        return self.drawn()
+        with figures("style").on_screen():
+            return self.drawn().axes[0]
 
     def write(
         self,
@@ -57,8 +61,8 @@ class StandardTest(Summarized):
         *,
         stated: UserStatements | None = None,
         template: str | Path | None = None,
-    ) -> tuple[list[Path], tuple[str, ...]]:
-        """Write JSON, CSV, figures and the report (PDF) into a folder; returns the paths, and notes on the report."""
+    ) -> Written:
+        """Write JSON, CSV, figures and the report (PDF) into a folder; returns paths with ``notes``."""
         import datetime
 
         with open_set(lambda: result_shown(self)):

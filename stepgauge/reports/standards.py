@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.conditions import Conditions
+from stepgauge.files.display import Written
 from stepgauge.files.notation import make_sentence, number
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
@@ -50,11 +51,11 @@ def write_test(
     files: Sequence[Any],
     figures: Sequence[tuple[str, Figure]],
     template: str | Path | None = None,
-) -> tuple[list[Path], tuple[str, ...]]:
+) -> Written:
     """Write the files of a test into a folder (made if missing); ``NAME.pdf`` first, for its template may fail.
 
     ``files``: functions of the folder that write JSON and CSV and return paths; ``figures``: file name and figure.
-    Returns all paths, and notes on the report.
+    Returns all paths, with the notes on the report.
     """
     from stepgauge.figures.style import save_figure
 
@@ -64,7 +65,7 @@ def write_test(
     for file, figure in figures:
         save_figure(figure, Path(folder) / file, bool(content["simulated"]))
         paths.append(Path(folder) / file)
-    return [*paths, report], notes
+    return Written([*paths, report], [f"note: {note}" for note in notes])
 
 
 def rules_table(rules: Sequence[dict[str, Any]], excluded: Sequence[dict[str, str]] = ()) -> PrintedTable:

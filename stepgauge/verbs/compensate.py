@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING, Annotated
 
-from stepgauge.verbs.define import Written, verb
+from stepgauge.files.display import Written
+from stepgauge.verbs.define import verb
 from stepgauge.verbs.kind import ARGUMENT
 from stepgauge.verbs.kinds import Count, Number, OneOf, Reads, Vector
 from stepgauge.verbs.shared import File, OutputFile, Plot

@@ -37,14 +37,6 @@ class Of:
         object.__setattr__(self, "names", names)
 
 
-class Written(list[Any]):
-    """Paths that were written (None: was not asked for), and what is to be said of them."""
-
-    def __init__(self, paths: Iterable[Any] = (), notes: Iterable[str] = ()) -> None:
-        super().__init__(paths)
-        self.notes = tuple(notes)
-
-
 @dataclass(frozen=True)
 class VerbParameter:
     """One parameter of a verb: ``sentence`` says what it is, ``default`` is :data:`REQUIRED` where there is none.

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
-from stepgauge.verbs.define import Written, verb
+from stepgauge.files.display import Written
+from stepgauge.verbs.define import verb
 from stepgauge.verbs.kind import ARGUMENT
 from stepgauge.verbs.kinds import Flag, Pair, Reads, Repeated, Supplied, Text
 from stepgauge.verbs.shared import (

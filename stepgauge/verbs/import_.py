@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
-from stepgauge.verbs.define import Written, verb
+from stepgauge.files.display import Written
+from stepgauge.verbs.define import verb
 from stepgauge.verbs.kind import ARGUMENT, Kind
 from stepgauge.verbs.kinds import Count, Number, OneOf, Pair, Reads, Repeated, Text
 from stepgauge.verbs.shared import (

@@ -42,25 +42,7 @@ def write_copies(
     ----------
     copy_to : copy the file (and what belongs to it) into this folder, to be changed
     """
-    from stepgauge.errors import InputError, naming
-    from stepgauge.files.outputs import finish_left
-    from stepgauge.files.resources import find_shipped
-    from stepgauge.files.text import read_text, write_text
-
-    if copy_to is None:
-        return []
-    if len(listing.rows) != 1:
-        raise InputError(naming("copy_to"), "which file?", expected=naming("name"))
-    finish_left(copy_to)
-    shipped, written = find_shipped(listing.rows[0][0]), []
-    for path in dict.fromkeys([shipped, shipped.with_suffix(".csv")]):
-        if path.exists():
-            target = Path(copy_to) / path.name
-            if target.exists():
-                raise InputError(target, "exists already", expected="another folder; nothing is overwritten")
-            write_text(target, read_text(path))
-            written.append(target)
-    return written
+    return [] if copy_to is None else listing.copy(copy_to)
 
 
 @verb(write_copies, shows=True, in_project=False)

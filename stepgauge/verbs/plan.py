@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated
 
-from stepgauge.verbs.define import Written, verb
+from stepgauge.files.display import Written
+from stepgauge.verbs.define import verb
 from stepgauge.verbs.kind import ARGUMENT
 from stepgauge.verbs.kinds import BlockRange, Count, Flag, Number, OneOf, Pair, Reads, Repeated, Text, Vector
 from stepgauge.verbs.shared import DIALECTS, File, GaugeLike, MachineIfNeeded, OutputFile, TipRadius

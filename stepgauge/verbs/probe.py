@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from stepgauge.verbs.define import Written, verb
+from stepgauge.files.display import Written
+from stepgauge.verbs.define import verb
 from stepgauge.verbs.kind import ARGUMENT
 from stepgauge.verbs.kinds import Count, Flag, Number, OneOf, Reads, Text, Vector, Writes
 from stepgauge.verbs.shared import FIGURES, CoverageFactor, File, OutputFile, Plot, TipDiameter

@@ -3,7 +3,8 @@
 import datetime
 from typing import TYPE_CHECKING, Annotated, Any
 
-from stepgauge.verbs.define import Of, Written
+from stepgauge.files.display import Written
+from stepgauge.verbs.define import Of
 from stepgauge.verbs.kinds import IsoDate, Reads, Text
 from stepgauge.verbs.shared import Figure, File, OutputFolder
 
@@ -57,5 +58,4 @@ def write_test(
     output : folder for JSON, CSV, figures and the report (PDF) of the test (made if missing)
     """
     template = statement.pop("template", None)
-    paths, notes = test.write(output, figure, stated=stated(**statement), template=template)
-    return Written(paths, [f"note: {note}" for note in notes])
+    return test.write(output, figure, stated=stated(**statement), template=template)

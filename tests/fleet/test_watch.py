@@ -160,6 +160,9 @@ def test_infer_and_watch_on_a_store(tmp_path: Path) -> None:
     assert (tmp_path / "watch.png").stat().st_size > 10_000
     seen = sg.watch_fleet(store, limits={"scale": 5.0})
     assert not seen.simulated
+    back = sg.read_result(tmp_path / "watch.json")
+    assert (back.kind, back.summary()) == ("fleet watch", seen.summary())
+    assert len(back.to_frame()) == len(seen.to_frame())
     table = seen.to_frame().set_index(["owner", "quantity"])
     for one in feed.quantities:
         assert table.loc[(one.owner, one.quantity), "level"] == one.level

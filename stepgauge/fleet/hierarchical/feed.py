@@ -92,6 +92,7 @@ class Feed(TomlTable):
     limits: dict[str, float]
     quantities: list[VisitQuantity]
     histories: list[MachineDrift] = Field(default_factory=list)
+    result: dict[str, Any] = Field(default_factory=dict, description="its lines and its table")
     checksum: str = Field("", description="SHA-256 of the rest, as in every JSON file of stepgauge")
 
 
@@ -153,7 +154,7 @@ def _limit(one: Watched) -> Limit | None:
 def write_feed(folder: str | Path, feed: Feed) -> list[Path]:
     """Write ``watch.json``, its schema and ``watch.csv`` into a folder (made if missing); returns their paths."""
     paths = [Path(folder) / name for name in ("watch.json", "watch.schema.json", "watch.csv")]
-    write_json(paths[0], feed.model_dump(exclude={"checksum"}))
+    write_json(paths[0], feed.model_dump(exclude={"result", "checksum"}))
     write_json(paths[1], feed_schema())
     write_text(paths[2], _csv(feed))
     return paths

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from stepgauge.files.display import Summarized, figures, join_lines
 from stepgauge.files.notation import rounded
 from stepgauge.files.outputs import open_set
+from stepgauge.files.stored import result_shown
 from stepgauge.fleet.hierarchical.answer import FleetInference, date_text
 from stepgauge.fleet.hierarchical.feed import Feed, MachineDrift, make_feed, write_feed
 from stepgauge.fleet.hierarchical.watch import Watched, watch
@@ -68,7 +69,7 @@ class FleetWatch(Summarized):
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``watch.json``, its schema, ``watch.csv`` and the figure (png, svg, pdf); returns the paths."""
-        with open_set():
+        with open_set(lambda: result_shown(self)):
             path = Path(folder) / f"watch.{figure}"
             figures("fleet").draw_watch(path, self.watched, self.simulated)
             return [*write_feed(folder, self.feed()), path]

@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING, Annotated, Any
 
-from stepgauge.verbs.define import Of, Written, verb
+from stepgauge.files.display import Written
+from stepgauge.verbs.define import Of, verb
 from stepgauge.verbs.kinds import Count, Flag, OneOf, Text
 from stepgauge.verbs.plan import PATH, Controls, TextFile, plan
 from stepgauge.verbs.shared import DIALECTS, GaugeLike, MachineLike, OutputFolder, Search
