@@ -110,7 +110,7 @@ def test_a_verb_that_is_added_in_one_place_is_everywhere(weigh: ModuleType, run:
     (tmp_path / "stepgauge.toml").write_text('[weigh]\nload = 7.0\nscale = "spring"\noutput = "mass.txt"\n')
     done = run("weigh", "table.csv")
     assert done.err.splitlines() == [
-        "from stepgauge.toml: --load 7.0, --scale spring, --output mass.txt",
+        "from stepgauge.toml: --load 7.0, --scale spring",
         "7.0 kg",
         "wrote mass.txt",
     ]

@@ -76,8 +76,9 @@ def _telling(callback: Any, project: Project, words: tuple[str, ...]) -> Any:
         ]
         for one in taken:
             check_file(project, words, one.key, one.one)
-        if taken:
-            say(f"from {NAME}: {', '.join(f'--{one.key} {_shown(ctx.params[one.name])}' for one in taken)}")
+        told = [one for one in taken if one.one.is_read or not one.one.is_path]  # what is written 'wrote' names
+        if told:
+            say(f"from {NAME}: {', '.join(f'--{one.key} {_shown(ctx.params[one.name])}' for one in told)}")
         return callback(*args, **kwargs)
 
     return run

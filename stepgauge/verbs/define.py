@@ -243,7 +243,9 @@ def _parameters(function: Callable[..., Any], writes: bool) -> tuple[VerbParamet
         marks = getattr(one.annotation, "__metadata__", ())
         of = next((mark for mark in marks if isinstance(mark, Of)), None)
         if of is not None:
-            others = {other.name: other for other in _parameters(of.function, writes=False)}
+            known: Verb | None = getattr(of.function, "verb", None)  # whose function shows types for people by now
+            defined = _parameters(of.function, writes=False) if known is None else known.parameters
+            others = {other.name: other for other in defined}
             found += [replace(others[name], argument=False, writes=writes, borrowed=True) for name in of.names]
             continue
         kind = next((mark for mark in marks if isinstance(mark, Kind)), Kind())
