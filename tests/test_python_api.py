@@ -82,7 +82,8 @@ list_files(name=None)
 list_gauges()
 list_machines()
 list_priors()
-locate(points, gauge, *, machine=None, blocks=None, tip_radius_mm=None, repeatability_um=None, turned=False, surface=False)
+locate(points, gauge, *, machine=None, blocks=None, tip_radius_mm=None, repeatability_um=None, turned=False,
+    surface=False)
 machine_history(folder, *, limits=None, machine_name=None, gauge_serial=None, date_from="record", store=None,
     rebuild=False, own_store=None, tell=None)
 measure(program, machine, gauge, placement, *, server, journal, resume=False, homing=False, tool="StepGaugeProbe",
