@@ -20,6 +20,7 @@ from stepgauge.compensation.conventions import SKEW_CONVENTIONS
 from stepgauge.conditions import require_statement, stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
+from stepgauge.files.json_types import defined
 from stepgauge.files.resources import folder
 from stepgauge.files.templating import check_printable, fill_template
 
@@ -121,7 +122,7 @@ def render_skew(skew: Skew, firmware: str, evaluation: Mapping[str, Any], path: 
         "plane": skew.plane,
         "factor": factor,
         "ppm": skew.alpha_rad * 1e6,
-        "u_ppm": None if math.isnan(skew.u_rad) else skew.u_rad * 1e6,
+        "u_ppm": defined(skew.u_rad * 1e6),
         "ac_mm": diagonals[0],
         "bd_mm": diagonals[1],
         "side_mm": SIDE_MM,

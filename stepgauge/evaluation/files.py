@@ -13,6 +13,7 @@ from stepgauge import __version__
 from stepgauge.evaluation.evaluate import Evaluation, PlacementResult
 from stepgauge.evaluation.face_errors import REffOrigin, reversal_of_scale_um
 from stepgauge.files.dates import first_moment
+from stepgauge.files.json_types import defined
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import read_result, write_json, write_text
 from stepgauge.gauge.certified import Gauge
@@ -75,12 +76,12 @@ def evaluation_to_dict(evaluation: Evaluation) -> dict[str, Any]:
         "blocks": list(evaluation.blocks),
         "mpe": None if evaluation.limit is None else str(evaluation.limit),
         "r_eff_mm": float(radii.mean()),
-        "u_r_eff_mm": _number(float(np.sqrt((u**2).sum()) / len(u))),
+        "u_r_eff_mm": defined(float(np.sqrt((u**2).sum()) / len(u))),
         "r_eff_origin": evaluation.r_eff_origin,
         "r_eff_meaning": R_EFF_ORIGIN[evaluation.r_eff_origin],
         "span_mm": max(result.span_mm for result in results),
-        "band_um": _number(_largest([result.band_um for result in results])),
-        "worst_two_sigma_um": _number(_largest([result.worst_two_sigma_um for result in results])),
+        "band_um": defined(_largest([result.band_um for result in results])),
+        "worst_two_sigma_um": defined(_largest([result.worst_two_sigma_um for result in results])),
         "temperature_convention": convention_words(evaluation.comments),
         "placements": [_placement_to_dict(result, gauge) for result in results],
     }
@@ -96,11 +97,11 @@ def _placement_to_dict(result: PlacementResult, gauge: Gauge) -> dict[str, Any]:
         "gauge_temperature_C": result.gauge_temperature_C,
         "scale_temperature_C": result.scale_temperature_C,
         "r_eff_mm": result.radius.r_eff_mm,
-        "u_r_eff_mm": _number(result.radius.u_mm),
+        "u_r_eff_mm": defined(result.radius.u_mm),
         "r_eff_blocks": list(result.radius.blocks),
         "span_mm": result.span_mm,
-        "band_um": _number(result.band_um),
-        "worst_two_sigma_um": _number(result.worst_two_sigma_um),
+        "band_um": defined(result.band_um),
+        "worst_two_sigma_um": defined(result.worst_two_sigma_um),
         "notes": list(result.notes),
         "conditions": result.conditions.to_dicts(),
         "left_out": [one.to_dict() for one in result.left_out],
@@ -118,7 +119,7 @@ def face_rows(result: PlacementResult) -> list[dict[str, Any]]:
             "side": "front" if face % 2 else "back",
             "nominal_mm": float(result.nominal_mm[i]),
             "position_mm": float(result.position_mm[i]),
-            **{name: _number(float(values[i])) for name, values in columns.items()},
+            **{name: defined(float(values[i])) for name, values in columns.items()},
             "interpolated": "xb" if face % 2 else "xf",
             "count": int(result.count[i]),
         }
@@ -140,10 +141,6 @@ def stored_reversal_of_scale_um(stored: Mapping[str, Any], origin: REffOrigin) -
     face, count = (np.array([row[name] for row in rows], np.int64) for name in ("face", "count"))
     position, xm = (np.array([row[name] for row in rows], float) for name in ("position_mm", "xm_um"))
     return reversal_of_scale_um(face, count, position, xm, origin)
-
-
-def _number(value: float) -> float | None:
-    return None if math.isnan(value) else value
 
 
 def _largest(values: list[float]) -> float:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from stepgauge.figures.path_scene import DECIMALS, path_scene
 from stepgauge.figures.style import COLORS, STOP_COLOR
 from stepgauge.files.arrays import Array
+from stepgauge.files.json_types import defined
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.motion.collision import Tool, ToolPart
@@ -71,7 +72,7 @@ def _pieces(path: Path, pieces: Sequence[int]) -> dict[str, Any]:
     """Pieces as one trace with gaps, those that repeat in every cycle once."""
     ends = np.unique(np.stack([path.start_mm[pieces], path.end_mm[pieces]], axis=1).round(DECIMALS), axis=0)
     places = np.concatenate([ends, np.full((len(ends), 1, 3), np.nan)], axis=1).reshape(-1, 3)
-    x, y, z = ([None if np.isnan(one) else float(one) for one in column] for column in places.T)
+    x, y, z = ([defined(one) for one in column] for column in places.T)
     line = {"color": STOP_COLOR, "width": 12}
     return {"type": "scatter3d", "x": x, "y": y, "z": z, "mode": "lines", "name": "refused", "line": line}
 

@@ -18,6 +18,7 @@ from stepgauge.errors import InputError
 from stepgauge.figures.plotly_library import embedded_json, packed_library
 from stepgauge.figures.style import BLOCK_COLOR, COLORS, MEASURE_COLOR, RAIL_COLOR, STOP_COLOR, TRAVEL_COLOR
 from stepgauge.files.arrays import Array
+from stepgauge.files.json_types import defined
 from stepgauge.files.text import write_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -183,13 +184,9 @@ def _line_trace(pieces: Array, name: str, color: str, width: int) -> Any:
     """Pieces ``(n, 3 places, 3)``, the last place of each NaN, as one trace with gaps."""
     import plotly.graph_objects as go
 
-    x, y, z = (_without_nan(column) for column in pieces.reshape(-1, 3).T)
+    x, y, z = ([defined(one) for one in column] for column in pieces.reshape(-1, 3).T)
     line = {"color": color, "width": width}
     return go.Scatter3d(x=x, y=y, z=z, mode="lines", name=name, line=line, hoverinfo="skip")
-
-
-def _without_nan(values: Array) -> list[float | None]:
-    return [None if np.isnan(value) else float(value) for value in values]
 
 
 def _probed(path: Path, gauge: Gauge, placement: Placement, tip_radius_mm: float, stopped: bool) -> Any:

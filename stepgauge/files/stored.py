@@ -6,7 +6,6 @@ it back with the same lines and the same table.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
 from stepgauge.files.display import Summarized
+from stepgauge.files.json_types import json_types
 from stepgauge.files.text import read_json, read_result
 
 if TYPE_CHECKING:
@@ -27,16 +27,8 @@ RESULT, SUMMARY, TABLE = "result", "summary", "table"
 def result_shown(result: Summarized) -> dict[str, Any]:
     """Lines and table of a result in JSON types: undefined numbers as null, dates as text."""
     frame = result.to_frame()
-    table = {str(name): [_plain(value) for value in frame[name].tolist()] for name in frame.columns}
+    table = {str(name): json_types(frame[name].tolist()) for name in frame.columns}
     return {RESULT: {SUMMARY: result.summary().split("\n"), TABLE: table}}
-
-
-def _plain(value: Any) -> Any:
-    if value is None or isinstance(value, bool | int | str | list | dict):
-        return value
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value.isoformat() if hasattr(value, "isoformat") else str(value)
 
 
 @dataclass(frozen=True, repr=False)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import datetime
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
+from stepgauge.files.json_types import json_types
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_json, write_text
 from stepgauge.history.entries import QUANTITIES, HistoryEntry
@@ -47,9 +46,9 @@ def _document(
         "trends_tested": sum(one.drift is not None for one in series),
         "values_tested": sum(one.charted for one in series),
         "simulated": any(entry.simulated for entry in entries),
-        "entries": [_plain(dataclasses.asdict(entry)) for entry in entries],
+        "entries": [json_types(dataclasses.asdict(entry)) for entry in entries],
         "series": [
-            _plain(
+            json_types(
                 {
                     "quantity": one.quantity,
                     "unit": QUANTITIES[one.quantity].unit,
@@ -65,7 +64,7 @@ def _document(
             )
             for one in series
         ],
-        "warnings": [_plain(dataclasses.asdict(warning)) for warning in warnings],
+        "warnings": [json_types(dataclasses.asdict(warning)) for warning in warnings],
     }
 
 
@@ -73,18 +72,7 @@ def _trend(trend: Trend | None) -> dict[str, Any] | None:
     return None if trend is None else dataclasses.asdict(trend)
 
 
-def _plain(value: Any) -> Any:
-    """JSON types: dates as text, undefined numbers as null."""
-    if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
-    if isinstance(value, list):
-        return [_plain(one) for one in value]
-    if isinstance(value, datetime.datetime):
-        return value.isoformat(timespec="seconds")
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
 def _csv(entries: list[HistoryEntry]) -> str:
     names = [field.name for field in dataclasses.fields(HistoryEntry)]
-    rows = [_plain(dataclasses.asdict(entry)) for entry in entries]
+    rows = [json_types(dataclasses.asdict(entry)) for entry in entries]
     return csv_text(names, [[result_cell(row[name]) for name in names] for row in rows])

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
+from stepgauge.files.json_types import defined
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_json, write_text
 from stepgauge.montecarlo.model import MonteCarloModel
@@ -64,7 +65,7 @@ def _rows(summary: Summary) -> list[dict[str, Any]]:
         numbers = (float(column[i]) for column in (summary.value, summary.mean, summary.u, summary.low, summary.high))
         identity = (quantity.name, quantity.placement, quantity.face)
         row: dict[str, Any] = dict(zip(COLUMNS, (*identity, *numbers), strict=True))
-        row["value"] = None if math.isnan(row["value"]) else row["value"]
+        row["value"] = defined(row["value"])
         row["contributions"] = {name: float(u[i]) for name, u in summary.contribution.items()}
         rows.append(row)
     return rows

@@ -16,6 +16,7 @@ from stepgauge.diagnosis.output.rows import FINDING, FORM, unit_of
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.evaluation.probings import TEMPERATURES, probing_errors
+from stepgauge.figures.error_chart import numbers
 from stepgauge.figures.plotly_library import packed_library
 from stepgauge.files.notation import clean, printed, printed_unit
 from stepgauge.recording import Recording
@@ -85,7 +86,7 @@ def diagnosis_scene(
     return {
         "kind": "diagnosis",
         **_what(said, rows, unit),
-        "against": [*_against(rows), *({"name": str(name), "values": _numbers(added[name])} for name in added)],
+        "against": [*_against(rows), *({"name": str(name), "values": numbers(added[name])} for name in added)],
         "rows": _rows(rows, unit, "axis" in said),
         "findings": findings,
     }
@@ -149,16 +150,11 @@ def _short(value: Any) -> Any:
     return round(value, 4) if isinstance(value, float) else value
 
 
-def _numbers(values: Any) -> list[float | None]:
-    """Numbers for JSON, to six significant digits, None where undefined."""
-    return [float(f"{one:.6g}") if np.isfinite(one) else None for one in np.asarray(values, float)]
-
-
 def _probings(table: pd.DataFrame) -> dict[str, Any]:
     """Single probings, with the times and temperatures that changed."""
     table = table.iloc[_kept(len(table), [])]
     more = [
-        {"name": name, "values": _numbers(table[column]), "decimals": decimals}
+        {"name": name, "values": numbers(table[column]), "decimals": decimals}
         for column, name, decimals in _MORE
         if column in table and table[column].nunique() > 1
     ]
@@ -166,8 +162,8 @@ def _probings(table: pd.DataFrame) -> dict[str, Any]:
         "cycle": [int(one) for one in table["cycle"]],
         "face": [int(one) for one in table["face"]],
         "used": [int(one) for one in table["used"]],
-        "error_um": _numbers(table["error_um"]),
-        "residual_um": _numbers(table["residual_um"]),
+        "error_um": numbers(table["error_um"]),
+        "residual_um": numbers(table["residual_um"]),
         "more": more,
     }
 
@@ -176,11 +172,11 @@ def _against(rows: pd.DataFrame) -> list[dict[str, Any]]:
     (position,) = [name for name in rows.columns if str(name).startswith("position_")]
     of_map = "polar_deg" in rows
     name = "azimuth (°)" if of_map else f"position ({printed_unit(position.removeprefix('position_'))})"
-    found = [{"name": name, "values": _numbers(rows[position])}]
+    found = [{"name": name, "values": numbers(rows[position])}]
     if of_map:
-        found.append({"name": "polar angle (°)", "values": _numbers(rows["polar_deg"])})
+        found.append({"name": "polar angle (°)", "values": numbers(rows["polar_deg"])})
     if "time_s" in rows:
-        found.append({"name": "time (min)", "values": _numbers(rows["time_s"] / 60.0)})
+        found.append({"name": "time (min)", "values": numbers(rows["time_s"] / 60.0)})
     return [*found, {"name": "order of the rows", "values": list(range(1, len(rows) + 1))}]
 
 
@@ -199,8 +195,8 @@ def _rows(rows: pd.DataFrame, unit: str, of_axis: bool) -> dict[str, Any]:
         **{name: [int(one) for one in rows[name]] for name in ("row", "placement", "cycle", "face", "used")},
         "group": [int(one) for one in ((face + 1) // 2 if of_axis else face)],
         "label": label,
-        "before": _numbers(rows[f"before_{unit}"]),
-        "after": _numbers(rows[f"after_{unit}"]),
+        "before": numbers(rows[f"before_{unit}"]),
+        "after": numbers(rows[f"after_{unit}"]),
     }
 
 
@@ -236,7 +232,7 @@ def _findings(
 
 def _share(rows: pd.DataFrame, name: str) -> list[float | None] | None:
     values = rows[name].to_numpy(float) if name in rows else np.zeros(len(rows))
-    return _numbers(values) if np.abs(values).max(initial=0.0) > 0.0 else None
+    return numbers(values) if np.abs(values).max(initial=0.0) > 0.0 else None
 
 
 def _told(story: Mapping[str, Any]) -> dict[int, tuple[Sequence[str], list[Sequence[str]]]]:

@@ -13,6 +13,7 @@ from stepgauge.errors import InputError
 from stepgauge.figures.faces import NAMES
 from stepgauge.figures.overlay import overlay_figure
 from stepgauge.figures.style import save_figure
+from stepgauge.files.json_types import defined
 from stepgauge.files.notation import UNDEFINED, aligned, number, quantity, uncertain
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.reports.content import figure_svg
@@ -218,11 +219,7 @@ def _data(evaluations: Sequence[Mapping[str, Any]], found: Found, names: Sequenc
 def _face_data(one: Difference) -> list[dict[str, Any]]:
     return [
         {"face": int(face), "nominal_mm": float(one.nominal_mm[i])}
-        | {f"{e}_um": _finite(one.of(e)[i]) for e in ERRORS}
-        | {f"U_{e}_um": _finite(one.expanded_um[e][i]) for e in ERRORS}
+        | {f"{e}_um": defined(one.of(e)[i]) for e in ERRORS}
+        | {f"U_{e}_um": defined(one.expanded_um[e][i]) for e in ERRORS}
         for i, face in enumerate(one.face)
     ]
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

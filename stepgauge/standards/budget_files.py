@@ -14,6 +14,7 @@ from stepgauge.conditions import Conditions
 from stepgauge.errors import InputError
 from stepgauge.files.config import TomlTable, check_table
 from stepgauge.files.display import Plotted, figures, join_lines
+from stepgauge.files.json_types import defined
 from stepgauge.files.outputs import open_set
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import read_result, result_file, write_json, write_text
@@ -80,10 +81,6 @@ def budget_to_dict(model: MonteCarloModel, budget: UncertaintyBudget, runs: int)
     }
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
 def _source(source: UncertaintySource) -> dict[str, Any]:
     return {
         "name": source.name,
@@ -92,7 +89,7 @@ def _source(source: UncertaintySource) -> dict[str, Any]:
         "u_min": source.u[0],
         "u_max": source.u[1],
         "unit": source.unit,
-        "dof": _finite(source.dof),
+        "dof": defined(source.dof),
         "stated_by": source.stated_by,
     }
 
@@ -106,7 +103,7 @@ def _line(line: BudgetLine) -> dict[str, Any]:
         "position_mm": line.position_mm,
         "value_um": line.value,
         "u_um": line.expanded.u,
-        "dof": _finite(line.expanded.dof),
+        "dof": defined(line.expanded.dof),
         "k": line.expanded.k,
         "expanded_um": line.expanded.expanded,
         "contributions_um": line.contribution,

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
+from stepgauge.files.json_types import defined
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_json, write_text
 from stepgauge.recording.conventions import convention_words
@@ -59,7 +60,7 @@ def length_test_to_dict(test: LengthTest, further: Sequence[LengthTest] = ()) ->
             "text": specification.mpe.to_text(),
             "constant_um": specification.mpe.constant_um,
             "um_per_mm": specification.mpe.um_per_mm,
-            "cap_um": specification.mpe.cap_um if math.isfinite(specification.mpe.cap_um) else None,
+            "cap_um": defined(specification.mpe.cap_um),
         },
         "repeatability_limit_um": specification.repeatability_um,
         "tip_diameter": None
@@ -128,7 +129,7 @@ def _length(one: TestLength) -> dict[str, Any]:
         "certified_mm": one.length_mm,
         "cycles": list(one.cycles),
         "errors_um": [float(error) for error in one.error_um],
-        "range_um": None if math.isnan(one.range_um) else one.range_um,
+        "range_um": defined(one.range_um),
         "mpe_um": one.mpe_um,
         "uncertainty_um": one.uncertainty.parts_um,
         "standard_uncertainty_um": one.uncertainty.standard_um,

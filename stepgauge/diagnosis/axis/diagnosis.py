@@ -22,7 +22,7 @@ from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
 from stepgauge.diagnosis.axis.reversal import is_reversal, reversal_phrase
 from stepgauge.diagnosis.engine import diagnose_with_search, insufficient
 from stepgauge.diagnosis.kinds import kind_probabilities, possible_kinds, stated_kind
-from stepgauge.diagnosis.output.files import diagnosis_to_dict, without_nan
+from stepgauge.diagnosis.output.files import diagnosis_to_dict
 from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.priors import Priors, shipped_priors
@@ -32,6 +32,7 @@ from stepgauge.diagnosis.wording.findings import Subject, meaning, subject
 from stepgauge.diagnosis.wording.limits import limits
 from stepgauge.diagnosis.wording.phrases import covariate_name, worded, worded_all
 from stepgauge.files.checksum import file_sha256
+from stepgauge.files.json_types import json_types
 from stepgauge.files.outputs import open_set
 from stepgauge.files.text import write_json, write_text
 from stepgauge.recording.simulated import is_simulated
@@ -173,7 +174,7 @@ def _said(found: GaugeDiagnosis, data: AxisData, conditions: Conditions) -> dict
     said["axis"]["even_step"] = None if steps is None else steps.spacing
     said["limits"] = [*limits(said), *worded_all(conversion.converted(found.remarks), at)]
     said.pop("remarks")
-    return dict(without_nan(said))
+    return dict(json_types(said))
 
 
 def _put_structure(one: dict[str, Any], recording: AxisRecording, at: Subject) -> None:

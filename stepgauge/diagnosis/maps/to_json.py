@@ -13,10 +13,11 @@ import numpy as np
 from stepgauge import __version__
 from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.diagnosis.maps.result import OUTLIERS, EmpiricalMapLaw, MapDiagnosis, QuantityFit
-from stepgauge.diagnosis.output.files import FORMAT, estimate_json, evidence_json, without_nan
+from stepgauge.diagnosis.output.files import FORMAT, estimate_json, evidence_json
 from stepgauge.diagnosis.result import Finding, FindingMember, rms
 from stepgauge.diagnosis.wording.findings import MAP, meaning
 from stepgauge.files.checksum import file_sha256
+from stepgauge.files.json_types import json_types
 
 _FLAT = ("noise", "rms_before", "rms_after", "holdout_rms_before", "holdout_rms_after")
 
@@ -44,7 +45,7 @@ def map_diagnosis_json(found: MapDiagnosis, probe_path: str, folder: str | Path 
             "probe": {"path": probe_path, "sha256": file_sha256(probe_path), **_probe(found.table)},
         },
     }
-    return dict(without_nan(said))
+    return dict(json_types(said))
 
 
 def _effect(finding: Finding, found: MapDiagnosis, folder: Path) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from stepgauge.diagnosis.wording.aliases import aliases_of
 from stepgauge.diagnosis.wording.findings import meaning
 from stepgauge.diagnosis.wording.phrases import Phrase, worded, worded_all
 from stepgauge.effects import along_approach_um
+from stepgauge.files.json_types import json_types
 from stepgauge.files.text import format_of, write_json, write_sealed
 from stepgauge.inference.search import Step
 from stepgauge.recording import Recording
@@ -111,7 +112,7 @@ def diagnosis_to_dict(
     ``folder`` is that of the proposed placements, for the commands that name them.
     """
     said = statements_to_dict(diagnosis, inputs, laws, folder)
-    return {**said, "inputs": without_nan(inputs_json(diagnosis, inputs))}
+    return {**said, "inputs": json_types(inputs_json(diagnosis, inputs))}
 
 
 def statements_to_dict(
@@ -130,7 +131,7 @@ def statements_to_dict(
         **evidence_json(diagnosis, lambda text: _command_in_folder(text, diagnosis.placements, Path(folder))),
         "remarks": worded_all(diagnosis.remarks),
     }
-    return without_nan(said)
+    return json_types(said)
 
 
 def evidence_json(diagnosis: Diagnosed, renamed: Callable[[str], str] = str) -> dict[str, Any]:
@@ -342,14 +343,3 @@ def _noise(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
         "least": noise.least,
         "machine_file_um": diagnosis.data.machine.table.repeatability_um,
     }
-
-
-def without_nan(value: Any) -> Any:
-    """JSON types with None for values that are not finite."""
-    if isinstance(value, dict):
-        return {key: without_nan(one) for key, one in value.items()}
-    if isinstance(value, list):
-        return [without_nan(one) for one in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value
