@@ -100,13 +100,18 @@ def test_rows_stand_at_the_indicated_tip_centres_of_each_sense() -> None:
     )
 
 
-def test_without_a_tip_radius_a_constant_reversal_stays_with_r_eff() -> None:
-    """Block 1 gives R_eff, which swallows its reversal: there is none left, and the table says so."""
-    recording = measured(GAUGE, lambda x: 0.0 * x, 6.0)
+@pytest.mark.parametrize("ppm", [0.0, 920.0])
+def test_without_a_tip_radius_there_is_no_reversal_whatever_the_scale_error(ppm: float) -> None:
+    """Readings cannot tell it from the tip, and no play is written; R_eff holds the error of a block, which is none."""
+    recording = measured(GAUGE, lambda x: 1e-3 * ppm * x, 6.0)
     table = table_of(GAUGE, recording, tip=None)
-    np.testing.assert_allclose(table.reversal_um, 0.0, atol=1e-7)
-    assert any("hides the reversal" in note for note in table.notes)
-    np.testing.assert_allclose(table_of(GAUGE, recording).reversal_um, 6.0, atol=1e-7)
+    np.testing.assert_allclose(table.reversal_um, 0.0, atol=1e-3)
+    assert any("mean reversal is taken as 0" in note for note in table.notes)
+    for name, setting in (("grbl", "$160="), ("marlin", "M425 F1 "), ("rrf", "M425 X")):
+        text = render_table(table, FORMATS[name])
+        assert "the play is not known" in text
+        assert not any(line.startswith(setting) for line in text.splitlines())
+    np.testing.assert_allclose(table_of(GAUGE, recording).reversal_um, 6.0, atol=0.02)  # second order
 
 
 @pytest.mark.parametrize("tip", [RADIUS, None])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -35,9 +36,9 @@ class AxisFaces:
     """Measured faces of one placement, rising along the gauge; arrays ``(n,)``.
 
     ``coordinate_mm``: of the axis, as indicated; ``sense``: +1, -1, of travel on the axis; ``front``; ``error_um``:
-    along the axis, without the tip diameter taken off the backs; ``variance_um2``: of ``error_um``; ``share``: of the
-    axis in the gauge axis; ``tip_um``: tip diameter with variance, or None: from the blocks ``radius_rows``, weights
-    ``(n,)``; ``expansion_u``: standard uncertainty of length from the expansion coefficient, um per mm.
+    along the axis, without the tip diameter taken off the backs; ``variance_um2``: of ``error_um``; ``share``: of
+    the axis in the gauge axis; ``tip_um``: tip diameter with variance, or None: nobody stated it; ``expansion_u``:
+    standard uncertainty of length from the expansion coefficient, um per mm.
     """
 
     path: str
@@ -48,7 +49,6 @@ class AxisFaces:
     error_um: Array
     variance_um2: Array
     share: float
-    radius_rows: Array
     tip_um: tuple[float, float] | None
     expansion_u: float
     about: Mapping[str, Any]
@@ -105,19 +105,30 @@ class AxisFaces:
         return np.sqrt(variance + (self.expansion_u * from_zero_mm) ** 2)
 
     def _folded(self, weights: Array) -> Array:
-        """Without a tip of its own, its diameter is the reading of backs minus fronts of the blocks of R_eff."""
         by_face, tip = weights[:, :-1], weights[:, -1:]
-        return by_face if self.tip_um is not None else by_face + tip * self.radius_rows
+        return by_face if self.tip_um is not None else by_face + tip * self._tip_weights
+
+    @cached_property
+    def _tip_weights(self) -> Array:
+        """Weights ``(n,)`` of the readings in a tip diameter that nobody stated: with it the mean reversal is 0.
+
+        Readings cannot tell the tip from a reversal. R_eff would not do: it holds the error of a block too, so that a
+        scale error would show a reversal of itself times the block.
+        """
+        both = self.coordinate_mm[self.covers(self.coordinate_mm, 1) & self.covers(self.coordinate_mm, -1)]
+        if not both.size:  # one sense of travel was measured, and a table of it holds no tip
+            return np.zeros(len(self.sense))
+        reversal = (self.weights(both, 1) - self.weights(both, -1)).mean(axis=0)
+        return np.asarray(-reversal[:-1] / reversal[-1])
 
     def mean_reversal_text(self, x: Array) -> str:
         """Mean of positive minus negative travel where both were measured, in words."""
         both = x[self.covers(x, 1) & self.covers(x, -1)]
-        if not both.size:
+        if self.tip_um is None or not both.size:
             return "not known"
         rows = (self.weights(both, 1) - self.weights(both, -1)).mean(axis=0, keepdims=True)
         value, u = self.combine(rows)[0], self.uncertainty_um(rows, np.zeros(1))[0]
-        known = "" if self.tip_um is not None else ", beyond that of the blocks that gave R_eff"
-        return f"{value:+.2f} um (u = {u:.2f} um) positive minus negative travel{known}"
+        return f"{value:+.2f} um (u = {u:.2f} um) positive minus negative travel"
 
 
 def axis_faces(
@@ -171,7 +182,6 @@ def axis_faces(
         error,
         variance,
         share,
-        _radius_rows(rows, one["r_eff_blocks"]),
         None if tip is None else (2e3 * tip.r_eff_mm, (2.0 * tip.u_um) ** 2),
         abs((expansion_u or 0.0) * warm_K) * 1e3,
         _about(evaluation, one, path, axis, offset_mm, tip),
@@ -245,11 +255,6 @@ def _variance(rows: list[dict[str, Any]]) -> tuple[Array, list[str]]:
     return np.nan_to_num(scatter) + np.nan_to_num(certificate) ** 2, unknown
 
 
-def _radius_rows(rows: list[dict[str, Any]], blocks: list[int]) -> Array:
-    sign = [0.0 if row["block"] not in blocks else (-1.0 if row["side"] == "front" else 1.0) for row in rows]
-    return np.array(sign) / len(blocks)
-
-
 def _warmer_K(evaluation: Mapping[str, Any], one: Mapping[str, Any]) -> float:
     temperature, reference = one["gauge_temperature_C"], evaluation["gauge"]["reference_temperature_C"]
     return 0.0 if temperature is None else float(temperature - reference)
@@ -277,7 +282,6 @@ def _about(
         "gauge_temperature_C": one["gauge_temperature_C"],
         "angle_deg": angle_deg(one, axis),
         "offset_mm": offset_mm,
-        "r_eff_blocks": list(one["r_eff_blocks"]),
         "tip_radius_mm": None if tip is None else tip.r_eff_mm,
         "u_tip_radius_um": None if tip is None else tip.u_um,
     }

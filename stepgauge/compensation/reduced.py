@@ -18,11 +18,12 @@ POINTS, POINTS_OF_AXIS = 1024, 256
 """Numbers of points in a control, and of an axis: both senses of up to 128, so that no axis has those of another."""
 
 
-def straight_line(table: CompensationTable) -> dict[str, float]:
+def straight_line(table: CompensationTable) -> dict[str, float | None]:
     """The least-squares line through the mean of both senses, and what it leaves.
 
     ``ppm``: slope of the error (indicated minus true) in um per m; ``factor``: by which commands must be stretched,
-    1 / (1 - slope); ``play_mm``: mean reversal (positive minus negative travel); ``left_um``: largest error that
+    1 / (1 - slope); ``play_mm``: mean reversal (positive minus negative travel), None where no tip radius was stated,
+    from which readings cannot tell it; ``left_um``: largest error that
     neither corrects.
     """
     x, mean = table.position_mm, table.mean_um
@@ -32,7 +33,7 @@ def straight_line(table: CompensationTable) -> dict[str, float]:
     return {
         "ppm": float(slope * 1e3),
         "factor": float(1.0 / (1.0 - slope * 1e-3)),
-        "play_mm": play_um * 1e-3,
+        "play_mm": None if table.about.get("tip_radius_mm") is None else play_um * 1e-3,
         "left_um": float(np.abs(np.array(left) - (slope * x + offset)).max()),
     }
 

@@ -6,7 +6,7 @@ commands to the scale (or takes it off what the scale reads) is right afterwards
 Every value of the table is a weighted sum of face readings: interpolated between the faces of its sense of travel, less
 the value at the zero of the table. The weights carry the uncertainties as well. Fronts are probed along the gauge axis,
 backs against it, and a back is read one tip diameter farther; the tip diameter is therefore one more reading, either
-given, or (as in the evaluation) taken from the blocks of R_eff, whose reversal it then hides.
+given, or such that the mean reversal is 0, for readings cannot tell the one from the other.
 """
 
 from __future__ import annotations
@@ -222,8 +222,7 @@ def _tip_note(faces: AxisFaces) -> str:
     tip = faces.about["tip_radius_mm"]
     if tip is not None:
         return f"effective tip radius {tip:.6f} mm, u = {faces.about['u_tip_radius_um']:.3g} um, known from elsewhere"
-    blocks = ", ".join(map(str, faces.about["r_eff_blocks"]))
     return (
-        f"no tip radius was given: R_eff is from block {blocks} of this recording, which hides the reversal there;"
-        " the table holds only how the reversal changes along the axis; a stated tip radius shows it"
+        "no tip radius was given, and readings cannot tell it from a reversal: the mean reversal is taken as 0, and the"
+        " table holds only how it changes along the axis; a stated tip radius shows it"
     )

@@ -107,7 +107,7 @@ def test_every_format_with_what_it_says(run: Run, tmp_path: Path, before: dict) 
             tmp_path / name,
         )
         assert result.code == 0, result.err
-        assert ("hides the reversal" in result.err) == (to != "siemens"), "a mean has no reversal to hide"
+        assert ("mean reversal is taken as 0" in result.err) == (to != "siemens"), "a mean has no reversal to hide"
         said = json.loads((tmp_path / f"{name}.json").read_text())
         assert said["controller"]["format"] == to
         assert f"{to} needs: {said['controller']['needs']}" in result.err
