@@ -233,3 +233,13 @@ def test_a_change_of_the_frame_is_a_change_of_the_recording(as_columns: bool) ->
     recording.frame.loc[0, "x_mm"] = 5.0
     assert recording.columns["x_mm"].tolist() == [5.0, 4.0]
     assert given["x_mm"].tolist() == [0.0, 0.0] or not as_columns
+
+
+def test_a_temperature_that_only_some_recordings_state_is_a_question(tmp_path: Path) -> None:
+    """Nobody knows how warm the others were; joined, their temperature would be no number."""
+    frame = read(tmp_path).frame
+    without = Recording(frame.drop(columns="gauge_temperature_C", errors="ignore"), {}, "without.csv")
+    with_it = Recording(frame.assign(gauge_temperature_C=20.4), {}, "with.csv")
+    with pytest.raises(InputError, match=r"no gauge_temperature_C, which 1 of the 2 recordings have"):
+        join_recordings([with_it, without])
+    assert len(join_recordings([with_it, with_it])) == 2 * len(without)

@@ -297,12 +297,14 @@ def _check_spacing(faces: CsvTable) -> None:
     size, nominal_size = (np.diff(faces[name])[0::2] for name in ("position_mm", "nominal_mm"))
     typical = float(np.median(nominal_size))
     for block, (found, nominal) in enumerate(zip(size, nominal_size, strict=True), 1):
-        if abs(found - nominal) > MAX_DEVIATION_MM / 2 or not 0.5 < nominal / typical < 2.0:
+        alike = 0.5 < nominal / typical < 2.0
+        if abs(found - nominal) > MAX_DEVIATION_MM / 2 or not alike:
+            one = f"about {typical:g} mm, as the others: the blocks of a gauge are about equally wide, gaps need not be"
             raise InputError(
                 faces.at(2 * block - 1),
                 f"front and back of block {block} are not a block apart",
                 found=f"{found:.4f} mm between faces {2 * block - 1} and {2 * block}",
-                expected=f"about {nominal if 0.5 < nominal / typical < 2.0 else typical:g} mm",
+                expected=f"about {nominal:g} mm" if alike else one,
             )
 
 

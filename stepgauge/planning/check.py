@@ -224,20 +224,21 @@ def check_travel(program: Program, machine: Machine) -> None:
     )
 
 
-def _into_travel(axis: str, travel: Array, reached: Array, approach: Array) -> Naming | str:
+def _into_travel(axis: str, travel: Array, reached: Array, approach: Array) -> Naming:
     """The travel along one axis, and how a path that leaves it comes to lie inside, mm: moved, else made shorter.
 
     Along a search the stand-offs make it long, beside it the way around the blocks.
     """
     reach = reached.min(), reached.max()
+    option = "standoff_mm" if np.abs(approach).max() > ALONG else "clearance_mm"
     words, size, way = f"{travel[0]:g} to {travel[1]:g} mm", travel[1] - travel[0], reach[1] - reach[0]
     if way <= size:
         under = bool(reach[0] < travel[0])
         least = travel[0] - reach[0] if under else reach[1] - travel[1]
         least_um, most_um = math.ceil(1e3 * least), math.floor(1e3 * (least + size - way))
         moved = f"{1e-3 * least_um:.3f} to {1e-3 * max(least_um, most_um):.3f}"
-        return f"{words}: lay the gauge {moved} mm farther towards {'-+'[under]}{axis}"
-    option = "standoff_mm" if np.abs(approach).max() > ALONG else "clearance_mm"
+        advice = f"{words}: lay the gauge {moved} mm farther towards {'-+'[under]}{axis}, or take a smaller {{}}"
+        return naming(option, words=advice)
     return naming(option, words=f"{words}: the path takes {way:.3f} mm; shorten it with a smaller {{}}")
 
 

@@ -143,8 +143,15 @@ def check_positions(readings: FaceReadings, along: Array, gauge: Gauge, path: st
         _refuse_reversed(along, certified, face, slope, path)
     reach = np.abs(certified - np.median(certified))
     wrong = np.abs(beside) > WRONG_GAUGE_MM + 1e-3 * reach
-    if wrong.any() or tip > 2 * LARGEST_RADIUS_MM:
-        row = int(np.abs(beside).argmax() if not wrong.any() else wrong.argmax())
+    if not wrong.any() and tip > 2 * LARGEST_RADIUS_MM:
+        raise InputError(
+            path,
+            f"blocks are not as wide as {gauge.table.name} has them: blocks and gaps exchanged, or another gauge",
+            found=f"{tip:.3f} mm off",
+            expected=f"one tip diameter, at most {2 * LARGEST_RADIUS_MM:g} mm",
+        )
+    if wrong.any():
+        row = int(wrong.argmax())
         measured, nominal = np.ptp(along), np.ptp(certified)
         raise InputError(
             path,

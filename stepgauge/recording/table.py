@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.parquet import is_parquet, write_parquet
@@ -184,7 +185,11 @@ def _cells(column: NDArray[Any]) -> list[Any]:
 
 
 def join_recordings(recordings: Sequence[Recording]) -> Recording:
-    """Several recordings as one; placements that carry the same number in two of them are numbered on."""
+    """Several recordings as one; placements that carry the same number in two of them are numbered on.
+
+    :class:`InputError` where only some of them state a temperature: nobody knows how warm the others were.
+    """
+    _check_temperatures(recordings)
     parts, taken = list[Recording](), 0
     for recording in recordings:
         number = recording.columns["placement"]
@@ -198,6 +203,15 @@ def join_recordings(recordings: Sequence[Recording]) -> Recording:
     path = ", ".join(recording.path for recording in recordings)
     names = dict.fromkeys(name for part in parts for name in part.columns)
     return Recording({name: np.concatenate([_column(part, name) for part in parts]) for name in names}, comments, path)
+
+
+def _check_temperatures(recordings: Sequence[Recording]) -> None:
+    for name in (name for name in OPTIONAL if name.endswith("_C")):
+        without = [one.path for one in recordings if name not in one.columns]
+        if 0 < len(without) < len(recordings):
+            others = len(recordings) - len(without)
+            what = f"no {name}, which {others} of the {len(recordings)} recordings have"
+            raise InputError(", ".join(without), what, expected="it in all of them, or in none")
 
 
 def _column(recording: Recording, name: str) -> NDArray[Any]:
