@@ -63,7 +63,7 @@ class AxisUnits:
 
 def plain_name(unit: str) -> str:
     """The name of a unit by which columns are called; :class:`InputError` for what is no unit of a position."""
-    key = unit.strip().casefold()
+    key = unit.strip().casefold().replace("\u03bc", "u")
     name = _SAME.get(key, key)
     if name not in _FINER:
         raise InputError("unit", "not a unit of length or angle", found=repr(unit), expected=", ".join(NAMES))

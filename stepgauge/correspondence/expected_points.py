@@ -28,6 +28,8 @@ from stepgauge.planning.plan import ORDERS, PlanOptions, faces_in_order
 Rows = NDArray[np.int64]
 LATERAL_MM = 0.1
 """A machine that searches along a straight line stays this close to it."""
+PITCH_MM = 5.0
+"""The faces of a gauge are farther apart."""
 MOST_DIFFERENT = 0.3
 """A log in which more of the points are off than this was not measured in the order that it is compared with."""
 
@@ -65,6 +67,11 @@ class ExpectedPoints:
     def at_surface(self, tip_radius_mm: float) -> ExpectedPoints:
         """The same points where the ball touches, instead of its centre."""
         return replace(self, target_mm=self.target_mm + tip_radius_mm * self.approach)
+
+    @property
+    def reach_mm(self) -> float:
+        """How far along the approach a reading may be of a point: the search, else less than to the next face."""
+        return self.search_mm if np.isfinite(self.search_mm) else PITCH_MM / 2.0
 
     def title(self, point: int) -> str:
         """``point 4 of the program (line 37)``, counted from 1."""
@@ -142,7 +149,7 @@ def expected_by_log(log: ProbeLog, gauge: Gauge, placement: Placement) -> Expect
 def _likeliest_order(face: Rows) -> tuple[str, Rows, Rows] | None:
     """Name, faces and cycles of the order with the fewest differences; None where all differ too much."""
     seen, count = np.unique(face, return_counts=True)
-    usual = seen[2 * count >= count.max()]
+    usual = seen[2 * count >= np.median(count)]
     best: tuple[int, str, Rows, Rows] | None = None
     for cycles in sorted({int(np.median(count)), int(count.max())}, reverse=True):
         for order in ORDERS:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.correspondence.differences import SHOWN
-from stepgauge.correspondence.expected_points import check_beside, coordinates
+from stepgauge.correspondence.expected_points import PITCH_MM, check_beside, coordinates
 from stepgauge.correspondence.faces import AT_FACE_MM, are_beside_blocks, nearest_faces
 from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.errors import InputError, naming
@@ -33,8 +33,6 @@ UNITS = ("inch", "m", "um")
 ORIGIN = "coordinates of the workpiece in one, of the machine in the other?"
 TOGETHER_MM = 0.5
 """Touches of one point in succession lie this close together: far less than two faces are apart."""
-PITCH_MM = 5.0
-"""The faces of a gauge are farther apart."""
 MOST = 0.9
 """Share of the points for which a convention holds; the others are differences, named one by one."""
 CHANCE = 0.75

@@ -137,7 +137,7 @@ def _place_keys(log: ProbeLog, expected: ExpectedPoints) -> tuple[Rows, Rows]:
             distance += np.where(log.approach[part] @ targets[:, 3:].T < 0.0, np.inf, 0.0)
         row_key[part] = distance.argmin(axis=1)
     along, beside = point_distances(log.position_mm, expected, first[row_key])
-    near = (np.abs(along) <= expected.search_mm + SEARCH_END_MM) & (beside <= expected.lateral_mm)
+    near = (np.abs(along) <= expected.reach_mm + SEARCH_END_MM) & (beside <= expected.lateral_mm)
     return key.ravel().astype(np.int64), np.where(near, row_key, FOREIGN)
 
 

@@ -12,7 +12,10 @@ _PLAIN = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 LONGEST_NUMBER = 400
 """Characters beyond which a cell is no number that anybody measured."""
 _DIGITS = re.compile(r"[0-9.,]+")
-_EXPONENT = re.compile(r"[eE][-+]?[0-9]+$")
+_EXPONENT = re.compile(r"[eEdD][-+]?[0-9]+$")
+_FORTRAN = re.compile(r"(?<=[0-9.,])[dD](?=[-+][0-9]{1,3}$)")
+_MINUS_BEHIND = re.compile(r"([0-9.,' ]*[.,][0-9]+)-")
+"""``0.53-``, as commercial programs write it; ``1-`` without a decimal may be a name."""
 _SPACES = dict.fromkeys(map(ord, "\u00a0\u2009\u202f"), " ")
 _MINUS = {ord("\u2212"): "-", ord("\u2013"): "-"}
 
@@ -36,7 +39,7 @@ class Numerals:
         plain = text if self.decimal == "." else text.replace(",", ".") if "." not in text else ""
         if _PLAIN.fullmatch(plain):
             return _measured(number(plain))
-        text = tidy(text)
+        text = _MINUS_BEHIND.sub(r"-\1", _FORTRAN.sub("e", tidy(text)))
         mark = "," if self.decimal == "." else "."
         whole, point, rest = text.partition(self.decimal)
         sign, digits = re.fullmatch(r"(?s)([-+]?)(.*)", whole).groups()  # type: ignore[union-attr]
@@ -78,7 +81,7 @@ def decimal_mark(cells: Sequence[str]) -> str | None:
     for cell in cells:
         if len(cell) > LONGEST_NUMBER:
             continue
-        text = _EXPONENT.sub("", tidy(cell)).lstrip("+-").replace(" ", "").replace("'", "")
+        text = _EXPONENT.sub("", tidy(cell)).strip("+-").replace(" ", "").replace("'", "")
         marks = [mark for mark in text if mark in ".,"]
         if not marks or not _DIGITS.fullmatch(text) or (len(marks) > 1 and not looks_numeric(text)):
             continue

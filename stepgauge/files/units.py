@@ -92,7 +92,7 @@ class Unit:
 def find_unit(text: str) -> Unit | None:
     """A unit by its name, upper or lower case; None for what is none."""
     name = text.strip()
-    key = name.casefold()
+    key = name.casefold().replace("\u03bc", "u")  # casefold makes one of both letters for micro
     known = (("length", LENGTH_MM), ("angle", ANGLE_DEG), ("speed", SPEED_MM_S), ("time", TIME_S))
     for quantity, factors in known:
         if key in factors:

@@ -34,6 +34,7 @@ from stepgauge.importing.tables.columns import (
     is_temperature,
     read_columns,
 )
+from stepgauge.importing.tables.forms import points_of_rows
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer
 from stepgauge.importing.tables.read import TableLayout, choose_table, read_file, taken_columns
@@ -83,6 +84,7 @@ def read_points(given: Given, kind: str, layout: TableLayout, decisions: Decisio
     """
     source, decisions = read_source(given), decisions or Decisions()
     file = read_file(source, layout, decisions)
+    file = replace(file, tables=[one if _names_points(one, layout) else points_of_rows(one) for one in file.tables])
     table = choose_table(file, lambda one: _names_points(one, layout), layout, source.name, decisions)
     columns = read_columns(table.headers, table.units, layout.columns, POINTS)
     decisions.columns = taken_columns(table, [(one.place, one.role, one.unit) for one in columns])

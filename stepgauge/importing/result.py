@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 from stepgauge.axis.recording import AxisRecording, write_axis_recording
 from stepgauge.axis.sensors import SENSORS
-from stepgauge.errors import InputError
+from stepgauge.errors import LONGEST, InputError, Naming
 from stepgauge.files.display import Summarized, join_lines
 from stepgauge.importing.tables.questions import Decisions, OpenQuestionsError, Question, QuestionAnswer, TakenColumn
 from stepgauge.recording import Recording, write_recording
@@ -106,4 +106,19 @@ def choices_of(error: InputError) -> tuple[QuestionAnswer, ...]:
             suggestions = tuple(SENSORS) if argument == "sensor" else ()
             value = match[1].replace('"', "") if match and not suggestions else ""
             found.append(QuestionAnswer(argument, value, suggestions=suggestions))
-    return tuple(found)
+    return tuple(dict.fromkeys(found))
+
+
+class AcceptTogetherError(InputError):
+    """A log of which several things must be accepted, or that is refused all the same."""
+
+    longest: ClassVar[int] = 2 * LONGEST
+
+
+def together(error: InputError, accepted: Sequence[str], then: str = "") -> AcceptTogetherError:
+    """An error that names all that has to be accepted; ``then``: what is wrong all the same."""
+    expected = error.expected if isinstance(error.expected, Naming) else Naming((), str(error.expected or ""))
+    options = " ".join(f"{{}} {one}" for one in accepted)
+    words = f"{expected.words}; {f'with {options} it is refused, too: {then}' if then else f'all together: {options}'}"
+    every = Naming((*expected.names, *["accept"] * len(accepted)), words)
+    return AcceptTogetherError(error.where, error.what, found=error.found, expected=every)

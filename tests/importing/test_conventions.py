@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -282,3 +284,48 @@ def test_the_shape_of_a_tip_behind_its_diameter() -> None:
     assert FORMATS["dmis"].read(f"{before}4.0,SPHERE\n{SNSDEF}", "out").tip_radius_mm == 2.0
     with pytest.raises(InputError, match=r"out:1: the tip is no ball; found SNSDEF .. CYLNDR"):
         FORMATS["dmis"].read(f"{before}4.0,CYLNDR,12.0\n{SNSDEF}", "out")
+
+
+def departed(kinds: tuple[str, ...]) -> str:
+    """The console of a run in which several things went otherwise than the program has them."""
+    lines = [prb(point) for point in PRINTED]
+    if "doubled" in kinds:
+        lines[7] = prb(PRINTED[7] + 0.02 * SIGN[7] * AXIS) + lines[7]
+    if "order" in kinds:
+        lines[14], lines[15] = lines[15], lines[14]
+    if "foreign" in kinds:
+        lines[1] = prb(PRINTED[0] - 30.0 * AXIS) + lines[1]
+    if "alarm" in kinds:
+        lines[4] = "ALARM:5\n" + lines[4]
+    if "missing" in kinds:
+        del lines[10]
+    return "".join(lines)
+
+
+@pytest.mark.parametrize("kinds", list(combinations(("alarm", "doubled", "foreign", "missing", "order"), 2)))
+def test_one_message_names_all_that_is_to_be_accepted(tmp_path: Path, kinds: tuple[str, ...]) -> None:
+    with pytest.raises(InputError) as error:
+        imported(tmp_path, departed(kinds))
+    named = re.findall(r"accept (\w+)", str(error.value).rpartition("all together: ")[2])
+    assert sorted(named) == sorted(kinds)
+    found = imported(tmp_path, departed(kinds), *named).recording
+    assert len(found) == len(PRINTED) - ("missing" in kinds)
+
+
+def test_all_five_at_once_and_a_choice_that_leads_nowhere(tmp_path: Path) -> None:
+    every = ("alarm", "doubled", "foreign", "missing", "order")
+    with pytest.raises(InputError, match="all together") as error:
+        imported(tmp_path, departed(every))
+    named = re.findall(r"accept (\w+)", str(error.value).rpartition("all together: ")[2])
+    assert len(imported(tmp_path, departed(every), *named).recording) == len(PRINTED) - 1
+    with pytest.raises(InputError, match="with accept alarm it is refused, too: the probing is aimed beside"):
+        imported(tmp_path, departed(("alarm",)) + prb(PRINTED[0] + np.array([0.0, 40.0, 0.0])) * 40)
+
+
+def test_without_a_program_a_face_that_was_missed_once_is_no_other_face(tmp_path: Path) -> None:
+    text = "".join(prb(point) for n, point in enumerate(PRINTED) if n != 10) + prb(PRINTED[-1])
+    with pytest.raises(InputError) as error:
+        imported(tmp_path, text, program=False)
+    named = re.findall(r"accept (\w+)", str(error.value))
+    assert {"missing", "doubled"} <= set(named)
+    assert len(imported(tmp_path, text, *named, program=False).recording) == len(PRINTED) - 1

@@ -370,3 +370,32 @@ def test_a_target_that_nothing_names_beside_readings_near_it_is_asked_for() -> N
     text = rows([50.0] * 10, 50.0 + 1e-3 * np.arange(10), header="Foo [mm],Reading [mm]")
     assert 'target="Foo [mm]"' in asked(text).cli_text()
     assert read(text, columns={"target": "Foo [mm]"}).recording.form == "axis"
+
+
+HEAD = "Target [mm],Reading [mm]\n"
+NO_ROWS = "lines that are no rows of the table, the first in line"
+
+
+@pytest.mark.parametrize(
+    ("above", "below", "told"),
+    [
+        (HEAD, "Mean,0.0012\nOperator: N. N.\n", f"2 {NO_ROWS} 5: 'Mean 0.0012'"),
+        (f"Machine A\n{HEAD}", "", f"1 {NO_ROWS} 1: 'Machine A'"),
+        (HEAD, "# 200.0,200.004\n# checked\n", "1 comments that hold a row of numbers, the first: '200.0 200.004'"),
+        (f"{HEAD}-50.0,-49.999\na pause\n", "", f"1 {NO_ROWS} 3: 'a pause'"),
+    ],
+)
+def test_what_is_no_row_of_a_table_is_told_with_its_first_line(above: str, below: str, told: str) -> None:
+    rows = "".join(f"{target:.1f},{target + 0.001:.3f}\n" for target in (0.0, 50.0, 100.0))
+    assert f"dropped: {told}" in read(f"{above}{rows}{below}").report
+
+
+def test_a_page_is_no_run_and_a_run_is_one() -> None:
+    rows = ["\n".join(f"{t:.1f},{t + 0.001 * n:.3f}" for t in (0.0, 50.0, 100.0)) for n in range(4)]
+    for title, cycles in {"Page": 4, "Seite": 4, "Run": 4, "Messung": 4}.items():
+        blocks = [f"{title} {n + 3}\nTarget [mm],Reading [mm]\n{block}" for n, block in enumerate(rows)]
+        frame = read("\n".join(blocks)).recording.frame
+        assert frame["cycle"].nunique() == cycles
+        assert frame["cycle"].min() == (1 if title in ("Page", "Seite") else 3)
+    other = "\n".join(f"Hole {n + 3}\nTarget [mm],Reading [mm]\n{block}" for n, block in enumerate(rows))
+    assert '--rows title="*"' in asked(other).as_typed()

@@ -24,7 +24,7 @@ from stepgauge.importing.tables.header import text_of
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, column_answer, shown
 from stepgauge.importing.tables.rivals import called, one_of
 from stepgauge.importing.tables.values import beside, check_finite, clock_of, finite
-from stepgauge.importing.tables.vocabulary import LABEL, WORDS, Label, parse_label, way_of, words_of
+from stepgauge.importing.tables.vocabulary import LABEL, WORDS, Label, parse_label, title_label, way_of, words_of
 
 Whole = NDArray[np.int64]
 
@@ -96,7 +96,7 @@ def _taken(
     table: Table, roles: Sequence[Column], columns: Sequence[Column], missing: bool
 ) -> tuple[Whole, Array, Whole, Whole]:
     """Row, value, direction and cycle of every reading, sweep after sweep and in each column after column."""
-    titles = [parse_label(title) for title in table.titles]
+    titles = [title_label(title) for title in table.titles]
     of_rows = (
         _row_numbers(table, roles, Role.CYCLE, titles) if len(columns) == 1 else _sweeps(table, roles, columns, titles)
     )
@@ -237,7 +237,8 @@ def _picked(table: Table, column: Column, rising: bool, missing: bool) -> tuple[
         return (rows[::-1], values[::-1]) if column.label.way < 0 and rising else (rows, values)
     empty = np.array([is_empty(cell) for cell in table.cells(column.place)])
     if not missing:
-        check_finite(table, column, values, naming("accept", words="a number (empty: {} missing)"))
+        gap = empty[int((~np.isfinite(values)).argmax())]
+        check_finite(table, column, values, naming("accept", words="a number, or {} missing") if gap else "a number")
     rows = np.flatnonzero(~empty & np.isfinite(values)) if missing else np.arange(len(values))
     check_finite(table, column, np.where(empty, 0.0, values), "a number")
     if column.label.way < 0 and rising:

@@ -42,6 +42,8 @@ _NO_VALUE = frozenset(["", *_NO_VALUE_WORDS.split()])
 COMMENT_MARKS = ("#", "//", "%", "$$", "!")
 MEASURE = re.compile(r"([-+]?\d[\d.,']*) ?(mm|[uµμn]m|cm|m|in|inch|deg|°|arcsec|s|ms|min|°C|degC)")
 """A number with its unit."""
+DEGREES = re.compile(r"([-+]?)(\d{1,3}) ?° ?(\d{1,2}) ?['′] ?(?:(\d{1,2}(?:[.,]\d+)?) ?(?:\"|″|''))?")
+"""An angle in degrees, minutes and seconds."""
 SAMPLE = 200
 """Lines by which the delimiter is found."""
 LONG, MARGIN = 20_000, 100
@@ -290,7 +292,8 @@ def _rating(split: Splitter, lines: Sequence[str], sample: Sequence[str], column
 
 def _tells(cell: Cell) -> bool:
     """Whether a cell is a number, also with its unit, or a time."""
-    return not isinstance(cell, str) or looks_numeric(cell) or is_moment(cell) or MEASURE.fullmatch(cell) is not None
+    plain = not isinstance(cell, str) or looks_numeric(cell) or is_moment(cell)
+    return plain or any(form.fullmatch(str(cell)) for form in (MEASURE, DEGREES))
 
 
 def _edges(sample: Sequence[str]) -> tuple[int, ...]:

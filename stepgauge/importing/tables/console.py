@@ -31,10 +31,11 @@ LOOKED_AT = 50_000
 
 @dataclass(frozen=True)
 class _Lines:
-    """Lines that are alike: the names of their numbers; number, values and time of each; and whether they carry one."""
+    """Lines that are alike: the names of their numbers; number, values and time of each row; ``used``: their lines."""
 
     names: tuple[str, ...]
     rows: list[tuple[int, list[str], str | None]]
+    used: frozenset[int] = frozenset()
 
 
 def console_cells(source: Source) -> Cells | None:
@@ -46,17 +47,22 @@ def console_cells(source: Source) -> Cells | None:
         found = find(first, source.name)
         per_row = len(found.names) if find is _blocks else 1
         if len(found.rows) >= FEWEST and 2 * per_row * len(found.rows) >= numbers:
-            return _make_cells(source.name, find(text.splitlines(), source.name), encoding, text.count("\n") + 1)
+            lines = text.splitlines()
+            return _make_cells(source.name, find(lines, source.name), encoding, lines)
     return None
 
 
-def _make_cells(path: str, found: _Lines, encoding: str, count: int) -> Cells:
+def _make_cells(path: str, found: _Lines, encoding: str, text: list[str]) -> Cells:
     timed = all(stamp for _, _, stamp in found.rows)
     rows: list[list[Cell]] = [[*found.names, *["time"] * timed]]
     rows += [[*values, *([stamp] if timed and stamp else [])] for _, values, stamp in found.rows]
     lines = [found.rows[0][0], *(line for line, _, _ in found.rows)]
-    note = f"{encoding}, lines of a console with {', '.join(found.names)}"
-    return Cells(path, rows, lines, [], count - len(found.rows), (note,))
+    notes = [f"{encoding}, lines of a console with {', '.join(found.names)}"]
+    left = [n for n, line in enumerate(text, 1) if line.strip() and n not in found.used]
+    if left:
+        first = text[left[0] - 1].strip()[:60]
+        notes.append(f"dropped: {len(left)} lines without such numbers, the first in line {left[0]}: {first!r}")
+    return Cells(path, rows, lines, [], len(text) - len(found.used) - len(left), tuple(notes))
 
 
 def _blocks(lines: list[str], path: str) -> _Lines:
@@ -74,7 +80,11 @@ def _blocks(lines: list[str], path: str) -> _Lines:
         line = found[-1 if wrong is None else wrong][0]
         raise InputError(f"{path}:{line}", "a block of the log is not whole", expected=", ".join(names[:width]))
     starts = range(0, len(found), width)
-    return _Lines(tuple(names[:width]), [(found[n][0], [m[2] for _, m in found[n : n + width]], None) for n in starts])
+    return _Lines(
+        tuple(names[:width]),
+        [(found[n][0], [match[2] for _, match in found[n : n + width]], None) for n in starts],
+        frozenset(n for n, _ in found),
+    )
 
 
 def _alike(lines: list[str], path: str) -> _Lines:
@@ -90,10 +100,18 @@ def _alike(lines: list[str], path: str) -> _Lines:
             names.append(before[-1] if before else "")
             values.append(match[0])
         shapes[_ANY.sub("#", bare).strip(), tuple(_numbered(names))].append((number, values, stamp))
-    ordered = sorted(shapes.items(), key=lambda one: -len(one[1]))
+    counted = [shape for shape, rows in shapes.items() if _is_count([values for _, values, _ in rows])]
+    ordered = sorted(((s, rows) for s, rows in shapes.items() if s not in counted), key=lambda one: -len(one[1]))
     if not ordered or (len(ordered) > 1 and 2 * len(ordered[1][1]) > len(ordered[0][1])):  # rivals: which one is it?
         return _Lines((), [])
-    return _Lines(_places(ordered[0][0][1]), ordered[0][1])
+    rows = ordered[0][1]
+    return _Lines(_places(ordered[0][0][1]), rows, frozenset(n for n, _, _ in rows))
+
+
+def _is_count(values: list[list[str]]) -> bool:
+    """Whether lines only number what follows each: ``MEASURING POINT 1``, ``MEASURING POINT 2``."""
+    steps = [float(one[0]) - n for n, one in enumerate(values) if len(one) == 1]
+    return len(steps) == len(values) > 1 and len(set(steps)) == 1
 
 
 def _bare(line: str) -> str:

@@ -25,6 +25,7 @@ from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.header import (
     behind_header,
     commented_header,
+    divided,
     find_header,
     is_number,
     refuse_slip,
@@ -32,6 +33,7 @@ from stepgauge.importing.tables.header import (
     text_of,
 )
 from stepgauge.importing.tables.questions import Decisions
+from stepgauge.importing.tables.vocabulary import LABEL, says, title_label, words_of
 
 FEW_SLIPS = 0.02
 """Share of the cells of a column of numbers that may be text by mistake, one in fifty; one cell always may.
@@ -138,9 +140,10 @@ def find_tables(cells: Cells, decimal: str | None, header: str | None, decisions
     for part in sorted(parts, key=lambda one: one.first - one.end):
         try:
             found.append(_table(cells, part, decimal, header, decisions if not found else Decisions()))
-        except InputError:
+        except InputError as error:
             if not found:  # else it is a list of other things beside the table
                 raise
+            decisions.reject(f"what stands at {cells.path}:{cells.lines[part.first]}", error.what)
     return sorted(found, key=lambda one: -len(one) * max(sum(map(bool, one.headers)), 1))
 
 
@@ -222,7 +225,6 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
     below = cells.rows[last + 1 :]
     texts = [cell for row in rows for cell in row if isinstance(cell, str) and cell and not is_moment(cell)]
     _check_widths(cells, headers, rows, lines)
-    said = [f"{n} rows {where} the table" for n, where in ((above - start, "above"), (len(below), "below")) if n]
     numbers = max(kind.count("n") / 2.0, 1.0)
     inside = {*range(start, first), *body}
     beside = [
@@ -238,7 +240,7 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
         np.array(block),
         decimal or mark_of(cells.path, texts, decisions),
         _facts([*cells.rows[:above], *below], cells.comments, titles),
-        (f"dropped: {', '.join(said)}",) if said else (),
+        _left_out(cells, part.start, body, names, kind, {*range(above, first)}),
         tuple(cells.lines[n] for n in beside),
     )
     return _restore_bulk(found, cells, body)
@@ -331,7 +333,38 @@ def _title(cells: Cells, n: int, header: Sequence[str], kind: str) -> str:
     if wrong and own.count("n") and len(own) == len(kind) and n >= 0:
         refuse_slip(cells, n, header, wrong[0])
     texts = [text_of(cell) for cell in row if cell != ""]
-    return "" if texts == [name for name in header if name] or is_units(row) else " ".join(texts)
+    title = " ".join(texts)
+    none = texts == [name for name in header if name] or is_units(row) or says(words_of(title), "page")
+    return "" if none else title
+
+
+def _left_out(
+    cells: Cells, start: int, body: Sequence[int], header: Sequence[str], kind: str, named: Container[int]
+) -> tuple[str, ...]:
+    """What a file has beside the rows of a table and their header, in words: how much, and what first.
+
+    Lines between blocks that say a run are used; a row that is a comment is told, for it may have been taken out.
+    """
+    inside, used = set(body), [name for name in header if name]
+    left = list[int]()
+    for n in range(start, len(cells.rows)):
+        texts = [text_of(cell) for cell in cells.rows[n] if cell != ""]
+        title = body[0] <= n <= body[-1] and title_label(" ".join(texts)) != LABEL
+        if n not in inside and n not in named and texts != used and not is_units(cells.rows[n]) and not title:
+            left.append(n)
+    every = (parts for line in cells.comments for parts in divided(line))
+    rows = [parts for parts in every if len(parts) == len(kind) and _fits(parts, kind)]
+    told = list[str]()
+    if left:
+        first, line = _shown(cells.rows[left[0]]), cells.lines[left[0]]
+        told.append(f"dropped: {len(left)} lines that are no rows of the table, the first in line {line}: {first!r}")
+    if rows:
+        told.append(f"dropped: {len(rows)} comments that hold a row of numbers, the first: {_shown(rows[0])!r}")
+    return tuple(told)
+
+
+def _shown(row: Sequence[Cell]) -> str:
+    return " ".join(text_of(cell) for cell in row if cell != "")[:60]
 
 
 def _facts(rows: Sequence[Sequence[Cell]], comments: Sequence[str], titles: Sequence[str]) -> dict[str, str]:

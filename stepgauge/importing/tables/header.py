@@ -102,13 +102,14 @@ def text_of(cell: Cell) -> str:
 
 def commented_header(cells: Cells, width: int) -> list[str]:
     """A header in a comment, as numerical programs write it."""
-    for line in reversed(cells.comments):
-        text = line.lstrip("#/%!$ ")
-        for mark in (";", "\t", "|", ",", r"\s{2,}", r"\s+"):
-            names = [name.strip() for name in (re.split(mark, text) if "s" in mark else text.split(mark))]
-            if len(names) == width and not any(looks_numeric(name) for name in names):
-                return names
-    return []
+    every = (names for line in reversed(cells.comments) for names in divided(line) if len(names) == width)
+    return next((names for names in every if not any(map(looks_numeric, names))), [])
+
+
+def divided(comment: str) -> list[list[str]]:
+    """The cells of a comment, by each mark that may divide them."""
+    text = comment.lstrip("#/%!$ ")
+    return [[one.strip() for one in re.split(mark, text)] for mark in (";", "\t", "[|]", ",", r"\s{2,}", r"\s+")]
 
 
 def split_names(text: str) -> list[str]:

@@ -53,7 +53,7 @@ def read_laser_file(source: Source, decisions: Decisions) -> Table:
     mark = Numerals("," if re.search(r"\d,\d", text[data_at.end() :]) else ".")
     words = (mark.number(word) for word in text[targets_at.end() :].split())
     targets = np.array(list(takewhile(np.isfinite, words)))
-    rows = _readings(text, data_at.end(), mark, len(targets), path)
+    rows, behind = _readings(text, data_at.end(), mark, len(targets), path)
     run, target, line = (rows[:, place].astype(np.int64) for place in (0, 1, 3))
     _check_stated(text, path, len(targets), run, target)
     one_way = (match := _FLAGS.search(text)) is not None and match[1] == "1"
@@ -67,17 +67,24 @@ def read_laser_file(source: Source, decisions: Decisions) -> Table:
     units = [find_unit(name) for name in _UNITS[kind]] if kind in _UNITS else [None, None]
     cells: list[list[Cell]] = np.column_stack([targets[target - 1], value, cycle, way])[order].tolist()
     zero = np.zeros(len(cells), np.int64)
-    return Table(path, list(HEADERS), [*units, None, None], cells, line[order], [""], zero, ".", left_out=left_out)
+    return Table(
+        path, list(HEADERS), [*units, None, None], cells, line[order], [""], zero, ".", left_out=(*left_out, *behind)
+    )
 
 
-def _readings(text: str, at: int, mark: Numerals, count: int, path: str) -> Array:
-    """Run, target, deviation and line of every reading, ``(n, 4)``; what is cut, or of something else, is refused."""
+def _readings(text: str, at: int, mark: Numerals, count: int, path: str) -> tuple[Array, tuple[str, ...]]:
+    """Run, target, deviation and line of every reading, ``(n, 4)``; what is cut, or of something else, is refused.
+
+    With words on what stands behind the readings.
+    """
+    behind: tuple[str, ...] = ()
     first = text.count("\n", 0, at)
     rows: list[list[float]] = []
     for line, row in enumerate(text.splitlines()[first + 1 :], first + 2):
         if not row.strip():
             continue
         if not row.strip()[0].isdigit():
+            behind = (f"dropped: all behind the readings, from line {line}: {row.strip()[:60]!r}",)
             break
         values = [mark.number(cell) for cell in row.split()]
         if len(values) != 3 or not np.isfinite(values).all():
@@ -89,7 +96,7 @@ def _readings(text: str, at: int, mark: Numerals, count: int, path: str) -> Arra
         rows.append([*values, line])
     if not rows:
         raise InputError(f"{path}:{first + 1}", "no readings follow", expected="rows of run, target and deviation")
-    return np.array(rows)
+    return np.array(rows), behind
 
 
 def _check_stated(text: str, path: str, targets: int, run: Whole, target: Whole) -> None:

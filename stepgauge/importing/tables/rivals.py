@@ -29,7 +29,7 @@ from stepgauge.importing.tables.columns import (
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, column_answer, shown
 from stepgauge.importing.tables.read import TableLayout
-from stepgauge.importing.tables.vocabulary import LABEL, WORDS, parse_label, says, split_name, way_of, words_of
+from stepgauge.importing.tables.vocabulary import LABEL, WORDS, says, split_name, title_label, way_of, words_of
 
 Chosen = Mapping[str, str]
 _COORDINATES = ("x", "y", "z", "height")
@@ -351,7 +351,7 @@ def _check_kinds(table: Table, roles: Sequence[Column], layout: TableLayout, dec
             asked = True
     numbers, sizes = np.unique(table.block, return_counts=True)
     titles = [table.titles[n] for n in numbers.tolist()]
-    labelled = all(parse_label(title) != LABEL for title in titles if title)
+    labelled = all(title_label(title) != LABEL for title in titles if title)
     known = asked or "title" in every or any(one.role in (Role.CYCLE, Role.WAY, Role.PLACEMENT) for one in roles)
     if len(set(titles)) > 1 and not labelled and sizes.min() > 1 and not known:
         _ask_rows(table, "the lines above the blocks", list(dict.fromkeys(filter(None, titles))), "title", decisions)

@@ -111,6 +111,13 @@ def parse_label(text: str) -> Label:
     return Label(numbers[0] if len(numbers) == 1 and 0 < numbers[0] < MOST_CYCLES else 0, way)
 
 
+def title_label(title: str) -> Label:
+    """Cycle and direction of the line above a block: a number in it is that of a run where a word says so, or alone."""
+    words = words_of(re.sub(r"\d+", " ", title))
+    label = parse_label(title)
+    return label if not words or label.way or says(words, "cycle", "cycle beside", "way", "placement") else LABEL
+
+
 def way_of(text: str) -> int:
     """+1 or -1 for a word of a direction, nought for another."""
     word = folded(text)

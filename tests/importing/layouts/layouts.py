@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.importing.layouts import axes, further, gauges, handed, interferometers, laser_files, reports, series
+from tests.importing.layouts import axes, forms, further, gauges, handed, interferometers, laser_files, reports, series
 from tests.importing.layouts.judge import Layout
 
 LAYOUTS: list[Layout] = [
@@ -14,4 +14,5 @@ LAYOUTS: list[Layout] = [
     *handed.LAYOUTS,
     *axes.LAYOUTS,
     *further.LAYOUTS,
+    *forms.LAYOUTS,
 ]
