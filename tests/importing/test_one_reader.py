@@ -398,4 +398,4 @@ def test_a_page_is_no_run_and_a_run_is_one() -> None:
         assert frame["cycle"].nunique() == cycles
         assert frame["cycle"].min() == (1 if title in ("Page", "Seite") else 3)
     other = "\n".join(f"Hole {n + 3}\nTarget [mm],Reading [mm]\n{block}" for n, block in enumerate(rows))
-    assert '--rows title="*"' in asked(other).as_typed()
+    assert '--rows title="*"' in asked(other).cli_text()
