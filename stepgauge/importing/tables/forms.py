@@ -24,7 +24,7 @@ FEWEST = 3
 _PARTS = ("degree", "arcminute", "arcsecond")
 
 
-def in_columns(cells: Cells) -> Cells:
+def arrange_columns(cells: Cells) -> Cells:
     """The cells of a file with a column for each quantity, and numbers in plain digits."""
     return _plain_numbers(_turned(_side_by_side(cells)))
 
@@ -147,12 +147,12 @@ def _join_angles(rows: list[list[Cell]]) -> None:
         if at is not None:
             row[at : at + 3] = ["angle [deg]"]
             for one in rows[n + 1 :]:
-                one[at : at + 3] = [_of_parts(one[at : at + 3])]
+                one[at : at + 3] = [_join_parts(one[at : at + 3])]
             for one in rows[max(n - 1, 0) : n]:
                 one[at : at + 3] = one[at : at + 1]
 
 
-def _of_parts(cells: Sequence[Cell]) -> Cell:
+def _join_parts(cells: Sequence[Cell]) -> Cell:
     values = [any_number(cell) for cell in cells]
     if len(values) < FEWEST or not np.isfinite(values).all():
         return cells[0] if cells else ""

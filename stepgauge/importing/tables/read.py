@@ -11,7 +11,7 @@ from stepgauge.errors import InputError, naming, reading
 from stepgauge.files.units import Unit
 from stepgauge.importing.tables.cells import Cells, read_text_cells
 from stepgauge.importing.tables.console import console_cells
-from stepgauge.importing.tables.forms import in_columns
+from stepgauge.importing.tables.forms import arrange_columns
 from stepgauge.importing.tables.grid import Table, find_tables
 from stepgauge.importing.tables.header import split_names, text_of
 from stepgauge.importing.tables.laserfile import is_laser_file, read_laser_file
@@ -70,7 +70,7 @@ def _read_file(source: Source, layout: TableLayout, decisions: Decisions) -> Fil
     if source.frame is None and source.data[:2] != b"PK" and is_laser_file(source.decoded[0]):
         table = read_laser_file(source, decisions)
         return File([table], (), 0, ("file of laser software with targets and deviations",))
-    cells = in_columns(_cells(source, layout, decisions))
+    cells = arrange_columns(_cells(source, layout, decisions))
     tables = find_tables(cells, layout.decimal, layout.header, decisions)
     tables = [one.add_constants(layout.constants) for one in tables]
     mark = f"decimal {'comma' if tables[0].decimal == ',' else 'point'}"
