@@ -7,9 +7,8 @@ blocks of numbers name the run that follows; what is below the last number (mean
 
 from __future__ import annotations
 
-import re
 from collections import Counter
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NoReturn
 
@@ -20,31 +19,23 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import Numerals, looks_numeric
 from stepgauge.files.units import Unit, find_unit
-from stepgauge.importing.tables.cells import Cell, Cells, is_empty, is_units, mark_of, value_of
+from stepgauge.importing.tables.cells import Cell, Cells, is_units, mark_of, value_of
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.header import (
     behind_header,
     commented_header,
-    divided,
     find_header,
-    is_number,
-    refuse_slip,
+    fits_kind,
+    frequent_kind,
+    row_kind,
     split_names,
     text_of,
-)
+)  # fmt: skip
 from stepgauge.importing.tables.questions import Decisions
-from stepgauge.importing.tables.vocabulary import LABEL, says, title_label, words_of
+from stepgauge.importing.tables.remarks import block_titles, left_out_words, stated_facts
 
-FEW_SLIPS = 0.02
-"""Share of the cells of a column of numbers that may be text by mistake, one in fifty; one cell always may.
-
-It decides only how a cell is told that is no number: as a slip, with its row, and the import is refused; or, among more
-of its kind, as a name, and the column is one of text. No reading comes out otherwise.
-"""
 FEWEST_NAMED = 3
 """Rows of names and fewer numbers from which they are a table."""
-_FACT = re.compile(r"\s*([^:=;]{2,60}?)\s*(?:::?|=)\s*(\S.*?)\s*")
-_SEVERAL = re.compile(r"([A-Za-z]\w*)\s*[:=]\s*(\S+)")
 
 
 @dataclass(frozen=True)
@@ -149,7 +140,7 @@ def find_tables(cells: Cells, decimal: str | None, header: str | None, decisions
 
 def _parts(cells: Cells) -> list[_Run]:
     """The tables of a file, each from the end of the one before it on."""
-    kinds = [_kind(row) for row in cells.rows]
+    kinds = [row_kind(row) for row in cells.rows]
     rows = {kind for kind in kinds if _is_of_numbers(kind)}
     if not rows:  # names with a number each
         rows = {kind for kind, count in Counter(kinds).items() if "n" in kind and count >= FEWEST_NAMED}
@@ -164,7 +155,7 @@ def _parts(cells: Cells) -> list[_Run]:
     runs = [one for one in runs if one.end - one.first > 1] or runs[:1]
     starts = [0, *(one.end for one in runs)]
     return [
-        replace(one, start=start, kind=_frequent_kind(kinds[one.first : one.end], rows))
+        replace(one, start=start, kind=frequent_kind(kinds[one.first : one.end], rows))
         for one, start in zip(runs, starts, strict=False)
     ]
 
@@ -209,7 +200,7 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
     start, kind = part.start, part.kind
     if len(kind) < part.width <= _filled(cells, part):  # the last column is empty in most rows
         kind = kind.ljust(part.width, "t")
-    body = [n for n in range(part.first, part.end) if _fits(cells.rows[n], kind)]
+    body = [n for n in range(part.first, part.end) if fits_kind(cells.rows[n], kind)]
     if not body:
         raise InputError(cells.path, "no table of numbers is found", expected="a row of numbers per reading")
     first, last = body[0], body[-1]
@@ -217,7 +208,7 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
     named = behind_header(cells, first, len(kind), start)
     names, unit_row, above = ([], [], named) if header else find_header(cells, named, len(kind), start)
     headers = split_names(header) if header else names or commented_header(cells, len(kind))
-    titles, block = _titles(cells, body, names, kind, first if named < first else above)
+    titles, block = block_titles(cells, body, names, kind, first if named < first else above)
     units = [find_unit(text.strip("[]()")) if text else None for text in unit_row] + [None] * len(headers)
     rows, lines = [list(cells.rows[n]) for n in body], [cells.lines[n] for n in body]
     if headers and not header and _are_numbered(rows, len(headers)):
@@ -228,7 +219,7 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
     numbers = max(kind.count("n") / 2.0, 1.0)
     inside = {*range(start, first), *body}
     beside = [
-        n for n in range(start, len(cells.rows)) if n not in inside and _kind(cells.rows[n]).count("n") >= numbers
+        n for n in range(start, len(cells.rows)) if n not in inside and row_kind(cells.rows[n]).count("n") >= numbers
     ]
     found = Table(
         cells.path,
@@ -239,8 +230,8 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
         titles,
         np.array(block),
         decimal or mark_of(cells.path, texts, decisions),
-        _facts([*cells.rows[:above], *below], cells.comments, titles),
-        _left_out(cells, part.start, body, names, kind, {*range(above, first)}),
+        stated_facts([*cells.rows[:above], *below], cells.comments, titles),
+        left_out_words(cells, part.start, body, names, kind, {*range(above, first)}),
         tuple(cells.lines[n] for n in beside),
     )
     return _restore_bulk(found, cells, body)
@@ -266,128 +257,10 @@ def _restore_bulk(table: Table, cells: Cells, body: Sequence[int]) -> Table:
     return replace(table, lines=lines, block=block, bulk=columns, at_row=at)
 
 
-# kinds of rows
-
-
-def _kind(row: Sequence[Cell]) -> str:
-    """``n`` for a number or a time, ``t`` for text, ``e`` for nothing, cell by cell."""
-    return "".join("e" if is_empty(cell) else "n" if is_number(cell) else "t" for cell in row).rstrip("e")
-
-
-def _frequent_kind(kinds: Sequence[str], rows: Container[str]) -> str:
-    counted = Counter(kind for kind in kinds if kind in rows)
-    if not counted:
-        return ""
-    width = max((len(kind) for kind in counted), key=lambda w: sum(n for kind, n in counted.items() if len(kind) == w))
-    rows = [kind for kind in kinds if len(kind) == width and kind in counted]
-    return "".join(_common("".join(kind[place] for kind in rows)) for place in range(width))
-
-
-def _common(letters: str) -> str:
-    """``n`` for a column of numbers, in which a few cells may be slips; else ``t``: names, or names and numbers.
-
-    Text above the first number is that of a preamble, below the last one that of means and limits.
-    """
-    above = letters[max(letters.find("n"), 0) : letters.rfind("n") + 1]
-    return "n" if above and above.count("t") <= max(FEW_SLIPS * len(above), 1) else "t"
-
-
-def _fits(row: Sequence[Cell], kind: str) -> bool:
-    """Whether a row has numbers where the table has them, or nothing."""
-    own = _kind(row)
-    if not own or len(own) > len(kind) or 2 * own.count("n") < kind.count("n"):
-        return False
-    return all(mine in ("n", "e") for mine, his in zip(own, kind, strict=False) if his == "n") and "n" in own
-
-
-# what is between the rows, and around them
-
-
-def _titles(
-    cells: Cells, body: Sequence[int], header: Sequence[str], kind: str, above: int
-) -> tuple[list[str], list[int]]:
-    """The lines above the blocks of numbers, and the number of the block of every row."""
-    first = " ".join(text_of(cell) for cell in cells.rows[above - 1] if cell != "") if above else ""
-    titles, block, inside = [first], [], set(body)
-    fresh = False
-    for n in range(body[0], body[-1] + 1):
-        if n in inside:
-            block.append(len(titles) - 1)
-            fresh = False
-            continue
-        title = _title(cells, n, header, kind)
-        if title and fresh:
-            titles[-1] = title
-        elif title:
-            titles.append(title)
-            fresh = True
-    return (titles, block) if len(titles) > 1 else ([""], block)
-
-
-def _title(cells: Cells, n: int, header: Sequence[str], kind: str) -> str:
-    """The line between two blocks; a row with text in place of a number is none."""
-    row = cells.rows[n]
-    own = _kind(row)
-    numbers = [place for place, letter in enumerate(kind) if letter == "n"]
-    wrong = [place for place in numbers if place < len(own) and own[place] == "t"]
-    if wrong and own.count("n") and len(own) == len(kind) and n >= 0:
-        refuse_slip(cells, n, header, wrong[0])
-    texts = [text_of(cell) for cell in row if cell != ""]
-    title = " ".join(texts)
-    none = texts == [name for name in header if name] or is_units(row) or says(words_of(title), "page")
-    return "" if none else title
-
-
-def _left_out(
-    cells: Cells, start: int, body: Sequence[int], header: Sequence[str], kind: str, named: Container[int]
-) -> tuple[str, ...]:
-    """What a file has beside the rows of a table and their header, in words: how much, and what first.
-
-    Lines between blocks that say a run are used; a row that is a comment is told, for it may have been taken out.
-    """
-    inside, used = set(body), [name for name in header if name]
-    left = list[int]()
-    for n in range(start, len(cells.rows)):
-        texts = [text_of(cell) for cell in cells.rows[n] if cell != ""]
-        title = body[0] <= n <= body[-1] and title_label(" ".join(texts)) != LABEL
-        if n not in inside and n not in named and texts != used and not is_units(cells.rows[n]) and not title:
-            left.append(n)
-    every = (parts for line in cells.comments for parts in divided(line))
-    rows = [parts for parts in every if len(parts) == len(kind) and _fits(parts, kind)]
-    told = list[str]()
-    if left:
-        first, line = _shown(cells.rows[left[0]]), cells.lines[left[0]]
-        told.append(f"dropped: {len(left)} lines that are no rows of the table, the first in line {line}: {first!r}")
-    if rows:
-        told.append(f"dropped: {len(rows)} comments that hold a row of numbers, the first: {_shown(rows[0])!r}")
-    return tuple(told)
-
-
-def _shown(row: Sequence[Cell]) -> str:
-    return " ".join(text_of(cell) for cell in row if cell != "")[:60]
-
-
-def _facts(rows: Sequence[Sequence[Cell]], comments: Sequence[str], titles: Sequence[str]) -> dict[str, str]:
-    """What a file states of itself beside its numbers: ``key: value``, or a key and its value in two cells."""
-    found: dict[str, str] = {}
-    lines = [[text_of(cell) for cell in row if cell != ""] for row in rows]
-    lines += [[line.lstrip("#/%!$ ")] for line in comments]
-    for parts in lines:
-        match = _FACT.fullmatch(" ".join(parts))
-        pair = (parts[0].rstrip(" :="), parts[1]) if len(parts) == 2 else match.groups() if match else None
-        if pair is not None and len(pair[1]) < 200:
-            found.setdefault(pair[0].casefold(), pair[1])
-    stated = [dict(_SEVERAL.findall(title)) for title in titles if title]
-    for key in set.intersection(*map(set, stated)) if stated else ():
-        if len({one[key] for one in stated}) == 1:
-            found.setdefault(key.casefold(), stated[0][key])
-    return found
-
-
 def _check_left_out(cells: Cells, first: int, last: int, width: int) -> None:
     """No row of numbers alone stands before, in, or directly behind a table and is none of it: nothing is lost."""
     for n in range(max(first - 1, 0), min(last + 2, len(cells.rows))):
-        kind = _kind(cells.rows[n])
+        kind = row_kind(cells.rows[n])
         if "t" not in kind and len(kind) > width and kind.count("n") > 1:
             _refuse_width(f"{cells.path}:{cells.lines[n]}", len(kind), width)
 

@@ -1,9 +1,10 @@
-"""The rows above the numbers of a table that name its columns: one to three, with merged names, and one of units."""
+"""Kinds of rows, and the rows above the numbers that name the columns: one to three, merged names, and one of units."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Container, Sequence
 
 from stepgauge.errors import InputError
 from stepgauge.files.numerals import looks_numeric
@@ -15,11 +16,48 @@ from stepgauge.importing.tables.vocabulary import split_unit
 
 MOST_HEADERS = 3
 """Rows above the numbers that may be a header, beside one of units."""
+FEW_SLIPS = 0.02
+"""Share of the cells of a column of numbers that may be text by mistake, one in fifty; one cell always may.
+
+It decides only how a cell is told that is no number: as a slip, with its row, and the import is refused; or, among more
+of its kind, as a name, and the column is one of text. No reading comes out otherwise.
+"""
 
 
 def is_number(cell: Cell) -> bool:
     """Whether a cell is a number or a time."""
     return not isinstance(cell, str) or looks_numeric(cell) or is_moment(cell)
+
+
+def row_kind(row: Sequence[Cell]) -> str:
+    """``n`` for a number or a time, ``t`` for text, ``e`` for nothing, cell by cell."""
+    return "".join("e" if is_empty(cell) else "n" if is_number(cell) else "t" for cell in row).rstrip("e")
+
+
+def frequent_kind(kinds: Sequence[str], rows: Container[str]) -> str:
+    counted = Counter(kind for kind in kinds if kind in rows)
+    if not counted:
+        return ""
+    width = max((len(kind) for kind in counted), key=lambda w: sum(n for kind, n in counted.items() if len(kind) == w))
+    rows = [kind for kind in kinds if len(kind) == width and kind in counted]
+    return "".join(_common("".join(kind[place] for kind in rows)) for place in range(width))
+
+
+def _common(letters: str) -> str:
+    """``n`` for a column of numbers, in which a few cells may be slips; else ``t``: names, or names and numbers.
+
+    Text above the first number is that of a preamble, below the last one that of means and limits.
+    """
+    above = letters[max(letters.find("n"), 0) : letters.rfind("n") + 1]
+    return "n" if above and above.count("t") <= max(FEW_SLIPS * len(above), 1) else "t"
+
+
+def fits_kind(row: Sequence[Cell], kind: str) -> bool:
+    """Whether a row has numbers where the table has them, or nothing."""
+    own = row_kind(row)
+    if not own or len(own) > len(kind) or 2 * own.count("n") < kind.count("n"):
+        return False
+    return all(mine in ("n", "e") for mine, his in zip(own, kind, strict=False) if his == "n") and "n" in own
 
 
 def behind_header(cells: Cells, first: int, width: int, start: int) -> int:
