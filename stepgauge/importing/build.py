@@ -22,7 +22,7 @@ from stepgauge.files.numerals import number
 from stepgauge.files.units import find_unit, unit_hint
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.importing.result import Imported, choices_of, together
+from stepgauge.importing.result import Imported, ask_together
 from stepgauge.motion.moves import Program
 from stepgauge.recording import APPROACH, OPTIONAL, POSITION, Recording
 from stepgauge.recording.columns import near_miss
@@ -65,27 +65,10 @@ def build_recording(
     program: Program | None,
     options: ImportOptions,
 ) -> Imported:
-    """The recording of a log (see :func:`stepgauge.importing.import_log`).
-
-    Its error names all that has to be accepted: an option is tried before it is offered, and what would be asked for
-    next is named with it.
-    """
-    first, offered = None, list[str]()
-    while True:
-        try:
-            found = _build(log, gauge, placement, program, replace(options, accept=(*options.accept, *offered)))
-        except InputError as error:
-            first = first or error
-            more = [one.value for one in choices_of(error) if one.argument == "accept" and one.value not in offered]
-            if not more and first is not error:
-                raise together(first, offered, error.what) from None
-            if not more:
-                raise
-            offered += more
-        else:
-            if first is None:
-                return found
-            raise first if len(offered) == 1 else together(first, offered)
+    """The recording of a log (see :func:`stepgauge.importing.logs.import_log`)."""
+    return ask_together(
+        lambda accept: _build(log, gauge, placement, program, replace(options, accept=accept)), options.accept
+    )
 
 
 def _build(

@@ -115,7 +115,28 @@ class AcceptTogetherError(InputError):
     longest: ClassVar[int] = 2 * LONGEST
 
 
-def together(error: InputError, accepted: Sequence[str], then: str = "") -> AcceptTogetherError:
+def ask_together(work: Callable[[Sequence[str]], Imported], accept: Sequence[str]) -> Imported:
+    """What ``work`` gives with what is accepted; its error names all that has to be accepted.
+
+    An option is tried before it is offered: what would be asked for next, or is wrong all the same, is named with it.
+    """
+    first, offered = None, list[str]()
+    while True:
+        try:
+            found = work((*accept, *offered))
+        except InputError as error:
+            more = [one.value for one in choices_of(error) if one.argument == "accept" and one.value not in offered]
+            if not more:
+                raise (error if first is None else _join_errors(first, offered, error.what)) from None
+            first = first or error
+            offered += more
+        else:
+            if first is None:
+                return found
+            raise first if len(offered) == 1 else _join_errors(first, offered)
+
+
+def _join_errors(error: InputError, accepted: Sequence[str], then: str = "") -> AcceptTogetherError:
     """An error that names all that has to be accepted; ``then``: what is wrong all the same."""
     expected = error.expected if isinstance(error.expected, Naming) else Naming((), str(error.expected or ""))
     options = " ".join(f"{{}} {one}" for one in accepted)
