@@ -15,7 +15,7 @@ from stepgauge.evaluation.face_errors import REffOrigin, reversal_of_scale_um
 from stepgauge.files.dates import first_moment
 from stepgauge.files.json_types import defined
 from stepgauge.files.tables import csv_text, result_cell
-from stepgauge.files.text import read_result, write_json, write_text
+from stepgauge.files.text import read_result, write_files
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording.conventions import convention_words
 
@@ -150,10 +150,8 @@ def _largest(values: list[float]) -> float:
 
 def write_evaluation(folder: str | Path, evaluation: Evaluation) -> list[Path]:
     """Write ``evaluation.json`` and ``evaluation.csv`` into a folder (made if missing); returns their paths."""
-    json_path, csv_path = Path(folder) / "evaluation.json", Path(folder) / "evaluation.csv"
-    write_json(json_path, evaluation_to_dict(evaluation))
-    write_text(csv_path, evaluation_csv(evaluation))
-    return [json_path, csv_path]
+    said = {"evaluation.json": evaluation_to_dict(evaluation), "evaluation.csv": evaluation_csv(evaluation)}
+    return write_files(folder, said)
 
 
 def evaluation_csv(evaluation: Evaluation) -> str:

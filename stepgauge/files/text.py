@@ -6,6 +6,7 @@ import json
 import os
 import re
 import stat
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ __all__ = [
     "replacing",
     "result_file",
     "result_text",
+    "write_files",
     "write_json",
     "write_sealed",
     "write_text",
@@ -166,6 +168,13 @@ def write_json(path: str | Path, data: Any, at_once: bool = False) -> None:
         key = "made_from" if "inputs" in data else "inputs"  # a Monte Carlo has inputs of another sort
         data = {**data, **shown_of_result(), **({key: made_from} if made_from else {})}
     write_text(path, result_text(data), at_once=at_once)
+
+
+def write_files(folder: str | Path, contents: Mapping[str, Any]) -> list[Path]:
+    """Write files into a folder (made if missing): text as it is, anything else as JSON; returns their paths."""
+    for name, content in contents.items():
+        (write_text if isinstance(content, str) else write_json)(Path(folder) / name, content)
+    return [Path(folder) / name for name in contents]
 
 
 def result_text(data: Any) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 from stepgauge import __version__
 from stepgauge.files.json_types import json_types
 from stepgauge.files.tables import csv_text, result_cell
-from stepgauge.files.text import write_json, write_text
+from stepgauge.files.text import write_files
 from stepgauge.history.entries import QUANTITIES, HistoryEntry
 from stepgauge.history.series import FALSE_WARNINGS, Alert, Series
 from stepgauge.history.trend import Trend
@@ -21,11 +21,8 @@ def write_history(
 ) -> list[Path]:
     """Write both files into a folder (made if missing); returns their paths."""
     entries = _entries(series)
-    paths = [Path(folder) / "history.json", Path(folder) / "history.csv"]
     document = _document(series, entries, warnings, limits)
-    write_json(paths[0], document)
-    write_text(paths[1], _csv(entries))
-    return paths
+    return write_files(folder, {"history.json": document, "history.csv": _csv(entries)})
 
 
 def _entries(series: Sequence[Series]) -> list[HistoryEntry]:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.files.text import write_json, write_text
+from stepgauge.files.text import write_files
 from stepgauge.investigation.feasible_runs import placement_json
 from stepgauge.investigation.loop import Investigation
 from stepgauge.investigation.running import joined
@@ -65,6 +65,5 @@ def write_story(folder: Path, found: Investigation) -> list[Path]:
     from stepgauge.reports.render import markdown
 
     said = story_of(found)
-    write_json(folder / "investigation.json", said)
-    write_text(folder / "investigation.md", markdown(investigation_story(said)))
-    return [folder / "investigation.json", folder / "investigation.md"]
+    story = markdown(investigation_story(said))
+    return write_files(folder, {"investigation.json": said, "investigation.md": story})

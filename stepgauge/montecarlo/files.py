@@ -9,7 +9,7 @@ from typing import Any
 from stepgauge import __version__
 from stepgauge.files.json_types import defined
 from stepgauge.files.tables import csv_text, result_cell
-from stepgauge.files.text import write_json, write_text
+from stepgauge.files.text import write_files
 from stepgauge.montecarlo.model import MonteCarloModel
 from stepgauge.montecarlo.summary import COVERAGE, Summary
 
@@ -18,10 +18,8 @@ COLUMNS = ("quantity", "placement", "face", "value", "mean", "u", "low_95", "hig
 
 def write_summary(folder: str | Path, model: MonteCarloModel, summary: Summary) -> list[Path]:
     """Write ``uncertainty.json`` and ``uncertainty.csv`` into a folder (made if missing); returns their paths."""
-    json_path, csv_path = Path(folder) / "uncertainty.json", Path(folder) / "uncertainty.csv"
-    write_json(json_path, summary_to_dict(model, summary))
-    write_text(csv_path, summary_csv(summary))
-    return [json_path, csv_path]
+    said = {"uncertainty.json": summary_to_dict(model, summary), "uncertainty.csv": summary_csv(summary)}
+    return write_files(folder, said)
 
 
 def summary_to_dict(model: MonteCarloModel, summary: Summary) -> dict[str, Any]:

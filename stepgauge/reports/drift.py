@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.drift import drift_figure
-from stepgauge.files.display import Written
 from stepgauge.files.notation import make_sentence, number, quantity
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import Page, PrintedTable, UserStatements, quantities, table_of, words
 from stepgauge.reports.sections import Section
-from stepgauge.reports.standards import recording_lines, rules_table, said_of, test_content, unmet, write_test
+from stepgauge.reports.standards import recording_lines, rules_table, said_of, test_content, unmet
 from stepgauge.standards.drift import DriftTest
 from stepgauge.standards.drift_files import drift_csv, drift_to_dict, write_drift
 from stepgauge.standards.drift_rules import rules_of
@@ -55,19 +53,6 @@ def drift_content(test: DriftTest, stated: UserStatements) -> dict[str, Any]:
         not_stated=[] if requirement.expanded_um is not None else ["measurement uncertainty of the displacements"],
     )
     return test_content(page, stated, None, test.drift.comments.get("machine"))
-
-
-def report_drift(
-    folder: str | Path,
-    test: DriftTest,
-    stated: UserStatements,
-    template: str | Path | None = None,
-    suffix: str = "png",
-) -> Written:
-    """Write all files of a test into a folder (made if missing): JSON, CSV, figure and report; paths with notes."""
-    content = drift_content(test, stated)
-    files = [lambda into: write_drift(into, test)]
-    return write_test(folder, "iso230-3", content, files, [(f"iso230-3-figure.{suffix}", drift_figure(test))], template)
 
 
 def _summary(data: dict[str, Any], requirement: Requirement) -> PrintedTable:
@@ -114,6 +99,8 @@ def drift_outcome(test: DriftTest) -> StandardTest:
         test,
         tuple(lines),
         drift_csv(test),
-        lambda folder, stated, template, suffix: report_drift(folder, test, stated, template, suffix),
-        lambda: drift_figure(test),
+        "iso230-3",
+        lambda stated: drift_content(test, stated),
+        lambda folder: write_drift(folder, test),
+        lambda: {"": drift_figure(test)},
     )

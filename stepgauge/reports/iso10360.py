@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso10360 import length_test_figure
-from stepgauge.files.display import Written
 from stepgauge.files.notation import number, quantity, vector
 from stepgauge.machine.file import Machine
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import Cells, Page, PrintedTable, TableColumn, UserStatements, numbers, table_of, words
 from stepgauge.reports.sections import Section, certificate_section
-from stepgauge.reports.standards import machine_lines, recording_lines, rules_table, test_content, write_test
+from stepgauge.reports.standards import machine_lines, recording_lines, rules_table, test_content
 from stepgauge.standards.decision import together
 from stepgauge.standards.iso10360 import KINDS, LengthTest
 from stepgauge.standards.iso10360_files import length_test_csv, length_test_to_dict, write_length_test
@@ -67,31 +65,6 @@ def length_test_content(
         not_stated=[f"contribution to U: {what}" for what in test.missing],
     )
     return test_content(page, stated, test.gauge, machine.table.name if machine else test.comments.get("machine"))
-
-
-def report_length_test(
-    folder: str | Path,
-    test: LengthTest,
-    stated: UserStatements,
-    machine: Machine | None = None,
-    template: str | Path | None = None,
-    suffix: str = "png",
-    further: Sequence[LengthTest] = (),
-) -> Written:
-    """Write all files of a test into a folder (made if missing): JSON, CSV, figures and report; the paths, with notes.
-
-    ``template``: your own Typst template; ``suffix`` of the figures: png, svg or pdf. A template that fails
-    (:class:`InputError`) does so before anything is written.
-    """
-    tails = ["", *(f"-{one.series.key}" for one in further)]
-    figures = [
-        (f"iso10360-figure{tail}.{suffix}", length_test_figure(one))
-        for one, tail in zip((test, *further), tails, strict=True)
-    ]
-    content = length_test_content(test, stated, machine, further)
-    return write_test(
-        folder, "iso10360", content, [lambda into: write_length_test(into, test, further)], figures, template
-    )
 
 
 def caption(data: dict[str, Any]) -> str:
@@ -256,8 +229,8 @@ def length_outcome(test: LengthTest, machine: Machine | None, further: Sequence[
         test,
         tuple(lines),
         length_test_csv(test),
-        lambda folder, stated, template, suffix: report_length_test(
-            folder, test, stated, machine, template, suffix, further
-        ),
-        lambda: length_test_figure(test),
+        "iso10360",
+        lambda stated: length_test_content(test, stated, machine, further),
+        lambda folder: write_length_test(folder, test, further),
+        lambda: {"": length_test_figure(test)} | {f"-{one.series.key}": length_test_figure(one) for one in further},
     )

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso10360_5 import probing_figure
-from stepgauge.files.display import Written
 from stepgauge.files.notation import quantity, vector
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import Page, PrintedTable, UserStatements, numbers, quantities, table_of, words
 from stepgauge.reports.sections import Section, add_comments
-from stepgauge.reports.standards import rules_table, said_of, test_content, unmet, write_test
+from stepgauge.reports.standards import rules_table, said_of, test_content, unmet
 from stepgauge.standards.iso10360_5 import ProbingTest
 from stepgauge.standards.iso10360_5_files import overall, probing_csv, probing_to_dict, write_probing
 from stepgauge.standards.iso10360_5_rules import rules_of
@@ -51,20 +49,6 @@ def probing_content(test: ProbingTest, stated: UserStatements, machine: str | No
         not_stated=test.missing,
     )
     return test_content(page, stated, None, machine)
-
-
-def report_probing(
-    folder: str | Path,
-    test: ProbingTest,
-    stated: UserStatements,
-    machine: str | None = None,
-    template: str | Path | None = None,
-    suffix: str = "png",
-) -> Written:
-    """Write all files of a test into a folder (made if missing): JSON, CSV, figure and report; paths with notes."""
-    content = probing_content(test, stated, machine)
-    figures = [(f"iso10360-5-figure.{suffix}", probing_figure(test))]
-    return write_test(folder, "iso10360-5", content, [lambda into: write_probing(into, test)], figures, template)
 
 
 def _caption(test: ProbingTest) -> str:
@@ -130,6 +114,8 @@ def probing_outcome(test: ProbingTest, machine_name: str | None) -> StandardTest
         test,
         tuple(lines),
         probing_csv(test),
-        lambda folder, stated, template, suffix: report_probing(folder, test, stated, machine_name, template, suffix),
-        lambda: probing_figure(test),
+        "iso10360-5",
+        lambda stated: probing_content(test, stated, machine_name),
+        lambda folder: write_probing(folder, test),
+        lambda: {"": probing_figure(test)},
     )

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso230 import positioning_figure
-from stepgauge.files.display import Written
 from stepgauge.files.notation import number, quantity
 from stepgauge.machine.file import Machine
 from stepgauge.reports.content import figure_svg
@@ -21,7 +19,6 @@ from stepgauge.reports.standards import (
     said_of,
     test_content,
     unmet,
-    write_test,
 )
 from stepgauge.standards.iso230_decision import PARAMETERS, parameters_um
 from stepgauge.standards.iso230_files import (
@@ -72,28 +69,6 @@ def positioning_content(test: PositioningTest, stated: UserStatements, machine: 
 
 def _of(one: dict[str, Any], text: str, data: dict[str, Any]) -> str:
     return f"placement {one['placement']}: {text}" if len(data["axes"]) > 1 else text
-
-
-def report_positioning(
-    folder: str | Path,
-    test: PositioningTest,
-    stated: UserStatements,
-    machine: Machine | None = None,
-    template: str | Path | None = None,
-    suffix: str = "png",
-) -> Written:
-    """Write all files of a test into a folder (made if missing): JSON, CSV, figures and report; the paths, with notes.
-
-    ``template``: your own Typst template; ``suffix`` of the figures: png, svg or pdf. A template that fails
-    (:class:`InputError`) does so before anything is written.
-    """
-    several = len(test.axes) > 1
-    figures = [
-        (f"iso230-figure{f'-placement-{one.placement}' if several else ''}.{suffix}", positioning_figure(one))
-        for one in test.axes
-    ]
-    content = positioning_content(test, stated, machine)
-    return write_test(folder, "iso230", content, [lambda into: write_positioning(into, test)], figures, template)
 
 
 def caption(one: AxisTest) -> str:
@@ -214,6 +189,8 @@ def positioning_outcome(test: PositioningTest, machine: Machine | None = None) -
         test,
         tuple(lines),
         targets_csv(test),
-        lambda folder, stated, template, suffix: report_positioning(folder, test, stated, machine, template, suffix),
-        lambda: positioning_figure(test.axes[0]),
+        "iso230",
+        lambda stated: positioning_content(test, stated, machine),
+        lambda folder: write_positioning(folder, test),
+        lambda: {f"-placement-{one.placement}" if len(axes) > 1 else "": positioning_figure(one) for one in test.axes},
     )

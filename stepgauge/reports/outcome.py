@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
-from stepgauge.files.display import Summarized, Written, figures, join_lines
+from stepgauge.files.display import Summarized, Written, join_lines
 from stepgauge.files.outputs import open_set
 from stepgauge.files.stored import result_shown
 from stepgauge.reports.page import UserStatements
@@ -19,19 +19,23 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Reported = Callable[[Path, UserStatements, "str | Path | None", str], Written]
-"""Given folder, statements, template and format of the figures, writes; returns the paths with notes."""
-
 
 @dataclass(frozen=True, repr=False)
 class StandardTest(Summarized):
-    """The outcome of a test: ``test`` has its values; ``lines`` say them, with what leaves the test incomplete."""
+    """The outcome of a test: ``test`` has its values; ``lines`` say them, with what leaves the test incomplete.
+
+    ``name`` begins the names of its files, ``table`` is their CSV; ``content`` that of the report, from what a person
+    states; ``write_values`` writes JSON and CSV into a folder; ``figures`` by the end of their names, the first one
+    being that of the test.
+    """
 
     test: Any
     lines: tuple[str, ...]
     table: str
-    reported: Reported
-    drawn: Callable[[], Figure]
+    name: str
+    content: Callable[[UserStatements], dict[str, Any]]
+    write_values: Callable[[Path], list[Path]]
+    figures: Callable[[], dict[str, Figure]]
 
     def summary(self) -> str:
         """Notes on the readings, values and decisions, and rules of the standard that are not met."""
@@ -51,8 +55,10 @@ class StandardTest(Summarized):
         if axes is not None:
             what = "a test by a standard is drawn as a figure of several panels"
             raise InputError("axes", what, found=type(axes).__name__, expected="plot() alone, which gives it")
-        with figures("style").on_screen():
-            return self.drawn().axes[0]
+        from stepgauge.figures.style import on_screen
+
+        with on_screen():
+            return next(iter(self.figures().values())).axes[0]
 
     def write(
         self,
@@ -62,8 +68,21 @@ class StandardTest(Summarized):
         stated: UserStatements | None = None,
         template: str | Path | None = None,
     ) -> Written:
-        """Write JSON, CSV, figures and the report (PDF) into a folder; returns paths with ``notes``."""
+        """Write JSON, CSV, figures and the report (PDF) into a folder; returns paths with ``notes``.
+
+        ``figure``: png, svg or pdf; ``template``: your own Typst template (:class:`InputError` where it fails, before
+        anything is written).
+        """
         import datetime
 
+        from stepgauge.figures.style import save_figure
+        from stepgauge.reports.render import write_report
+
         with open_set(lambda: result_shown(self)):
-            return self.reported(Path(folder), stated or UserStatements(datetime.date.today()), template, figure)
+            content = self.content(stated or UserStatements(datetime.date.today()))
+            report = Path(folder) / f"{self.name}.pdf"
+            notes = write_report(report, content, template)  # first, for a template may fail
+            drawn = {Path(folder) / f"{self.name}-figure{end}.{figure}": one for end, one in self.figures().items()}
+            for path, one in drawn.items():
+                save_figure(one, path, bool(content["simulated"]))
+            return Written([*self.write_values(Path(folder)), *drawn, report], [f"note: {note}" for note in notes])

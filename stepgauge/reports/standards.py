@@ -6,11 +6,9 @@ Data that were not stated are listed as not stated, and nothing is filled in.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.conditions import Conditions
-from stepgauge.files.display import Written
 from stepgauge.files.notation import make_sentence, number
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
@@ -24,11 +22,10 @@ from stepgauge.reports.page import (
     said,
     unsaid,
 )
-from stepgauge.reports.render import write_report
 from stepgauge.reports.sections import Section, add_comments, file_names
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 
 def test_content(page: Page, stated: UserStatements, gauge: Gauge | None, machine: str | None) -> dict[str, Any]:
@@ -42,30 +39,6 @@ def test_content(page: Page, stated: UserStatements, gauge: Gauge | None, machin
 
 
 test_content.__test__ = False  # type: ignore[attr-defined]
-
-
-def write_test(
-    folder: str | Path,
-    name: str,
-    content: dict[str, Any],
-    files: Sequence[Any],
-    figures: Sequence[tuple[str, Figure]],
-    template: str | Path | None = None,
-) -> Written:
-    """Write the files of a test into a folder (made if missing); ``NAME.pdf`` first, for its template may fail.
-
-    ``files``: functions of the folder that write JSON and CSV and return paths; ``figures``: file name and figure.
-    Returns all paths, with the notes on the report.
-    """
-    from stepgauge.figures.style import save_figure
-
-    report = Path(folder) / f"{name}.pdf"
-    notes = write_report(report, content, template)
-    paths = [path for write in files for path in write(folder)]
-    for file, figure in figures:
-        save_figure(figure, Path(folder) / file, bool(content["simulated"]))
-        paths.append(Path(folder) / file)
-    return Written([*paths, report], [f"note: {note}" for note in notes])
 
 
 def rules_table(rules: Sequence[dict[str, Any]], excluded: Sequence[dict[str, str]] = ()) -> PrintedTable:

@@ -17,7 +17,7 @@ from stepgauge.files.display import Plotted, figures, join_lines
 from stepgauge.files.json_types import defined
 from stepgauge.files.outputs import open_set
 from stepgauge.files.tables import csv_text, result_cell
-from stepgauge.files.text import read_result, result_file, write_json, write_text
+from stepgauge.files.text import read_result, result_file, write_files
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.budget import BudgetLine, UncertaintyBudget, UncertaintySource
 
@@ -41,10 +41,7 @@ SAME_VALUE_UM = 0.005
 
 def write_budget(folder: str | Path, budget: StoredBudget) -> list[Path]:
     """Write ``budget.json`` and ``budget.csv`` into a folder (made if missing); returns their paths."""
-    json_path, csv_path = Path(folder) / "budget.json", Path(folder) / "budget.csv"
-    write_json(json_path, budget.model_dump())
-    write_text(csv_path, budget_csv(budget))
-    return [json_path, csv_path]
+    return write_files(folder, {"budget.json": budget.model_dump(), "budget.csv": budget_csv(budget)})
 
 
 def stored_budget(model: MonteCarloModel, budget: UncertaintyBudget, runs: int) -> StoredBudget:

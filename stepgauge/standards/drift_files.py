@@ -7,7 +7,7 @@ from typing import Any
 
 from stepgauge import __version__
 from stepgauge.files.tables import csv_text, result_cell
-from stepgauge.files.text import write_json, write_text
+from stepgauge.files.text import write_files
 from stepgauge.standards.drift import NAMES, STANDARD, UNCONFIRMED, Channel, DriftTest
 from stepgauge.standards.drift_rules import rules_of
 
@@ -59,7 +59,4 @@ def drift_csv(test: DriftTest) -> str:
 
 def write_drift(folder: str | Path, test: DriftTest) -> list[Path]:
     """Write both files into a folder (made if missing); returns their paths."""
-    paths = [Path(folder) / "iso230-3.json", Path(folder) / "iso230-3.csv"]
-    write_json(paths[0], drift_to_dict(test))
-    write_text(paths[1], drift_csv(test))
-    return paths
+    return write_files(folder, {"iso230-3.json": drift_to_dict(test), "iso230-3.csv": drift_csv(test)})

@@ -10,7 +10,7 @@ import numpy as np
 
 from stepgauge import __version__
 from stepgauge.files.tables import csv_text
-from stepgauge.files.text import write_json, write_text
+from stepgauge.files.text import write_files
 from stepgauge.standards.decision import DECISION_SOURCE, Outcome, stated
 from stepgauge.standards.iso10360_5 import STANDARD, UNCONFIRMED, ProbingTest, Value
 from stepgauge.standards.iso10360_5_rules import rules_of
@@ -114,7 +114,4 @@ def probing_csv(test: ProbingTest) -> str:
 
 def write_probing(folder: str | Path, test: ProbingTest) -> list[Path]:
     """Write both files into a folder (made if missing); returns their paths."""
-    paths = [Path(folder) / "iso10360-5.json", Path(folder) / "iso10360-5.csv"]
-    write_json(paths[0], probing_to_dict(test))
-    write_text(paths[1], probing_csv(test))
-    return paths
+    return write_files(folder, {"iso10360-5.json": probing_to_dict(test), "iso10360-5.csv": probing_csv(test)})

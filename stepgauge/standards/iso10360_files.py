@@ -10,7 +10,7 @@ from typing import Any
 from stepgauge import __version__
 from stepgauge.files.json_types import defined
 from stepgauge.files.tables import csv_text
-from stepgauge.files.text import write_json, write_text
+from stepgauge.files.text import write_files
 from stepgauge.recording.conventions import convention_words
 from stepgauge.standards.decision import DECISION_SOURCE
 from stepgauge.standards.gauge_table import gauge_to_dict
@@ -160,10 +160,6 @@ def _row(one: TestLength, repeat: int) -> list[str]:
 
 def write_length_test(folder: str | Path, test: LengthTest, further: Sequence[LengthTest] = ()) -> list[Path]:
     """Write ``iso10360.json``, ``iso10360.csv`` and ``iso10360-SERIES.csv`` of further series; returns their paths."""
-    json_path, csv_path = Path(folder) / "iso10360.json", Path(folder) / "iso10360.csv"
-    write_json(json_path, length_test_to_dict(test, further))
-    write_text(csv_path, length_test_csv(test))
-    more = [Path(folder) / f"iso10360-{one.series.key}.csv" for one in further]
-    for one, path in zip(further, more, strict=True):
-        write_text(path, length_test_csv(one))
-    return [json_path, csv_path, *more]
+    more = {f"iso10360-{one.series.key}.csv": length_test_csv(one) for one in further}
+    said = {"iso10360.json": length_test_to_dict(test, further), "iso10360.csv": length_test_csv(test)}
+    return write_files(folder, said | more)

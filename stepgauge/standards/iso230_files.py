@@ -8,7 +8,7 @@ from typing import Any
 from stepgauge import __version__
 from stepgauge.files.notation import make_sentence
 from stepgauge.files.tables import csv_text, result_cell
-from stepgauge.files.text import write_json, write_text
+from stepgauge.files.text import write_files
 from stepgauge.recording.conventions import convention_of, convention_words
 from stepgauge.standards.gauge_table import gauge_to_dict
 from stepgauge.standards.iso230 import AxisParameters
@@ -189,8 +189,5 @@ def deviations_csv(test: PositioningTest) -> str:
 
 def write_positioning(folder: str | Path, test: PositioningTest) -> list[Path]:
     """Write the three files into a folder (made if missing); returns their paths."""
-    paths = [Path(folder) / name for name in ("iso230.json", "iso230.csv", "iso230-deviations.csv")]
-    write_json(paths[0], positioning_to_dict(test))
-    write_text(paths[1], targets_csv(test))
-    write_text(paths[2], deviations_csv(test))
-    return paths
+    tables = {"iso230.csv": targets_csv(test), "iso230-deviations.csv": deviations_csv(test)}
+    return write_files(folder, {"iso230.json": positioning_to_dict(test)} | tables)

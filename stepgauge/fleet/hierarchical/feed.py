@@ -11,7 +11,7 @@ from pydantic import Field
 from stepgauge import __version__
 from stepgauge.files.config import TomlTable
 from stepgauge.files.tables import csv_text, result_cell
-from stepgauge.files.text import write_json, write_text
+from stepgauge.files.text import write_files
 from stepgauge.fleet.hierarchical.answer import date_text
 from stepgauge.fleet.hierarchical.watch import Watched
 from stepgauge.standards.decision import Outcome
@@ -153,11 +153,8 @@ def _limit(one: Watched) -> Limit | None:
 
 def write_feed(folder: str | Path, feed: Feed) -> list[Path]:
     """Write ``watch.json``, its schema and ``watch.csv`` into a folder (made if missing); returns their paths."""
-    paths = [Path(folder) / name for name in ("watch.json", "watch.schema.json", "watch.csv")]
-    write_json(paths[0], feed.model_dump(exclude={"result", "checksum"}))
-    write_json(paths[1], feed_schema())
-    write_text(paths[2], _csv(feed))
-    return paths
+    said = feed.model_dump(exclude={"result", "checksum"})
+    return write_files(folder, {"watch.json": said, "watch.schema.json": feed_schema(), "watch.csv": _csv(feed)})
 
 
 def _csv(feed: Feed) -> str:
