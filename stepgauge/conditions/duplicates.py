@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stepgauge.files.arrays import Array
+from stepgauge.files.arrays import Array, Rows
 from stepgauge.files.notation import plural
 
-Rows = NDArray[np.int64]
 FEWEST = 8
 """Readings of a cycle from which it is no copy by chance, even on the steps of a display."""
 SHOWN = 8

@@ -13,12 +13,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.files.arrays import Array
+from stepgauge.files.arrays import Array, Rows
 from stepgauge.files.notation import rounded
 from stepgauge.physics.robust import TO_SIGMA, group_medians, mad_sigma
 from stepgauge.recording.face_readings import FaceReadings
 
-Rows = NDArray[np.int64]
 TIMES = 8.0
 """A reading is left out beyond so many standard deviations of one probing: by chance once in 1e15 readings."""
 FEW_FREEDOMS = 6.0

@@ -8,15 +8,14 @@ from functools import cached_property
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.correspondence.expected_points import ExpectedPoints, coordinates
 from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.correspondence.search_line import point_distances
 from stepgauge.errors import InputError, naming
+from stepgauge.files.arrays import Rows
 from stepgauge.files.units import unit_hint
 
-Rows = NDArray[np.int64]
 FOREIGN = -1
 ACCEPTABLE = ("missing", "doubled", "order", "foreign")
 """Kinds of differences that ``--accept`` knows."""

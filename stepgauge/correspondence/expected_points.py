@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.correspondence.faces import (
     FaceWords,
@@ -19,13 +18,12 @@ from stepgauge.correspondence.faces import (
 )
 from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.correspondence.sequence_alignment import align
-from stepgauge.files.arrays import Array
+from stepgauge.files.arrays import Array, Rows
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.motion.moves import Program
 from stepgauge.planning.plan import ORDERS, PlanOptions, faces_in_order
 
-Rows = NDArray[np.int64]
 LATERAL_MM = 0.1
 """A machine that searches along a straight line stays this close to it."""
 PITCH_MM = 5.0

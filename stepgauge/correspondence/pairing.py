@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.correspondence.differences import (
     FOREIGN,
@@ -22,8 +21,8 @@ from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.correspondence.search_line import SEARCH_END_MM, off_search_line, point_distances
 from stepgauge.correspondence.sequence_alignment import align
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Rows
 
-Rows = NDArray[np.int64]
 KINDS = ("missing", "doubled", "order", "foreign", "runs", "alarm", "shift", "repeats", "placements")
 """Ways in which a log may depart from its program and still be wanted: see :func:`match`."""
 

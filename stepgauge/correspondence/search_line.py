@@ -9,12 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.correspondence.expected_points import ExpectedPoints, coordinates
-from stepgauge.files.arrays import Array
+from stepgauge.files.arrays import Array, Rows
 
-Rows = NDArray[np.int64]
 SEARCH_END_MM = 1e-5
 """A search that ends this close to its programmed end has met nothing; the logs print 1e-6 mm or finer."""
 

@@ -7,14 +7,12 @@ from itertools import accumulate
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stepgauge.files.arrays import Array
+from stepgauge.files.arrays import Array, Rows
 
 if TYPE_CHECKING:
     from stepgauge.effects.probings import Probings
 
-Rows = NDArray[np.int64]
 Order = Rows | slice
 """Rows in an order: all of them where they are in it already."""
 SHORT = 1e-3

@@ -7,13 +7,12 @@ from copy import copy
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.effects import order
 from stepgauge.effects.order import followed as followed
 from stepgauge.effects.setting import Setting as Setting
 from stepgauge.errors import InputError
-from stepgauge.files.arrays import Array
+from stepgauge.files.arrays import Array, Rows
 
 if TYPE_CHECKING:
     from stepgauge.gauge.certified import Gauge
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 
 FACE_COS = 0.5
 """Cosine of approach and gauge axis, at least, where a face is probed."""
-Rows = NDArray[np.int64]
 _COORDINATE = {axis: f"{axis}_mm" for axis in "xyz"}
 AT_ONCE_S = 1e-9
 """Time constant that stands for no lag where other runs have one."""

@@ -9,16 +9,10 @@ import numpy as np
 from stepgauge.conditions.readings import project_readings
 from stepgauge.evaluation.evaluate import Evaluation, PlacementResult
 from stepgauge.recording import POSITION, Recording
+from stepgauge.recording.columns import TEMPERATURES
 
 if TYPE_CHECKING:
     import pandas as pd
-
-TEMPERATURES = (
-    "gauge_temperature_C",
-    "scale_temperature_x_C",
-    "scale_temperature_y_C",
-    "scale_temperature_z_C",
-)
 
 
 def probing_errors(recording: Recording, evaluation: Evaluation) -> list[pd.DataFrame]:

@@ -19,8 +19,9 @@ from stepgauge.exporting.options import (
 )
 from stepgauge.files.controls import fixed
 from stepgauge.recording import Recording
+from stepgauge.recording.columns import SCALE_TEMPERATURES
 
-STATES = ["speed_mm_s", *(f"scale_temperature_{axis}_C" for axis in "xyz")]
+STATES = ["speed_mm_s", *SCALE_TEMPERATURES]
 
 
 def render(recording: Recording, options: ExportOptions, _: str) -> Export:

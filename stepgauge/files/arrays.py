@@ -1,4 +1,4 @@
-"""The type of numbers in arrays."""
+"""The types of numbers in arrays, and results that hold the same of them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 """Floating-point numbers; shapes stand in the docstrings."""
+Rows = NDArray[np.int64]
+"""Numbers of rows."""
 
 
 def same_content(one: Any, other: object) -> bool:

@@ -26,6 +26,7 @@ from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import machine_effects
 from stepgauge.motion.collision import make_obstacles, make_tool
 from stepgauge.recording import APPROACH, POSITION
+from stepgauge.recording.columns import SCALE_TEMPERATURES
 
 MEMORY = 4096
 """Probings that effects with a memory look back on."""
@@ -310,7 +311,7 @@ class LiveCmm:
         row |= dict(zip(POSITION, touch.trigger_mm.tolist(), strict=True))
         row |= dict(zip(APPROACH, touch.approach.tolist(), strict=True))
         row |= {"time_s": touch.time_s, "speed_mm_s": touch.speed_mm_s, "gauge_temperature_C": self.gauge_temperature_C}
-        return row | {f"scale_temperature_{axis}_C": self.scale_temperature_C() for axis in "xyz"}
+        return row | dict.fromkeys(SCALE_TEMPERATURES, self.scale_temperature_C())
 
     def _pretravel(self, approach: Array) -> float:
         key = approach.round(9).tobytes()

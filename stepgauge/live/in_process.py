@@ -12,6 +12,7 @@ from stepgauge.live.cmm import LiveCmm, TimedMove
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
 from stepgauge.live.controller import ControllerOptions, MeasuredPoint
 from stepgauge.motion.moves import ProbingSettings
+from stepgauge.recording.columns import SCALE_TEMPERATURES
 
 
 class VirtualLink:
@@ -34,7 +35,7 @@ class VirtualLink:
 
     def temperatures_C(self) -> dict[str, float]:
         """Of the gauge and of the scales, deg C."""
-        scales = {f"scale_temperature_{axis}_C": self.cmm.scale_temperature_C() for axis in "xyz"}
+        scales = dict.fromkeys(SCALE_TEMPERATURES, self.cmm.scale_temperature_C())
         return {"gauge_temperature_C": self.cmm.gauge_temperature_C, **scales}
 
     def time_s(self) -> float | None:

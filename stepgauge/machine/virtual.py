@@ -28,6 +28,7 @@ from stepgauge.machine.styli import stylus_comment
 from stepgauge.motion.collision import Obstacles, ball_contacts, make_obstacles, make_tool
 from stepgauge.motion.moves import Path, ProbingSettings, Program, trace
 from stepgauge.recording import APPROACH, POSITION, Recording, write_recording
+from stepgauge.recording.columns import SCALE_TEMPERATURES
 from stepgauge.recording.conventions import KEY as CONVENTION
 from stepgauge.recording.simulated import SIMULATED_COMMENT
 
@@ -255,7 +256,7 @@ def _columns(
 ) -> dict[str, NDArray[Any]]:
     """The true probings, before the errors of the machine."""
     same = {"speed_mm_s": program.settings.measuring_speed_mm_s, "gauge_temperature_C": conditions.gauge_temperature_C}
-    same |= {f"scale_temperature_{axis}_C": scales_C for axis in "xyz"}
+    same |= dict.fromkeys(SCALE_TEMPERATURES, scales_C)
     return {
         "placement": np.full(len(face), conditions.placement),
         "cycle": _visits(face),

@@ -12,15 +12,9 @@ from collections.abc import Iterable
 POSITION = ["x_mm", "y_mm", "z_mm"]
 APPROACH = ["approach_i", "approach_j", "approach_k"]
 REQUIRED = ["cycle", "face", *POSITION, *APPROACH]
-OPTIONAL = [
-    "placement",
-    "time_s",
-    "speed_mm_s",
-    "gauge_temperature_C",
-    "scale_temperature_x_C",
-    "scale_temperature_y_C",
-    "scale_temperature_z_C",
-]
+SCALE_TEMPERATURES = tuple(f"scale_temperature_{axis}_C" for axis in "xyz")
+TEMPERATURES = ("gauge_temperature_C", *SCALE_TEMPERATURES)
+OPTIONAL = ["placement", "time_s", "speed_mm_s", *TEMPERATURES]
 COUNTS = ["placement", "cycle", "face"]
 STYLUS = "stylus"
 """Number of the stylus of a probing: 1 is that of the machine file, also where the column is missing."""

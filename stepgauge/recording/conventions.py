@@ -16,7 +16,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
 from stepgauge.gauge.certified import Gauge
-from stepgauge.recording.columns import APPROACH
+from stepgauge.recording.columns import APPROACH, SCALE_TEMPERATURES
 from stepgauge.recording.table import Recording
 
 Convention = Literal["as_read", "corrected_to_20", "nominal_expansion"]
@@ -124,7 +124,7 @@ def recorded_scales_C(recording: Recording) -> Array | None:
     A scale that reads the share a of the length lengthens it by a^2 of its own expansion. None where the scales of half
     the length or more have no temperature.
     """
-    columns = {i: recording.columns.get(f"scale_temperature_{name}_C") for i, name in enumerate("xyz")}
+    columns = {i: recording.columns.get(name) for i, name in enumerate(SCALE_TEMPERATURES)}
     share = {i: float(np.mean(recording.columns[APPROACH[i]] ** 2)) for i, one in columns.items() if one is not None}
     if sum(share.values()) <= 0.5:
         return None

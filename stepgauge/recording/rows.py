@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
-from stepgauge.files.arrays import Array
+from stepgauge.files.arrays import Array, Rows
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording.columns import OPTIONAL
 from stepgauge.recording.face_readings import PIECE
 from stepgauge.recording.table import Recording
 
-Rows = NDArray[np.int64]
 JUMP_K = 1.0
 """A gauge or a scale does not change by this from one probing to the next and back again."""
 SAMPLE = 10_000
