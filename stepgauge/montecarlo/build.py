@@ -12,6 +12,7 @@ from stepgauge.effects import Effect, Setting
 from stepgauge.effects.thermal import ScaleTemperature, UncompensatedScales
 from stepgauge.evaluation.evaluate import Evaluation, evaluate
 from stepgauge.evaluation.face_errors import REffOrigin
+from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine import virtual
@@ -110,6 +111,14 @@ def _is_drawn(machine: Machine, effects: Sequence[Effect]) -> list[bool]:
     return [index in indices or isinstance(effect, by_scales) for index, effect in enumerate(effects)]
 
 
+def _recorded_K(recording: Recording, gauge: Gauge) -> Array | float:
+    """How much warmer than its certificate the gauge was, K, whoever corrected its readings for it: the coefficient of
+    expansion that the correction was made with has its uncertainty."""
+    if "gauge_temperature_C" not in recording.columns:
+        return warmer_K(recording, gauge)
+    return np.asarray(recording.columns["gauge_temperature_C"] - gauge.table.reference_temperature_C, float)
+
+
 def _part(
     recording: Recording,
     gauge: Gauge,
@@ -125,5 +134,5 @@ def _part(
         one = readings.by_face
         means = FaceReadings.of(one.mean_mm[one.face], one.face, len(one.count))
         readings = replace(readings, by_face=means)  # the noise of the recording is drawn anew
-    warmer = np.broadcast_to(warmer_K(recording, gauge), (len(readings.face),))
+    warmer = np.broadcast_to(_recorded_K(recording, gauge), (len(readings.face),))
     return PlacementReadings(number, recording.columns, readings, warmer, scales_C, first_row)

@@ -188,10 +188,12 @@ def test_one_probing_of_a_face_has_no_deviation_of_its_own() -> None:
         make_budget(once, BudgetOptions(repeats="face"))
 
 
-def test_temperature_and_expansion_of_the_gauge_by_hand() -> None:
-    """S alpha u(T) and S (T - 20) u(alpha)."""
-    gauge = shipped()[0]
-    budget = make_budget(modelled(gauge, recording=measured(warmer_K=2.0), u_K=0.1))
+@pytest.mark.parametrize("convention", ["as_read", "corrected_to_20"])
+def test_temperature_and_expansion_of_the_gauge_by_hand(convention: str) -> None:
+    """S alpha u(T) and S (T - 20) u(alpha), whoever corrected the readings with T and alpha."""
+    gauge, warm = shipped()[0], measured(warmer_K=2.0)
+    recording = Recording(warm.frame, {**warm.comments, "temperature_convention": convention}, warm.path)
+    budget = make_budget(modelled(gauge, recording=recording, u_K=0.1))
     xf = line(budget, "xf_um", 11)
     length_um = gauge.position_mm[10] * 1e3
     assert xf.contribution["gauge temperature"] == pytest.approx(length_um * 11.5e-6 * 0.1, rel=1e-3)
