@@ -8,6 +8,8 @@ from stepgauge.conditions import Condition
 from stepgauge.evaluation.face_errors import REffOrigin, radius_blocks, reference_face, reversal_of_scale_um
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
+from stepgauge.recording import Recording
+from stepgauge.recording.columns import CORRECTED
 from stepgauge.recording.face_readings import FaceStatistics
 
 NOTABLE_UM = 0.1
@@ -45,3 +47,13 @@ def _one_block(seen: FaceStatistics, block: int) -> Iterator[Condition]:
         " backlash that is the same at all blocks counts as tip radius, not as reversal XR"
     )
     yield Condition("reversal", "contribution", words)
+
+
+def corrected_radius(recording: Recording) -> Iterator[Condition]:
+    """What R_eff is of readings that had been corrected for the tip."""
+    if (radius := recording.comments.get(CORRECTED)) is not None:
+        words = (
+            f"the readings had been corrected for the tip and were turned back with the radius {radius} mm: R_eff is"
+            " that of the tip only if they had been corrected with the same"
+        )
+        yield Condition("effective radius", "contribution", words)

@@ -20,7 +20,7 @@ from stepgauge.conditions.gauge import gauge_conditions
 from stepgauge.conditions.outliers import ExcludedReading
 from stepgauge.conditions.readings import project_readings
 from stepgauge.errors import InputError
-from stepgauge.evaluation.definitions import definitions
+from stepgauge.evaluation.definitions import corrected_radius, definitions
 from stepgauge.evaluation.face_errors import REffOrigin, band_um, face_errors, radius_blocks, reference_face
 from stepgauge.files.arrays import Array
 from stepgauge.files.display import Plotted, figures, join_lines
@@ -274,7 +274,7 @@ def _evaluate_placement(
     errors = face_errors(seen, gauge.u_um[faces - 1], origin, gauge.correlation_of(faces))
     temperature, scales = recording.columns.get("gauge_temperature_C"), recorded_scales_C(recording)
     defined = definitions(seen, origin, blocks, gauge.position_mm[faces - 1], errors.xm_um)
-    conditions = gauge_conditions(recording, gauge, readings, seen) + defined
+    conditions = gauge_conditions(recording, gauge, readings, seen) + defined + corrected_radius(recording)
     first_touch = int(np.abs(readings.face - faces[0]).argmin())
     return PlacementResult(
         number,

@@ -25,7 +25,7 @@ from stepgauge.gauge.placement import Placement
 from stepgauge.importing.result import Imported, ask_together
 from stepgauge.motion.moves import Program
 from stepgauge.recording import APPROACH, OPTIONAL, POSITION, Recording
-from stepgauge.recording.columns import near_miss
+from stepgauge.recording.columns import CORRECTED, near_miss
 from stepgauge.recording.identity import LARGEST_RADIUS_MM, axis_from_approaches, stated_serials
 from stepgauge.recording.temperatures import no_temperature
 
@@ -115,7 +115,7 @@ def _build_matched(
         *log.mapped,
         *_dropped(log),
     ]
-    return _finish(log, frame, gauge, radius, comments, report)
+    return _finish(log, frame, gauge, radius, comments | _corrected(surface, radius, log), report)
 
 
 def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) -> Imported:
@@ -148,7 +148,7 @@ def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) ->
         _surface_words(surface, radius, log) if found is not None else ["points are taken as tip centres (not stated)"]
     )
     report = [f"{log.form}: {len(log)} rows, faces as stated", *placements, *words]
-    return _finish(log, frame, gauge, radius, {}, [*report, *log.mapped, *_dropped(log)])
+    return _finish(log, frame, gauge, radius, _corrected(surface, radius, log), [*report, *log.mapped, *_dropped(log)])
 
 
 def _check_names(log: ProbeLog) -> None:
@@ -379,6 +379,10 @@ def _triggers(log: ProbeLog, expected: ExpectedPoints, matched: Pairing) -> str:
         f"triggers {along.min():+.4f} to {along.max():+.4f} mm from the nominal contact along the approach, at most"
         f" {beside.max():.4f} mm beside it (search distance {expected.search_mm:g} mm)"
     )
+
+
+def _corrected(surface: bool, radius: float | None, log: ProbeLog) -> dict[str, str]:
+    return {CORRECTED: f"{_radius(radius, log):.9g}"} if surface else {}
 
 
 def _surface_words(surface: bool, radius: float | None, log: ProbeLog) -> list[str]:

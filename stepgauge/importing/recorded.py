@@ -93,7 +93,7 @@ def import_recording(
         found = import_axis(content, options, replace(layout, columns=parse_columns(chosen)), decisions)
         if sensor != "touch" or gauge is None or placement is None or not of_faces:
             return found
-        placed = on_placement(found, gauge, placement, tip_radius_mm, placement_number, machine)
+        placed = on_placement(found, gauge, placement, tip_radius_mm, placement_number)
         return finished(placed, gauge_temperature_C)
 
     def finish_points(decisions: Decisions) -> Imported:

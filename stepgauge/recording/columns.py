@@ -16,6 +16,8 @@ SCALE_TEMPERATURES = tuple(f"scale_temperature_{axis}_C" for axis in "xyz")
 TEMPERATURES = ("gauge_temperature_C", *SCALE_TEMPERATURES)
 OPTIONAL = ["placement", "time_s", "speed_mm_s", *TEMPERATURES]
 COUNTS = ["placement", "cycle", "face"]
+CORRECTED = "corrected_tip_radius_mm"
+"""Comment: the tip radius, mm, for which the readings had been corrected; the rows are tip centres again."""
 STYLUS = "stylus"
 """Number of the stylus of a probing: 1 is that of the machine file, also where the column is missing."""
 KNOWN = (*REQUIRED, *OPTIONAL)
