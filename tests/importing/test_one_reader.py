@@ -399,3 +399,13 @@ def test_a_page_is_no_run_and_a_run_is_one() -> None:
         assert frame["cycle"].min() == (1 if title in ("Page", "Seite") else 3)
     other = "\n".join(f"Hole {n + 3}\nTarget [mm],Reading [mm]\n{block}" for n, block in enumerate(rows))
     assert '--rows title="*"' in asked(other).cli_text()
+
+
+def test_a_column_of_values_beside_those_of_runs_may_be_the_target() -> None:
+    """A target whose name says another thing was read as the only reading, and the runs were gone."""
+    rows = "".join(f"{n};{50.0 * n};{0.3 * n:.1f};{0.4 * n:.1f}\n" for n in range(1, 6))
+    text = "i;Value [mm];x1 up [um];x1 down [um]\n" + rows
+    assert 'target="Value [mm]"' in str(asked(text))
+    frame = read(text, columns={"target": "Value [mm]"}).recording.frame
+    assert sorted(set(frame["target"])) == [50.0, 100.0, 150.0, 200.0, 250.0]
+    assert len(frame) == 10

@@ -116,7 +116,7 @@ def refuse_slip(cells: Cells, n: int, header: Sequence[str], wrong: int) -> None
     row = cells.rows[n]
     name = repr(header[wrong]) if wrong < len(header) else str(wrong + 1)
     where = f"{cells.path}:{cells.lines[n]}"
-    raise InputError(where, f"column {name} is not a number", found=repr(str(row[wrong])), expected="a number")
+    raise InputError(where, f"column {name} is not a number", found=repr(str(row[wrong])), expected="a number, or an empty cell")
 
 
 def _may_name(row: Sequence[Cell], width: int) -> bool:

@@ -213,6 +213,12 @@ def _check_vacant(table: Table, roles: Sequence[Column], chosen: Chosen, decisio
     values = [one for one in roles if one.role in VALUE_ROLES]
     if not values or Role.TARGET in chosen or any(one.role in (Role.TARGET, Role.FROM) for one in roles):
         return
+    alone = next((one for one in values if one.label == LABEL), None)
+    if alone is not None and any(one.label != LABEL for one in values):
+        ways = [column_answer(Role.TARGET, alone.called), column_answer(Role.IGNORE, alone.called)]
+        what = "columns of runs, another column of values beside them, and no target"
+        decisions.ask(table.path, what, *ways, found=repr(alone.header))
+        return
     deviation = next((one for one in values if one.role in DEVIATIONS), None)
     reading = next((one for one in values if one.role == Role.READING), None)
     if deviation is not None and reading is not None:
