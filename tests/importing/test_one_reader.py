@@ -13,6 +13,7 @@ import pytest
 from stepgauge.axis.recording import places_of
 from stepgauge.errors import InputError
 from stepgauge.importing.axis import AxisOptions, import_axis
+from stepgauge.importing.axis.targets import parse_targets
 from stepgauge.importing.points import read_points
 from stepgauge.importing.result import Imported
 from stepgauge.importing.tables.columns import parse_columns
@@ -409,3 +410,18 @@ def test_a_column_of_values_beside_those_of_runs_may_be_the_target() -> None:
     frame = read(text, columns={"target": "Value [mm]"}).recording.frame
     assert sorted(set(frame["target"])) == [50.0, 100.0, 150.0, 200.0, 250.0]
     assert len(frame) == 10
+
+
+def test_numbers_of_targets_are_no_positions() -> None:
+    rows = "".join(f"{run};{n};{0.3 * n + run:.1f}\n" for run in (1, 2) for n in range(1, 6))
+    text = f"Run;Target no;Deviation [um]\n{rows}"
+    assert "--targets" in asked(text).cli_text()
+    frame = read(text, AxisOptions("laser", "mm", targets=parse_targets("0:400:100"))).recording.frame
+    assert sorted(set(frame["target"])) == [0.0, 100.0, 200.0, 300.0, 400.0]
+
+
+def test_a_run_may_say_its_direction() -> None:
+    rows = "".join(f"{run}{way},{t},{t + 0.001}\n" for run in (1, 2) for way in "fb" for t in (0.0, 50.0, 100.0))
+    frame = read(f"Sweep,Target mm,Reading mm\n{rows}").recording.frame
+    assert frame["way"].tolist() == [1, 1, 1, -1, -1, -1] * 2
+    assert frame["cycle"].tolist() == [1] * 6 + [2] * 6

@@ -25,7 +25,7 @@ from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
 from stepgauge.importing.tables.columns import DEVIATIONS, Role
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer
-from stepgauge.importing.tables.vocabulary import WORDS
+from stepgauge.importing.tables.vocabulary import WORDS, says, words_of
 
 UNIT_RATIOS = [a / b for units in (LENGTH_MM, ANGLE_DEG) for a in units.values() for b in units.values() if a != b]
 NEAR_ONE = min(abs(ratio - 1.0) for ratio in UNIT_RATIOS) / 2.0
@@ -64,6 +64,10 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
     :class:`InputError` asks for all that the table leaves open, with the options that settle it.
     """
     form = "distances" if found.has_stations else "axis" if found.target is not None or options.targets else "spot"
+    if form == "axis" and options.targets is None and _counts_targets(found):
+        listed = QuestionAnswer("targets", words=": the list of them", suggestions=("0:500:25",))
+        decisions.ask(table.path, "targets are told by their numbers alone", listed, found=found.target.called)  # type: ignore[union-attr]
+        decisions.settle()
     if form == "spot" and np.isin([1, -1], found.columns["way"]).all():
         listed = QuestionAnswer("targets", words=": the list of them", suggestions=("0:500:25",))
         decisions.ask(table.path, "readings of two directions have no targets", listed)
@@ -90,6 +94,14 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
     artefact = options.targets.name if options.targets else "targets" if form == "axis" else "none"
     comments = {"artefact": artefact, **({"turned": _sign_words(found)} if turned else {})}
     return AxisRecording(frame, form, units, options.sensor, comments, table.path), targets
+
+
+def _counts_targets(found: Long) -> bool:
+    """Whether the column of targets holds their numbers, as its name says: ``Target no``, ``Soll-Nr.``."""
+    target = found.numbers("target")
+    if target is None or found.target is None or not says(words_of(found.target.name), "number of"):
+        return False
+    return bool((target == np.floor(target)).all() and target.min() >= 0.0 and np.ptp(target) < len(target))
 
 
 def _sign_words(found: Long) -> str:

@@ -272,6 +272,9 @@ def _only(roles: Sequence[Column], role: str) -> Column | None:
 def _row_numbers(table: Table, roles: Sequence[Column], role: str, titles: Sequence[Label]) -> Whole:
     """Cycle, placement or way of every row of the table: from its column, else from the line above the block."""
     column = _only(roles, role)
+    runs = _only(roles, Role.CYCLE) if column is None and role == Role.WAY else None
+    if runs is not None and all(told := [parse_label(str(cell)).way for cell in table.cells(runs.place)]):
+        return np.array(told)  # as in "2 back"
     if column is None:
         return np.array([one.way if role == Role.WAY else one.cycle for one in titles])[table.block]
     cells = table.cells(column.place)

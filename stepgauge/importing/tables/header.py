@@ -116,7 +116,8 @@ def refuse_slip(cells: Cells, n: int, header: Sequence[str], wrong: int) -> None
     row = cells.rows[n]
     name = repr(header[wrong]) if wrong < len(header) else str(wrong + 1)
     where = f"{cells.path}:{cells.lines[n]}"
-    raise InputError(where, f"column {name} is not a number", found=repr(str(row[wrong])), expected="a number, or an empty cell")
+    what, expected = f"column {name} is not a number", "a number, or an empty cell"
+    raise InputError(where, what, found=repr(str(row[wrong])), expected=expected)
 
 
 def _may_name(row: Sequence[Cell], width: int) -> bool:

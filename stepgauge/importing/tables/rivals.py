@@ -214,7 +214,7 @@ def _check_vacant(table: Table, roles: Sequence[Column], chosen: Chosen, decisio
     if not values or Role.TARGET in chosen or any(one.role in (Role.TARGET, Role.FROM) for one in roles):
         return
     alone = next((one for one in values if one.label == LABEL), None)
-    if alone is not None and any(one.label != LABEL for one in values):
+    if alone is not None and sum(one.label != LABEL for one in values) > 1:
         ways = [column_answer(Role.TARGET, alone.called), column_answer(Role.IGNORE, alone.called)]
         what = "columns of runs, another column of values beside them, and no target"
         decisions.ask(table.path, what, *ways, found=repr(alone.header))
