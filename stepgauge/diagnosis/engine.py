@@ -35,7 +35,7 @@ from stepgauge.diagnosis.result import Finding, Fit, GaugeDiagnosis, Located, No
 from stepgauge.diagnosis.stated_model import Model, drop_doubtful, make_model
 from stepgauge.diagnosis.statements import conclude
 from stepgauge.diagnosis.stating_rules import answer_of, structure_alone
-from stepgauge.diagnosis.structure import inexact_laws, nearest_laws, structure
+from stepgauge.diagnosis.structure import inexact_laws, structure
 from stepgauge.diagnosis.wording.phrases import Phrase, misfit, number
 from stepgauge.diagnosis.wording.structure import SCATTER, located
 from stepgauge.effects import effect_kinds
@@ -200,7 +200,6 @@ def _make_diagnosis(
         tuple(search.trail),
         placements,
         (*_remarks(replace(found, model=model), data, start_s), *misfit(fit.rms_before_um, fit.rms_after_um)),
-        tuple(nearest_laws(concluded.structure)),
         concluded.table,
         checks,
     )

@@ -248,8 +248,8 @@ class GaugeDiagnosis(Diagnosis):
     """The diagnosis of a recording of a gauge on a machine.
 
     ``before_um`` and ``after_um``: the residuals without origins; ``placements``: texts of placement files for the runs
-    that ``separate_by`` of the findings proposes, by file name; ``refuted``: the odds against the law nearest to the
-    structure without one; ``probabilities``: those of all statements; ``checks``: the posterior predictive checks.
+    that ``separate_by`` of the findings proposes, by file name; ``probabilities``: those of all statements;
+    ``checks``: the posterior predictive checks.
     """
 
     drawn_by: ClassVar[str] = "diagnosis.draw_residuals"
@@ -265,7 +265,6 @@ class GaugeDiagnosis(Diagnosis):
     trail: tuple[Step, ...]
     placements: dict[str, str] = field(default_factory=dict)
     remarks: tuple[Mapping[str, Any] | str, ...] = ()
-    refuted: tuple[Mapping[str, Any], ...] = ()
     probabilities: dict[str, Any] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()
     recordings: tuple[Recording, ...] = ()

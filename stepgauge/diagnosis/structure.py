@@ -173,15 +173,6 @@ def _nearest(statement: StatedTerm, several: Sequence[AlternativeHypothesis]) ->
     return tuple(Replacement(*one) for one in sorted(found.items(), key=lambda item: -item[1])[:MOST_NEAREST])
 
 
-def nearest_laws(left: Sequence[Located]) -> Iterator[Phrase]:
-    """The odds against the laws that are nearest to what is stated without a law."""
-    for one in left:
-        if one.laws:
-            laws, times = list(one.laws[0].laws), _times(1.0 / max(one.laws[0].odds, 1e-300))
-            say = {"say": "nearest", "law": laws[0]} if len(laws) == 1 else {"say": "nearest_laws", "laws": laws}
-            yield {**say, "times": times}
-
-
 def inexact_laws(model: Model) -> Iterator[Phrase]:
     """What stated laws move that their signatures do not, where it is seen."""
     for one in model.laws:
@@ -190,7 +181,3 @@ def inexact_laws(model: Model) -> Iterator[Phrase]:
             percent = 100.0 * discrepancy_um / term_rms_um(one, model.state)
             sizes = {"size": number(discrepancy_um, "um"), "percent": rounded(percent, 1)}
             yield {"say": "inexact", "law": one.source.label, **sizes, "lag": str(follows_with_lag(one.source) or "")}
-
-
-def _times(odds: float) -> str:
-    return rounded(odds, 2) if odds < 1e4 else f"10^{np.log10(odds):.0f}"

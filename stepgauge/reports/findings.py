@@ -27,6 +27,7 @@ from stepgauge.diagnosis.wording.notation import (
     probability,
     without,
 )
+from stepgauge.diagnosis.wording.phrases import nearest_law
 from stepgauge.diagnosis.wording.structure import SCATTER, remedy_of_structure
 from stepgauge.effects.words import Wording
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
@@ -173,8 +174,9 @@ def found_part(said: Said, *more: Block | None) -> dict[str, Any]:
     if not rows:
         return part("What was found", words(_nothing(said)), *more)
     listing = table(FOUND, rows, _SHARES, inner, _note(said, left_out))
-    against = [f"Known laws in place of what has none: {why}." for why in said["refuted"]]
-    return part("What was found", listing, *(words(text) for text in against if said["unexplained"]), *more)
+    nearest = filter(None, (nearest_law(one, subject(said)) for one in said["unexplained"]))
+    against = [words(f"Known laws in place of what has none: {one}.") for one in nearest]
+    return part("What was found", listing, *against, *more)
 
 
 def _rivals(said: Said, effect: Said) -> list[Said]:

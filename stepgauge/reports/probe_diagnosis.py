@@ -135,16 +135,11 @@ def _imitated(said: Said) -> Iterator[Block]:
 
 def _fit(said: Said) -> Iterator[Block]:
     quantities = said["fit"]["quantities"]
-    held = list(next(iter(quantities.values()))["holdout"])
     columns = ["quantity", "rms before", "rms after", "largest before", "largest after"]
-    columns += [f"{by} held out, {when}" for by in held for when in ("before", "after")]
     rows = []
     for name, q in quantities.items():
         cells = [f"{significant(q[key])} {q['unit']}" for key in ("rms_before", "rms_after")]
         cells += [f"{significant(q[f'worst_{when}_percent'])} %" for when in ("before", "after")]
-        cells += [
-            f"{significant(q['holdout'][by][f'rms_{w}'])} {q['unit']}" for by in held for w in ("before", "after")
-        ]
         rows.append([say(name), *cells])
     yield heading("Before and after")
     yield table(columns, rows, [1.0] * len(columns), note=_fit_note(said))
@@ -152,10 +147,7 @@ def _fit(said: Said) -> Iterator[Block]:
 
 def _fit_note(said: Said) -> str:
     fit = said["fit"]
-    text = (
-        "Largest: the largest residual relative to its value. Cross-validation: rings (one polar angle) and spokes (one"
-        " azimuth) are held out whole, in folds, and predicted from the others."
-    )
+    text = "Largest: the largest residual relative to its value."
     if fit["chi2_dof_before"] is not None:
         before, after = significant(fit["chi2_dof_before"]), significant(fit["chi2_dof_after"])
         text += f" Chi-square per degree of freedom: {before} before, {after} after."
@@ -163,7 +155,6 @@ def _fit_note(said: Said) -> str:
         text += " Outliers are excluded from these numbers."
     for name, q in fit.get("with_empirical", {}).items():
         text += f" With the empirical laws: {say(name)} rms {significant(q['rms_after'])} {q['unit']}"
-        text += "".join(f", {by} held out {significant(rms)} {q['unit']}" for by, rms in q["holdout_rms_after"].items())
         text += "."
     return text
 

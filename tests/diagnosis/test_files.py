@@ -225,10 +225,10 @@ def test_what_remains_says_each_covariate_once() -> None:
 
 
 def test_what_speaks_against_the_nearest_law_stands_beside_what_remains() -> None:
-    data = said("unknown") | {
-        "refuted": ["temperature_cycle_x comes nearest and is 40 times less likely than the form"]
-    }
-    assert "in place of what has none: temperature_cycle_x comes nearest" in first_page(report_text(data))
+    data = said("unknown")
+    data["unexplained"][0]["laws"] = [{"labels": ["temperature_cycle_x"], "odds": 0.025}]
+    text = first_page(report_text(data))
+    assert "in place of what has none: temperature cycle x is the nearest law; the form is 40 times as probable" in text
 
 
 def test_what_to_do_stands_before_the_evidence_for_it() -> None:

@@ -166,7 +166,6 @@ def _said(found: GaugeDiagnosis, data: AxisData, conditions: Conditions) -> dict
         one |= {"covariate": covariate_name(one["covariate"], at)} if "covariate" in one else {}
     for check in said["checks"]:
         check["words"] = worded(check["phrase"], at)
-    said["refuted"] = worded_all(conversion.converted(found.refuted), at)
     said["unexplained"].sort(key=lambda one: -one["probability"])
     said["measured"] = {name: said["measured"][name] for name in ("duration_s", "time_recorded")}
     said["noise"].pop(f"machine_file_{units.deviation}")

@@ -18,14 +18,13 @@ from stepgauge.diagnosis.maps.findings import (
     map_remarks,
     map_structure,
 )
-from stepgauge.diagnosis.maps.holdout import Stage, fits_of
 from stepgauge.diagnosis.maps.model import MapModel, Terms, changed_table, check_model
-from stepgauge.diagnosis.maps.result import MapDiagnosis
+from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.maps.scatter import MapScatter, estimate_scatter
 from stepgauge.diagnosis.maps.signatures import MapRows
 from stepgauge.diagnosis.maps.stated_map import StatedMap, stated_map
 from stepgauge.diagnosis.priors import Priors, shipped_priors
-from stepgauge.diagnosis.result import Verdict
+from stepgauge.diagnosis.result import Verdict, rms
 from stepgauge.diagnosis.statements import conclude
 from stepgauge.files.arrays import Array
 
@@ -63,26 +62,25 @@ def _unchanged(verdict: Verdict, model: MapModel, scatter: MapScatter, missing: 
     """The unchanged residuals; the scatter is known from repeats or not at all."""
     kept, rows = np.ones(len(model.data), bool), MapRows(model, scatter.sigma)
     known = scatter.repeats or not missing
-    none = np.zeros((0, len(rows.um)))
     by_row = [np.full(len(kept), s if known else np.nan) for s in scatter.sigma]
-    fits = fits_of(rows, [(rows.um, none)] * 3, kept, by_row)
+    fits = quantity_fits(rows, [rows.um] * 3, kept, by_row)
     chi2 = float(np.mean(rows.um**2)) if known else np.nan
     return MapDiagnosis(verdict, fits, chi2, chi2, scatter, model.data, kept, model.table, model.table, lacking=missing)
 
 
 def _diagnosis_of(found: StatedMap, scatter: MapScatter) -> MapDiagnosis:
     model, kept, by_row = found.rows.model, kept_rows(found), _row_deviations(found, scatter)
-    laws, columns = empirical_map_laws(found)
+    laws = empirical_map_laws(found)
     slight = [one.lead.candidate.label for one in found.slight]
     findings, left = list(map_findings(found, by_row)), list(map_structure(found))
     concluded = conclude(found.answer, findings, left, found.priors.decision, slight)
     terms: Terms = (*found.fitted.terms, *(term for term, _ in laws))
-    stages = _stages(found, terms, columns)
+    named, described = (found.rows.um - found.rows.moved(own) for own in (found.fitted.terms, terms))
     return MapDiagnosis(
         concluded.verdict,
-        fits_of(found.rows, stages, kept, by_row),
-        _chi2_dof(found, stages[0], kept, by_row),
-        _chi2_dof(found, stages[1], kept, by_row),
+        quantity_fits(found.rows, (found.rows.um, named, described), kept, by_row),
+        _chi2_dof(found, found.rows.um, 0, kept, by_row),
+        _chi2_dof(found, named, len(found.fitted.slopes), kept, by_row),
         _grown(found, scatter),
         model.data,
         kept,
@@ -100,18 +98,22 @@ def _diagnosis_of(found: StatedMap, scatter: MapScatter) -> MapDiagnosis:
     )
 
 
-def _stages(found: StatedMap, terms: Terms, columns: Array) -> list[Stage]:
-    """Residuals without changes, with the named changes, and with the structure ``columns (k, m)`` in addition."""
-    rows, slopes = found.rows, found.fitted.slopes
-    named = rows.um - rows.moved(found.fitted.terms)
-    return [(rows.um, slopes[:0]), (named, slopes), (rows.um - rows.moved(terms), np.vstack([slopes, columns]))]
+def quantity_fits(
+    rows: MapRows, stages: Sequence[Array], kept: NDArray[np.bool_], by_row: Sequence[Array]
+) -> tuple[QuantityFit, ...]:
+    """Every quantity with its residuals ``(m,)`` before, with the named changes, and with the structure in addition.
+
+    ``kept (n,)``: rows that are not outliers; ``by_row (n,)``: scatter of each row of each quantity.
+    """
+    before, after, described = map(rows.parts, stages)
+    each = zip(rows.data.measured, by_row, before, after, described, strict=True)
+    return tuple(QuantityFit(measured, rms(sigma), a, b, c, kept) for measured, sigma, a, b, c in each)
 
 
-def _chi2_dof(found: StatedMap, stage: Stage, kept: NDArray[np.bool_], by_row: Sequence[Array]) -> float:
-    um, slopes = stage
+def _chi2_dof(found: StatedMap, um: Array, fitted: int, kept: NDArray[np.bool_], by_row: Sequence[Array]) -> float:
     white = um * np.repeat(found.rows.sigma, len(kept)) / np.concatenate(by_row)
     used = np.tile(kept, len(found.rows.sigma))
-    return float((white[used] ** 2).sum()) / max(int(used.sum()) - len(slopes), 1)
+    return float((white[used] ** 2).sum()) / max(int(used.sum()) - fitted, 1)
 
 
 def _grown(found: StatedMap, scatter: MapScatter) -> MapScatter:

@@ -118,11 +118,11 @@ def located_alone(found: StatedMap, left: Sequence[Located]) -> Iterator[Located
         yield _located(proposal.candidate.source, proposal.atom, found, probability, share)
 
 
-def empirical_map_laws(found: StatedMap) -> tuple[list[tuple[ChangeTerm, EmpiricalMapLaw]], Array]:
-    """The structure as laws of the probe file, with the derivatives ``(k, m)`` by their coefficients."""
+def empirical_map_laws(found: StatedMap) -> list[tuple[ChangeTerm, EmpiricalMapLaw]]:
+    """The structure as laws of the probe file."""
     forms = [said for said in found.forms if function_of(said)[0].terms[function_of(said)[1]]]
     if not forms:
-        return [], np.zeros((0, len(found.rows.um)))
+        return []
     columns = np.vstack([said.term.columns for said in forms])
     sd = np.concatenate([np.full(len(said.term.columns), said.term.sd) for said in forms])
     metric = found.metric_beside()
@@ -136,7 +136,7 @@ def empirical_map_laws(found: StatedMap) -> tuple[list[tuple[ChangeTerm, Empiric
             _empirical(found, *function_of(said), amplitudes[own], np.sqrt(np.diag(covariance)[own]), said.term.columns)
         )
         first = own.stop
-    return laws, columns
+    return laws
 
 
 def _empirical(

@@ -42,8 +42,7 @@ class QuantityFit:
     """One quantity of a map: its residuals, and what they are without outliers.
 
     ``noise``: rms of the scatter of the rows; ``before``: residuals ``(n,)``; ``after``: with the named changes;
-    ``described``: also with the empirical laws; ``kept (n,)``: rows that are no outliers; ``holdout``: groups held out
-    -> rms of each of the three.
+    ``described``: also with the empirical laws; ``kept (n,)``: rows that are no outliers.
     """
 
     measured: Measured
@@ -52,7 +51,6 @@ class QuantityFit:
     after: Array
     described: Array
     kept: NDArray[np.bool_]
-    holdout: dict[str, tuple[float, float, float]]
 
     @property
     def name(self) -> str:
@@ -107,7 +105,6 @@ class MapDiagnosis(Diagnosis):
     laws: tuple[EmpiricalMapLaw, ...] = ()
     trail: tuple[Step, ...] = ()
     remarks: tuple[str, ...] = ()
-    refuted: tuple[str, ...] = ()
     lacking: tuple[str, ...] = ()
     probabilities: dict[str, Any] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,13 +12,13 @@ import numpy as np
 from stepgauge import __version__
 from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.diagnosis.maps.result import OUTLIERS, EmpiricalMapLaw, MapDiagnosis, QuantityFit
-from stepgauge.diagnosis.output.files import FORMAT, estimate_json, evidence_json
+from stepgauge.diagnosis.output.files import FORMAT, estimate_json, evidence_json, finding_json
 from stepgauge.diagnosis.result import Finding, FindingMember, rms
 from stepgauge.diagnosis.wording.findings import MAP, meaning
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
 
-_FLAT = ("noise", "rms_before", "rms_after", "holdout_rms_before", "holdout_rms_after")
+_FLAT = ("noise", "rms_before", "rms_after")
 
 
 def map_diagnosis_json(found: MapDiagnosis, probe_path: str, folder: str | Path = ".") -> dict[str, Any]:
@@ -50,23 +49,10 @@ def map_diagnosis_json(found: MapDiagnosis, probe_path: str, folder: str | Path 
 
 def _effect(finding: Finding, found: MapDiagnosis, folder: Path) -> dict[str, Any]:
     shares = found.shares(finding)
-    separate_by = _command_in_folder(finding.separate_by, folder)
+    how = _command_in_folder(finding.separate_by, folder)
+    parameters = {name: estimate_json(p) for name, p in finding.parameters.items()}
     said: dict[str, Any] = {
-        "kind": finding.kind,
-        "label": finding.label,
-        "parameters": {name: estimate_json(p) for name, p in finding.parameters.items()},
-        "probability": finding.probability,
-        "own_probability": finding.own,
-        "confounded_with": list(finding.confounded_with),
-        "alternatives": list(finding.alternatives),
-        "set": [_member(one) for one in finding.members],
-        "several": [
-            {"labels": list(one.laws), "others": list(one.others), "odds": one.odds} for one in finding.several
-        ],
-        "where": finding.where,
-        "reason": finding.reason,
-        "separate_by": separate_by,
-        "commands": re.findall(r"stepgauge probe map .+", separate_by),
+        **finding_json(finding, parameters, [_member(one) for one in finding.members], how),
         "rms": {name: rms(share) for name, share in shares.items()},
         "largest": {name: float(np.abs(share).max(initial=0.0)) for name, share in shares.items()},
     }
@@ -143,12 +129,11 @@ def _fit(found: MapDiagnosis) -> dict[str, Any]:
         "quantities": quantities,
     }
     if found.laws:
-        said["with_empirical"] = {fit.name: _empirical_fit(fit) for fit in found.fits}
+        said["with_empirical"] = {fit.name: {"unit": fit.unit, "rms_after": fit.rms("described")} for fit in found.fits}
     return said
 
 
 def _quantity(fit: QuantityFit) -> dict[str, Any]:
-    held = list(fit.holdout.values())
     return {
         "unit": fit.unit,
         "noise": fit.noise,
@@ -157,15 +142,7 @@ def _quantity(fit: QuantityFit) -> dict[str, Any]:
         "rms_after": fit.rms("after"),
         "worst_before_percent": 100.0 * fit.worst("before"),
         "worst_after_percent": 100.0 * fit.worst("after"),
-        "holdout_rms_before": max((before for before, _, _ in held), default=math.nan),
-        "holdout_rms_after": max((after for _, after, _ in held), default=math.nan),
-        "holdout": {by: {"rms_before": before, "rms_after": after} for by, (before, after, _) in fit.holdout.items()},
     }
-
-
-def _empirical_fit(fit: QuantityFit) -> dict[str, Any]:
-    held = {by: described for by, (_, _, described) in fit.holdout.items()}
-    return {"unit": fit.unit, "rms_after": fit.rms("described"), "holdout_rms_after": held}
 
 
 def _noise(found: MapDiagnosis) -> dict[str, Any]:

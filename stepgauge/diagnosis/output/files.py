@@ -26,7 +26,7 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Check, Finding, FindingMember, GaugeDiagnosis, Located
 from stepgauge.diagnosis.wording.aliases import aliases_of
 from stepgauge.diagnosis.wording.findings import meaning
-from stepgauge.diagnosis.wording.phrases import Phrase, worded, worded_all
+from stepgauge.diagnosis.wording.phrases import worded, worded_all
 from stepgauge.effects import along_approach_um
 from stepgauge.files.json_types import json_types
 from stepgauge.files.text import format_of, write_json, write_sealed
@@ -49,8 +49,6 @@ class Diagnosed(Protocol):
     def unexplained(self) -> Sequence[Located]: ...
     @property
     def trail(self) -> Sequence[Step]: ...
-    @property
-    def refuted(self) -> Sequence[Phrase | str]: ...
     @property
     def probabilities(self) -> dict[str, Any]: ...
     @property
@@ -147,7 +145,6 @@ def evidence_json(diagnosis: Diagnosed, renamed: Callable[[str], str] = str) -> 
             }
             for step in diagnosis.trail
         ],
-        "refuted": worded_all(diagnosis.refuted),
         "probabilities": diagnosis.probabilities,
         "checks": [
             {
@@ -162,26 +159,34 @@ def evidence_json(diagnosis: Diagnosed, renamed: Callable[[str], str] = str) -> 
     }
 
 
-def _finding(finding: Finding, diagnosis: GaugeDiagnosis, inputs: Inputs, folder: Path) -> dict[str, Any]:
-    share = finding.share_um
-    separate_by = _command_in_folder(finding.separate_by, diagnosis.placements, folder)
-    said = {
+def finding_json(finding: Finding, parameters: Mapping[str, Any], members: Sequence[Any], how: str) -> dict[str, Any]:
+    """A finding of any diagnosis; ``how``: its ``separate_by`` with the folder of the files that it names."""
+    return {
         "kind": finding.kind,
         "label": finding.label,
-        "parameters": _parameters(finding),
+        "parameters": dict(parameters),
         "probability": float(np.clip(finding.probability, 0.0, 1.0)),
         "own_probability": float(np.clip(finding.own, 0.0, 1.0)),
         "confounded_with": list(finding.confounded_with),
         "alternatives": list(finding.alternatives),
-        "set": [_member(one, diagnosis.data) for one in finding.members],
+        "set": list(members),
         "several": [
             {"labels": list(one.laws), "others": list(one.others), "odds": one.odds} for one in finding.several
         ],
         "where": finding.where,
-        "aliases": aliases_of(finding, diagnosis.data),
         "reason": finding.reason,
-        "separate_by": separate_by,
-        "commands": commands_in(separate_by),
+        "separate_by": how,
+        "commands": commands_in(how),
+    }
+
+
+def _finding(finding: Finding, diagnosis: GaugeDiagnosis, inputs: Inputs, folder: Path) -> dict[str, Any]:
+    share = finding.share_um
+    how = _command_in_folder(finding.separate_by, diagnosis.placements, folder)
+    members = [_member(one, diagnosis.data) for one in finding.members]
+    said = {
+        **finding_json(finding, _parameters(finding), members, how),
+        "aliases": aliases_of(finding, diagnosis.data),
         "rms_um": float(np.sqrt((share**2).mean())),
         "largest_um": float(np.abs(share).max(initial=0.0)),
     }
@@ -191,8 +196,8 @@ def _finding(finding: Finding, diagnosis: GaugeDiagnosis, inputs: Inputs, folder
 
 
 def commands_in(text: str) -> list[str]:
-    """The commands that plan the runs of a proposal."""
-    return re.findall(r"stepgauge plan .+? -o .*?separate-\d+\.\w+", text)
+    """The commands that plan the measurements of a proposal."""
+    return re.findall(r"stepgauge plan .+? -o .*?separate-\d+\.\w+|stepgauge probe map .+", text)
 
 
 def _member(member: FindingMember, data: Residuals) -> dict[str, Any]:
