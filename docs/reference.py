@@ -50,7 +50,7 @@ API = {
     "Measure": ("locate", "plan", "simulate", "measure", "serve", "import_recording", "export_recording"),
     "Evaluate": ("evaluate", "budget", "compensate", "machine_history"),
     "Test by a standard": ("iso10360", "plan_iso10360", "iso10360_5", "iso230", "iso230_3"),
-    "Find causes": ("diagnose", "diagnose_probe_map", "investigate"),
+    "Find causes": ("diagnose", "investigate"),
     "Show and certify": ("report", "write_dcc", "check_dcc", "import_gauge_dcc", "export_gauge_dcc"),
     "The probe": ("probe_map", "probe_sphere", "qualify_probe", "compensate_points", "probe_bench"),
 }

@@ -170,7 +170,7 @@ def _axes(given: list[Any], without: list[str], table: Any, kind: Any) -> "Diagn
 def _map(given: list[Any], probe: File, columns: "Mapping[str, str] | None", table: Any) -> "Diagnosis":
     """The map of a probe."""
     from stepgauge.diagnosis.maps.data import data_of_map, read_map_data
-    from stepgauge.diagnosis.probe_map import judged_map
+    from stepgauge.diagnosis.maps.diagnose import judged_map
     from stepgauge.errors import InputError, naming
     from stepgauge.files.tables import given_table
     from stepgauge.probes.directions_map import DirectionMap

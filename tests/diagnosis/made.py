@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+import stepgauge as sg
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.gauge.certified import Gauge, read_gauge
@@ -65,6 +66,13 @@ def record(
         runs.append(run.recording)
         start += run.duration_s + PAUSE_S
     return join_recordings(runs) if len(runs) > 1 else runs[0]
+
+
+def diagnose_probe_map(measured: Path, probe: Path, folder: Path, suffix: str = "png") -> Any:
+    """The map of a probe against its file, written into a folder."""
+    found = sg.diagnose(measured, probe=probe)
+    found.write(folder, suffix)
+    return found
 
 
 @lru_cache

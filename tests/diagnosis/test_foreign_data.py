@@ -7,12 +7,13 @@ import pytest
 
 from stepgauge.diagnosis.axis.diagnosis import diagnose_axis
 from stepgauge.diagnosis.maps.data import MapData, Measured, read_map_data
+from stepgauge.diagnosis.maps.diagnose import diagnose_map
 from stepgauge.diagnosis.maps.model import MapModel
-from stepgauge.diagnosis.probe_map import diagnose_map, diagnose_probe_map
 from stepgauge.importing.axis import AxisOptions, import_axis
 from stepgauge.importing.tables.read import TableLayout
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes import read_probe
+from tests.diagnosis.made import diagnose_probe_map
 
 ROOT = Path(__file__).parents[2]
 FEA = ROOT / "examples" / "omp40-fea"

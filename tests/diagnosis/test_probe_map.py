@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.maps.data import MapData, Measured, quantum_of, read_map_data
+from stepgauge.diagnosis.maps.diagnose import diagnose_map, read_probe_table
 from stepgauge.diagnosis.maps.model import MapModel
-from stepgauge.diagnosis.probe_map import diagnose_map, diagnose_probe_map, parse_columns, read_probe_table
 from stepgauge.errors import InputError
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes import probe_from_table, read_probe
+from tests.diagnosis.made import diagnose_probe_map
 
 PROBE = """\
 [probe]
@@ -214,7 +215,7 @@ def written(folder, rows, header="polar_deg,azimuth_deg,trigger_force_N"):
 
 def test_columns_of_other_names_and_units_are_read(tmp_path):
     path = written(tmp_path, ["90,0,750,0.0034", "90,10,740,0.0035"], "polar_deg,azimuth_deg,force_mN,sensing_mm")
-    data = read_map_data(path, parse_columns(["trigger_force_N=force_mN", "deflection_um=sensing_mm"]))
+    data = read_map_data(path, dict(one.split("=") for one in ["trigger_force_N=force_mN", "deflection_um=sensing_mm"]))
     assert [m.values.tolist() for m in data.measured] == [[0.75, 0.74], pytest.approx([3.4, 3.5])]
     assert [m.quantum for m in data.measured] == pytest.approx([0.01, 0.1])
 
@@ -250,8 +251,6 @@ def test_wrong_maps_are_input_errors(tmp_path, rows, header, message):
 def test_unknown_quantity_and_wrong_pair_are_input_errors(tmp_path):
     with pytest.raises(InputError, match="no quantity"):
         read_map_data(written(tmp_path, ["90,0,0.5"]), {"force_N": "trigger_force_N"})
-    with pytest.raises(InputError, match="pair of names"):
-        parse_columns(["trigger_force_N"])
 
 
 def test_force_map_against_a_probe_that_knows_no_forces_is_an_input_error(tmp_path):

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.maps.data import MapData, Measured
+from stepgauge.diagnosis.maps.diagnose import diagnose_map
 from stepgauge.diagnosis.maps.model import MapModel
 from stepgauge.diagnosis.maps.scatter import estimate_scatter
-from stepgauge.diagnosis.probe_map import diagnose_map, diagnose_probe_map
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError
 from stepgauge.probes import read_probe
+from tests.diagnosis.made import diagnose_probe_map
 
 RINGS, SPOKES = (30.0, 60.0, 90.0), np.arange(0.0, 360.0, 20.0)
 SIGMA_UM = 0.2

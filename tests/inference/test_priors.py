@@ -9,8 +9,8 @@ import pytest
 
 from stepgauge.diagnosis.laws.geometry import KIND
 from stepgauge.diagnosis.maps.candidates import candidates_for
+from stepgauge.diagnosis.maps.diagnose import read_probe_table
 from stepgauge.diagnosis.priors import priors_text, read_priors, shipped_priors
-from stepgauge.diagnosis.probe_map import read_probe_table
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 

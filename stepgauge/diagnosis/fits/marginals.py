@@ -9,14 +9,13 @@ two.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from scipy import special
 
-from stepgauge.diagnosis.fits.conditional import ConditionalFit, conditional_fit
-from stepgauge.diagnosis.fits.solve import Estimate, Fitted, Solved
+from stepgauge.diagnosis.fits.solve import Estimate, Fitted, Solved, orthonormal
 from stepgauge.diagnosis.laws.library import Family, family_signatures
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.files.arrays import Array
@@ -31,14 +30,35 @@ AT_ONCE = 1e-3
 """Share of the shortest lag: an expectation below it is the weight that is left beside a body that follows at once."""
 
 
+@dataclass(frozen=True)
+class ConditionalFit:
+    """What one law has to explain ``(n,)``, and the tangents of the others, which may explain a part of it."""
+
+    left: Array
+    others: Array
+    metric: Metric
+
+    def __call__(self, columns: Array) -> Array:
+        """Mapped columns ``(k, n)`` as far as the other laws do not explain them."""
+        white = self.metric(columns)
+        return white - (white @ self.others) @ self.others.T
+
+
+def _conditional_fit(fitted: Fitted, place: int, data: Residuals, metric: Metric) -> ConditionalFit:
+    """One law of a fit, beside the others."""
+    tangents = [t for other, t in enumerate(fitted.tangents) if other != place]
+    others = orthonormal(np.hstack([np.zeros((len(fitted.left), 0)), *tangents]))
+    return ConditionalFit(fitted.left + metric(fitted.solved[place].displacement_um(data)), others, metric)
+
+
 def marginalise(fitted: Fitted, data: Residuals, metric: Metric) -> Fitted:
     """The fit, with lags and azimuths as uncertain as all that are possible leave them, and the sizes beside a lag."""
     solved = []
     for place, one in enumerate(fitted.solved):
         if _lags_s(one.family):
-            one = _marginalise_lag(one, conditional_fit(fitted, place, data, metric), data)
+            one = _marginalise_lag(one, _conditional_fit(fitted, place, data, metric), data)
         if AZIMUTH in one.family.atoms[0]:
-            one = _widen_azimuth(one, conditional_fit(fitted, place, data, metric))
+            one = _widen_azimuth(one, _conditional_fit(fitted, place, data, metric))
         solved.append(one)
     return replace(fitted, solved=tuple(solved))
 

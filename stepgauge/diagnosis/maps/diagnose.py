@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.maps.candidates import ProbeChange, candidates_for
-from stepgauge.diagnosis.maps.data import lacking
+from stepgauge.diagnosis.maps.data import MapData, lacking
 from stepgauge.diagnosis.maps.findings import (
     empirical_map_laws,
     kept_rows,
@@ -26,11 +28,32 @@ from stepgauge.diagnosis.maps.stated_map import StatedMap, stated_map
 from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.result import Verdict, rms
 from stepgauge.diagnosis.statements import conclude
+from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
+from stepgauge.files.config import read_toml
+from stepgauge.files.resources import find_data
+from stepgauge.probes.read import probe_table
 
 HALF_A_DIGIT = 0.5 + 1e-6
 SIX_DIGITS = 5.1e-6
 """Relative resolution of six printed digits."""
+
+
+def judged_map(data: MapData, probe_path: str | Path, priors: Priors | None = None) -> MapDiagnosis:
+    """The diagnosis of a map against a probe file, or the shipped one of that name."""
+    table, where = read_probe_table(probe_path)
+    return replace(diagnose_map(MapModel(table, where, data), priors=priors), probe_path=where)
+
+
+def read_probe_table(probe_path: str | Path) -> tuple[dict[str, Any], str]:
+    """The ``[probe]`` table of a probe file as written there, and the path of the file."""
+    path = find_data(probe_path, "probe", "probes")
+    checked, where = probe_table(read_toml(path).get("probe"), path)
+    table = checked.model_dump(exclude_unset=True)
+    if table.get("model") == "table":
+        expected = "a probe file of its construction (kinematic, piezo) or of a law (constant, lobed)"
+        raise InputError(where, "a probe known by its map has no construction to diagnose", expected=expected)
+    return table, str(where)
 
 
 def diagnose_map(
