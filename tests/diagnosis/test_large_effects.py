@@ -141,7 +141,11 @@ def test_what_would_have_to_be_larger_than_can_be_is_no_cause(ppm: float, possib
     one = named(found, "scale_error")
     assert one.parameters["ppm"].value == pytest.approx(ppm, abs=3.0)
     assert ("scale_temperature" in one.confounded_with) == possible
-    assert sum(member.share for member in one.members) == pytest.approx(1.0) if possible else not one.members
+    assert (
+        sum(member.conditional_probability for member in one.members) == pytest.approx(1.0)
+        if possible
+        else not one.members
+    )
     assert one.probability > 0.9
     assert one.own > (0.5 if possible else 0.9)
 
