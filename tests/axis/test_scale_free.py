@@ -72,6 +72,15 @@ def test_what_is_said_does_not_depend_on_the_size_of_an_axis(name: str) -> None:
         assert all(abs(found[key] - other[key]) < 0.01 for key in found)
 
 
+def test_a_ratio_of_deviation_and_position_that_is_unlikely_is_noted_and_prevents_nothing() -> None:
+    """Its unit may be wrong; what is said does not depend on it. It was insufficient."""
+    found = said(MADE["reversal"])
+    for factors in ((1e3, 1e-3, 1e-3), (1e-3, 1e3, 1e3)):
+        other = stretched(MADE["reversal"], *factors)
+        assert all(abs(found.get(key, 0.0) - p) < 0.01 for key, p in said(other).items())
+    assert any("unit" in note for note in diagnose_axis(other).summary().splitlines()[1:])
+
+
 @pytest.mark.parametrize("span", [1000.0, 20.0, 1.0, 0.05])
 def test_ten_periods_are_named_over_any_travel(span: float) -> None:
     """Below 2 mm there was no period: a wave of 0.1 mm was unknown."""

@@ -94,13 +94,25 @@ def diagnose_axis(
     table = priors or shipped_priors()
     kind = stated_kind(kind, recording.comments, table, recording.path)
     kinds = possible_kinds(kind, recording.units.axis, table)
-    data, conditions = axis_data(recording, kind), recording_conditions(recording).without(*SOUGHT)
+    data, conditions = axis_data(recording, kind), _axis_conditions(recording)
     absent = {*not_candidates(recording.sensor, recording.form, recording.units.axis == "rotary"), *without}
     if conditions.preventing:
         return AxisDiagnosis("insufficient", insufficient(data.residuals), data, conditions, (recording,))
     found, searched = diagnose_with_search(data.residuals, absent, table.adapt(kinds))
     probability = {} if searched is None else kind_probabilities(searched.answer, kinds, table)
     return AxisDiagnosis(found.verdict, found, data, conditions, (recording,), kinds=probability)
+
+
+def _axis_conditions(recording: AxisRecording) -> Conditions:
+    """The conditions of the readings without those that are findings here.
+
+    A unit that is unlikely prevents nothing: what is said of an axis does not depend on its size, and its numbers are
+    in the unit that is stated.
+    """
+    found = recording_conditions(recording).without(*SOUGHT)
+    unlikely = [one for one in found.preventing if one.name == "units"]
+    noted = (replace(one, state="contribution") if one in unlikely else one for one in found.entries)
+    return Conditions(tuple(noted))
 
 
 def diagnose_axes(
