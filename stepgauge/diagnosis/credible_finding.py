@@ -70,6 +70,7 @@ def credible_finding(
     factor = max(spread_factor(answer, state, label, decision.in_set), least_wider) * wider
     values = widened(own.parameters, factor)
     alone = set_probability(answer, every, []) / max(probability, 1e-300)
+    leading = rivals[0].probability / sum(one.probability for one in rivals)
     return Finding(
         own.kind,
         own.label,
@@ -78,7 +79,8 @@ def credible_finding(
         values,
         probability,
         own.share_um,
-        own=min(answer.probability_of_any([frozenset({label})]) / possible, probability),
+        # of two terms of one kind each hypothesis has the label of the first: the place itself tells which it is
+        own=min(answer.probability_of_any([frozenset({label})]) / possible, probability * alone * leading),
         confounded_with=tuple(dict.fromkeys((*kinds, *joined_kinds(combined)))),
         alternatives=tuple(dict.fromkeys(same)),
         members=tuple(_members(rivals, fits, alone, values)),

@@ -265,6 +265,10 @@ class ThermalDrift(Effect):
         return along(self.direction, self.rate_um_per_h * grown_h)
 
 
+SCANNED = 0.1
+"""Odds of a slow cycle in a scan of an axis, over those in readings at rest."""
+
+
 class TemperatureCycle(Effect):
     """Air conditioning shifts the placement periodically: d = A sin(2 pi t / period + phase)."""
 
@@ -317,6 +321,12 @@ class TemperatureCycle(Effect):
     phase_deg: float = parameter(
         0.0, unit="deg", role="phase", meaning="phase at time 0", ge=-360, le=360, sensible=(-180, 180)
     )
+
+    @classmethod
+    def rarity(cls, probings: Probings) -> float:
+        """What repeats while an axis is scanned is mostly passed, not switched: a scan is quick beside a room."""
+        scanned = probings.setting.recording in ("linear", "rotary") and "speed_mm_s" in probings.columns
+        return SCANNED if scanned else 1.0
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """A sine of time."""
