@@ -105,15 +105,20 @@ def choices(shown: str) -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("table", [OF_FACES, OF_FACES_IN_ORDER])
-@pytest.mark.parametrize("located", [True, False])
-def test_faces_along_the_gauge_are_asked_for_with_choices_that_settle_it(
-    folder: Path, table: str, located: bool
-) -> None:
-    if located:
-        gauge = sg.read_gauge(folder / "gauge/step-gauge-420.toml")
-        sg.locate(Path("examples/demo/points.csv"), gauge, machine=sg.read_machine("bridge-cmm")).write(
-            folder / "placement.toml"
-        )
+def test_faces_along_a_gauge_that_is_located_are_not_asked_about(folder: Path, table: str) -> None:
+    gauge = sg.read_gauge(folder / "gauge/step-gauge-420.toml")
+    placement = sg.locate(Path("examples/demo/points.csv"), gauge, machine=sg.read_machine("bridge-cmm"))
+    placement.write(folder / "placement.toml")
+    asked = Asked(folder)
+    shown = asked.post(importing.look, {"pasted": table})
+    assert re.search(r"All is clear: \d+ probings", shown)
+    assert choices(shown) == []
+    asked.post(importing.save, {"pasted": table, "measured_on": "2026-05-04", "output": "recordings/f.csv"})
+    assert "/run/next/evaluate" in asked.get(importing.show, saved="recordings/f.csv")
+
+
+@pytest.mark.parametrize("table", [OF_FACES, OF_FACES_IN_ORDER])
+def test_faces_along_the_gauge_are_asked_for_with_choices_that_settle_it(folder: Path, table: str) -> None:
     asked, form = Asked(folder), {"pasted": table}
     first = asked.post(importing.look, form)
     assert "HEADER" not in first
@@ -133,7 +138,7 @@ def test_faces_along_the_gauge_are_asked_for_with_choices_that_settle_it(
         importing.save, {**form, "answer": "sensor=touch", "measured_on": "2026-05-04", "output": "recordings/f.csv"}
     )
     saved = asked.get(importing.show, saved="recordings/f.csv")
-    assert ("/run/next/evaluate" in saved) is located
+    assert "/run/next/evaluate" not in saved
     assert "/run/next/diagnose" in saved
 
 

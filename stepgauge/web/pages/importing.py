@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import hashlib
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -148,8 +148,7 @@ def _answers(form: Form) -> Iterable[Answer]:
 
 
 def _imported(site: Site, form: Form, answers: Sequence[Answer]) -> Imported:
-    import stepgauge as sg
-
+    """What the file is; of a gauge that is located, positions of its faces are not asked about any more."""
     sensor = next((one.value for one in answers if one.argument == "sensor"), "")
     given = dict[str, Any](_known(site, form))
     if sensor not in ("", TOUCH):  # of one axis, to which no file of the project belongs
@@ -157,9 +156,28 @@ def _imported(site: Site, form: Form, answers: Sequence[Answer]) -> Imported:
     for one in answers:
         given[one.argument] = [*given.get(one.argument, ()), one.value] if one.argument in SEVERAL else _typed(one)
     data = form.files.get("file") or form.text("pasted").encode()
+    name = form.names.get("file", "table.txt") if "file" in form.files else "table.txt"
+    found = _read(data, name, given)
+    if sensor or "placement" not in given or not _asks_for_touch(found):
+        return found
+    try:
+        along = _read(data, name, given | {"sensor": TOUCH})
+    except InputError:
+        return found
+    return found if _asks_for_touch(along) else along
+
+
+def _read(data: bytes, name: str, given: Mapping[str, Any]) -> Imported:
+    import stepgauge as sg
+
     source = io.BytesIO(data)
-    source.name = form.names.get("file", "table.txt") if "file" in form.files else "table.txt"
-    return read_upload(data, source.name, sg.import_recording, source, **given)
+    source.name = name
+    return read_upload(data, name, sg.import_recording, source, **given)
+
+
+def _asks_for_touch(found: Imported) -> bool:
+    """Whether it is open if a table has positions along the gauge, which a touch probe found."""
+    return any((one.argument, one.value) == ("sensor", TOUCH) for asked in found.questions for one in asked.choices)
 
 
 def _typed(answer: Answer) -> Any:
