@@ -204,7 +204,7 @@ def _left_to_server(program: Program, dialect: Dialect) -> str:
 
 def _compared(dialect: Dialect) -> str:
     """Statements of a text of this dialect that were compared, in words."""
-    words = [f"moves to {10.0**-dialect.decimals:g} mm", "directions"]
+    words = [f"moves to {10.0**-dialect.decimals:.{dialect.decimals}f} mm", "directions"]
     words += ["speeds and distances"] if dialect.carries else []
     words += [name for name in ("units", "coordinates") if name in dialect.states]
     return ", ".join([*words, *(["tool"] if dialect.tool else [])])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from collections.abc import Mapping
@@ -24,6 +25,14 @@ _COMMAND = re.compile(r"'?\bstepgauge ([a-z]+)\b(?: (?:[A-Z]{2,}|-{1,2}[a-z][\w-
 _PAGES = {"evaluate": "result", "budget": "result", "diagnose": "diagnosis", "simulate": "run", "import": "importing"}
 """Pages by the verbs that they do, where their names differ."""
 LANGUAGES = {"en": "English", "de": "Deutsch"}
+
+
+@cache
+def _verbs() -> frozenset[str]:
+    """The first words of commands."""
+    from stepgauge.verbs.catalogue import VERBS
+
+    return frozenset(name.partition(" ")[0] for name in VERBS)
 
 
 @cache
@@ -100,7 +109,7 @@ class Words:
 
     def plain(self, text: str) -> str:
         """A text of the program for somebody who sees fields and pages: no command, option, key or way up a folder."""
-        text = _UP.sub("", text.removeprefix("stepgauge: error: "))
+        text = _UP.sub("", text.removeprefix("stepgauge: error: ")).replace(f"{os.getcwd()}/", "")
         text = text.replace(" (the command below)", "")
         text = _TICKED.sub(lambda found: self("page.ticked", field=self.label(found[1])), text)
         text = _COMMAND.sub(self._page_of, text)
@@ -108,7 +117,9 @@ class Words:
         return _KEY.sub(lambda found: self.label(found[0]) if self.has(f"field.{found[0]}") else found[0], text)
 
     def _page_of(self, command: re.Match[str]) -> str:
-        """The page on which a command is done; the command itself where there is none."""
+        """The page on which a command is done; the words themselves where there is none, or this is no command."""
+        if command[1] not in _verbs():
+            return command[0]
         operands = [*takewhile(lambda word: not word.startswith("-"), command[0].strip("'").split()[2:])]
         laid_over = command[1] == "report" and len(operands) > 1
         key = f"nav.{'result' if laid_over else _PAGES.get(command[1], command[1])}"

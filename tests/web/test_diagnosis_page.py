@@ -11,9 +11,10 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.files.text import write_json
+from stepgauge.web.pages import diagnosis
 from tests.conftest import ROOT
 from tests.diagnosis.test_files import said as said_of
-from tests.web.conftest import Served, make_project
+from tests.web.conftest import Asked, Served, make_project
 from tests.web.test_run import post
 
 FEA = ROOT / "examples/omp40-fea"
@@ -63,3 +64,16 @@ def test_causes_that_stand_for_a_finding_together_have_a_row_and_a_probability(t
     assert "scale temperature + thermal drift" in body
     assert body.count("22.5 %") == 2  # the rival, and what 0.9 (1 - 0.5 - 0.25) is
     assert body.count("/diagnosis/without") == 2
+
+
+def test_one_that_cannot_be_read_leaves_the_page_on_which_another_is_made(tmp_path: Path) -> None:
+    folder = make_project(tmp_path / "project")
+    data = said_of("scale")
+    (folder / "results/old").mkdir(parents=True)
+    write_json(folder / "results/old/diagnosis.json", {**data, "format": "stepgauge diagnosis 1"})
+    (folder / "recordings/one.csv").write_text("cycle,face\n")
+    shown = Asked(folder).get(diagnosis.show)
+    assert 'role="alert"' in shown
+    assert "the page Diagnosis" not in shown
+    assert "recordings/one.csv</option>" in shown
+    assert "Diagnose</button>" in shown

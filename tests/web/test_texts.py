@@ -105,3 +105,11 @@ def test_words_of_the_command_line_are_those_of_the_page(line: str, shown: str) 
     assert shown in said
     assert not re.search(r"stepgauge|[.][.]/|= true|[a-z]_[a-z]|BEFORE|command", said), said
     assert Words("en").ended("recordings/my_table.csv") == "recordings/my_table.csv"
+
+
+def test_a_format_is_no_command_and_a_folder_of_the_server_is_not_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    line = f"{tmp_path}/results/diagnosis.json: found 'stepgauge diagnosis 2'; expected 'stepgauge diagnosis 3'"
+    assert Words("en").plain(line) == line.removeprefix(f"{tmp_path}/")

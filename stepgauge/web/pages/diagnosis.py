@@ -44,9 +44,13 @@ def show(request: Request) -> Response:
     site = site_of(request)
     known = folders(site)
     name = relative(site.folder, request.query_params.get("result") or (known[0] if known else "."))
-    told = _told(site, name, words_of(request)) if (site.folder / name / FILE).is_file() else None
+    told, stale = None, None
+    try:
+        told = _told(site, name, words_of(request)) if (site.folder / name / FILE).is_file() else None
+    except InputError as error:  # another one can be chosen, or made
+        stale = error
     recordings = [one for one in listed(site.folder, [".csv", ".parquet"]) if Path(one).parts[0] == "recordings"]
-    return render(request, "diagnosis.html.j2", name=name, told=told, known=known, recordings=recordings)
+    return render(request, "diagnosis.html.j2", name=name, told=told, known=known, recordings=recordings, stale=stale)
 
 
 def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
