@@ -16,8 +16,9 @@ from matplotlib.figure import Figure
 from plotly.offline import get_plotlyjs
 
 from stepgauge.errors import InputError
-from stepgauge.figures.path import draw_path, path_figure
+from stepgauge.figures.path import path_figure
 from stepgauge.figures.path_scene import path_scene, probed_points, write_path_html
+from stepgauge.figures.style import save_figure
 from tests.build import make_gauge, make_pose
 from tests.measured import ALONG_X, lay, run, shipped
 
@@ -130,8 +131,9 @@ def test_probed_points_are_the_faces_and_cycles_of_the_recording(axis: tuple[flo
 
 def test_files_are_written_the_same_twice_and_any_title_will_do(tmp_path: Path) -> None:
     gauge = shipped()[0]
-    file = draw_path(tmp_path / "path.svg", run(1).path, gauge, lay(gauge), RADIUS_MM, None, r"$\frac{ 50% <&>")
-    again = draw_path(tmp_path / "again.svg", run(1).path, gauge, lay(gauge), RADIUS_MM, None, r"$\frac{ 50% <&>")
+    file, again = tmp_path / "path.svg", tmp_path / "again.svg"
+    for one in (file, again):
+        save_figure(path_figure(run(1).path, gauge, lay(gauge), RADIUS_MM, None, r"$\frac{ 50% <&>"), one, True)
     assert file.read_bytes() == again.read_bytes()
     assert file.stat().st_size > 5000
 
@@ -139,7 +141,7 @@ def test_files_are_written_the_same_twice_and_any_title_will_do(tmp_path: Path) 
 def test_wrong_suffixes_leave_no_file(tmp_path: Path) -> None:
     gauge = shipped()[0]
     with pytest.raises(InputError, match=r"path\.gif"):
-        draw_path(tmp_path / "path.gif", run(1).path, gauge, lay(gauge), RADIUS_MM)
+        save_figure(path_figure(run(1).path, gauge, lay(gauge), RADIUS_MM), tmp_path / "path.gif", True)
     with pytest.raises(InputError, match=r"\.html"):
         write_path_html(tmp_path / "path.png", path_scene(run(1).path, gauge, lay(gauge), RADIUS_MM))
     assert list(tmp_path.iterdir()) == []

@@ -8,7 +8,7 @@ import numpy as np
 
 from stepgauge.diagnosis.axis.residuals import AxisData
 from stepgauge.diagnosis.result import GaugeDiagnosis
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.figures.style import COLORS, CYCLE, draw_before_and_after, figure_style, new_figure
 from stepgauge.files.arrays import Array
 
 if TYPE_CHECKING:
@@ -49,11 +49,8 @@ def draw_residuals(axes: Axes, told: AxisDiagnosis) -> None:
     found, recording = told.found, told.data.recording
     (label, x), unit = _panels(found, told.data)[0], _printed(recording.units.deviation)
     factor = recording.frame["way"].to_numpy(float) / told.data.scaling.deviation / recording.units.base_deviation
-    for um, name in ((found.before_um, "before"), (found.after_um, "after")):
-        axes.plot(x, um * factor, ".", color=COLORS[name], label=name, markersize=3.0)
+    draw_before_and_after(axes, x, found.before_um * factor, found.after_um * factor, told.verdict)
     axes.set(xlabel=label, ylabel=f"deviation ({unit})")
-    axes.set_title(f"verdict: {told.verdict}", loc="left")
-    axes.legend(frameon=False)
 
 
 def draw_recording(axes: Axes, recording: AxisRecording) -> None:

@@ -30,7 +30,7 @@ from stepgauge.figures.effect_panels import (
     panels,
     sides,
 )
-from stepgauge.figures.style import COLORS, FORMATS, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, FORMATS, draw_before_and_after, figure_style, new_figure, save_figure
 from stepgauge.files.arrays import Array
 
 if TYPE_CHECKING:
@@ -135,13 +135,9 @@ def draw_residuals(axes: Axes, diagnosis: GaugeDiagnosis) -> None:
     """Residuals before and after against the position along the gauge, um, on axes of somebody else."""
     covariate = _covariates_that_matter(diagnosis)[0]
     x = covariate_values(covariate, diagnosis.data)
-    pairs = ((diagnosis.before_um, "before"), (rest_um(diagnosis, diagnosis.laws), "after"))
-    for um, name in pairs:
-        axes.plot(x, um, ".", color=COLORS[name], label=name, markersize=3.0)
+    draw_before_and_after(axes, x, diagnosis.before_um, rest_um(diagnosis, diagnosis.laws), diagnosis.verdict)
     _noise_lines(axes, diagnosis.noise.sigma_um)
     axes.set(xlabel=label_of(covariate), ylabel="residual (µm)")
-    axes.set_title(f"verdict: {diagnosis.verdict}", loc="left")
-    axes.legend(handles=axes.get_lines()[:2], frameon=False)
 
 
 def draw_probabilities(axes: Axes, stored: Diagnosis) -> None:

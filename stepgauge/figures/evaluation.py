@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import face_rows
 from stepgauge.figures.faces import POSITION_LABEL, column
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure
+from stepgauge.figures.style import COLORS, CYCLE, draw_dimension, figure_style, legend_handlers, new_figure
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import counted
 from stepgauge.standards.mpe import Mpe
@@ -160,20 +160,7 @@ def _mark_band(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     low, high = float(np.nanmin(mean)), float(np.nanmax(mean))
     axes.hlines([low, high], nominal[0], nominal[-1], color=MEAN_COLOR, linewidth=0.6, linestyle=(0, (5, 3)), zorder=2)
     beyond = nominal[-1] + 0.02 * np.ptp(nominal)
-    axes.annotate("", (beyond, high), (beyond, low), arrowprops=_arrow("<->", MEAN_COLOR))
-    axes.annotate(
-        f"range {high - low:.2f} µm",
-        (beyond, (low + high) / 2),
-        xytext=(7, 0),
-        textcoords="offset points",
-        rotation=90,
-        va="center",
-        color=MEAN_COLOR,
-    )
-
-
-def _arrow(style: str, color: str) -> dict[str, Any]:
-    return {"arrowstyle": style, "color": color, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
+    draw_dimension(axes, float(beyond), low, high, f"range {high - low:.2f} µm", MEAN_COLOR)
 
 
 def _mark_worst(axes: Axes, rows: Sequence[Mapping[str, Any]], worst_um: float | None) -> None:

@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
 
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.figures.style import COLORS, CYCLE, draw_dimension, figure_style, new_figure
 from stepgauge.standards.iso230 import AxisParameters, Direction
 from stepgauge.standards.positioning import AxisTest, Units
 
@@ -101,16 +101,8 @@ def _brackets(axes: Axes, test: AxisTest) -> None:
     for slot, (name, low, high) in enumerate(ranges):
         place = at.max() + (0.04 + 0.055 * slot) * span
         axes.hlines([low, high], at.max(), place, color=COLORS["grey"], linewidth=0.5, linestyle=":", zorder=1)
-        arrow = {"arrowstyle": "<->", "color": COLORS["model"], "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0}
-        axes.annotate("", (place, high), (place, low), arrowprops={**arrow, "mutation_scale": 7})
-        axes.annotate(
-            f"{name}{one_way} = {high - low:.2f} {test.units.deviation_symbol}",
-            (place, (low + high) / 2.0),
-            xytext=(3, 0),
-            textcoords="offset points",
-            rotation=90,
-            va="center",
-        )
+        text = f"{name}{one_way} = {high - low:.2f} {test.units.deviation_symbol}"
+        draw_dimension(axes, place, low, high, text, COLORS["model"])
     axes.set_xlim(at.min() - 0.02 * span, at.max() + 0.21 * span)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
@@ -21,10 +20,8 @@ from stepgauge.figures.style import (
     RAIL_COLOR,
     STOP_COLOR,
     TRAVEL_COLOR,
-    figure_format,
     figure_style,
     new_figure,
-    save_figure,
 )
 from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
@@ -55,31 +52,6 @@ PLAN = View(1, "plan (from above)", "side s (mm)", True)
 ELEVATION = View(2, "elevation (from the side)", "up u (mm)", False)
 
 
-def draw_path(
-    file: str | FilePath,
-    run_path: Path,
-    gauge: Gauge,
-    placement: Placement,
-    tip_radius_mm: float,
-    stop_piece: int | None = None,
-    title: str = "",
-) -> FilePath:
-    """Draw a path and the gauge from above and from the side, and a few blocks larger where there are many.
-
-    Parameters
-    ----------
-    file : PNG, SVG or PDF, by its suffix (:class:`InputError` for another)
-    run_path : pieces of the path in machine coordinates
-    gauge, placement : the gauge in its placement
-    tip_radius_mm : radius of the tip ball, drawn at the probed points of the detail
-    stop_piece : index of the piece on which the machine stopped; what comes after it is not drawn
-    title : printed above
-    """
-    figure_format(file)
-    save_figure(path_figure(run_path, gauge, placement, tip_radius_mm, stop_piece, title), file, simulated=True)
-    return FilePath(file)
-
-
 def path_figure(
     run_path: Path,
     gauge: Gauge,
@@ -88,7 +60,16 @@ def path_figure(
     stop_piece: int | None = None,
     title: str = "",
 ) -> Figure:
-    """The figure of :func:`draw_path`, in gauge coordinates."""
+    """A path and the gauge from above and from the side, and a few blocks larger where there are many.
+
+    Parameters
+    ----------
+    run_path : pieces of the path in machine coordinates; drawn in those of the gauge
+    gauge, placement : the gauge in its placement
+    tip_radius_mm : radius of the tip ball, drawn at the probed points of the detail
+    stop_piece : index of the piece on which the machine stopped; what comes after it is not drawn
+    title : printed above
+    """
     obstacles = make_obstacles(gauge, placement)
     travelled = run_path.until(stop_piece)
     local = Path(

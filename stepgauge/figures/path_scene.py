@@ -103,7 +103,7 @@ def path_scene(
     """A scene to turn in a browser, a plotly figure: gauge, path and probed points in machine coordinates, mm.
 
     ``travel_mm`` of shape ``(3, 2)`` adds the box of the machine's travel; the other parameters are those of
-    :func:`draw_path`.
+    :func:`~stepgauge.figures.path.path_figure`.
     """
     obstacles = make_obstacles(gauge, placement)
     travelled = run_path.until(stop_piece)

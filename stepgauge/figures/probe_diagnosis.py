@@ -15,7 +15,7 @@ from stepgauge.diagnosis.maps.model import ChangeTerm, build_probe, changed_tabl
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.result import rms
 from stepgauge.diagnosis.wording.findings import name_of
-from stepgauge.figures.style import COLORS, FORMATS, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, FORMATS, draw_before_and_after, figure_style, new_figure, save_figure
 from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import unit_vectors
 
@@ -102,11 +102,8 @@ def residual_figure(found: MapDiagnosis) -> Figure:
 def draw_residuals(axes: Axes, found: MapDiagnosis) -> None:
     """Residuals of the first quantity before and after against the azimuth, on axes of somebody else."""
     fit = found.fits[0]
-    for name, values in (("before", fit.before), ("after", fit.after)):
-        axes.plot(found.data.azimuth_deg, values, ".", color=COLORS[name], label=name, markersize=3.0)
+    draw_before_and_after(axes, found.data.azimuth_deg, fit.before, fit.after, found.verdict)
     axes.set(xlabel=AZIMUTH, ylabel=f"{WORDS[fit.name]}: residual ({UNITS[fit.unit]})")
-    axes.set_title(f"verdict: {found.verdict}", loc="left")
-    axes.legend(frameon=False)
 
 
 @figure_style()

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.collections import LineCollection
 
-from stepgauge.figures.path import draw_path
+from stepgauge.figures.path import path_figure
 from stepgauge.figures.path_scene import path_scene, write_path_html
 from stepgauge.figures.shares import draw_shares
-from stepgauge.figures.style import MEASURE_COLOR, STOP_COLOR, TRAVEL_COLOR
+from stepgauge.figures.style import MEASURE_COLOR, STOP_COLOR, TRAVEL_COLOR, save_figure
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
@@ -65,13 +65,14 @@ def draw_run(
     """
     title, radius_mm = f"{gauge.table.name} on {machine.table.name}", machine.probe.tip_radius_mm
     if path is not None:
-        draw_path(path, run.path, gauge, placement, radius_mm, run.stop_piece, title)
+        drawn = path_figure(run.path, gauge, placement, radius_mm, run.stop_piece, title)
+        save_figure(drawn, path, simulated=True)
     if path_html is not None:
         scene = path_scene(run.path, gauge, placement, radius_mm, machine.travel_mm, run.stop_piece, title)
         write_path_html(path_html, scene)
-    drawn = [path, path_html]
+    files = [path, path_html]
     if shares is not None and run.shares is not None and len(run.recording):
         face = run.recording.frame["face"].to_numpy()
         draw_shares(shares, run.shares, face, gauge.position_mm, title)
-        drawn.append(shares)
-    return [Path(name) for name in drawn if name is not None]
+        files.append(shares)
+    return [Path(name) for name in files if name is not None]

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.text import replacing
 
 if TYPE_CHECKING:
@@ -190,3 +191,19 @@ def _draw_once(fig: Figure, path: Path) -> None:
     finally:
         fig.dpi = dpi
         fig.set_canvas(canvas)
+
+
+def draw_before_and_after(axes: Axes, x: Array, before: Array, after: Array, verdict: str) -> None:
+    """Residuals of a diagnosis before and after what it found, on axes of somebody else."""
+    for values, name in ((before, "before"), (after, "after")):
+        axes.plot(x, values, ".", color=COLORS[name], label=name, markersize=3.0)
+    axes.set_title(f"verdict: {verdict}", loc="left")
+    axes.legend(handles=axes.get_lines()[-2:], frameon=False)
+
+
+def draw_dimension(axes: Axes, x: float, low: float, high: float, text: str, color: str) -> None:
+    """An arrow with two heads from ``low`` to ``high`` with its length written along it."""
+    arrow = {"arrowstyle": "<->", "color": color, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
+    axes.annotate("", (x, high), (x, low), arrowprops=arrow)
+    middle, offset = (x, (low + high) / 2.0), (4, 0)
+    axes.annotate(text, middle, offset, textcoords="offset points", rotation=90, va="center", color=color)
