@@ -67,7 +67,7 @@ def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
     effects = [_finding(number, effect, subject(said), words) for number, effect in enumerate(said["effects"], 1)]
     steps = do_first(said, words.language)["blocks"]
     return {
-        "summary": headline(said, words.language),
+        "summary": headline({**said, "effects": [_likely_only(one) for one in said["effects"]]}, words.language),
         "warnings": warnings(said, words.language),
         "verdict": said["verdict"],
         "unit": "σ" if of_map else unit,  # of a map, whose quantities have several
@@ -75,6 +75,17 @@ def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
         "of_map": of_map,
         "steps": [block for block in steps if block["kind"] != "code"],
     }
+
+
+def _likely_only(effect: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Without combinations of causes in its place that are as good as excluded: the verdict names the others."""
+    from stepgauge.diagnosis.wording.notation import members_of
+    from stepgauge.reports.findings import combinations
+
+    if combinations(effect)[1] >= LEAST_SHOWN:
+        return effect
+    known = {one["kind"] for one in members_of(effect)}
+    return {**effect, "several": [], "confounded_with": [one for one in effect["confounded_with"] if one in known]}
 
 
 def _finding(number: int, effect: Mapping[str, Any], at: Subject, words: Words) -> dict[str, Any]:
