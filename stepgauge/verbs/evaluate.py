@@ -9,7 +9,6 @@ from stepgauge.verbs.kinds import OneOf, Repeated
 from stepgauge.verbs.shared import (
     Convention,
     CorrectDrift,
-    Figure,
     GaugeLike,
     MachineIfNeeded,
     MachineName,
@@ -36,7 +35,7 @@ def write(
     output: OutputFolder,
     *,
     draw: Annotated["str | Iterable[str]", Repeated(OneOf(*FIGURES, "all"), "draw")] = (),
-    figure: Figure = "png",
+    figure: Annotated[str | None, OneOf("png", "svg", "pdf")] = None,
 ) -> list[Path]:
     """Files of an evaluation.
 
@@ -46,13 +45,15 @@ def write(
     draw : figures of the measurement. error: against position with 2s band and the lines of the limit;
         bidirectional: single probings and means of both directions; repeatability: single probings from the mean of
         their face; arrows: mean errors of all placements in the travel of ``machine``; run: every probing by time
+    figure : format of the figures, without ``draw`` of that of the errors; default: png, and none without ``draw``
     """
     from stepgauge.files.outputs import open_set
 
     kinds = [draw] if isinstance(draw, str) else list(draw)
+    kinds = kinds or ([] if figure is None else ["error"])
     with open_set():
-        further = evaluation.draw(output, kinds, figure) if kinds else []
-        return [*evaluation.write(output), *further]
+        drawn = evaluation.draw(output, kinds, figure or "png") if kinds else []
+        return [*evaluation.write(output), *drawn]
 
 
 @verb(write)

@@ -155,7 +155,10 @@ def test_simulate_draws_the_path(run: Run, files: Path) -> None:
 def test_evaluate_writes_json_and_csv(run: Run, files: Path) -> None:
     result = run("evaluate", files / "recording.csv", *G, "-o", files / "result")
     assert result.code == 0, result.err
-    assert {path.name for path in (files / "result").iterdir()} == {"evaluation.json", "evaluation.csv"}
+    written = {"evaluation.json", "evaluation.csv"}
+    assert {path.name for path in (files / "result").iterdir()} == written
+    assert run("evaluate", files / "recording.csv", *G, "--figure", "svg", "-o", files / "drawn").code == 0
+    assert {path.name for path in (files / "drawn").iterdir()} == written | {"error.svg"}
     data = json.loads((files / "result/evaluation.json").read_text())
     # pre-travel 3 um and half of 0.9 um backlash, which passes for pre-travel
     assert data["r_eff_mm"] == pytest.approx(2.0 - 0.003 - 0.00045, abs=0.0008)
