@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -17,7 +18,7 @@ from stepgauge.diagnosis.axis.conversion import UnitConversion
 from stepgauge.diagnosis.axis.diagnosis import diagnose_axis
 from stepgauge.diagnosis.axis.residuals import axis_data
 from stepgauge.diagnosis.kinds import kind_probabilities
-from stepgauge.diagnosis.priors import shipped_priors
+from stepgauge.diagnosis.priors import read_priors, shipped_priors
 from stepgauge.errors import InputError
 from tests.axis.made import axis, spot
 
@@ -185,6 +186,16 @@ def test_an_average_of_odds_over_kinds_is_that_of_each_cause() -> None:
         assert averaged.laws.of(law).odds == pytest.approx(np.mean(each))
     assert priors.adapt([]) is priors
     assert priors.adapt(["machine tool"]).laws.of("scale_error").usual > priors.laws.of("scale_error").usual
+
+
+def test_a_kind_of_ones_own_is_as_good_as_a_shipped_one(tmp_path: Path) -> None:
+    path = tmp_path / "own.toml"
+    path.write_text('[kinds."star tracker"]\nmotion = "rotary"\nodds = { drive_cycle = 50.0 }\nwhy = "it is mine"\n')
+    found = diagnose_axis(worm(), priors=read_priors(path), kind="star tracker").contents
+    assert found["effects"][0]["kind"] == "drive_cycle"
+    path.write_text('[kinds."star tracker"]\nodds = { drive_cykle = 50.0 }\n')
+    with pytest.raises(InputError, match="drive_cykle is no kind of law; expected drive_cycle"):
+        read_priors(path)
 
 
 def test_a_condition_is_told_in_the_units_of_its_recording() -> None:

@@ -94,7 +94,7 @@ def diagnose_axis(
     table = priors or shipped_priors()
     kind = stated_kind(kind, recording.comments, table, recording.path)
     kinds = possible_kinds(kind, recording.units.axis, table)
-    data, conditions = axis_data(recording, kind), _axis_conditions(recording)
+    data, conditions = axis_data(recording, table.kinds.get(kind or "")), _axis_conditions(recording)
     absent = {*not_candidates(recording.sensor, recording.form, recording.units.axis == "rotary"), *without}
     if conditions.preventing:
         return AxisDiagnosis("insufficient", insufficient(data.residuals), data, conditions, (recording,))

@@ -64,10 +64,10 @@ class AxisData:
     repeatability: float
 
 
-def axis_data(recording: AxisRecording, kind: str | None = None) -> AxisData:
+def axis_data(recording: AxisRecording, usual: MachineKind | None = None) -> AxisData:
     """The residuals of a recording; :class:`InputError` where it is too small to say anything.
 
-    ``kind``: of the axis, where it is stated, which brings sizes of its own.
+    ``usual``: what is usual of the kind of axis, where it is stated, which brings sizes of its own.
     """
     if len(recording) < FEWEST_ROWS:
         found, expected = f"{len(recording)} readings", f"at least {FEWEST_ROWS}"
@@ -82,7 +82,7 @@ def axis_data(recording: AxisRecording, kind: str | None = None) -> AxisData:
     repeatability = scatter_of_neighbours(away, frame["placement"].to_numpy(), face)
     typical_um = shipped_priors().sizes.repeatability_um
     duration = float(np.ptp(frame["time_s"])) if "time_s" in frame else 0.0
-    usual = MachineKind() if kind is None else shipped_priors().kinds[kind]
+    usual = usual or MachineKind()
     scaling = Scaling(
         _scale(TYPICAL_MM, usual.span or float(np.ptp(places))),
         _scale(typical_um, usual.repeatability or repeatability),
