@@ -220,8 +220,8 @@ def read_priors(path: str | Path) -> Priors:
     own, shipped = read_toml(path), shipped_priors()
     _check_kinds(path, own, ("laws", "kinds"), {*shipped.laws.kinds, *effect_kinds()})
     _check_kinds(path, own, ("maps", "laws", "kinds"), shipped.maps.laws.kinds)
-    kinds = own.get("kinds") if isinstance(own.get("kinds"), dict) else {}
-    for name in kinds:
+    kinds = own.get("kinds")
+    for name in kinds if isinstance(kinds, dict) else ():
         for part in ("odds", "usual"):
             _check_kinds(path, own, ("kinds", name, part), {*shipped.laws.kinds, *effect_kinds()})
     return check_table(Priors, _over(tomllib.loads(priors_text()), own), path)
