@@ -37,6 +37,8 @@ LEAST_COPIED, SURELY_COPIED, LEVELS = 5, 8, 20.0
 sure."""
 TURNED = 0.3
 """A run whose sum with the others is so much of its difference has its sign turned."""
+MANY_RUNS = 50
+"""Runs of a way from which each is compared with the middle of all, and not of the others."""
 NOTABLE_UM = 0.1
 _TEMPERATURE = re.compile(r"temp|°C|_C$", re.IGNORECASE)
 """Names of columns with a temperature."""
@@ -166,11 +168,20 @@ def _copied(columns: Columns, fine: bool) -> Iterator[Condition]:
 
 
 def _turned(columns: Columns, usual: float) -> Iterator[Condition]:
+    """Runs that are the others of their way with the sign turned; among many, one alone moves the middle by nothing."""
+    ways = {way: [key for key in columns if key[1] == way] for way in {key[1] for key in columns}}
+    middles = {
+        way: pd.concat([columns[key] for key in keys], axis=1).median(axis=1)
+        for way, keys in ways.items()
+        if len(keys) > MANY_RUNS
+    }
     for key, values in columns.items():
-        others = [one for other, one in columns.items() if other != key and other[1] == key[1]]
-        if len(others) < 1 or len(values) < LEAST_COPIED:
+        if len(ways[key[1]]) < 2 or len(values) < LEAST_COPIED:
             continue
-        middle = pd.concat(others, axis=1).median(axis=1).reindex(values.index)
+        middle = middles.get(key[1])
+        if middle is None:
+            middle = pd.concat([columns[one] for one in ways[key[1]] if one != key], axis=1).median(axis=1)
+        middle = middle.reindex(values.index)
         own, rest = values - values.mean(), middle - middle.mean()
         apart, together = float((own - rest).abs().median()), float((own + rest).abs().median())
         if together < TURNED * apart and apart > 0.2 * usual:

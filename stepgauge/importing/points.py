@@ -128,50 +128,53 @@ def has_points(given: Given, layout: TableLayout) -> bool:
     """
     if set(layout.columns) & set(OF_AXIS):
         return False
-    bare = replace(layout, columns={})
-    try:
-        tables = read_file(read_source(given).beginning, bare, Decisions()).tables
-    except InputError:
-        tables = []
-    named = any(_names_points(one, bare) and not (_is_one_spot(one) or _is_compared(one)) for one in tables)
+    named = any(
+        set(POSITION) <= _roles(columns) and not (_is_one_spot(one, columns) or _is_compared(columns))
+        for one, columns in _first_tables(given, layout)
+    )
     return named or (bool(layout.columns) and set(layout.columns) <= {*POSITION, *DIRECTIONS})
 
 
 def names_faces(given: Given, layout: TableLayout) -> bool:
     """Whether a table says of its rows which faces they are, and has no x, y and z."""
-    bare = replace(layout, columns={})
+    every = [_roles(columns) for _, columns in _first_tables(given, layout)]
+    return any("face" in roles and not set(POSITION) <= roles for roles in every)
+
+
+def _first_tables(given: Given, layout: TableLayout) -> list[tuple[Table, list[Column]]]:
+    """The tables at the beginning of a file and their columns by their names; none where it is no table."""
     try:
-        tables = read_file(read_source(given).beginning, bare, Decisions()).tables
+        tables = read_file(read_source(given).beginning, replace(layout, columns={}), Decisions()).tables
     except InputError:
-        return False
-    every = [read_columns(one.headers, one.units, {}, POINTS) for one in tables]
-    return any("face" in (roles := {one.role for one in columns}) and not set(POSITION) <= roles for columns in every)
+        return []
+    return [(one, read_columns(one.headers, one.units, {}, POINTS)) for one in tables]
+
+
+def _roles(columns: Sequence[Column]) -> set[str | None]:
+    return {one.role for one in columns}
 
 
 def _names_points(table: Table, layout: TableLayout) -> bool:
     chosen = {name: header for name, header in layout.columns.items() if name in (*POSITION, *DIRECTIONS)}
-    columns = read_columns(table.headers, table.units, chosen, POINTS)
-    return set(POSITION) <= {one.role for one in columns}
+    return set(POSITION) <= _roles(read_columns(table.headers, table.units, chosen, POINTS))
 
 
-def _is_one_spot(table: Table) -> bool:
+def _is_one_spot(table: Table, columns: Sequence[Column]) -> bool:
     """Whether x, y and z are those of one spot that was touched again and again: one of them differs, by little."""
-    columns = read_columns(table.headers, table.units, {}, POINTS)
     spans = [np.ptp(table.numbers(one.place)) for one in columns if one.role in POSITION]
     return sorted(bool(span > 0.0) for span in spans) == [False, False, True] and bool(max(spans) < MOST_OF_SPOT)
 
 
-def _is_compared(table: Table) -> bool:
+def _is_compared(columns: Sequence[Column]) -> bool:
     """Whether a table has nominal beside measured coordinates, and does not say of which faces."""
-    columns = read_columns(table.headers, table.units, {}, POINTS)
     targets = [one for one in columns if one.role is None and axis_role(one.name, one.unit) == Role.TARGET]
-    return bool(targets) and not any(one.role == "face" for one in columns)
+    return bool(targets) and "face" not in _roles(columns)
 
 
 def _check(table: Table, columns: list[Column], layout: TableLayout, decisions: Decisions) -> None:
     """x, y and z are there, what was chosen too, every role once (a copy is the same column), units of its quantity."""
     check_chosen(columns, {role: one for role, one in layout.columns.items() if role in OF_POINTS}, table.path)
-    if not set(POSITION) <= {one.role for one in columns}:
+    if not set(POSITION) <= _roles(columns):
         _ask_points(table, columns, decisions)
         decisions.settle()
     known = [one for one in columns if one.role not in (None, Role.DROPPED)]

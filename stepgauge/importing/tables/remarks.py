@@ -57,10 +57,10 @@ def left_out_words(
     """
     inside, used = set(body), [name for name in header if name]
     left = list[int]()
-    for n in range(start, len(cells.rows)):
+    for n in (n for n in range(start, len(cells.rows)) if n not in inside and n not in named):
         texts = [text_of(cell) for cell in cells.rows[n] if cell != ""]
         title = body[0] <= n <= body[-1] and title_label(" ".join(texts)) != LABEL
-        if n not in inside and n not in named and texts != used and not is_units(cells.rows[n]) and not title:
+        if texts != used and not is_units(cells.rows[n]) and not title:
             left.append(n)
     every = (parts for line in cells.comments for parts in divided(line))
     rows = [parts for parts in every if len(parts) == len(kind) and fits_kind(parts, kind)]
