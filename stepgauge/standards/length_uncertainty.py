@@ -90,9 +90,9 @@ def length_uncertainty(
 
 MISSING = {
     "expansion": "expansion of the gauge: its temperature was not recorded",
-    "temperature": "uncertainty of the gauge temperature (--u-gauge-temperature)",
-    "alignment": "alignment of the gauge (--u-alignment)",
-    "fixture": "fixture of the gauge (--u-fixture)",
+    "temperature": "uncertainty of the gauge temperature",
+    "alignment": "alignment of the gauge",
+    "fixture": "fixture of the gauge",
 }
 
 
