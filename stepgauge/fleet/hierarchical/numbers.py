@@ -6,7 +6,7 @@ and directions tells them apart. So are a tip radius, a reversal, and worn front
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,20 +135,58 @@ def _days(expands: Array, fleet: Crossing, hall: str, rows: NDArray[np.intp]) ->
     return RandomEffect(f"days of {hall}", columns, 0.05, least=1e-3)
 
 
+Course = tuple[str, float, Array, float]
+"""How a cause goes on over the days: its name, since when, a factor for each day, and its part of the odds."""
+
+
+class OwnerColumns(CandidateColumns):
+    """Candidates of owners: one for each owner and course of days, over the visits that see it."""
+
+    def __init__(self, fleet: Crossing, priors: FleetPriors) -> None:
+        super().__init__(len(fleet))
+        self.fleet, self.priors = fleet, priors
+
+    def add_owners(
+        self,
+        owner_kind: str,
+        kind: str,
+        share: Array,
+        where: str = "",
+        of_days: Callable[[Array], Iterable[Course]] | None = None,
+    ) -> None:
+        """A kind of cause of all owners of a kind; ``share``: what each visit sees of it; by default on any course."""
+        fleet, prior = self.fleet, self.priors.kinds[owner_kind][kind]
+        for name, rows in owner_visits(fleet.owner[owner_kind], fleet.names[owner_kind]):
+            rows = rows[share[rows] != 0.0]
+            if not len(rows):
+                continue
+            days = fleet.day[rows]
+            for course, day, factor, part in of_days(days) if of_days else courses(days, self.priors):
+                seen = factor != 0.0
+                cause = Cause(owner_kind, name, kind, where, course, day)
+                self.add(cause, rows[seen], (factor * share[rows])[seen], prior.odds * part, prior.usual)
+
+    def add_visits(self, kind: str, share: Array, usual: float) -> None:
+        """Every visit may be wrong by itself."""
+        for row, visit in enumerate(self.fleet.visits):
+            cause = Cause("visit", str(row), kind, "", "once", visit.day)
+            self.add(cause, np.array([row]), share[[row]], self.priors.time.alone, usual)
+
+
 def slope_candidates(
     fleet: Crossing, unit: dict[tuple[str, str], Array], expands: Array, background: Background, priors: FleetPriors
 ) -> VisitCandidates:
     """Machines and lines by axis and plane, gauges as a whole and by temperature, halls by date and season."""
-    columns = CandidateColumns(len(fleet))
+    columns = OwnerColumns(fleet, priors)
     for (kind, where), share in unit.items():
-        _constant(columns, fleet, "machine", kind, where, share, priors)
+        columns.add_owners("machine", kind, share, where)
         if kind in priors.kinds["type"]:
-            _always(columns, fleet, "type", kind, share, priors, where)
-    _constant(columns, fleet, "gauge", "certificate_scale", "", np.ones(len(fleet)), priors)
-    _always(columns, fleet, "gauge", "gauge_expansion", fleet.temperature_K, priors)
-    _constant(columns, fleet, "hall", "temperature", "", expands, priors)
-    _seasons(columns, fleet, expands, priors)
-    _alone(columns, fleet, "temperature", expands, 0.3, priors)
+            columns.add_owners("type", kind, share, where, _made_with)
+    columns.add_owners("gauge", "certificate_scale", np.ones(len(fleet)))
+    columns.add_owners("gauge", "gauge_expansion", fleet.temperature_K, of_days=_made_with)
+    columns.add_owners("hall", "temperature", expands)
+    columns.add_owners("hall", "temperature", expands, of_days=lambda day: _seasons(day, priors))
+    columns.add_visits("temperature", expands, 0.3)
     return VisitCandidates(columns, background)
 
 
@@ -169,98 +207,23 @@ def size_candidates(
     fleet: Crossing, unit: dict[tuple[str, str], Array], background: Background, priors: FleetPriors
 ) -> VisitCandidates:
     """Reversal of machines by axis, radius of probes, worn fronts of gauges."""
-    columns = CandidateColumns(len(fleet))
+    columns, ones, begin = OwnerColumns(fleet, priors), np.ones(len(fleet)), float(fleet.day.min())
     for (kind, where), share in unit.items():
-        _constant(columns, fleet, "machine", kind, where, share, priors)
-    _constant(columns, fleet, "probe", "radius", "", np.ones(len(fleet)), priors)
-    _wear(columns, fleet, priors)
-    _alone(columns, fleet, "radius", np.ones(len(fleet)), 1.0, priors)
+        columns.add_owners("machine", kind, share, where)
+    columns.add_owners("probe", "radius", ones)
+    columns.add_owners("gauge", "wear", 0.5 * ones, "fronts", lambda day: growth(day, priors, begin))
+    columns.add_visits("radius", ones, 1.0)
     return VisitCandidates(columns, background)
 
 
-def _each(
-    columns: CandidateColumns,
-    fleet: Crossing,
-    owner_kind: str,
-    kind: str,
-    where: str,
-    share: Array,
-    priors: FleetPriors,
-    courses_of: Callable,
-) -> None:
-    prior = priors.kinds[owner_kind][kind]
-    for name, rows in owner_visits(fleet.owner[owner_kind], fleet.names[owner_kind]):
-        rows = rows[share[rows] != 0.0]
-        if not len(rows):
-            continue
-        for course, day, factor, part in courses_of(fleet.day[rows]):
-            seen = factor != 0.0
-            cause = Cause(owner_kind, name, kind, where, course, day)
-            columns.add(cause, rows[seen], (factor * share[rows])[seen], prior.odds * part, prior.usual)
-
-
-def _constant(
-    columns: CandidateColumns,
-    fleet: Crossing,
-    owner_kind: str,
-    kind: str,
-    where: str,
-    share: Array,
-    priors: FleetPriors,
-) -> None:
-    _each(columns, fleet, owner_kind, kind, where, share, priors, lambda day: courses(day, priors))
-
-
-def _always(
-    columns: CandidateColumns,
-    fleet: Crossing,
-    owner_kind: str,
-    kind: str,
-    share: Array,
-    priors: FleetPriors,
-    where: str = "",
-) -> None:
-    """Causes that an owner is made with: they have no date."""
-    _each(columns, fleet, owner_kind, kind, where, share, priors, _made_with)
-
-
-def _made_with(day: Array) -> list[tuple[str, float, Array, float]]:
+def _made_with(day: Array) -> list[Course]:
+    """What an owner is made with has no date."""
     return [("always", np.nan, np.ones(len(day)), 1.0)]
 
 
-def _wear(columns: CandidateColumns, fleet: Crossing, priors: FleetPriors) -> None:
-    begin = float(fleet.day.min())
-    _each(
-        columns,
-        fleet,
-        "gauge",
-        "wear",
-        "fronts",
-        np.full(len(fleet), 0.5),
-        priors,
-        lambda day: growth(day, priors, begin),
-    )
-
-
-def _seasons(columns: CandidateColumns, fleet: Crossing, expands: Array, priors: FleetPriors) -> None:
-    """A temperature that follows the year, at some phases."""
-
-    def phases(day: Array) -> list[tuple[str, float, Array, float]]:
-        """Courses as :func:`courses` gives them: a sine of one year at each of ``PHASES`` phases."""
-        turns = np.arange(PHASES) / (2.0 * PHASES)
-        angle = 2.0 * np.pi * (day / YEAR_DAYS - turns[:, None])
-        return [
-            ("season", float(turn), np.sin(one), priors.time.season / PHASES)
-            for turn, one in zip(turns, angle, strict=True)
-        ]
-
-    _each(columns, fleet, "hall", "temperature", "", expands, priors, phases)
-
-
-def _alone(
-    columns: CandidateColumns, fleet: Crossing, kind: str, share: Array, usual: float, priors: FleetPriors
-) -> None:
-    """Every visit may be wrong by itself."""
-    for row, visit in enumerate(fleet.visits):
-        cause = Cause("visit", str(row), kind, "", "once", visit.day)
-        columns.add(cause, np.array([row]), share[[row]], priors.time.alone, usual)
+def _seasons(day: Array, priors: FleetPriors) -> list[Course]:
+    """A temperature that follows the year: a sine at each of ``PHASES`` phases."""
+    turns = np.arange(PHASES) / (2.0 * PHASES)
+    angle = 2.0 * np.pi * (day / YEAR_DAYS - turns[:, None])
+    part = priors.time.season / PHASES
+    return [("season", float(turn), np.sin(one), part) for turn, one in zip(turns, angle, strict=True)]
