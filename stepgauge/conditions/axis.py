@@ -137,6 +137,7 @@ def _runs(um: Array, group: NDArray[np.int64], way: NDArray[np.int64], run: NDAr
     columns: Columns = {(int(key[0]), int(key[1])): table[key].dropna() for key in table.columns.to_list()}
     usual = float(np.median([np.ptp(one) for one in columns.values()])) if columns else 0.0
     step = 1e3 * step_of(um * 1e-3)
+    yield from _doubled(frame)
     yield from _copied(columns, fine=float(np.ptp(um)) >= LEVELS * step)
     for key, values in columns.items():
         if len(values) >= LEAST_COPIED and np.ptp(values) == 0.0 and usual > 5.0 * step > 0.0:
@@ -147,6 +148,21 @@ def _runs(um: Array, group: NDArray[np.int64], way: NDArray[np.int64], run: NDAr
 
 def _name(key: tuple[int, int]) -> str:
     return f"run {key[0]} {'up' if key[1] > 0 else 'down'}"
+
+
+def _doubled(frame: pd.DataFrame) -> Iterator[Condition]:
+    """Rows in order that stand there twice, with target, run, way and reading: a block was pasted again."""
+    twin = frame.groupby(["place", "way", "run", "um"], sort=False).ngroup().to_numpy()
+    first = np.unique(twin, return_index=True)[1]
+    lag = np.arange(len(twin)) - first[twin]
+    ends = np.flatnonzero(np.r_[np.diff(lag) != 0, True])
+    lengths = np.where(lag[ends] > 0, np.diff(np.r_[-1, ends]), 0)
+    longest, end = int(lengths.max(initial=0)), int(ends[lengths.argmax()])
+    distinct = frame["um"].iloc[end + 1 - longest : end + 1].nunique()
+    if longest >= SURELY_COPIED and distinct >= LEAST_COPIED:
+        count = int((lag > 0).sum())
+        words = f"{count} rows stand there twice, with the same target, run, way and reading: copied"
+        yield Condition("duplicates", "prevents", words, f"{count} rows", "every reading once")
 
 
 def _copied(columns: Columns, fine: bool) -> Iterator[Condition]:

@@ -83,3 +83,23 @@ def test_a_gap_in_a_temperature_is_told() -> None:
     holed = table()
     holed.loc[4, "Air temp [degC]"] = np.nan
     assert "Air temp [degC] (no number in 1 of 102 rows)" in sg.import_recording(holed, sensor="laser").summary()
+
+
+def test_rows_that_were_pasted_again_are_told_and_equal_readings_are_not() -> None:
+    """Half of a run twice in the same run; two readings at each target that a coarse dial shows alike are no copy."""
+    once = table()
+    pasted = pd.concat([once, once.iloc[50:70]])
+    twice = once.loc[np.repeat(once.index, 2)].round({"deviation [um]": 0})
+    told = ["copied" in sg.import_recording(one, sensor="laser").summary() for one in (once, pasted, twice)]
+    assert told == [False, True, False]
+    found = sg.diagnose(sg.import_recording(pasted, sensor="laser").settled())
+    assert "20 rows stand there twice" in found.summary()
+    assert found.verdict == "insufficient"
+
+
+def test_counts_over_the_columns_of_a_dataframe_are_no_reading() -> None:
+    """A table without a header, as numpy gives it: the labels 0 and 1 are none, and there is one row less."""
+    numbers = table().iloc[:, :2].set_axis([0, 1], axis=1)
+    made = sg.import_recording(numbers, sensor="laser", header="target_mm,deviation_um").settled()
+    assert len(made) == len(numbers)
+    assert made.deviation.tolist() == pytest.approx(numbers[1].tolist())

@@ -41,7 +41,10 @@ def read_json_cells(source: Source) -> Cells:
 
 
 def frame_cells(source: Source) -> Cells:
-    """The rows of a DataFrame below its header, numbered from 0; an index with a name is a column."""
+    """The rows of a DataFrame below its header, numbered from 0; an index with a name is a column.
+
+    Labels without any text are counts and no header.
+    """
     import pandas as pd
 
     frame = source.frame
@@ -50,15 +53,16 @@ def frame_cells(source: Source) -> Cells:
     if frame.empty:
         raise InputError(source.name, "the table is empty", expected="a header, and rows of numbers")
     names = [" ".join(map(str, one)) if isinstance(one, tuple) else str(one) for one in frame.columns]
-    middle = None
+    header: list[list[Cell]] = [[*names]] if any(isinstance(one, str | tuple) for one in frame.columns) else []
+    middle, first = None, 100 + len(header)
     if len(frame) > LONG:  # all but the ends as columns
-        middle = Bulk(frame.iloc[100:-100].set_axis(range(len(names)), axis=1), 101, 100)
+        middle = Bulk(frame.iloc[100:-100].set_axis(range(len(names)), axis=1), first, 100)
         frame = pd.concat([frame.iloc[:100], frame.iloc[-100:]])
     kinds = [[_cell(value) for value in frame.iloc[:, place].tolist()] for place in range(len(names))]
-    rows: list[list[Cell]] = [[*names], *(list(row) for row in zip(*kinds, strict=True))]
-    numbers = np.r_[0, np.arange(len(frame))]
+    rows: list[list[Cell]] = [*header, *(list(row) for row in zip(*kinds, strict=True))]
+    numbers = np.r_[[0] * len(header), np.arange(len(frame))]
     if middle is not None:
-        numbers[101:] += len(middle)
+        numbers[first:] += len(middle)
     return Cells(source.name, rows, numbers.tolist(), [], 0, (f"DataFrame, {len(names)} columns",), middle)
 
 
