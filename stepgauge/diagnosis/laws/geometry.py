@@ -35,7 +35,10 @@ FURTHER = 2
 """Powers beyond those that are laws of their own: guideways are no cubics, and what is large shows it."""
 SPREAD = float(np.log(3.0))
 """Logarithmic standard deviation of the size of one kind of error, over that of all: a factor of three."""
-FACTORS = np.linspace(-4.0 * SPREAD, 4.0 * SPREAD, 81)
+OWN_SPREAD = float(np.log(2.0))
+"""That of one error over those of its kind: what readings tell of some of them holds for the others to a factor."""
+STEPS = np.linspace(-4.0, 4.0, 81)
+"""Of the logarithm of a factor, in its standard deviations."""
 UNUSED, DRAWS = 50, 200
 """Draws of the factors: those until the first one is forgotten, and those that count."""
 ONE_LINE = 0.1
@@ -70,9 +73,9 @@ class Geometry:
     def posterior(self, metric: Metric, left_um: Array, sd: float) -> tuple[Array, Array]:
         """Mean sizes ``(m,)`` and their covariance, from residuals ``(n,)`` without other laws.
 
-        Each kind of error has a spread of its own, ``sd`` times a factor that is log-normal about one, for machines
-        differ in what is wrong with them. The factors are integrated by Gibbs sampling: sizes by the factors, factors
-        by the sizes (Gelfand and Smith, J. Am. Stat. Assoc. 85, 1990: 398).
+        Each kind of error has a spread of its own, ``sd`` times a factor that is log-normal about one, and each error
+        another factor, for machines differ in what is wrong with them. The factors are integrated by Gibbs sampling:
+        sizes by the factors, factors by the sizes (Gelfand and Smith, J. Am. Stat. Assoc. 85, 1990: 398).
         """
         columns = metric(np.concatenate([one.signature(0) for one in self.families]) * self.usual[:, None])
         kinds = sorted({one.kind for one in self.families})
@@ -99,15 +102,16 @@ def integrated_sizes(gram: Array, dot: Array, of: NDArray[np.intp], sd: float) -
 
     ``gram (m, m)``, ``dot (m,)``: normal equations. The same draws every time.
     """
-    random, logs = np.random.default_rng(1), np.zeros(int(of.max()) + 1)
+    random, logs, own = np.random.default_rng(1), np.zeros(int(of.max()) + 1), np.zeros(len(of))
     means, spread = [], np.zeros_like(gram)
     for step in range(UNUSED + DRAWS):
-        scale = sd * np.exp(logs[of])
+        scale = sd * np.exp(logs[of] + own)
         root = np.linalg.cholesky(np.eye(len(scale)) + scale[:, None] * gram * scale)
         half = solve_triangular(root, np.diag(scale), lower=True)
         mean = half.T @ (half @ dot)
         sizes = mean + half.T @ random.normal(size=len(scale))
-        logs = _drawn_factors(sizes, of, sd, random)
+        logs = _drawn_factors(sizes / np.exp(own), of, sd, SPREAD, random)
+        own = _drawn_factors(sizes / np.exp(logs[of]), np.arange(len(of)), sd, OWN_SPREAD, random)
         logs = _interwoven_factors(sizes, logs, of, (gram, dot), random)
         if step >= UNUSED:
             means.append(mean)
@@ -115,12 +119,11 @@ def integrated_sizes(gram: Array, dot: Array, of: NDArray[np.intp], sd: float) -
     return np.mean(means, axis=0), spread + np.cov(np.array(means).T)
 
 
-def _drawn_factors(sizes: Array, of: NDArray[np.intp], sd: float, random: np.random.Generator) -> Array:
+def _drawn_factors(sizes: Array, of: NDArray[np.intp], sd: float, spread: float, random: np.random.Generator) -> Array:
     """Logarithms of the factors of all kinds, drawn from what sizes tell of them ``(kinds,)``."""
-    square, count = np.bincount(of, (sizes / sd) ** 2), np.bincount(of)
-    log_posterior = -0.5 * (FACTORS / SPREAD) ** 2 - np.outer(count, FACTORS)
-    log_posterior -= 0.5 * np.outer(square, np.exp(-2.0 * FACTORS))
-    return np.asarray(FACTORS[(log_posterior + random.gumbel(size=log_posterior.shape)).argmax(axis=1)])
+    logs, square, count = spread * STEPS, np.bincount(of, (sizes / sd) ** 2), np.bincount(of)
+    log_posterior = -0.5 * STEPS**2 - np.outer(count, logs) - 0.5 * np.outer(square, np.exp(-2.0 * logs))
+    return np.asarray(logs[(log_posterior + random.gumbel(size=log_posterior.shape)).argmax(axis=1)])
 
 
 def _interwoven_factors(
@@ -132,13 +135,13 @@ def _interwoven_factors(
     readings let it, and over its whole prior where they say nothing.
     """
     gram, dot = equations
-    logs, factor = logs.copy(), np.exp(FACTORS)
+    logs, factor = logs.copy(), np.exp(SPREAD * STEPS)
     for kind in range(len(logs)):
         own = np.where(of == kind, sizes, 0.0) / np.exp(logs[kind])
         rest = np.where(of == kind, 0.0, sizes)
         log_likelihood = factor * (own @ (dot - gram @ rest)) - 0.5 * factor**2 * (own @ gram @ own)
-        log_posterior = log_likelihood - 0.5 * (FACTORS / SPREAD) ** 2
-        logs[kind] = FACTORS[(log_posterior + random.gumbel(size=len(FACTORS))).argmax()]
+        log_posterior = log_likelihood - 0.5 * STEPS**2
+        logs[kind] = SPREAD * STEPS[(log_posterior + random.gumbel(size=len(STEPS))).argmax()]
         sizes = rest + own * np.exp(logs[kind])
     return logs
 
