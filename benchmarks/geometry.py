@@ -14,8 +14,8 @@ deviation that a size was drawn with. ``--machines 20 --seed 101``, run once:
 | rotations ten times the rest | 98.9% | 91% | 2.78 |
 | rotations a thirtieth | 95.2% | 84% | 1.10 |
 
-Together 95.6 %, two of six below 95 %. The sizes of one machine are in or out together: what is unseen has the spread of
-what is seen of its kind, which few combinations tell. Until each error had a factor of its own, 91.9, 96.7, 98.2,
+Together 95.6 %, two of six below 95 %. The sizes of one machine are in or out together: what is unseen has the spread
+of what is seen of its kind, which few combinations tell. Until each error had a factor of its own, 91.9, 96.7, 98.2,
 93.7, 98.4 and 91.6 % (24 machines, seed 31).
 """
 
