@@ -87,7 +87,7 @@ def _twice(law: Law) -> Iterator[Law]:
 def _usual_pattern(family: Family) -> Array:
     """The signatures of all shapes ``(atoms, depth, n)`` for amplitudes as usual as those of the kind."""
     size = np.array([size_of_shape(family.kind, atom, family.atoms) for atom in family.atoms])
-    return family.pattern if (size == 1.0).all() else size[:, None, None] * family.pattern
+    return family.pattern if (size == 1.0).all() else size.astype(family.pattern.dtype)[:, None, None] * family.pattern
 
 
 def usual_signature(family: Family, shape: dict[str, Any], data: Residuals) -> Array:

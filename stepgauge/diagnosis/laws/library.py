@@ -297,13 +297,17 @@ def fixed_values(law: type[Effect]) -> dict[str, Any]:
 
 
 def signatures(law: type[Effect], choices: dict[str, Any], atoms: Sequence[dict[str, Any]], data: Residuals) -> Array:
-    """Displacement along the approach for a unit of each linear parameter, um, shape ``(atoms, d, n)``."""
+    """Displacement along the approach for a unit of each linear parameter, um, shape ``(atoms, d, n)``.
+
+    Waves of many periods are in single precision, as all grids: half of what a recording needs are these.
+    """
     unset = [tuple(name for name, value in atom.items() if value is None) for atom in atoms]
     if len(set(unset)) > 1:
         return _apart(law, choices, atoms, unset, data)
     if len(atoms) < 2 or any(not isinstance(value, float | int | tuple) for atom in atoms for value in atom.values()):
         return np.concatenate([np.stack(_columns(law, choices, atom, data, 1), axis=1) for atom in atoms])
-    found = np.empty((len(atoms), 2 if law.phase() else 1, len(data)))
+    depth, precision = (2, np.float32) if law.phase() else (1, np.float64)
+    found = np.empty((len(atoms), depth, len(data)), precision)
     for some in chunks(len(atoms), len(data)):
         together = {name: _stacked([atom[name] for atom in atoms[some]]) for name in atoms[0]}
         for place, column in enumerate(_columns(law, choices, together, data, len(atoms[some]))):
