@@ -31,9 +31,10 @@ EXPANDED, MOST_EXPANDED = (0.002, 0.01), (300, 24)
 """Probability from which a hypothesis is expanded, and how many are at most: of a small problem, and of a large one."""
 SMALL = 1e6
 """Numbers in all signatures of a problem up to which it is small."""
-COMPUTED, NOT_FAR = 4.0, 8.0
-"""Neighbours that are rated less probable than the best hypothesis by more than the first are not computed, nats; and
-the second, up to which the noise of one with a term less is chosen anew."""
+COMPUTED, NOT_FAR = (12.0, 4.0), 8.0
+"""Neighbours that are rated less probable than the best hypothesis by more than the first are not computed, nats, of a
+small problem and of a large one: two that nearly cancel are rated at the size that the first has alone, and may be ten
+nats better. The second: up to which the noise of one with a term less is chosen anew."""
 MOST_PAIRS = 12
 """Pairs of laws that are computed in place of two."""
 NEGLIGIBLE = 20.0
@@ -105,7 +106,8 @@ class Neighbourhood:
         for one in self._two_others():
             self._enter(replace(_computed(one), neighbour=True))
         numbers = len(search.problem) * sum(one.atoms for one in search.problem.candidates)
-        self.least, most = EXPANDED[numbers > SMALL], MOST_EXPANDED[numbers > SMALL]
+        large = numbers > SMALL
+        self.least, most, self.computed = EXPANDED[large], MOST_EXPANDED[large], COMPUTED[large]
         for _ in range(most):
             labels = self._next()
             if labels is None:
@@ -123,16 +125,17 @@ class Neighbourhood:
         return {labels: one.total for labels, one in self.entries.items()}
 
     def _enter(self, entry: _Entry) -> None:
-        """Take the better known of two of the same terms, or the more probable one."""
+        """Take the better known of two of the same terms, or both with all their models of the noise."""
         labels = frozenset(one.label for one in entry.candidates)
         old = self.entries.get(labels)
-        neighbour = entry.neighbour or (old is not None and old.neighbour)
-        if old is not None and (old.expanded, old.hypothesis is not None, old.log_posterior) >= (
-            entry.expanded,
-            entry.hypothesis is not None,
-            entry.log_posterior,
-        ):
-            entry = old
+        if old is None:
+            self.entries[labels] = entry
+            return
+        neighbour = entry.neighbour or old.neighbour
+        if old.expanded or entry.hypothesis is None:
+            entry = old if old.hypothesis is not None or old.log_posterior >= entry.log_posterior else entry
+        elif old.hypothesis is not None:
+            entry = _united(old, entry)
         self.entries[labels] = replace(entry, neighbour=neighbour)
 
     def _next(self) -> frozenset[str] | None:
@@ -163,27 +166,21 @@ class Neighbourhood:
 
     def _neighbours(self, base: Hypothesis, mixture: Mixture) -> None:
         """All hypotheses with one term more than a base."""
-        near = max(one.log_posterior for one in self.entries.values()) - COMPUTED
-        lower: list[float] = []
-        own = tuple(term.candidate for term in base.terms)
-        rated: list[Proposal] = []
+        top = max(one.log_posterior for one in self.entries.values())
+        near, lower, rated = top - self.computed, list[float](), list[tuple[Proposal, float]]()
         for one in self.search.screen(base):
-            if base.log_posterior + one.gain < near and lower:
-                rated.append(one)
-                continue
-            if base.log_posterior + one.gain < near - COMPUTED:
-                rated.append(one)
+            worth = base.log_posterior + one.gain
+            if worth < near - (0.0 if lower else self.computed):
+                rated.append((one, worth))
                 continue
             found = self.search.added(base, one)
-            lower.append(found.log_posterior - base.log_posterior - one.gain)
+            lower.append(found.log_posterior - worth)
             self._enter(self._neighbour(found, mixture))
         less = float(np.median(lower)) if lower else 0.0
-        least = near + COMPUTED - NEGLIGIBLE
-        for one in rated:
-            if base.log_posterior + one.gain + less < least:
-                continue
-            worth = base.log_posterior + one.gain + less
-            self._enter(_Entry((*own, one.candidate), worth, mixture, base, one, neighbour=True))
+        own = tuple(term.candidate for term in base.terms)
+        for one, worth in rated:
+            if worth + less > top - NEGLIGIBLE:
+                self._enter(_Entry((*own, one.candidate), worth + less, mixture, base, one, neighbour=True))
 
     def _without(self, found: Hypothesis, place: int) -> Hypothesis:
         """The hypothesis without a term; a second law of a kind is the first one without that."""
@@ -212,10 +209,7 @@ class Neighbourhood:
         others = (noise for key, noise in self.noises.items() if key != found.noise.model)
         every = (self.search.evidence(found.terms, noise, found.sigma_um) for noise in others)
         best = max((one for one in every if one.current), key=log_posterior, default=found)
-        if best.log_posterior <= own.log_posterior:
-            return own
-        both = ((best.noise, 0.0), (found.noise, found.log_posterior - best.log_posterior))
-        return replace(_computed(best), mixture=Mixture(both), neighbour=True)
+        return own if best.log_posterior <= own.log_posterior else _united(own, _computed(best))
 
     def _mixture(self, head: Hypothesis) -> Mixture:
         """The models of the noise with one property other than that of a hypothesis, each kind and value once."""
@@ -260,3 +254,15 @@ class Neighbourhood:
 def _computed(found: Hypothesis) -> _Entry:
     candidates = tuple(term.candidate for term in found.terms)
     return _Entry(candidates, found.log_posterior, Mixture(((found.noise, 0.0),)), found, None, found)
+
+
+def _united(one: _Entry, other: _Entry) -> _Entry:
+    """The more probable of two computed entries of the same terms, with the models of the noise of both."""
+    best = max(one, other, key=lambda entry: entry.log_posterior)
+    every: dict[tuple[object, ...], tuple[NoiseModel, float]] = {}
+    for entry in (one, other):
+        for noise, log in entry.mixture.models:
+            log += entry.log_posterior - best.log_posterior
+            if noise.model not in every or every[noise.model][1] < log:
+                every[noise.model] = noise, log
+    return replace(best, mixture=Mixture(tuple(every.values())), neighbour=one.neighbour or other.neighbour)
