@@ -102,20 +102,30 @@ class Moves:
         return hypothesis
 
     def part_moves(self, best: Hypothesis) -> Iterator[Hypothesis]:
-        """The hypothesis with a law in a part of the record in place of a term: the same law, or one of those near."""
+        """The hypothesis with a law in a part of the record in place of a term: the same law, or one of those near.
+
+        Over the whole record an alias may be better than the shape that holds in a part, so that several are tried.
+        """
         for place, term in enumerate(best.terms):
             base = self.without(best, place)
             near = [(term.candidate, term.atom)]
-            near += [
-                (one.candidate, one.atom)
-                for one in self.proposed(base, share=0.0)
-                if one.candidate is not term.candidate
-            ]
+            for one in self.proposed(base, share=0.0):
+                if one.candidate is not term.candidate:
+                    near += [(one.candidate, atom) for atom in (one.atom, *one.peaks(PEAKS))]
             asked = [law for one, atom in near if isinstance(one, Law) for law in self._asked(one, atom)]
-            if asked:
-                proposals = Screening(replace(self.problem, candidates=asked))(base, self.noise_models)
-                some = (one for one in proposals[:PROPOSED] if one.gain > HOPELESS)
-                yield from (self._with(base, proposal.term()) for proposal in some)
+            yield from self._with_parts(base, list(dict.fromkeys(asked)))
+
+    def _with_parts(self, base: Hypothesis, asked: Sequence[Law]) -> Iterator[Hypothesis]:
+        """A hypothesis with one of some laws more, the most probable ones, of each label that with the best shape."""
+        if not asked:
+            return
+        proposals: dict[str, Proposal] = {}
+        for one in Screening(replace(self.problem, candidates=asked))(base, self.noise_models):
+            proposals.setdefault(one.candidate.label, one)
+        for one in islice(proposals.values(), PROPOSED):
+            if one.gain > HOPELESS and isinstance(one.candidate, Law):
+                self._parts[one.candidate.label] = one.candidate
+                yield self._with(base, one.term())
 
     def admit(self, candidates: Iterable[Candidate]) -> None:
         """Candidates that are not among those of the problem yet."""
@@ -130,7 +140,7 @@ class Moves:
             return ()
         known = {one.label for one in self.problem.candidates}
         asked = [one for one in self.problem.in_part(law, atom) if one.label not in known]
-        return [self._parts.setdefault(one.label, one) for one in asked]  # one law, from whichever place it is asked
+        return [self._parts.get(one.label, one) for one in asked]  # one law, from whichever place it is asked
 
     def _with(self, hypothesis: Hypothesis, term: Term) -> Hypothesis:
         term = replace(term, correlated=hypothesis.noise.correlated and term.candidate.atoms > 1)

@@ -39,14 +39,7 @@ CASES: dict[str, tuple[tuple[Axis, ...], dict[str, Any], str, float, float]] = {
 }
 
 
-A_FORM = pytest.mark.xfail(
-    strict=True, reason="shorter periods than the spacing of the faces fit as well over the whole axis: told as a form"
-)
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(one, marks=A_FORM if one == "along a part of the axis" else ()) for one in CASES]
-)
+@pytest.mark.parametrize("name", CASES)
 def test_a_law_in_a_part_of_the_record_is_named_with_its_condition(name: str) -> None:
     axes, table, condition, edge, near = CASES[name]
     found = told(bent(measured(axes, 3), table))
