@@ -18,6 +18,8 @@ from stepgauge.inference.problem import Law
 
 Array = NDArray[np.float64]
 DEPENDENT = 1e-9
+LARGE = 1_000_000
+"""Numbers in a pattern from which it is by itself."""
 
 
 class Patterns:
@@ -71,11 +73,14 @@ class Patterns:
 
 
 def grouped(laws: Sequence[Law]) -> Iterator[Patterns]:
-    """Laws sorted by the depth of their patterns and by their sets of shares."""
+    """Laws sorted by the depth of their patterns and by their sets of shares; a large pattern is not copied."""
     shares: dict[int, tuple[int, ...]] = {}
     for law in laws:
         shares[id(law.pattern)] = (*shares.get(id(law.pattern), ()), id(law.shares))
-    keys = [(law.pattern.shape[1], shares[id(law.pattern)]) for law in laws]
+    keys = [
+        (law.pattern.shape[1], shares[id(law.pattern)], id(law.pattern) if law.pattern.size > LARGE else 0)
+        for law in laws
+    ]
     for key in dict.fromkeys(keys):
         yield Patterns([law for law, own in zip(laws, keys, strict=True) if own == key])
 
