@@ -113,9 +113,9 @@ class Moves:
                 if one.candidate is not term.candidate:
                     near += [(one.candidate, atom) for atom in (one.atom, *one.peaks(PEAKS))]
             asked = [law for one, atom in near if isinstance(one, Law) for law in self._asked(one, atom)]
-            yield from self._with_parts(base, list(dict.fromkeys(asked)))
+            yield from self._part_hypotheses(base, list(dict.fromkeys(asked)))
 
-    def _with_parts(self, base: Hypothesis, asked: Sequence[Law]) -> Iterator[Hypothesis]:
+    def _part_hypotheses(self, base: Hypothesis, asked: Sequence[Law]) -> Iterator[Hypothesis]:
         """A hypothesis with one of some laws more, the most probable ones, of each label that with the best shape."""
         if not asked:
             return
