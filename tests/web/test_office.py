@@ -101,7 +101,7 @@ def test_a_result_is_looked_into_compared_and_its_uncertainty_tried(office: Path
         assert "temperature of the gauge" in page.locator("#budget .warning").inner_text()
         page.locator("input[name=gauge_temperature]").fill("0.5")
         page.locator("#budget form[action='/result/state'] input[value='0.5']").wait_for(state="attached")
-        assert page.locator("#budget tbody tr").first.inner_text().startswith("temperature of the gauge")
+        assert page.locator("#budget tbody tr").first.inner_text().startswith("the temperature of the gauge")
         page.get_by_text("All faces as a table").click()
         is_readable(watched)
         assert server.ask("/result?evaluation=../elsewhere")[0] == 422
