@@ -74,7 +74,7 @@ def _mark_reversal(axes: Axes, parameters: AxisParameters, places: np.ndarray, u
     ends = parameters.up.mean_um[row], parameters.down.mean_um[row]
     axes.plot([at, at], ends, color=REVERSAL, linewidth=2.2, zorder=6)
     axes.annotate(
-        f"B = {parameters.B_um:.2f} {units.deviation_symbol}",
+        f"B = {units.printed(parameters.B_um)}",
         (at, min(ends)),
         xytext=(0, -7),
         textcoords="offset points",
@@ -101,7 +101,7 @@ def _brackets(axes: Axes, test: AxisTest) -> None:
     for slot, (name, low, high) in enumerate(ranges):
         place = at.max() + (0.04 + 0.055 * slot) * span
         axes.hlines([low, high], at.max(), place, color=COLORS["grey"], linewidth=0.5, linestyle=":", zorder=1)
-        text = f"{name}{one_way} = {high - low:.2f} {test.units.deviation_symbol}"
+        text = f"{name}{one_way} = {test.units.printed(high - low)}"
         draw_dimension(axes, place, low, high, text, COLORS["model"])
     axes.set_xlim(at.min() - 0.02 * span, at.max() + 0.21 * span)
 
@@ -115,7 +115,7 @@ def _label(axes: Axes, test: AxisTest) -> None:
     values = {"R↑" if way == "up" else "R↓": one.R_um for way, one in p.directions.items()}
     if isinstance(p, AxisParameters):
         values = {"R": p.R_um, **values, "mean B": p.mean_B_um}
-    told = (f"{name} = {value:.2f} {test.units.deviation_symbol}".replace("-", "−") for name, value in values.items())
+    told = (f"{name} = {test.units.printed(value)}".replace("-", "−") for name, value in values.items())
     axes.set_title(", ".join(told), loc="right", x=1.0 - MARGIN)
 
 

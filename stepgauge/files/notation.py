@@ -20,6 +20,11 @@ def number(value: float | None, decimals: int) -> str:
     return text.removeprefix("-") if float(text) == 0.0 else text.replace("-", "−")
 
 
+def decimals(value: float, digits: int) -> int:
+    """How many decimals show that many significant digits of a number; 0 for large ones, and for 0."""
+    return max(digits - 1 - math.floor(math.log10(abs(value))), 0) if value else 0
+
+
 def rounded(value: float, digits: int, plus: bool = False) -> str:
     """A number to some significant digits as one reads it out: 140, never 1.4e+02; ``plus``: with a sign if positive.
 

@@ -74,7 +74,8 @@ def _of(one: dict[str, Any], text: str, data: dict[str, Any]) -> str:
 def caption(one: AxisTest) -> str:
     """What the figure shows, in a sentence."""
     at, units, known = one.targets.machine_mm, one.units, parameters_um(one.parameters)
-    told = [f"{LABELS.get(n, n)} = {quantity(v, 2, units.deviation_symbol)}" for n, v in known.items()]
+    decimals, symbol = units.deviation_decimals, units.deviation_symbol
+    told = [f"{LABELS.get(n, n)} = {quantity(v, decimals, symbol)}" for n, v in known.items()]
     chosen = told if len(told) < len(PARAMETERS) else [told[0], told[PARAMETERS.index("R")]]
     return (
         f"Placement {one.placement}, {one.name}: {len(at)} targets from {number(at.min(), 1)} to"
@@ -92,7 +93,11 @@ def _summary(data: dict[str, Any], units: Units) -> PrintedTable:
 
 def _parameter(title: str, name: str, units: Units, of: Callable[[Any], Any]) -> Cells:
     """A parameter; the cell is empty where an axis has it not."""
-    return TableColumn(title, units.deviation_symbol), lambda one: number(of(one)[name], 2) if name in of(one) else ""
+    decimals = units.deviation_decimals
+    return (
+        TableColumn(title, units.deviation_symbol),
+        lambda one: number(of(one)[name], decimals) if name in of(one) else "",
+    )
 
 
 def _further(data: dict[str, Any], units: Units) -> list[PrintedTable]:
@@ -160,7 +165,7 @@ def _targets(one: dict[str, Any], units: Units) -> PrintedTable:
     )
     columns = [
         numbers("Block" if one["gauge_against_axis"] is not None else "No.", "", "block", 0),
-        numbers("Target", units.position_symbol, "target_mm", 3),
+        numbers("Target", units.position_symbol, "target_mm", units.position_decimals),
         *(_target_column(name, key, units) for name, key in known if key in one["targets"][0]),
     ]
     return table_of(f"Targets of placement {one['placement']}, {one['name']}", one["targets"], columns)
@@ -168,21 +173,21 @@ def _targets(one: dict[str, Any], units: Units) -> PrintedTable:
 
 def _target_column(name: str, key: str, units: Units) -> Cells:
     times = 2.0 if key.startswith("s_") else 1.0
-    return numbers(name, units.deviation_symbol, lambda row: times * row[key], 2)
+    return numbers(name, units.deviation_symbol, lambda row: times * row[key], units.deviation_decimals)
 
 
 def positioning_outcome(test: PositioningTest, machine: Machine | None = None) -> StandardTest:
     """The test as a result of its verb."""
-    unit, axes = test.units.deviation, [(one.name, parameters_um(one.parameters)) for one in test.axes]
+    units, axes = test.units, [(one.name, parameters_um(one.parameters)) for one in test.axes]
     lines = [f"note: {note}" for note in test.conditions.notes]
     for one, (name, known) in zip(test.axes, axes, strict=True):
-        values = ", ".join(f"{key} {value:.2f} {unit}" for key, value in known.items())
+        values = ", ".join(f"{key} {units.deviation_text(value)}" for key, value in known.items())
         count = f"{len(one.targets.block)} targets, {len(one.runs)} runs"
         lines.append(f"placement {one.placement}, {name}: {values}; {count}")
     lines.append(test.requirement.text(axes))
     for one in test.axes:
         for name, found in further_um(one.parameters, test.further).items():
-            values = ", ".join(f"{key} {value:.2f} {unit}" for key, value in found["parameters_um"].items())
+            values = ", ".join(f"{key} {units.deviation_text(value)}" for key, value in found["parameters_um"].items())
             lines.append(f"{one.name} by {FURTHER_LABELS[name]}: {values} (unconfirmed)")
     lines += [f"- {text}" for text in statements(test)]
     return StandardTest(

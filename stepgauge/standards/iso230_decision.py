@@ -36,6 +36,7 @@ class Requirement:
     tolerance_um: Mapping[str, float] = field(default_factory=dict)
     expanded_um: float | None = None
     unit: str = "µm"
+    decimals: int = 2
     conditions: Conditions = NOTHING
 
     @classmethod
@@ -93,7 +94,8 @@ class Requirement:
             decided, head = self.outcomes(values), f"{part}: " if part else ""
             for name, limit in self.tolerance_um.items():
                 told = f": {decided[name]}" if name in decided else ""
-                said.append(f"{head}{name} = {values[name]:.2f} {self.unit}, tolerance {limit:g} {self.unit}{told}")
+                value = f"{values[name]:.{self.decimals}f} {self.unit}"
+                said.append(f"{head}{name} = {value}, tolerance {limit:g} {self.unit}{told}")
         return "; ".join(said) + "."
 
 

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from stepgauge.conditions import NOTHING, Conditions
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
+from stepgauge.files.notation import decimals
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
@@ -47,12 +48,31 @@ PAIRINGS = {
 
 @dataclass(frozen=True)
 class Units:
-    """What lengths and deviations of an axis are told in, in keys and in print."""
+    """What lengths and deviations of an axis are told in, in keys and in print, and with how many decimals."""
 
     position: str
     deviation: str
     position_symbol: str
     deviation_symbol: str
+    position_decimals: int = 3
+    deviation_decimals: int = 2
+
+    def fine_enough(self, travel: float, deviation: float) -> Units:
+        """With three significant digits of the largest deviation, and a thousandth of the travel, or more."""
+        position, of_deviation = (decimals(one, 3) for one in (travel, deviation))
+        return replace(
+            self,
+            position_decimals=max(self.position_decimals, position + 1),
+            deviation_decimals=max(self.deviation_decimals, of_deviation),
+        )
+
+    def deviation_text(self, value: float) -> str:
+        """A deviation with its unit, as messages have it."""
+        return f"{value:.{self.deviation_decimals}f} {self.deviation}"
+
+    def printed(self, value: float) -> str:
+        """A deviation with its symbol, as figures have it."""
+        return f"{value:.{self.deviation_decimals}f} {self.deviation_symbol}"
 
 
 LINEAR, ROTARY = Units("mm", "um", "mm", "µm"), Units("deg", "arcsec", "°", "arcsec")

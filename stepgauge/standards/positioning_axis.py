@@ -69,7 +69,10 @@ def axis_positioning_test(
         _check_tolerances(requirement, one)
     conditions = sum((one.conditions for one in axes), Conditions())
     wanted = replace(
-        requirement, unit=axes[0].units.deviation_symbol, conditions=conditions.weighed(requirement.expanded_um)
+        requirement,
+        unit=axes[0].units.deviation_symbol,
+        decimals=axes[0].units.deviation_decimals,
+        conditions=conditions.weighed(requirement.expanded_um),
     )
     return PositioningTest(None, None, None, axes, recording.path, recording.comments, wanted, _words(recording, known))
 
@@ -105,7 +108,9 @@ def _axis_test(recording: AxisRecording, rows: pd.DataFrame, placement: int, act
     at = target_mm[complete]
     name = recording.comments.get("axis", "axis")
     temperatures = temperatures_of(recording)
-    units = ROTARY if recording.units.axis == "rotary" else LINEAR
+    rotary = recording.units.axis == "rotary"
+    largest = max(float(np.abs(one.x_um).max()) for one in found.values())
+    units = (ROTARY if rotary else LINEAR).fine_enough(float(np.ptp(at)), largest)
     return AxisTest(
         placement,
         name,
@@ -117,7 +122,7 @@ def _axis_test(recording: AxisRecording, rows: pd.DataFrame, placement: int, act
         AxisParameters(**found) if len(found) > 1 else OneWay(*next(iter(found.items()))),
         None,
         None,
-        axis_rules(at, len(runs), temperatures, units is ROTARY, list(found), ways_doubt(rows)),
+        axis_rules(at, len(runs), temperatures, rotary, list(found), ways_doubt(rows)),
         excluded,
         f"{name}, setting up {placement}" if several else name,
         units,

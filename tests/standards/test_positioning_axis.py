@@ -7,8 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
+import stepgauge as sg
 from stepgauge.axis.recording import AxisRecording, ways_doubt
 from stepgauge.errors import InputError
 from stepgauge.standards.iso230 import AxisParameters
@@ -189,3 +191,16 @@ def test_the_verb_reads_an_axis_without_a_gauge(tmp_path: Path, run: Run) -> Non
     assert (
         "--gauge: a recording of a step gauge needs it" in run("test", "iso230", tmp_path / "axis.toml", "-o", out).err
     )
+
+
+def test_a_piezo_stage_is_told_with_the_digits_that_it_has() -> None:
+    """A reversal of 12 nm over 0.1 mm of travel, in a report for um and mm: three digits of the largest deviation."""
+    rng, rows = np.random.default_rng(1), []
+    for cycle in range(1, 6):
+        for way, sign in (("+", 6.0), ("-", -6.0)):
+            rows += [(at, 0.15 * at + sign + rng.normal(0.0, 0.1), way, cycle) for at in np.arange(0.0, 101.0, 10.0)]
+    table = pd.DataFrame(rows, columns=["position [um]", "deviation [nm]", "direction", "run"])
+    test = sg.iso230(sg.import_recording(table, sensor="laser"), tolerances="A=0.03", expanded_uncertainty_um=0.002)
+    assert "mean_B 0.0120 um" in test.summary()
+    assert "A = 0.02" in test.summary()
+    assert test.test.units.position_decimals == 4
