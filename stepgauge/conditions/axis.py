@@ -37,6 +37,8 @@ LEAST_COPIED, SURELY_COPIED, LEVELS = 5, 8, 20.0
 sure."""
 TURNED = 0.3
 """A run whose sum with the others is so much of its difference has its sign turned."""
+MOST_RUNS = 200
+"""Runs that are compared with one another: more are no test of an axis by hand, and nobody copies them."""
 MANY_RUNS = 50
 """Runs of a way from which each is compared with the middle of all, and not of the others."""
 NOTABLE_UM = 0.1
@@ -44,15 +46,18 @@ _TEMPERATURE = re.compile(r"temp|°C|_C$", re.IGNORECASE)
 """Names of columns with a temperature."""
 
 
-def recording_conditions(recording: AxisRecording) -> Conditions:
-    """What was found of the readings of every setting up; nothing of a spot or distances, which have no targets."""
+def recording_conditions(recording: AxisRecording, table_alone: bool = False) -> Conditions:
+    """What was found of the readings of every setting up; nothing of a spot or distances, which have no targets.
+
+    ``table_alone``: only what a table may have wrong as a table, units and copies, which thousands of runs may ask for.
+    """
     if recording.form != "axis":
         return Conditions()
     settings = recording.frame.groupby("placement")
-    return sum((setting_up_conditions(recording, rows) for _, rows in settings), Conditions())
+    return sum((setting_up_conditions(recording, rows, table_alone) for _, rows in settings), Conditions())
 
 
-def setting_up_conditions(recording: AxisRecording, rows: pd.DataFrame) -> Conditions:
+def setting_up_conditions(recording: AxisRecording, rows: pd.DataFrame, table_alone: bool = False) -> Conditions:
     """What was found of the readings of one setting up, whether they are used or not."""
     target = rows["target"].to_numpy(float) * recording.units.base_position
     reading = rows["reading"].to_numpy(float) * recording.units.base_position
@@ -64,6 +69,7 @@ def setting_up_conditions(recording: AxisRecording, rows: pd.DataFrame) -> Condi
         rows["cycle"].to_numpy(np.int64),
         {name: rows[name].to_numpy(float) for name in temperatures_of(recording)},
         "arcsec" if recording.units.axis == "rotary" else "um",
+        table_alone,
     )
 
 
@@ -80,6 +86,7 @@ def axis_conditions(
     run: NDArray[np.int64],
     temperatures_C: Mapping[str, Array],
     unit: str = "um",
+    table_alone: bool = False,
 ) -> Conditions:
     """What was found of the readings of one setting up, each ``(n,)`` in the order in which they were taken.
 
@@ -90,11 +97,13 @@ def axis_conditions(
     place, way, run : number of the target along the axis, sense of travel, number of the run
     temperatures_C : recorded besides, by name
     unit : of the deviations, for sentences
+    table_alone : only what a table may have wrong as a table
     """
     group = 2 * place + (way > 0) + 2
-    found = [
-        *_units(deviation_um, target_mm, unit),
-        *_runs(deviation_um, group, way, run),
+    found = [*_units(deviation_um, target_mm, unit), *_runs(deviation_um, group, way, run)]
+    if table_alone:
+        return Conditions(tuple(found))
+    found += [
         *_single(deviation_um, target_mm, group, way, run, unit),
         *_resolution(deviation_um, unit),
         *_drift(deviation_um, group, unit),
@@ -131,16 +140,19 @@ def _units(um: Array, target_mm: Array, unit: str) -> Iterator[Condition]:
 
 
 def _runs(um: Array, group: NDArray[np.int64], way: NDArray[np.int64], run: NDArray[np.int64]) -> Iterator[Condition]:
-    """Runs that are those of another run or way: copied, turned in sign, or stuck at one value."""
+    """Runs that are those of another run or way: copied, turned in sign, or stuck at one value; of very many the first
+    :data:`MOST_RUNS`."""
     frame = pd.DataFrame({"place": group // 2, "way": way, "run": run, "um": um})
-    table = frame.pivot_table(index="place", columns=["run", "way"], values="um", aggfunc="first")
+    table = frame[run < run.min(initial=1) + MOST_RUNS].pivot_table(
+        index="place", columns=["run", "way"], values="um", aggfunc="first"
+    )
     columns: Columns = {(int(key[0]), int(key[1])): table[key].dropna() for key in table.columns.to_list()}
-    usual = float(np.median([np.ptp(one) for one in columns.values()])) if columns else 0.0
+    usual = float(np.median([np.ptp(one.to_numpy()) for one in columns.values()])) if columns else 0.0
     step = 1e3 * step_of(um * 1e-3)
     yield from _doubled(frame)
     yield from _copied(columns, fine=float(np.ptp(um)) >= LEVELS * step)
     for key, values in columns.items():
-        if len(values) >= LEAST_COPIED and np.ptp(values) == 0.0 and usual > 5.0 * step > 0.0:
+        if len(values) >= LEAST_COPIED and np.ptp(values.to_numpy()) == 0.0 and usual > 5.0 * step > 0.0:
             words = f"{_name(key)} reads the same everywhere: {rounded(float(values.iloc[0]), 3)}: frozen"
             yield Condition("channel", "prevents", words, _name(key), "a reading that changes")
     yield from _turned(columns, usual)
@@ -185,24 +197,28 @@ def _copied(columns: Columns, fine: bool) -> Iterator[Condition]:
 
 def _turned(columns: Columns, usual: float) -> Iterator[Condition]:
     """Runs that are the others of their way with the sign turned; among many, one alone moves the middle by nothing."""
-    ways = {way: [key for key in columns if key[1] == way] for way in {key[1] for key in columns}}
-    middles = {
-        way: pd.concat([columns[key] for key in keys], axis=1).median(axis=1)
-        for way, keys in ways.items()
-        if len(keys) > MANY_RUNS
-    }
-    for key, values in columns.items():
-        if len(ways[key[1]]) < 2 or len(values) < LEAST_COPIED:
+    for way in sorted({key[1] for key in columns}):
+        keys = [key for key in columns if key[1] == way]
+        if len(keys) < 2:
             continue
-        middle = middles.get(key[1])
-        if middle is None:
-            middle = pd.concat([columns[one] for one in ways[key[1]] if one != key], axis=1).median(axis=1)
-        middle = middle.reindex(values.index)
-        own, rest = values - values.mean(), middle - middle.mean()
-        apart, together = float((own - rest).abs().median()), float((own + rest).abs().median())
-        if together < TURNED * apart and apart > 0.2 * usual:
+        runs = pd.concat([columns[key] for key in keys], axis=1)
+        every = range(len(keys))
+        if len(keys) > MANY_RUNS:
+            middle = np.repeat(runs.median(axis=1).to_numpy()[:, None], len(keys), axis=1)
+        else:
+            middle = np.column_stack([runs.iloc[:, [m for m in every if m != n]].median(axis=1) for n in every])
+        own, rest = runs.to_numpy(), np.where(runs.notna(), middle, np.nan)
+        own, rest = (one - pd.DataFrame(one).mean().to_numpy() for one in (own, rest))
+        apart, together = _medians(np.abs(own - rest)), _medians(np.abs(own + rest))
+        turned = (together < TURNED * apart) & (apart > 0.2 * usual) & (runs.count().to_numpy() >= LEAST_COPIED)
+        for key in (key for key, one in zip(keys, turned, strict=True) if one):
             words = f"{_name(key)} is like the others with the sign turned"
             yield Condition("units", "prevents", words, _name(key), "one sign for all runs")
+
+
+def _medians(table: Array) -> Array:
+    """Of every column, without what is not there."""
+    return np.median(table, axis=0) if np.isfinite(table).all() else pd.DataFrame(table).median().to_numpy()
 
 
 def _single(

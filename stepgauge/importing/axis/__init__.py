@@ -67,7 +67,7 @@ def import_axis(
     if options.heights is not None:
         recording = reduced(recording, read_heights(options.heights), options.heights)
     clock = () if found.clock is None else found.clock.words
-    doubted = recording_conditions(recording).of("units", "channel", "duplicates")
+    doubted = recording_conditions(recording, table_alone=True).of("units", "channel", "duplicates")
     doubts = (f"warning: {one.sentence}" for one in doubted)
     decided = (*decisions.taken, *decisions.rejected)
     lines = file.comments if source.is_workbook or source.frame is not None else said_lines(source.decoded[0])
