@@ -16,9 +16,12 @@ from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import angles_rad, probe_frame
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from stepgauge.physics.bench import DirectionResult, Events
     from stepgauge.physics.sphere import SphereFit
     from stepgauge.probes.qualification import Qualification
+    from stepgauge.probes.results import Qualified
 
 
 # Points this near a section are drawn in it: less than half of the 9 deg between the points of a dense pattern.
@@ -72,6 +75,20 @@ def draw_qualification(approach: Array, result: Qualification, path: str | Path)
             axes.set_xlabel(f"{name} about the stylus (°)")
         left.set_ylabel("radial residual (\N{MICRO SIGN}m)")
         fig.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
+
+
+def draw_residuals(axes: Axes, result: Qualified) -> None:
+    """Radial residuals of the points by the direction that they were approached from, about the stylus, in one plot."""
+    found = result.qualification
+    azimuth_deg = np.degrees(np.arctan2(-result.approach[:, 1], -result.approach[:, 0])) % 360.0
+    axes.axhline(0.0, color=COLORS["grey"], linewidth=0.6, zorder=1)
+    axes.plot(azimuth_deg, found.residuals_um, "o", color=COLORS["before"], label="with the mean radius")
+    if found.residuals_compensated_um:
+        axes.plot(azimuth_deg, found.residuals_compensated_um, "s", color=COLORS["after"], label="lobes corrected")
+    axes.set_xlabel("azimuth of the point (°)")
+    axes.set_ylabel("radial residual (µm)")
+    axes.set_xticks(range(0, 361, 60))
+    axes.legend()
 
 
 def draw_compensation(

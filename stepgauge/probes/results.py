@@ -86,6 +86,7 @@ def probed_sphere(probe: Probe, diameter_mm: float, count: int, scatter_um: floa
 class Qualified(Plotted):
     """A ``qualification``, and the directions in which the sphere was approached, ``(n, 3)``."""
 
+    drawn_by: ClassVar[str] = "qualification.draw_residuals"
     qualification: Qualification
     approach: Array
 
