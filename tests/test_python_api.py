@@ -615,3 +615,14 @@ def test_a_recording_as_a_table_is_the_same_recording(measured: dict[str, Any]) 
     )
     with pytest.raises(sg.InputError, match="serial"):
         sg.evaluate(frame, "step-gauge-1020")
+
+
+def test_a_fault_is_put_into_a_machine_and_what_is_none_is_refused_there() -> None:
+    machine = sg.read_machine("bridge-cmm")
+    worn = machine.add_effect("reversal_error", axis="y", um=5.0)
+    assert worn.effects == (*machine.effects, {"kind": "reversal_error", "axis": "y", "um": 5.0})
+    assert "reversal error" in worn.summary()
+    with pytest.raises(sg.InputError, match=r"kind is not a known effect; found 'reversal_eror'"):
+        machine.add_effect("reversal_eror", axis="y", um=5.0)
+    with pytest.raises(sg.InputError, match=r"ppm is not known"):
+        machine.add_effect("reversal_error", axis="y", ppm=5.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -180,6 +180,24 @@ class Machine(Summarized):
             stated = "stylus 1, that of the file" if not self.styli else f"1 to {len(self.styli) + 1}"
             raise InputError(self.path, "a stylus is not stated", found=f"stylus {number}", expected=stated)
         return self if number == 1 else self.styli[number - 2]
+
+    def add_effect(self, kind: str, **parameters: Any) -> Machine:
+        """The machine with one more systematic effect, as one more ``[[effect]]`` of its file.
+
+        Parameters
+        ----------
+        kind, parameters : as ``list_effects(kind)`` has them, e.g. ``add_effect("scale_error", axis="x", ppm=12.0)``
+
+        Raises
+        ------
+        InputError
+            a kind that there is not, a parameter that the kind has not, or a value that is none
+        """
+        from stepgauge.effects import make_effects
+
+        added = {"kind": kind, **parameters}
+        make_effects([added], "add_effect")
+        return replace(self, effects=(*self.effects, added))
 
     def summary(self) -> str:
         """Name, travel, probe and speeds, and which effects and uncertainties the file states."""
