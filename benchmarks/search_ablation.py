@@ -75,6 +75,13 @@ class WithoutKicks(Search):
         yield from ()
 
 
+class WithoutRivals(Search):
+    """Only the term itself is forbidden, not all that may stand for it alone."""
+
+    def _rivals(self, best: Hypothesis, base: Hypothesis) -> frozenset[str]:
+        return frozenset()
+
+
 class WithoutParts(Search):
     """No law in a part of the record."""
 
@@ -89,6 +96,7 @@ ABLATED: dict[str, type[Search]] = {
     "noise chosen first": WithoutNoiseFirst,
     "noise chosen last": WithoutNoiseLast,
     "kicks": WithoutKicks,
+    "kicks without all rivals": WithoutRivals,
     "laws in a part of the record": WithoutParts,
 }
 
