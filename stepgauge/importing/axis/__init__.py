@@ -33,6 +33,8 @@ from stepgauge.recording import comment_lines
 __all__ = ["AxisOptions", "import_axis"]
 _OURS = (*FORMS, FORM, "sensor")
 """Comments of a recording that are made anew."""
+LOOKED_AT = 50_000
+"""Readings by which the doubts of a table are told: what is wrong with all of it shows in these."""
 
 
 def import_axis(
@@ -67,7 +69,8 @@ def import_axis(
     if options.heights is not None:
         recording = reduced(recording, read_heights(options.heights), options.heights)
     clock = () if found.clock is None else found.clock.words
-    doubted = recording_conditions(recording, table_alone=True).of("units", "channel", "duplicates")
+    looked_at = replace(recording, frame=recording.frame.head(LOOKED_AT))
+    doubted = recording_conditions(looked_at, table_alone=True).of("units", "channel", "duplicates")
     doubts = (f"warning: {one.sentence}" for one in doubted)
     decided = (*decisions.taken, *decisions.rejected)
     lines = file.comments if source.is_workbook or source.frame is not None else said_lines(source.decoded[0])
