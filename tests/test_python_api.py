@@ -624,5 +624,5 @@ def test_a_fault_is_put_into_a_machine_and_what_is_none_is_refused_there() -> No
     assert "reversal error" in worn.summary()
     with pytest.raises(sg.InputError, match=r"kind is not a known effect; found 'reversal_eror'"):
         machine.add_effect("reversal_eror", axis="y", um=5.0)
-    with pytest.raises(sg.InputError, match=r"ppm is not known"):
+    with pytest.raises(sg.InputError, match=r"um is missing"):
         machine.add_effect("reversal_error", axis="y", ppm=5.0)
