@@ -425,3 +425,8 @@ def test_a_run_may_say_its_direction() -> None:
     frame = read(f"Sweep,Target mm,Reading mm\n{rows}").recording.frame
     assert frame["way"].tolist() == [1, 1, 1, -1, -1, -1] * 2
     assert frame["cycle"].tolist() == [1] * 6 + [2] * 6
+
+
+def test_a_name_that_is_missing_above_a_row_of_units_is_no_shift_of_all_others() -> None:
+    rows = "".join(f"{t + 0.5}|{t}|{0.01 * t}|fwd\n" for t in (0.0, 50.0, 100.0))
+    assert "more cells than the header" in str(asked(f"Target|Deviation|Direction\nmm raw|mm|um|\n{rows}"))

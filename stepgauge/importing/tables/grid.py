@@ -216,6 +216,8 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
     below = cells.rows[last + 1 :]
     texts = [cell for row in rows for cell in row if isinstance(cell, str) and cell and not is_moment(cell)]
     _check_widths(cells, headers, rows, lines)
+    if headers and not headers[-1] and above < first and len(cells.rows[above]) < len(headers):  # a name is missing
+        _check_widths(cells, headers[:-1], rows, lines)
     numbers = max(kind.count("n") / 2.0, 1.0)
     inside = {*range(start, first), *body}
     beside = [
