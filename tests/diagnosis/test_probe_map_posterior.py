@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.maps.candidates import candidates_for
+from stepgauge.diagnosis.maps.diagnose import diagnose_map
 from stepgauge.diagnosis.maps.model import MapModel
 from stepgauge.diagnosis.maps.scatter import estimate_scatter
 from stepgauge.diagnosis.maps.signatures import MapRows, make_problem
 from stepgauge.diagnosis.priors import shipped_priors
-from stepgauge.diagnosis.probe_map import diagnose_map
 from stepgauge.inference.search import Search
 from tests.diagnosis.test_probe_map import changed, measured, probe_file, table  # noqa: F401
 
