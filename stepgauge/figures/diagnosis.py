@@ -277,7 +277,8 @@ def _name_lines(axes: Axes, panel: EffectPanel, law: Array, placement: NDArray[n
                 ends.setdefault(near, set()).add(int(number) + 1)
     for end, numbers in ends.items() if len({*map(frozenset, ends.values())}) > 1 else ():
         name = f"placement {', '.join(map(str, sorted(numbers)))}"
-        axes.annotate(name, end, (2, 4), textcoords="offset points", fontsize="small")
+        behind = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.5}  # where another line crosses it
+        axes.annotate(name, end, (2, 5), textcoords="offset points", fontsize="small", bbox=behind, zorder=6)
 
 
 def _label_x(axes: Axes, label: str) -> None:
