@@ -35,7 +35,10 @@ budget(sources, gauge, machine, *, placements=(), method="gum", blocks=None, r_e
     u_gauge_temperature_K=None, certificate_correlation=None, repeats="pooled", coverage_percent=95.45, runs=10000,
     seed=0, gauge_temperature_C=None, search_mm=2.0, measurand="as-is", contributions=(), measured_at=None,
     temperature_convention=None, correct_drift=False, jobs=1, runs_folder=None, progress=None)
-budget_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None, **choice)
+budget_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None, blocks=None, r_eff_origin="first",
+    u_gauge_temperature_K=None, certificate_correlation=None, repeats="pooled", coverage_percent=95.45,
+    runs=10000, seed=0, measurand="as-is", contributions=(), measured_at=None, temperature_convention=None,
+    correct_drift=False)
 check_dcc(certificate, *, schema=None)
 compact_fleet(store)
 compensate(evaluation, *, to, axis=None, plane=None, template=None, tip_radius_mm=None, u_tip_radius_um=0.0,
@@ -47,7 +50,8 @@ diagnose(recordings, gauge=None, machine=None, *, further_styli=(), probe=None, 
 diagnose_fleet(store, *, without=(), priors=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
 evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff_origin="first", measured_at=None,
     machine_name=None, temperature_convention=None, correct_drift=False, mpe=None, machine=None)
-evaluate_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None, **choice)
+evaluate_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None, blocks=None,
+    r_eff_origin="first", temperature_convention=None, correct_drift=False)
 export_fleet(store, output, *, where="true")
 export_gauge_dcc(gauge, *, certificate, schema=None)
 export_recording(recording, *, to, placement_number=None, length_unit="mm", delimiter=None, decimal="point",
@@ -86,13 +90,17 @@ locate(points, gauge, *, machine=None, blocks=None, tip_radius_mm=None, repeatab
     surface=False)
 machine_history(folder, *, limits=None, machine_name=None, gauge_serial=None, date_from="record", store=None,
     rebuild=False, own_store=None, tell=None)
-measure(program, machine, gauge, placement, *, server, journal, resume=False, homing=False, tool="StepGaugeProbe",
-    gauge_temperature_C=None, placement_number=1, dialect=None, search_mm=2.0, spy=None, progress=None, stop=None,
-    **path)
+measure(program, machine, gauge, placement, *, server, journal, resume=False, homing=False,
+    tool="StepGaugeProbe", gauge_temperature_C=None, placement_number=1, dialect=None, search_mm=2.0, spy=None,
+    progress=None, stop=None, cycles=5, first_again=False, route="side", around="+s", order="blocks",
+    clearance_mm=5.0, margin_mm=0.5, height_mm=0.0, standoff_mm=None, measuring_speed_mm_s=None,
+    travel_speed_mm_s=None, home_mm=None, blocks=None)
 plan(placement, gauge, machine=None, *, cycles=5, first_again=False, blocks=None, route="side", around="+s",
     order="blocks", clearance_mm=5.0, margin_mm=0.5, height_mm=0.0, home_mm=None, standoff_mm=None, search_mm=2.0,
     measuring_speed_mm_s=None, travel_speed_mm_s=None, tip_radius_mm=None, points_on=None, teach=False)
-plan_iso10360(gauge, machine, *, cycles=3, stylus="auto", allow_short=False, search_mm=2.0, **path)
+plan_iso10360(gauge, machine, *, cycles=3, stylus="auto", allow_short=False, search_mm=2.0, first_again=False,
+    route="side", around="+s", order="blocks", clearance_mm=5.0, margin_mm=0.5, height_mm=0.0, standoff_mm=None,
+    measuring_speed_mm_s=None, travel_speed_mm_s=None)
 probe_bench(series, *, contact_from="signal", coverage_factor=2.0)
 probe_map(probe, *, polar_deg="10:90:10", azimuth_deg="0:360:10", stylus_direction=None)
 probe_sphere(probe, *, sphere_diameter_mm=25.0, count=25, scatter_um=0.2, seed=1, stylus_direction=None)
@@ -110,7 +118,8 @@ read_probe_map(path)
 read_recording(path)
 read_result(path)
 report(results, output, *, gauge=None, placements=(), machine=None, budget=None, certificate=None, mpe=None,
-    interactive=False, recordings=(), **statement)
+    interactive=False, recordings=(), number=None, operator=None, customer=None, location=None, date=None,
+    remarks=None, template=None)
 serve(machine, gauge, placement, *, faults=None, speed=1.0, port=1294, host="127.0.0.1", further_styli=(),
     gauge_temperature_C=None, seed=None, start_time_s=0.0, tool="StepGaugeProbe", idle_s=None, client_idle_s=1800.0,
     log=None, tell=<built-in function print>)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
 FILE = "diagnosis.json"
 NEEDED = ("verdict", "effects", "unexplained", "fit", "inputs")
 """Keys that every diagnosis has."""
+OF_THE_FILE = {"format", "stepgauge", "inputs", "checksum"}
+"""Keys that say where a diagnosis comes from, and nothing of the machine."""
 NUMBERS = ["kind", "effect", "probability", "parameter", "value", "u", "unit"]
 """Columns of the table of a diagnosis."""
 Verdict = Literal["adequate", "effects", "unknown", "insufficient"]
@@ -193,6 +196,15 @@ class Diagnosis(Plotted):
 
         known = (*stored_conditions(self.contents).notes, *step_limits(self.contents))
         return join_lines(summary_line(self.contents), *(f"note: {one}" for one in known))
+
+    def __eq__(self, other: object) -> bool:
+        """Whether two diagnoses state the same, also where one was read back."""
+        if not isinstance(other, Diagnosis):
+            return NotImplemented
+        one, another = (json.loads(json.dumps(dict(each.contents))) for each in (self, other))
+        return bool(all(one.get(key) == another.get(key) for key in {*one, *another} - OF_THE_FILE))
+
+    __hash__ = object.__hash__
 
     def __repr__(self) -> str:
         return f"<Diagnosis {self.summary().splitlines()[0]}>"

@@ -28,9 +28,11 @@ def _same_fields(one: Any, other: Any) -> bool:
 
 
 def _same(one: Any, other: Any) -> bool:
+    if one is other:
+        return True
     if type(one) is type(other) and is_dataclass(one):
         return _same_fields(one, other)
-    if hasattr(one, "columns") and hasattr(other, "columns"):
+    if all(hasattr(each, "iloc") and hasattr(each, "columns") for each in (one, other)):
         return list(one.columns) == list(other.columns) and all(_same(one[name], other[name]) for name in one.columns)
     if isinstance(one, Mapping) and isinstance(other, Mapping):
         return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)

@@ -28,10 +28,9 @@ class Summarized:
     """
 
     def __init_subclass__(cls, **words: Any) -> None:
-        """The own ``==`` before that of a dataclass, which would compare arrays as one truth."""
+        """The ``==`` that is inherited, before that of a dataclass, which would compare arrays as one truth."""
         super().__init_subclass__(**words)
-        if cls.__eq__ is Summarized.__eq__:
-            cls.__eq__ = Summarized.__eq__  # type: ignore[method-assign]
+        cls.__eq__ = cls.__eq__  # type: ignore[method-assign]
 
     def __eq__(self, other: object) -> bool:
         from stepgauge.files.arrays import same_content

@@ -169,6 +169,7 @@ def verb(
         """The function, with its checks."""
         known = Verb(function, writer, leaves, says, in_project, shows, partly)
         signature = inspect.signature(function)
+        readable = _readable(signature)
 
         @wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -176,7 +177,10 @@ def verb(
             try:
                 bound = signature.bind(*args, **kwargs)
             except TypeError as error:
-                raise TypeError(_unbound(function.__name__, error, [*signature.parameters], kwargs)) from None
+                raise TypeError(_unbound(function.__name__, str(error), readable.parameters, kwargs)) from None
+            if unknown := [name for name in kwargs if name not in readable.parameters]:
+                error_text = f"got an unexpected keyword argument {unknown[0]!r}"
+                raise TypeError(_unbound(function.__name__, error_text, readable.parameters, kwargs))
             for one in signature.parameters.values():
                 if one.kind is inspect.Parameter.VAR_KEYWORD:
                     bound.arguments[one.name] = known.taken(bound.arguments.get(one.name, {}))
@@ -184,7 +188,7 @@ def verb(
             return function(*bound.args, **bound.kwargs)
 
         call.verb = known  # type: ignore[attr-defined]
-        call.__signature__ = _read(signature)  # type: ignore[attr-defined]
+        call.__signature__ = readable  # type: ignore[attr-defined]
         return call
 
     return decorate
@@ -200,10 +204,15 @@ class _Plain:
         return self.text
 
 
-def _read(signature: inspect.Signature) -> inspect.Signature:
-    """The signature for a person: types without what the command line makes of them."""
-    known = [one.replace(annotation=_plain(one.annotation)) for one in signature.parameters.values()]
-    return signature.replace(parameters=known, return_annotation=_plain(signature.return_annotation))
+def _readable(signature: inspect.Signature) -> inspect.Signature:
+    """The signature for a person: types without what the command line makes of them, borrowed parameters by name."""
+    known = list[inspect.Parameter]()
+    for one in signature.parameters.values():
+        of = next((mark for mark in getattr(one.annotation, "__metadata__", ()) if isinstance(mark, Of)), None)
+        others = inspect.signature(of.function).parameters if of else {}
+        known += [others[name].replace(kind=inspect.Parameter.KEYWORD_ONLY) for name in of.names] if of else [one]
+    plain = [one.replace(annotation=_plain(one.annotation)) for one in known]
+    return signature.replace(parameters=plain, return_annotation=_plain(signature.return_annotation))
 
 
 def _plain(annotation: Any) -> Any:
@@ -214,10 +223,11 @@ def _plain(annotation: Any) -> Any:
     return _Plain(re.sub(r"ForwardRef\('([^']*)'\)|'([^']*)'|\b(?:[a-z_]\w*\.)+(?=[A-Z])", r"\1\2", text))
 
 
-def _unbound(name: str, error: TypeError, known: list[str], given: Mapping[str, Any]) -> str:
+def _unbound(name: str, error: str, known: Iterable[str], given: Mapping[str, Any]) -> str:
     """What Python says of a call that does not fit, with the function's name, and a name that was probably meant."""
-    unknown = [one for one in given if one not in known]
-    near = difflib.get_close_matches(unknown[0], known, 1) if unknown else []
+    names = list(known)
+    unknown = [one for one in given if one not in names]
+    near = difflib.get_close_matches(unknown[0], names, 1) if unknown else []
     return f"{name}() {error}{f'; did you mean {near[0]!r}?' if near else ''}"
 
 
