@@ -133,14 +133,15 @@ class AngularError(Effect):
         "angular error",
         "The {travel_axis} carriage rotates about {rotation_axis} by {urad_per_m} of travel; the error of a"
         " length is this rotation times its distance from the scale (Abbe).",
-        "Measure the angle of the {travel_axis} carriage with an electronic level or an autocollimator.",
+        "Measure the angle of the {travel_axis} carriage with an autocollimator, or, where it is no rotation about the"
+        " vertical, with an electronic level.",
         "Enter it in the error map; look at bearings and preload of the {travel_axis} carriage.",
         german=Wording(
             "Winkelabweichung des Schlittens",
             "Der Schlitten {travel_axis} dreht sich auf seinem Weg um {rotation_axis}, um {urad_per_m}; der"
             " Fehler einer Länge ist diese Drehung mal ihrem Abstand vom Maßstab (Abbe).",
-            "Den Winkel des Schlittens {travel_axis} mit einer elektronischen Libelle oder einem Autokollimator"
-            " messen.",
+            "Den Winkel des Schlittens {travel_axis} mit einem Autokollimator messen, oder, wo er keine Drehung um"
+            " die Senkrechte ist, mit einer elektronischen Libelle.",
             "In die Fehlerkarte eingeben; Lager und Vorspannung des Schlittens {travel_axis} ansehen.",
         ),
     )
@@ -172,12 +173,13 @@ class Roll(Effect):
     words: ClassVar[Wording | None] = Wording(
         "roll",
         "The {axis} carriage rolls by {urad_per_m} of its travel.",
-        "Measure the roll of the {axis} carriage with electronic levels.",
+        "Measure the roll of the {axis} carriage with electronic levels, about a vertical one with a square and dial.",
         "Enter it in the error map.",
         german=Wording(
             "Rollen des Schlittens",
             "Der Schlitten {axis} rollt auf seinem Weg um {urad_per_m}.",
-            "Das Rollen des Schlittens {axis} mit elektronischen Libellen messen.",
+            "Das Rollen des Schlittens {axis} mit elektronischen Libellen messen, um eine senkrechte Achse mit Winkel"
+            " und Messuhr.",
             "In die Fehlerkarte eingeben.",
         ),
     )

@@ -24,7 +24,14 @@ def amplitude_prior(smallest: float, largest: float, count: int = 5) -> Amplitud
     ----------
     smallest, largest : of the standard deviation, in the unit of the residuals; every ratio is equally likely
     count : number of standard deviations that are summed
+
+    Raises
+    ------
+    ValueError
+        a range that is none
     """
+    if not 0.0 < smallest <= largest < np.inf:
+        raise ValueError(f"standard deviations from {smallest} to {largest}, expected 0 < smallest <= largest")
     return AmplitudePrior(np.geomspace(smallest, largest, count), np.full(count, -np.log(count)))
 
 
@@ -88,9 +95,11 @@ def make_problem(
     Raises
     ------
     ValueError
-        residuals that are no finite numbers, candidates, nuisances or times of another number of rows, or two
-        candidates of one label
+        residuals that are no finite numbers, a standard deviation that is not positive, candidates, nuisances or times
+        of another number of rows, or two candidates of one label
     """
+    if not 0.0 < sd < np.inf:
+        raise ValueError(f"the standard deviation of a reading is {sd}, expected a positive number")
     values = np.asarray(residuals, float)
     n = len(values)
     wrong = np.flatnonzero(~np.isfinite(values))

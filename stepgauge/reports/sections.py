@@ -57,8 +57,8 @@ def certificate_section(evaluation: dict[str, Any], gauge: Gauge | None) -> Sect
 
 
 def _expansion(per_K: float, gauge: Gauge | None) -> str:
-    text = f"{per_K * 1e6:.1f} × 10⁻⁶ / K"
-    return text if gauge is None else f"{text} (u = {gauge.table.expansion_uncertainty_per_K * 1e6:.1f} × 10⁻⁶ / K)"
+    text = f"{per_K * 1e6:.4g} × 10⁻⁶ / K"
+    return text if gauge is None else f"{text} (u = {gauge.table.expansion_uncertainty_per_K * 1e6:.3g} × 10⁻⁶ / K)"
 
 
 def machine_section(evaluation: dict[str, Any], machine: Machine | None) -> Section:

@@ -97,3 +97,13 @@ def test_the_log_posterior_is_that_of_conjugate_normals() -> None:
     log = found.log_posterior
     assert log[frozenset({"slope"})] - log[frozenset()] == pytest.approx(bayes + np.log(odds), abs=1e-3)
     assert found.probability("slope") == pytest.approx(special.expit(bayes + np.log(odds)), abs=1e-3)
+
+
+def test_a_range_and_a_standard_deviation_that_are_none_are_refused() -> None:
+    for smallest, largest in ((-1.0, 2.0), (5.0, 2.0), (0.0, 1.0), (1.0, float("nan"))):
+        with pytest.raises(ValueError, match="expected 0 < smallest <= largest"):
+            sg.inference.amplitude_prior(smallest, largest)
+    law = sg.inference.make_law("ramp", np.arange(5.0), sg.inference.amplitude_prior(0.1, 1.0))
+    for sd in (0.0, -1.0, float("nan")):
+        with pytest.raises(ValueError, match="expected a positive number"):
+            sg.inference.make_problem(np.zeros(5), sd, [law])
