@@ -16,6 +16,7 @@ from stepgauge.errors import InputError, naming, reading
 from stepgauge.files.text import read_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
+from stepgauge.importing.axis.targets import gauge_targets
 from stepgauge.importing.build import ImportOptions, build_recording
 from stepgauge.importing.formats import FORMATS, TABLES, gist
 from stepgauge.importing.points import read_points
@@ -49,9 +50,15 @@ def recognise_log(path: Given) -> str:
 
 
 def read_log(
-    given: Given, source: str, layout: TableLayout | None = None, decisions: Decisions | None = None
+    given: Given,
+    source: str,
+    layout: TableLayout | None = None,
+    decisions: Decisions | None = None,
+    gauge: Gauge | None = None,
 ) -> ProbeLog:
     """Read a probe log; ``source`` is a name in :data:`FORMATS`, ``layout`` says how a table is to be read.
+
+    ``gauge``: by which positions along it are known.
 
     :class:`InputError` for a file of another kind, and for the first line that is not as the format wants it.
     """
@@ -60,7 +67,8 @@ def read_log(
     if source in TABLES:
         _check_layout(path, source, layout or TableLayout())
         with reading(path, FORMATS[source].title):
-            return read_points(content, source, layout or TableLayout(), decisions)
+            listed = None if gauge is None else gauge_targets(gauge)
+            return read_points(content, source, layout or TableLayout(), decisions, listed)
     asked, plain = layout or TableLayout(), TableLayout()
     if replace(asked, unit=plain.unit) != plain:
         raise InputError(
@@ -136,7 +144,7 @@ def import_log(
         where numbers and statements contradict each other (serial, units, tip radius, swapped faces)
     """
     decisions = decisions or Decisions()
-    log = read_log(path, source, layout, decisions)
+    log = read_log(path, source, layout, decisions, gauge)
     imported = build_recording(log, gauge, placement, program, options or ImportOptions())
     if gauge is not None:
         assert isinstance(imported.recording, Recording)

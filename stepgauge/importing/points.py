@@ -18,6 +18,8 @@ from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import Unit, find_unit
+from stepgauge.importing.axis.faces import header_answer, lists_faces
+from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.log_lines import unit_vectors
 from stepgauge.importing.tables.clock import is_date
 from stepgauge.importing.tables.columns import (
@@ -76,8 +78,14 @@ class _Points:
         )
 
 
-def read_points(given: Given, kind: str, layout: TableLayout, decisions: Decisions | None = None) -> ProbeLog:
-    """The points of a table; ``kind`` is ``csv`` or ``xlsx``.
+def read_points(
+    given: Given,
+    kind: str,
+    layout: TableLayout,
+    decisions: Decisions | None = None,
+    listed: Targets | None = None,
+) -> ProbeLog:
+    """The points of a table; ``kind`` is ``csv`` or ``xlsx``, ``listed``: the faces of the gauge.
 
     :class:`InputError` names the row and column of: headers without x, y and z, text and gaps among the numbers, units
     of another quantity, decimal marks and dates that may mean two things.
@@ -88,7 +96,7 @@ def read_points(given: Given, kind: str, layout: TableLayout, decisions: Decisio
     table = choose_table(file, lambda one: _names_points(one, layout), layout, source.name, decisions)
     columns = read_columns(table.headers, table.units, layout.columns, POINTS)
     decisions.columns = taken_columns(table, [(one.place, one.role, one.unit) for one in columns])
-    _check(table, columns, layout, decisions)
+    _check(table, columns, layout, decisions, listed)
     points = _points(table, columns, layout)
     clock = clock_of(table, [one for one in columns if one.role == Role.TIME], layout.time_unit, decisions)
     decisions.settle()
@@ -135,10 +143,19 @@ def has_points(given: Given, layout: TableLayout) -> bool:
     return named or (bool(layout.columns) and set(layout.columns) <= {*POSITION, *DIRECTIONS})
 
 
-def names_faces(given: Given, layout: TableLayout) -> bool:
-    """Whether a table says of its rows which faces they are, and has no x, y and z."""
-    every = [_roles(columns) for _, columns in _first_tables(given, layout)]
-    return any("face" in roles and not set(POSITION) <= roles for roles in every)
+def names_faces(given: Given, layout: TableLayout, listed: Targets | None) -> bool:
+    """Whether a table says of its rows which faces they are, or where ``listed`` ones are, and has no x, y and z."""
+    along = ((table, _roles(columns)) for table, columns in _first_tables(given, layout))
+    along = ((table, roles) for table, roles in along if not set(POSITION) <= roles)
+    return any(
+        "face" in roles or (listed is not None and lists_faces(table, listed, _unit_mm(layout)))
+        for table, roles in along
+    )
+
+
+def _unit_mm(layout: TableLayout) -> float:
+    unit = None if layout.unit is None else find_unit(layout.unit)
+    return 1.0 if unit is None else unit.factor
 
 
 def _first_tables(given: Given, layout: TableLayout) -> list[tuple[Table, list[Column]]]:
@@ -171,11 +188,13 @@ def _is_compared(columns: Sequence[Column]) -> bool:
     return bool(targets) and "face" not in _roles(columns)
 
 
-def _check(table: Table, columns: list[Column], layout: TableLayout, decisions: Decisions) -> None:
+def _check(
+    table: Table, columns: list[Column], layout: TableLayout, decisions: Decisions, listed: Targets | None
+) -> None:
     """x, y and z are there, what was chosen too, every role once (a copy is the same column), units of its quantity."""
     check_chosen(columns, {role: one for role, one in layout.columns.items() if role in OF_POINTS}, table.path)
     if not set(POSITION) <= _roles(columns):
-        _ask_points(table, columns, decisions)
+        _ask_points(table, columns, decisions, listed, _unit_mm(layout))
         decisions.settle()
     known = [one for one in columns if one.role not in (None, Role.DROPPED)]
     for role in dict.fromkeys(one.role for one in known):
@@ -190,19 +209,22 @@ def _check(table: Table, columns: list[Column], layout: TableLayout, decisions: 
             raise InputError(table.at(0), what, found=f"unit {one.unit.name}", expected=expected)
 
 
-def _ask_points(table: Table, columns: Sequence[Column], decisions: Decisions) -> None:
+def _ask_points(
+    table: Table, columns: Sequence[Column], decisions: Decisions, listed: Targets | None, unit_mm: float
+) -> None:
     """Which columns are x, y and z, or whether it is a table of one axis."""
     names = ", ".join(one.header for one in columns if one.header)
     axis = QuestionAnswer("sensor", words="for one axis", suggestions=tuple(SENSORS))
-    if any(one.role == "face" for one in columns):
+    named = any(table.headers)
+    if any(one.role == "face" for one in columns) or (named and listed and lists_faces(table, listed, unit_mm)):
         what = "positions of faces along the gauge, without x, y and z: one axis, or a gauge?"
         faces = QuestionAnswer("sensor", "touch", "with the gauge, for one axis with the faces as targets")
         decisions.ask(table.path, what, faces, *_coordinates(columns), found=names)
-    elif names:
+    elif named:
         what = "no row names the columns x, y and z, as in X [mm];Y [mm];Z [mm]"
         decisions.ask(table.path, what, *_coordinates(columns), axis, found=names[:200])
     else:
-        header = QuestionAnswer("header", words=": the names of all columns", suggestions=('"x_mm,y_mm,z_mm"',))
+        header = header_answer(table, POSITION, listed)
         decisions.ask(table.path, "no row names the columns x, y and z", header, axis, found="numbers only")
 
 

@@ -83,7 +83,8 @@ def import_recording(
     )
     chosen = [f"{name}={value}" for name, value in pairs_of(columns, "columns").items()]
 
-    of_faces = placement is None or (targets is None and names_faces(content, layout))
+    listed = gauge_targets(gauge) if gauge is not None and sensor == "touch" else None
+    of_faces = placement is None or (targets is None and names_faces(content, layout, listed))
 
     def finish_axis(decisions: Decisions) -> Imported:
         known = None if targets is None else parse_targets(targets)

@@ -92,6 +92,7 @@ FACES = range(1, 43)
 OF_FACES = "\n".join(
     ["Face;Nominal;Actual 1;Actual 2", *(f"{n};{10 * n - 10};{10 * n - 10}.001;{10 * n - 10}.002" for n in FACES)]
 )
+OF_FEATURES = "\n".join(["Feature;Nominal;Run 1", *(f"FACE_{n:02d};{10 * n - 10};{10 * n - 10}.001" for n in FACES)])
 OF_FACES_IN_ORDER = "\n".join(["Fläche;X;Wert", *(f"{n};{10 * n - 10};{10 * n - 10}.001" for n in FACES)])
 
 
@@ -104,7 +105,7 @@ def choices(shown: str) -> list[tuple[str, str]]:
     return found
 
 
-@pytest.mark.parametrize("table", [OF_FACES, OF_FACES_IN_ORDER])
+@pytest.mark.parametrize("table", [OF_FACES, OF_FACES_IN_ORDER, OF_FEATURES])
 def test_faces_along_a_gauge_that_is_located_are_not_asked_about(folder: Path, table: str) -> None:
     gauge = sg.read_gauge(folder / "gauge/step-gauge-420.toml")
     placement = sg.locate(Path("examples/demo/points.csv"), gauge, machine=sg.read_machine("bridge-cmm"))
@@ -115,6 +116,16 @@ def test_faces_along_a_gauge_that_is_located_are_not_asked_about(folder: Path, t
     assert choices(shown) == []
     asked.post(importing.save, {"pasted": table, "measured_on": "2026-05-04", "output": "recordings/f.csv"})
     assert "/run/next/evaluate" in asked.get(importing.show, saved="recordings/f.csv")
+
+
+def test_without_a_header_the_names_that_fit_the_gauge_are_a_choice_that_settles_it(folder: Path) -> None:
+    gauge = sg.read_gauge(folder / "gauge/step-gauge-420.toml")
+    placement = sg.locate(Path("examples/demo/points.csv"), gauge, machine=sg.read_machine("bridge-cmm"))
+    placement.write(folder / "placement.toml")
+    form, asked = {"pasted": OF_FEATURES.partition("\n")[2]}, Asked(folder)
+    answer = ("question_1", "header=face,nominal_mm,reading_mm")
+    assert answer in choices(asked.post(importing.look, form))
+    assert "All is clear: 42 probings" in asked.post(importing.look, {**form, answer[0]: answer[1]})
 
 
 @pytest.mark.parametrize("table", [OF_FACES, OF_FACES_IN_ORDER])

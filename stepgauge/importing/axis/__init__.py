@@ -15,15 +15,17 @@ from stepgauge.axis.recording import FORM, FORMS, AxisRecording, ways_doubt
 from stepgauge.conditions.axis import recording_conditions
 from stepgauge.errors import reading
 from stepgauge.importing.axis.build import AxisOptions, build_axis
+from stepgauge.importing.axis.faces import header_answer
 from stepgauge.importing.axis.heights import read_heights, reduced
 from stepgauge.importing.axis.long import Long, to_long
 from stepgauge.importing.axis.stated import check_stated
+from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.result import Imported
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.columns import AXIS, VALUE_ROLES, Column, Role, check_chosen, read_columns
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.makes import named_by_make
-from stepgauge.importing.tables.questions import Decisions, QuestionAnswer
+from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.read import TableLayout, choose_table, read_file, taken_columns
 from stepgauge.importing.tables.rivals import is_text, settled_roles
 from stepgauge.importing.tables.source import Given, read_source
@@ -58,7 +60,7 @@ def import_axis(
     with reading(source.name, "table"):
         file = read_file(source, layout, decisions)
         table = choose_table(file, lambda one: _has_readings(one, layout), layout, source.name, decisions)
-        table = _named(named_by_make(table), decisions)
+        table = _named(named_by_make(table), options.targets, decisions)
         roles = settled_roles(table, layout, decisions)
         roles = _circle_columns(roles, decisions)
         decisions.columns = taken_columns(table, [(one.place, one.role, one.unit) for one in roles])
@@ -101,7 +103,7 @@ def _has_readings(table: Table, layout: TableLayout) -> bool:
     return any(one.role in VALUE_ROLES for one in roles)
 
 
-def _named(table: Table, decisions: Decisions) -> Table:
+def _named(table: Table, listed: Targets | None, decisions: Decisions) -> Table:
     """The table, whose columns must have names: a number and times alone need none."""
     if any(table.headers):
         return table
@@ -111,9 +113,8 @@ def _named(table: Table, decisions: Decisions) -> Table:
         decisions.take("no header: the only numbers that are no times are taken as the readings")
         return replace(table, headers=kinds, units=[None] * width)
     what, found = "no row above the numbers names the columns", f"{len(table.headers)} columns"
-    wanted = QuestionAnswer(
-        "header", words=": names of all columns with their units", suggestions=('"target_mm,reading_mm"',)
-    )
+    of_gauge = listed if listed is not None and listed.gauge else None
+    wanted = header_answer(table, ("target_mm", "reading_mm"), of_gauge)
     decisions.ask(table.at(0), what, wanted, found=found)
     decisions.settle()
     return table

@@ -65,11 +65,11 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
     """
     form = "distances" if found.has_stations else "axis" if found.target is not None or options.targets else "spot"
     if form == "axis" and options.targets is None and _counts_targets(found):
-        listed = QuestionAnswer("targets", words=": the list of them", suggestions=("0:500:25",))
+        listed = QuestionAnswer("targets", words="for the list of them", suggestions=("0:500:25",))
         decisions.ask(table.path, "targets are told by their numbers alone", listed, found=found.target.called)  # type: ignore[union-attr]
         decisions.settle()
     if form == "spot" and np.isin([1, -1], found.columns["way"]).all():
-        listed = QuestionAnswer("targets", words=": the list of them", suggestions=("0:500:25",))
+        listed = QuestionAnswer("targets", words="for the list of them", suggestions=("0:500:25",))
         decisions.ask(table.path, "readings of two directions have no targets", listed)
         decisions.settle()
     target, index = _targets(found, table, options)

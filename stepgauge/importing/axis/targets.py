@@ -8,15 +8,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.axis.units import NAMES
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number, tidy
+from stepgauge.files.units import LENGTH_MM
 from stepgauge.gauge.certified import Gauge
 from stepgauge.importing.tables.cells import any_number, read_text_cells
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.source import read_source
 
 MOST_TARGETS = 100_000
+ON_LIST, FEWEST_ON_LIST = 0.02, 3
+"""Numbers are nominal positions where as many different ones are met, each as near as this in its unit; or as a
+tenth of its least step. Rounded positions in inch, and readings of them, are."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +53,23 @@ class Targets:
     def reach(self) -> float:
         """How far from a target what belongs to it may lie: a quarter of the least step."""
         return float(np.diff(np.sort(self.nominal)).min(initial=np.inf)) / 4.0 if len(self.nominal) > 1 else np.inf
+
+    def lists(self, values: Array) -> bool:
+        """Whether all numbers of a column are nominal positions, and not one or two alone."""
+        there = values[np.isfinite(values)]
+        found = np.unique(np.abs(there[:, None] - self.nominal).argmin(axis=1))
+        enough = len(found) >= min(FEWEST_ON_LIST, len(self.nominal))
+        return enough and self.off_list(there) <= min(ON_LIST, 0.4 * self.reach)
+
+    def off_list(self, values: Array) -> float:
+        """How far from the list the number lies that is the farthest from it."""
+        there = values[np.isfinite(values)]
+        return float(np.abs(there[:, None] - self.nominal).min(axis=1).max(initial=0.0))
+
+    def unit_of(self, values: Array) -> str | None:
+        """The unit of length in which numbers are nominal positions in mm; None for none."""
+        known = [name for name in NAMES if name in LENGTH_MM]
+        return next((name for name in known if self.lists(values * LENGTH_MM[name])), None)
 
     def nearest(self, reading: Array, at: str) -> NDArray[np.intp]:
         """Index of the target that each reading belongs to, where the table names none."""

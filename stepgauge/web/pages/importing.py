@@ -37,6 +37,8 @@ SINGLE = (
     *("sensor", "unit", "deviation_unit", "temperature_unit", "points", "placement_number", "tip_radius_mm", "format"),
     *("header", "table", "sheet", "delimiter", "decimal", "targets", "temperature_convention"),
 )
+TYPED = ("header", "targets")
+"""Arguments of which a suggestion is an example, and no list to select from."""
 HEADER = "=HEADER"
 """Where a choice leaves open which column it is."""
 PAGE_OF = {"gauge": "/gauge", "machine": "/machine", "placement": "/locate", "program": "/plan"}
@@ -125,7 +127,9 @@ def _open_to(choice: ImportChoice) -> str:
         return ""
     if choice.value.endswith(HEADER):
         return "column"
-    return "tick" if choice.value else "select" if choice.suggestions else "type"
+    if choice.value:
+        return "tick"
+    return "select" if choice.suggestions and choice.argument not in TYPED else "type"
 
 
 def _group(taken: str) -> str:

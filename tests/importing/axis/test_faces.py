@@ -1,0 +1,98 @@
+"""Results by face as a report of a coordinate measuring machine has them, whatever it calls the faces, or nothing."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import stepgauge as sg
+from stepgauge.importing.result import Imported
+from tests.build import make_gauge
+from tests.importing.made import RADIUS_MM, make_case
+
+CASE = make_case(make_gauge(12, deviation_um=np.r_[0.0, np.random.default_rng(4).normal(0.0, 2.0, 23)]))
+GAUGE, PLACEMENT = CASE.gauge, CASE.placement
+FACES = range(1, 25)
+RUNS_MM = (GAUGE.position_mm[:, None] + 1e-3 * np.random.default_rng(5).normal(size=(24, 5))).round(4)
+
+
+def label(face: int) -> str:
+    return f"FACE_{face:02d}"
+
+
+def table(header: str, name: Callable[[int], str] = label, unit_mm: float = 1.0) -> str:
+    rows = np.column_stack([GAUGE.nominal_mm, RUNS_MM]) / unit_mm
+    cells = [",".join([name(face), *(f"{value:.6f}" for value in rows[face - 1])]) for face in FACES]
+    return "\n".join([header] * bool(header) + cells)
+
+
+def block(face: int, run: int, name: str) -> str:
+    nominal, found = GAUGE.nominal_mm[face - 1], RUNS_MM[face - 1, run]
+    return (
+        f"DIM LOC{face}= LOCATION OF POINT {name}  UNITS=MM ,$\n"
+        "AX    NOMINAL       +TOL       -TOL       MEAS        DEV     OUTTOL\n"
+        f"X     {nominal:.4f}  0.0100  0.0100  {found:.4f}  {found - nominal:.4f}  0.0000\n\n"
+    )
+
+
+def given(text: str, **known: Any) -> Imported:
+    known = {"gauge": GAUGE, "placement": PLACEMENT, "tip_radius_mm": RADIUS_MM, **known}
+    return sg.import_recording(io.StringIO(text), **known)
+
+
+def choices(found: Imported) -> list[tuple[str, str]]:
+    return [(one.argument, one.value) for asked in found.questions for one in asked.choices]
+
+
+def check_touches(found: Imported, tolerance_mm: float = 1e-6) -> None:
+    """The positions along the gauge, by the pose of the case: of its tip centres, one radius before each face."""
+    frame = found.settled().frame
+    assert sorted(frame["face"]) == sorted(list(FACES) * int(frame["cycle"].max()))
+    points = frame[["x_mm", "y_mm", "z_mm"]].to_numpy()
+    along = (points - PLACEMENT.to_machine(GAUGE, np.zeros((1, 3)))) @ PLACEMENT.axis
+    face, cycle = frame["face"].to_numpy(), frame["cycle"].to_numpy()
+    expected = RUNS_MM[face - 1, cycle - 1] - np.where(face % 2 == 1, 1.0, -1.0) * RADIUS_MM
+    np.testing.assert_allclose(along, expected, atol=tolerance_mm)
+
+
+REPORTS = {
+    "a feature": table("Feature,Nominal,Run 1,Run 2,Run 3,Run 4,Run 5"),
+    "numbers": table("Element,Nominal,Actual 1,Actual 2,Actual 3,Actual 4,Actual 5", str),
+    "an id": table("ID,Sollwert,Lauf 1,Lauf 2,Lauf 3,Lauf 4,Lauf 5", str),
+    "a German feature": table("Merkmal;Nennmaß;Ist 1;Ist 2;Ist 3;Ist 4;Ist 5".replace(";", ","), lambda n: f"Fl {n}"),
+    "blocks": "".join(block(face, 0, label(face)) for face in FACES),
+    "blocks of three runs": "".join(block(face, run, f"PNT{face}") for run in range(3) for face in FACES),
+}
+
+
+@pytest.mark.parametrize("text", REPORTS.values(), ids=REPORTS.keys())
+def test_positions_of_the_gauge_are_those_of_its_faces(text: str) -> None:
+    assert ("sensor", "touch") in choices(given(text))
+    check_touches(given(text, sensor="touch"))
+
+
+def test_positions_of_another_artefact_are_not() -> None:
+    text = "\n".join(["Feature,Nominal,Run 1", *(f"P{n},{7.3 * n},{7.3 * n + 0.001}" for n in range(24))])
+    assert ("sensor", "touch") not in choices(given(text))
+
+
+@pytest.mark.parametrize("name", [label, str])
+def test_a_table_without_a_header_is_offered_one_that_settles_it(name: Callable[[int], str]) -> None:
+    text = table("", name)
+    answer = ("header", "face,nominal_mm,run 1_mm,run 2_mm,run 3_mm,run 4_mm,run 5_mm")
+    assert answer in choices(given(text))
+    assert choices(given(text, sensor="touch")) == [answer]
+    assert ("sensor", "touch") in choices(given(text, header=answer[1]))
+    check_touches(given(text, header=answer[1], sensor="touch"))
+
+
+def test_a_header_to_be_typed_has_as_many_names_as_columns() -> None:
+    found = given(table(""), gauge=None, placement=None)
+    wanted = next(one for asked in found.questions for one in asked.choices if one.argument == "header")
+    assert wanted.suggestions == ('"x_mm,y_mm,z_mm,column 4,column 5,column 6,column 7"',)
+    assert found.refusal is not None
+    assert " : " not in found.refusal.cli_text()
