@@ -18,7 +18,7 @@ from stepgauge.files.units import Unit
 from stepgauge.importing.axis.travel import cycles_of_repeats
 from stepgauge.importing.tables.cells import is_empty
 from stepgauge.importing.tables.clock import Clock
-from stepgauge.importing.tables.columns import DEVIATIONS, VALUE_ROLES, Column, Role, is_known
+from stepgauge.importing.tables.columns import DEVIATIONS, VALUE_ROLES, Column, Role, axis_role, is_known
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.header import text_of
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, column_answer, shown
@@ -200,7 +200,7 @@ def _check_whole(table: Table, columns: Sequence[Column], missing: bool, decisio
 
 def _only_length(table: Table, roles: Sequence[Column]) -> list[Column]:
     """The one column in a unit of length or angle, where none is named as a reading; else the only number besides."""
-    free = [one for one in roles if one.role is None and not is_known(one.name)]
+    free = [one for one in roles if one.role is None and (_is_run(one) or not is_known(one.name))]
     free = [one for one in free if _has_numbers(table, one.place)]
     lengths = [one for one in free if one.unit is not None and one.unit.quantity in ("length", "angle")]
     if (
@@ -208,6 +208,11 @@ def _only_length(table: Table, roles: Sequence[Column]) -> list[Column]:
     ):  # the other one may be read there
         return []
     return lengths if len(lengths) == 1 else free if len(free) == 1 and not lengths else []
+
+
+def _is_run(one: Column) -> bool:
+    """Whether a column is named as one run: ``Run 1``, with its readings below."""
+    return one.label != LABEL and axis_role(one.name) in (Role.CYCLE, Role.WAY)
 
 
 def _has_numbers(table: Table, place: int) -> bool:
