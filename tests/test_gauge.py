@@ -98,6 +98,14 @@ def test_positions_in_another_unit_are_named(tmp_path: Path, factor: float, unit
     assert unit in str(caught.value)
 
 
+def test_positions_and_nominal_ones_in_um_are_named(tmp_path: Path) -> None:
+    rows = [line.split(",") for line in FACES.splitlines()]
+    for row in rows[1:]:
+        row[1:3] = [repr(float(cell) * 1e3) for cell in row[1:3]]
+    with pytest.raises(InputError, match="positions look like um; found nominal_mm 30000"):
+        read_gauge(write(tmp_path, faces="\n".join(",".join(row) for row in rows)))
+
+
 def test_uncertainties_in_mm_are_noticed(tmp_path: Path) -> None:
     faces = FACES.replace(",0.1\n", ",0.0001\n").replace(",0.2\n", ",0.0002\n")
     with pytest.raises(InputError, match="looks like mm"):

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 FACE_COLUMNS = ("face", "nominal_mm", "position_mm", "uncertainty_um")
 MAX_DEVIATION_MM = 0.2
 """A certified position farther than this from its nominal value is a typing or unit error, not a gauge."""
+LONGEST_MM = 10_000.0
+"""Of a step gauge; larger numbers are um."""
 
 
 class GaugeTable(TomlTable):
@@ -260,6 +262,9 @@ def _check_units(faces: CsvTable) -> None:
             found=f"nominal_mm {nominal[0]:g}, position_mm {position[0]:g} at face 1",
             expected="0 and 0",
         )
+    if nominal[-1] > LONGEST_MM:
+        what, found = "no step gauge is so long: positions look like um", f"nominal_mm {nominal[-1]:g} at the last face"
+        raise InputError(faces.at(len(nominal) - 1), what, found=found, expected=f"mm, at most {LONGEST_MM:g}")
     for name in ("nominal_mm", "position_mm"):
         steps = np.flatnonzero(np.diff(faces[name]) <= 0)
         if steps.size:

@@ -18,7 +18,7 @@ from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import Unit, find_unit
-from stepgauge.importing.axis.faces import header_answer, lists_faces
+from stepgauge.importing.axis.faces import check_measured, header_answer, lists_faces
 from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.log_lines import unit_vectors
 from stepgauge.importing.tables.clock import is_date
@@ -216,6 +216,8 @@ def _ask_points(
     names = ", ".join(one.header for one in columns if one.header)
     axis = QuestionAnswer("sensor", words="for one axis", suggestions=tuple(SENSORS))
     named = any(table.headers)
+    if listed is not None:
+        check_measured(table, listed)
     if any(one.role == "face" for one in columns) or (named and listed and lists_faces(table, listed, unit_mm)):
         what = "positions of faces along the gauge, without x, y and z: one axis, or a gauge?"
         faces = QuestionAnswer("sensor", "touch", "with the gauge, for one axis with the faces as targets")

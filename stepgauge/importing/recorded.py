@@ -26,6 +26,7 @@ from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.machine.file import Machine, check_recorded
 from stepgauge.recording import Recording
 from stepgauge.recording.conventions import complete_convention, state_convention
+from stepgauge.recording.identity import check_recording
 
 DECIMALS = {"point": ".", "comma": ","}
 Pairs = Mapping[str, str] | Sequence[str]
@@ -95,6 +96,8 @@ def import_recording(
         if sensor != "touch" or gauge is None or placement is None or not of_faces:
             return found
         placed = on_placement(found, gauge, placement, tip_radius_mm, placement_number)
+        assert isinstance(placed.recording, Recording)
+        check_recording(placed.recording, gauge)
         return finished(placed, gauge_temperature_C)
 
     def finish_points(decisions: Decisions) -> Imported:

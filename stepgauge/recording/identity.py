@@ -29,6 +29,8 @@ RADIUS_MM, RADIUS_SHARE = 0.1, 0.3
 """The effective radius is the tip radius less the pre-travel: farther apart than the larger of a length and a share of
 the tip radius, one of them is not true. A mistaken radius is off by half of it, all of it, or twice."""
 LARGEST_RADIUS_MM = 25.0
+MOST_NAMED = 6
+"""Faces that a message lists before the last one."""
 
 
 def check_recording(recording: Recording, gauge: Gauge) -> None:
@@ -151,6 +153,7 @@ def check_positions(readings: FaceReadings, along: Array, gauge: Gauge, path: st
             expected=f"one tip diameter, at most {2 * LARGEST_RADIUS_MM:g} mm",
         )
     if wrong.any():
+        _refuse_exchanged((certified + beside)[wrong], face[wrong], gauge, path)
         row = int(wrong.argmax())
         measured, nominal = np.ptp(along), np.ptp(certified)
         raise InputError(
@@ -161,6 +164,24 @@ def check_positions(readings: FaceReadings, along: Array, gauge: Gauge, path: st
             expected=f"certified span {nominal:.3f} mm between the same faces",
         )
     _check_sides(mean, seen, path)
+
+
+def exchanged(stated: NDArray[np.number], found: NDArray[np.number]) -> str:
+    """The faces that two statements name one for the other, as ``7 and 8``; empty where they do not."""
+    pairs = {(int(a), int(b)) for a, b in zip(stated, found, strict=True) if a != b}
+    faces = sorted({a for a, _ in pairs})
+    if not faces or len(pairs) != len(faces) or sorted(b for _, b in pairs) != faces:
+        return ""
+    return f"{', '.join(map(str, faces[:-1][:MOST_NAMED]))}{', ..' * (len(faces) > MOST_NAMED + 1)} and {faces[-1]}"
+
+
+def _refuse_exchanged(along: Array, face: NDArray[np.int64], gauge: Gauge, path: str) -> None:
+    """Readings far from their faces, each of which is where another one of them is certified."""
+    off = np.abs(along[:, None] - gauge.position_mm)
+    faces = exchanged(face, 1 + off.argmin(axis=1))
+    if faces and off.min(axis=1).max() <= WRONG_GAUGE_MM:
+        what, found = f"faces {faces} look exchanged", f"face {face[0]} at {along[0]:.3f} mm"
+        raise InputError(path, what, found=found, expected=f"{gauge.position_mm[face[0] - 1]:.3f} mm, as certified")
 
 
 def _check_sides(mean_off_mm: Array, faces: NDArray[np.int64], path: str) -> None:

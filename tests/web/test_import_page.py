@@ -153,6 +153,19 @@ def test_faces_along_the_gauge_are_asked_for_with_choices_that_settle_it(folder:
     assert "/run/next/diagnose" in saved
 
 
+def test_what_is_wrong_with_positions_of_faces_is_said_at_once(folder: Path) -> None:
+    gauge = sg.read_gauge(folder / "gauge/step-gauge-420.toml")
+    placement = sg.locate(Path("examples/demo/points.csv"), gauge, machine=sg.read_machine("bridge-cmm"))
+    placement.write(folder / "placement.toml")
+    asked = Asked(folder)
+    exchanged = OF_FEATURES.replace(";60.001", ";x").replace(";70.001", ";60.001").replace(";x", ";70.001")
+    assert "faces 7 and 8 look exchanged" in asked.post(importing.look, {"pasted": exchanged})
+    inches = "\n".join(["Face;Nominal;Actual", *(f"{n};{(n - 1) / 2.54:.4f};{(n - 1) / 2.54:.5f}" for n in FACES)])
+    assert ("question_1", "unit=inch") in choices(asked.post(importing.look, {"pasted": inches}))
+    settled = asked.post(importing.look, {"pasted": inches, "question_1": "unit=inch"})
+    assert "All is clear: 42 probings" in settled
+
+
 def test_positions_of_faces_are_evaluated_where_the_gauge_lay(folder: Path) -> None:
     gauge, machine = sg.read_gauge(folder / "gauge/step-gauge-420.toml"), sg.read_machine("bridge-cmm")
     placement = sg.locate(Path("examples/demo/points.csv"), gauge, machine=machine)

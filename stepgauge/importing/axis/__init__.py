@@ -15,7 +15,7 @@ from stepgauge.axis.recording import FORM, FORMS, AxisRecording, ways_doubt
 from stepgauge.conditions.axis import recording_conditions
 from stepgauge.errors import reading
 from stepgauge.importing.axis.build import AxisOptions, build_axis
-from stepgauge.importing.axis.faces import header_answer
+from stepgauge.importing.axis.faces import check_measured, header_answer
 from stepgauge.importing.axis.heights import read_heights, reduced
 from stepgauge.importing.axis.long import Long, to_long
 from stepgauge.importing.axis.stated import check_stated
@@ -61,6 +61,8 @@ def import_axis(
         file = read_file(source, layout, decisions)
         table = choose_table(file, lambda one: _has_readings(one, layout), layout, source.name, decisions)
         table = _named(named_by_make(table), options.targets, decisions)
+        if options.targets is not None and options.targets.gauge and not layout.columns:
+            check_measured(table, options.targets)
         roles = settled_roles(table, layout, decisions)
         roles = _circle_columns(roles, decisions)
         decisions.columns = taken_columns(table, [(one.place, one.role, one.unit) for one in roles])

@@ -19,6 +19,7 @@ from stepgauge.conditions.axis import LARGEST, SMALLEST, is_unlikely
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import ANGLE_DEG, LENGTH_MM, Unit, find_unit, unit_hint
+from stepgauge.importing.axis.faces import check_names
 from stepgauge.importing.axis.long import Long
 from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
@@ -72,7 +73,7 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
         listed = QuestionAnswer("targets", words="for the list of them", suggestions=("0:500:25",))
         decisions.ask(table.path, "readings of two directions have no targets", listed)
         decisions.settle()
-    target, index = _targets(found, table, options)
+    target, index = _targets(found, table, options, decisions)
     role = _role(found, table, target, decisions) if form == "axis" else Role.READING
     units = _units(found, table, options, form, role, decisions)
     decisions.settle()
@@ -109,7 +110,9 @@ def _sign_words(found: Long) -> str:
     return f'sign of {name}, taken as target minus reading (column deviation="{name}" takes it the other way round)'
 
 
-def _targets(found: Long, table: Table, options: AxisOptions) -> tuple[Array | None, NDArray[np.intp] | None]:
+def _targets(
+    found: Long, table: Table, options: AxisOptions, decisions: Decisions
+) -> tuple[Array | None, NDArray[np.intp] | None]:
     """Certified targets of all rows in the unit of the table, and which of the artefact each is."""
     known = options.targets
     target = found.numbers("target")
@@ -120,8 +123,33 @@ def _targets(found: Long, table: Table, options: AxisOptions) -> tuple[Array | N
         stated = found.target_unit or found.column.unit
         of_file = 1.0 / (stated.factor if stated is not None else base_of(options.unit or "mm"))
     listed = Targets(known.nominal * of_file, known.certified * of_file, known.u, known.name)
+    if known.gauge:
+        _ask_unit(found, table, options, known, listed, decisions)
+    if known.gauge and found.target is not None:
+        check_names(table, found.target.place, listed)
     index = listed.nearest(found.value, table.path) if target is None else listed.matched(target, table.path)
     return listed.certified[index], index
+
+
+def _ask_unit(
+    found: Long, table: Table, options: AxisOptions, known: Targets, listed: Targets, decisions: Decisions
+) -> None:
+    """Targets, or readings without any, that are positions of the gauge in another unit than is stated or assumed."""
+    target = found.numbers("target")
+    values, column = (found.value, found.column) if target is None else (target, found.target or found.column)
+    unit = None if listed.lists(values) else known.unit_of(values)
+    if unit is None:
+        return
+    stated = None if column.unit is None else column.unit.name
+    told = stated or options.unit or "mm"
+    if plain_name(told) == unit:
+        return
+    what = f"no positions of {known.name} in {told}, and all of them on its list in {unit}"
+    at = f"{column.called}, {values[0]:g} to {values[-1]:g}"
+    if stated is not None:
+        raise InputError(table.path, what, found=at, expected=naming("header", words=f"{unit} in the name, or in {{}}"))
+    decisions.ask(table.path, what, QuestionAnswer("unit", unit), found=at)
+    decisions.settle()
 
 
 def _role(found: Long, table: Table, target: Array | None, decisions: Decisions) -> str:

@@ -202,7 +202,7 @@ def _axis_role(name: str) -> str | None:
 
 def is_known(name: str) -> bool:
     """Whether a name says what is under it: a role, a statistic, or a quantity that is recorded besides."""
-    return _axis_role(name) is not None or bool(says(words_of(name), "besides"))
+    return _axis_role(name) is not None or bool(says(words_of(name), "besides", "face"))
 
 
 def remainder(name: str) -> frozenset[str]:

@@ -164,10 +164,7 @@ def _imported(site: Site, form: Form, answers: Sequence[Answer]) -> Imported:
     found = _read(data, name, given)
     if sensor or "placement" not in given or not _asks_for_touch(found):
         return found
-    try:
-        along = _read(data, name, given | {"sensor": TOUCH})
-    except InputError:
-        return found
+    along = _read(data, name, given | {"sensor": TOUCH})
     return found if _asks_for_touch(along) else along
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import stepgauge as sg
+from stepgauge.errors import InputError
 from stepgauge.importing.result import Imported
 from tests.build import make_gauge
 from tests.importing.made import RADIUS_MM, make_case
@@ -96,3 +97,57 @@ def test_a_header_to_be_typed_has_as_many_names_as_columns() -> None:
     assert wanted.suggestions == ('"x_mm,y_mm,z_mm,column 4,column 5,column 6,column 7"',)
     assert found.refusal is not None
     assert " : " not in found.refusal.cli_text()
+
+
+def exchange(rows: list[int]) -> str:
+    """The report with the rows of faces 7 and 8 exchanged from a column on."""
+    lines = [line.split(",") for line in table(HEADER).split("\n")]
+    first, second = lines[7], lines[8]
+    for place in rows:
+        first[place], second[place] = second[place], first[place]
+    return "\n".join(map(",".join, lines))
+
+
+HEADER = "Feature,Nominal,Run 1,Run 2,Run 3,Run 4,Run 5"
+
+
+@pytest.mark.parametrize("columns", [[0], [0, 1], [2, 3, 4, 5, 6]], ids=["names", "names and nominals", "readings"])
+def test_two_faces_that_are_exchanged_are_named(columns: list[int]) -> None:
+    with pytest.raises(InputError, match=r"faces 7 and 8 look exchanged; found .*; expected"):
+        given(exchange(columns), sensor="touch")
+
+
+def test_rows_in_another_order_and_numbers_that_only_count_rows_are_no_exchange() -> None:
+    header, *rows = table(HEADER).split("\n")
+    check_touches(given("\n".join([header, *rows[12:], *rows[:12]]), sensor="touch"))
+    without = [f"{n},{row.partition(',')[2]}" for n, row in enumerate(rows[:18] + rows[19:])]
+    found = given("\n".join([header.replace("Feature", "No."), *without]), sensor="touch")
+    assert any("nothing was measured of faces" in line and line.endswith(" 19") for line in found.report)
+
+
+@pytest.mark.parametrize(("unit", "size_mm"), [("inch", 25.4), ("um", 1e-3)])
+def test_positions_in_another_unit_are_asked_about_with_the_unit_that_settles_it(unit: str, size_mm: float) -> None:
+    text = table(HEADER, unit_mm=size_mm)
+    assert ("sensor", "touch") in choices(given(text))
+    found = given(text, sensor="touch")
+    assert choices(found) == [("unit", unit)]
+    assert found.refusal is not None
+    assert f"no positions of {GAUGE.table.name} in mm, and all of them on its list in {unit}" in str(found.refusal)
+    check_touches(given(text, sensor="touch", unit=unit), 1e-4)
+    stated = text.replace("Nominal", "Nominal [mm]")
+    assert f"{unit} in the name" in str(given(stated, sensor="touch").refusal)
+
+
+@pytest.mark.parametrize("header", ["Face,Nominal,Certified,U", "Fläche,Nennmaß,Istmaß,U", "No.,Nominal,Actual,u"])
+@pytest.mark.parametrize("sensor", [None, "touch"])
+def test_a_certificate_is_no_measurement(header: str, sensor: str | None) -> None:
+    columns = zip(FACES, GAUGE.nominal_mm, GAUGE.position_mm, strict=True)
+    text = "\n".join([header, *(f"{face},{a:.3f},{b:.5f},0.3" for face, a, b in columns)])
+    with pytest.raises(InputError, match=r"looks like a certificate of .* no measurement; found .*[uU];"):
+        given(text, sensor=sensor)
+
+
+def test_readings_with_their_uncertainty_are_a_measurement() -> None:
+    columns = zip(FACES, GAUGE.nominal_mm, RUNS_MM[:, 0], strict=True)
+    text = "\n".join(["Face,Nominal,Actual,U", *(f"{face},{a:.3f},{b:.5f},0.3" for face, a, b in columns)])
+    check_touches(given(text, sensor="touch"))
