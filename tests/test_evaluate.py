@@ -322,7 +322,9 @@ def test_recordings_that_are_not_of_this_gauge_are_refused() -> None:
     assert re.search(r"probing 1 approaches its face from the wrong side .*face 2, a back", complaint)
     numbered = good.frame.copy()
     numbered["face"] = numbered["face"].replace({3: 5, 5: 3})
-    assert re.search(r"faces 3 and 5 look exchanged; found face 5 at 20.00\d mm", refused(Recording(numbered, {}, "r.csv"), gauge))
+    assert re.search(
+        r"faces 3 and 5 look exchanged; found face 5 at 20.00\d mm", refused(Recording(numbered, {}, "r.csv"), gauge)
+    )
     one = good.frame[good.frame["face"] <= 2]
     assert "only one block" in refused(Recording(one, {}, "r.csv"), gauge)
     fronts = good.frame[good.frame["face"] % 2 == 1]
