@@ -18,7 +18,7 @@ from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import Unit, find_unit
-from stepgauge.importing.axis.faces import check_measured, header_answer, lists_faces
+from stepgauge.importing.axis.faces import check_measured, faces_along, header_answer
 from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.log_lines import unit_vectors
 from stepgauge.importing.tables.clock import is_date
@@ -148,7 +148,7 @@ def names_faces(given: Given, layout: TableLayout, listed: Targets | None) -> bo
     along = ((table, _roles(columns)) for table, columns in _first_tables(given, layout))
     along = ((table, roles) for table, roles in along if not set(POSITION) <= roles)
     return any(
-        "face" in roles or (listed is not None and lists_faces(table, listed, _unit_mm(layout)))
+        "face" in roles or (listed is not None and faces_along(table, listed, _unit_mm(layout)) is not None)
         for table, roles in along
     )
 
@@ -218,7 +218,9 @@ def _ask_points(
     named = any(table.headers)
     if listed is not None:
         check_measured(table, listed)
-    if any(one.role == "face" for one in columns) or (named and listed and lists_faces(table, listed, unit_mm)):
+    if any(one.role == "face" for one in columns) or (
+        named and listed and faces_along(table, listed, unit_mm) is not None
+    ):
         what = "positions of faces along the gauge, without x, y and z: one axis, or a gauge?"
         faces = QuestionAnswer("sensor", "touch", "with the gauge, for one axis with the faces as targets")
         decisions.ask(table.path, what, faces, *_coordinates(columns), found=names)

@@ -120,7 +120,7 @@ def _targets(
         return target, None
     of_file = 1.0
     if known.gauge:
-        stated = found.target_unit or found.column.unit
+        stated = found.target_unit or found.column.unit or _file_unit(found, table)
         of_file = 1.0 / (stated.factor if stated is not None else base_of(options.unit or "mm"))
     listed = Targets(known.nominal * of_file, known.certified * of_file, known.u, known.name)
     if known.gauge:
@@ -140,7 +140,8 @@ def _ask_unit(
     unit = None if listed.lists(values) else known.unit_of(values)
     if unit is None:
         return
-    stated = None if column.unit is None else column.unit.name
+    of_column = column.unit or _file_unit(found, table)
+    stated = None if of_column is None else of_column.name
     told = stated or options.unit or "mm"
     if plain_name(told) == unit:
         return

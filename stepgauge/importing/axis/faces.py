@@ -10,9 +10,11 @@ import re
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
+from stepgauge.files.units import LENGTH_MM
 from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.tables.columns import VALUE_ROLES, Role, axis_role
 from stepgauge.importing.tables.grid import Table
@@ -28,21 +30,23 @@ SAME_MM = 6e-5
 _NUMBER_BEHIND = re.compile(r"\D*?(\d{1,6})(?:\.0+)?\s*")
 
 
-def lists_faces(table: Table, listed: Targets, unit_mm: float = 1.0) -> bool:
-    """Whether a column of a table holds nominal positions of the gauge, in its unit or ``unit_mm``.
+def faces_along(table: Table, listed: Targets, unit_mm: float = 1.0) -> NDArray[np.intp] | None:
+    """Which face every row is of, from 0, where a column holds nominal positions of the gauge; None where none does.
 
-    One that is named as the target may hold them in any unit, also in another one than it states: it will be asked.
+    They are in the unit of the column, else in ``unit_mm``. One that is named as the target, or not at all, may hold
+    them in any unit, also in another one than it states: it will be asked.
     """
     for place, header in enumerate(table.headers):
         name, unit = split_name(header)
         unit = table.units[place] or unit
         values = table.numbers(place)
-        if listed.lists(values * (unit_mm if unit is None else unit.factor)):
-            return True
-        length = unit is None or unit.quantity == "length"
-        if length and axis_role(name) == Role.TARGET and listed.unit_of(values) is not None:
-            return True
-    return False
+        told = values * (unit_mm if unit is None else unit.factor)
+        open_ = (unit is None or unit.quantity == "length") and (not name or axis_role(name) == Role.TARGET)
+        other = listed.unit_of(values) if open_ and not listed.lists(told) else None
+        if other is not None or listed.lists(told):
+            told = told if other is None else values * LENGTH_MM[other]
+            return np.abs(told[:, None] - listed.nominal).argmin(axis=1)
+    return None
 
 
 def header_answer(table: Table, first: Sequence[str], listed: Targets | None) -> QuestionAnswer:
@@ -86,23 +90,30 @@ def check_measured(table: Table, listed: Targets) -> None:
     """A table of nominal and certified positions with their uncertainty is no measurement of the gauge."""
     roles = [axis_role(split_name(header)[0]) for header in table.headers]
     words = [words_of(split_name(header)[0]) for header in table.headers]
-    certain = any(one[:1] == ("u",) or says(one, "uncertainty") for one in words)
+    face = faces_along(table, listed)
+    if face is None or not any(one[:1] == ("u",) or says(one, "uncertainty") for one in words):
+        return
     values = [place for place, role in enumerate(roles) if role in VALUE_ROLES]
-    copied = [place for place in values if _are_certified(table.numbers(place), listed)]
-    if certain and lists_faces(table, listed) and values == copied and (copied or roles.count(Role.TARGET) > 1):
+    copied = [place for place in values if _are_certified(table, place, listed, face)]
+    if values == copied and (copied or roles.count(Role.TARGET) > 1):
         what = f"this looks like a certificate of {listed.name} (nominal and certified positions, U), no measurement"
         expected = "columns of readings, such as Actual or Run 1"
         raise InputError(table.path, what, found=", ".join(filter(None, table.headers))[:200], expected=expected)
 
 
-def _are_certified(values: Array, listed: Targets) -> bool:
-    """Whether numbers are certified positions in mm, digit by digit."""
-    return bool((np.abs(values[:, None] - listed.certified).min(axis=1) < SAME_MM).all())
+def _are_certified(table: Table, place: int, listed: Targets, face: NDArray[np.intp]) -> bool:
+    """Whether numbers are certified positions, or their deviations from the nominal ones, digit by digit."""
+    unit = table.units[place] or split_name(table.headers[place])[1]
+    factors = [LENGTH_MM["mm"], LENGTH_MM["um"]] if unit is None else [unit.factor]
+    off = [table.numbers(place) * factor - listed.certified[face] for factor in factors]
+    return any((np.abs(one) < SAME_MM).all() or (np.abs(one + listed.nominal[face]) < SAME_MM).all() for one in off)
 
 
 def _fitting_header(table: Table, listed: Targets) -> str:
-    """Names for the columns of a table without a header, of which one holds nominal positions in mm; empty for none."""
+    """Names for the columns of a table without a header, of which one holds nominal positions; empty for none."""
     numbers = [table.numbers(place) for place in range(_width(table))]
+    unit = next(filter(None, map(listed.unit_of, numbers)), "mm")
+    numbers = [values * LENGTH_MM[unit] for values in numbers]
     on_list = [place for place, values in enumerate(numbers) if listed.lists(values)]
     if not on_list:
         return ""
@@ -111,9 +122,9 @@ def _fitting_header(table: Table, listed: Targets) -> str:
     counts = [p for p in range(len(numbers)) if p != nominal and np.array_equal(numbers_behind(table, p), face)]
     near = [p for p in range(len(numbers)) if p not in (nominal, *counts) and _follows(numbers[p], numbers[nominal])]
     names = [f"column {place + 1}" for place in range(len(numbers))]
-    names[nominal] = "nominal_mm"
+    names[nominal] = f"nominal_{unit}"
     for run, place in enumerate(near, 1):
-        names[place] = f"run {run}_mm" if len(near) > 1 else "reading_mm"
+        names[place] = f"run {run}_{unit}" if len(near) > 1 else f"reading_{unit}"
     for place in counts[:1]:
         names[place] = "face"
     return ",".join(names)

@@ -81,14 +81,17 @@ def test_positions_of_another_artefact_are_not() -> None:
     assert ("sensor", "touch") not in choices(given(text))
 
 
+@pytest.mark.parametrize(("unit", "size_mm"), [("mm", 1.0), ("inch", 25.4)])
 @pytest.mark.parametrize("name", [label, str])
-def test_a_table_without_a_header_is_offered_one_that_settles_it(name: Callable[[int], str]) -> None:
-    text = table("", name)
-    answer = ("header", "face,nominal_mm,run 1_mm,run 2_mm,run 3_mm,run 4_mm,run 5_mm")
+def test_a_table_without_a_header_is_offered_one_that_settles_it(
+    name: Callable[[int], str], unit: str, size_mm: float
+) -> None:
+    text = table("", name, size_mm)
+    answer = ("header", ",".join(["face", f"nominal_{unit}", *(f"run {run}_{unit}" for run in range(1, 6))]))
     assert answer in choices(given(text))
     assert choices(given(text, sensor="touch")) == [answer]
     assert ("sensor", "touch") in choices(given(text, header=answer[1]))
-    check_touches(given(text, header=answer[1], sensor="touch"))
+    check_touches(given(text, header=answer[1], sensor="touch"), 5e-5)
 
 
 def test_a_header_to_be_typed_has_as_many_names_as_columns() -> None:
@@ -145,6 +148,19 @@ def test_a_certificate_is_no_measurement(header: str, sensor: str | None) -> Non
     text = "\n".join([header, *(f"{face},{a:.3f},{b:.5f},0.3" for face, a, b in columns)])
     with pytest.raises(InputError, match=r"looks like a certificate of .* no measurement; found .*[uU];"):
         given(text, sensor=sensor)
+
+
+@pytest.mark.parametrize(("header", "scale"), [("Deviation [um]", 1e3), ("Abweichung", 1e3), ("Dev [mm]", 1.0)])
+def test_a_certificate_of_deviations_is_no_measurement(header: str, scale: float) -> None:
+    columns = zip(FACES, GAUGE.nominal_mm, GAUGE.position_mm, strict=True)
+    rows = (f"{face},{a:.3f},{scale * (b - a):.{1 if scale > 1.0 else 4}f},0.3" for face, a, b in columns)
+    with pytest.raises(InputError, match="looks like a certificate of"):
+        given("\n".join([f"Face,Nominal,{header},U", *rows]), sensor="touch")
+
+
+def test_a_report_that_states_inches_once_is_read_in_them() -> None:
+    rows = "".join(f"{label(f)},{GAUGE.nominal_mm[f - 1] / 25.4:.5f},{RUNS_MM[f - 1, 0] / 25.4:.6f}\n" for f in FACES)
+    check_touches(given(f"Units: inch\nFeature,Nominal,Actual\n{rows}", sensor="touch"), 5e-5)
 
 
 def test_readings_with_their_uncertainty_are_a_measurement() -> None:
