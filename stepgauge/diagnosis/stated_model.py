@@ -15,7 +15,7 @@ from stepgauge.diagnosis.fits.solve import Fitted, Solved, solve
 from stepgauge.diagnosis.laws.geometry import Geometry
 from stepgauge.diagnosis.laws.library import PLACE, Family
 from stepgauge.diagnosis.laws.usual import size_of_shape
-from stepgauge.diagnosis.priors import Priors
+from stepgauge.diagnosis.priors import Decision, Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import rms
 from stepgauge.diagnosis.stating_rules import (
@@ -34,6 +34,9 @@ from stepgauge.inference.search import Search
 
 SPANNED = 0.05
 """Share of a law's signature, left by a form, below which the form may contain the law."""
+
+MISFIT = 2.0
+"""Chi-square per reading from which a fit leaves structure."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +117,11 @@ def drop_doubtful(
     """
     pairs = list(zip(model.laws, model.fitted.solved, strict=True))
     impossible = tuple(said for said, solved in pairs if not solved.is_possible)
+    lost = _misfits(model, search, data, wider)
     vague = [said for said, solved in pairs if not _is_sure(said, solved, model.state, answer, priors, wider)]
+    vague += [
+        said for said, solved in pairs if lost and said not in vague and not _stands(solved, priors.decision, wider)
+    ]
     vague += [one for one in impossible if one not in vague]
     vague += [one for one in model.geometry if not sign_is_sure(one, model.state, answer, priors.decision, wider)]
     several = answer.alternatives(LEAST_ODDS)
@@ -126,6 +133,28 @@ def drop_doubtful(
     kept = [one for one in (*model.laws, *model.geometry) if one not in vague]
     fewer = fit_laws(search, model.state, kept, [*model.forms, *vague], data)
     return replace(fewer, vague=(*model.vague, *vague), impossible=impossible, weak=tuple(weak))
+
+
+def _misfits(model: Model, search: Search, data: Residuals, wider: float) -> bool:
+    """Whether the laws as they were fitted leave more than the scatter, with what they move beside their signatures.
+
+    That is of the hypothesis, in whose shapes a law may move more beside its signature than by it.
+    """
+    state, beside = model.state, [one.term.nuisance for one in (*model.forms, *model.geometry)]
+    metric = Metric(search.problem, state.noise, search.noise_models, state.sigma_um, beside)
+    shares = (one.displacement_um(data) for one in model.fitted.solved)
+    left = metric(data.um - sum(shares, model.remainder_um))
+    return float(left @ left) * wider**2 > MISFIT * len(left)
+
+
+def _stands(solved: Solved, decision: Decision, wider: float) -> bool:
+    """Whether the size of a law as it was fitted is told from none, as that must be where the fit is bad.
+
+    Its probability is that of other shapes then, which the fit has left.
+    """
+    linear = {p.name for p in type(solved.effect).parameters() if p.role == "linear"}
+    sizes = [one for name, one in solved.parameters.items() if name in linear and one.u is not None]
+    return not sizes or any(abs(one.value) > decision.determined * (one.u or 0.0) * wider for one in sizes)
 
 
 def _is_sure(

@@ -138,4 +138,6 @@ def _possible(
 
 
 def _key(candidate: Any) -> tuple[str, str]:
-    return ("label", candidate.label) if candidate.named else ("covariate", candidate.source.covariate)
+    return (
+        ("label", candidate.label.partition(" #")[0]) if candidate.named else ("covariate", candidate.source.covariate)
+    )

@@ -283,6 +283,14 @@ class Effect(TomlTable):
         return 1.0
 
     @classmethod
+    def per_turn(cls) -> Mapping[int, float]:
+        """Whole periods in a turn of a rotary axis that are causes of their own, and the odds of each over its kind's.
+
+        What closes after a turn has exactly such a period, however few readings tell it.
+        """
+        return {}
+
+    @classmethod
     def is_own(cls, choices: Mapping[str, Any], probings: Probings) -> bool:
         """Whether choices are none that another effect is made for, or other choices of this one."""
         return True

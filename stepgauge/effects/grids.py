@@ -39,6 +39,8 @@ EVEN = 1e-3
 LEVEL = np.sin(np.radians(2.0))
 """Share of the stylus' direction in a gauge's axis below which the gauge is square to it."""
 AZIMUTH_STEP_DEG = 5.0
+LOCAL = 8.0
+"""Parts of a turn of which what is local has one: half a wave of those that a turn has by themselves."""
 SOAKING_H, LONGEST_SOAKING = (0.05, 10.0), 6.0
 """Time constants of gauges, from a thin bar in a draught to a thick one in still air: density times heat capacity times
 half the thickness over 10 W/(m2 K) is an hour for 20 mm of steel. And over the record: what falls by less than a sixth
@@ -90,11 +92,12 @@ def _places(found: Array) -> Array:
 
 def periods_along(probings: Probings, choices: Choices) -> Array:
     """Periods along an axis, evenly in frequency; of a turning axis, of which much was seen, whole parts of a turn."""
-    x, turn_mm = coordinate_mm(probings, choices), probings.setting.turn_mm
+    x = coordinate_mm(probings, choices)
     span, most = float(np.ptp(x)), most_periods(x, probings.setting.step_mm)
+    turn_mm = seen_turn_mm(probings, span)
     if probings.setting.recording == "distances":  # of which every one has an error of its own, by its stations
         most = min(most, np.unique(x).size / 2.0)
-    if turn_mm is not None and span > turn_mm / 2.0:
+    if turn_mm is not None:
         return turn_mm / np.arange(1.0, min(most * turn_mm / span, MOST_PERIODS) + 1.0)
     turns = np.arange(FEWEST_ALONG, most + 1e-9, 1.0 / 3.0)[:MOST_PERIODS]
     return max(span, 1e-300) / turns
@@ -210,9 +213,17 @@ def decays_mm(probings: Probings, choices: Choices) -> Array:
 
 
 def widths_mm(probings: Probings, choices: Choices) -> Array:
-    """Widths of a defect that several places show, up to a part of the travel."""
+    """Widths of a defect that several places show, up to a part of the travel; of a turn less than of its waves."""
     span = float(np.ptp(coordinate_mm(probings, choices)))
-    return np.geomspace(8.0, max(span / 2.5, 16.0), 5)
+    turn_mm = seen_turn_mm(probings, span)
+    widest = span / 2.5 if turn_mm is None else turn_mm / LOCAL
+    return np.geomspace(8.0, max(widest, 16.0), 5)
+
+
+def seen_turn_mm(probings: Probings, span: float) -> float | None:
+    """A turn of an axis of which so much was seen that waves are whole parts of it; None of any other."""
+    turn_mm = probings.setting.turn_mm
+    return turn_mm if turn_mm is not None and span > turn_mm / 2.0 else None
 
 
 def supports_mm(probings: Probings, choices: Choices) -> list[tuple[float, float]]:

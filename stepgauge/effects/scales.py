@@ -164,6 +164,11 @@ class PeriodicScaleError(Effect):
         0.0, unit="deg", role="phase", meaning="phase at coordinate 0", ge=-360, le=360, sensible=(-180, 180)
     )
 
+    @classmethod
+    def per_turn(cls) -> dict[int, float]:
+        """Eccentricity; tilt or an elliptic seat; seats on three and on four points, which are rarer."""
+        return {1: 1.0, 2: 1.0, 3: 0.3, 4: 0.3}
+
     def displacement_um(self, probings: Probings) -> Displacement:
         """A sine of the coordinate."""
         wave = sine(1.0 / self.period_mm, probings.axis_mm(self.axis), self.phase_deg)

@@ -35,7 +35,7 @@ NAMED = [
     (axis(np.arange(0, 300, 7.0), lambda t, w: 3 * np.sin(np.pi * t / 20)), {"periodic_scale_error": ("mm", 40.0)}),
     (
         axis(CIRCLE, lambda t, w: 8 * np.sin(np.radians(t)), 0.4, ("deg", None)),
-        {"periodic_scale_error": ("deg", 360.0)},
+        {"periodic_scale_error": ("arcsec", 8.0)},
     ),
     (spot(lambda t: 0.01 * (1 - np.exp(-t / 600)), 5e-4), {"thermal_drift": ("um/h", 60.0)}),
     (spot(lambda t: 0.005 * (t > 700), 5e-4), {"step_change": ("um", 5.0)}),

@@ -15,6 +15,7 @@ from stepgauge.diagnosis.laws.choices import ALL, is_common
 from stepgauge.diagnosis.laws.discrepancy import Discrepancy, UnobservedCourses, make_discrepancy
 from stepgauge.diagnosis.laws.grids import usual_shape
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
+from stepgauge.diagnosis.laws.turns import apart
 from stepgauge.diagnosis.laws.usual import odds_of, size_of_shape, usual_size
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
@@ -32,7 +33,7 @@ BEYOND = 1.1
 
 def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Collection[str] = ()) -> list[Law]:
     """Candidates for all laws with a signature here; ``metric``: for the fit of shapes between points of the grid."""
-    families = list(effect_families(data, priors, without))
+    families = [one for whole in effect_families(data, priors, without) for one in apart(whole, data.probings)]
     share, labels, patterns = _shares(families, priors, data), Counter[str](), dict[int, Array]()
     courses = dict[int, UnobservedCourses]()
     found = []
@@ -75,12 +76,12 @@ def _twice(law: Law) -> Iterator[Law]:
 
     A scale or a drive has several periods, and one of them may be told in time beside one along the axis.
     """
-    if law.source.law.phase() is None:
+    if law.source.law.phase() is None or law.source.alone is not None:
         yield law
         return
     first = replace(law, again=BESIDE_FIRST)
     yield first
-    second = replace(law, label=f"{law.label} #2", log_odds=law.log_odds - ALONE, again=ALONE, first=first)
+    second = replace(law, label=f"{law.label} #again", log_odds=law.log_odds - ALONE, again=ALONE, first=first)
     yield replace(second, pattern=law.pattern[:])  # another array: tables know a pattern by its identity
 
 
@@ -104,11 +105,11 @@ def _shares(families: Sequence[Family], priors: Priors, data: Residuals) -> list
     odds = [preference(one) for one in families]
     rare = {kind: law.rarity(data.probings) for kind, law in {one.kind: one.law for one in families}.items() if law}
     whole = defaultdict[str, float](float)
-    for family, own, apart in zip(families, odds, common, strict=True):
-        whole[family.kind] += 0.0 if apart else own
+    for family, own, every in zip(families, odds, common, strict=True):
+        whole[family.kind] += 0.0 if every or family.alone is not None else own
     return [
-        rare[family.kind] * (priors.laws.all_axes if apart else own / whole[family.kind])
-        for family, own, apart in zip(families, odds, common, strict=True)
+        rare[family.kind] * (family.alone or (priors.laws.all_axes if every else own / max(whole[family.kind], own)))
+        for family, own, every in zip(families, odds, common, strict=True)
     ]
 
 

@@ -103,7 +103,12 @@ class UnobservedCourses:
 
 
 def is_process(family: Family) -> bool:
-    """Whether a law has a shape that idealises a process, with values to choose from."""
+    """Whether a law has a shape that idealises a process, with values to choose from.
+
+    One wave of those in a turn has none beside it: its harmonics are laws, too.
+    """
+    if family.alone is not None:
+        return False
     if family.law is None or not family.law.process or family.law.phase():
         return family.law is not None and family.law.process
     return 1 < len(family.atoms) <= MOST_SHAPES and family.pattern.shape[1] == 1

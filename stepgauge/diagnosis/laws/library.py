@@ -53,6 +53,7 @@ class Family:
     ``sizes``: the mixture of which it is one, None for none.
     ``taken``: non-linear parameters that the recording does not determine; they are taken to be what is usual.
     ``within``: the ranges of the family of which these are some shapes, None for the ranges of its own.
+    ``alone``: odds over those of its kind of one that is a cause by itself, None for one that shares them.
     ``about``: median and logarithmic standard deviation of shapes with a log-normal prior; ``log_weight (atoms,)``:
     logarithms of the prior of the shapes.
     """
@@ -72,6 +73,7 @@ class Family:
     shares: Array | None = None
     taken: frozenset[str] = frozenset()
     within: dict[str, tuple[float, float]] | None = None
+    alone: float | None = None
     about: dict[str, tuple[float, float]] = field(default_factory=dict)
     log_weight: Array = field(default_factory=lambda: np.zeros(0))
 

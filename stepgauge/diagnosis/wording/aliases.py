@@ -153,7 +153,11 @@ def leads_into_mm(step_mm: float) -> list[float]:
 
 
 def even(readings_at: ArrayLike) -> EvenSpacing | None:
-    """The common step of the places of readings, or None where they have none."""
+    """The common step of the places of readings, or None where they have none.
+
+    Any places are on the step of their last digit. It is theirs only if they follow each other in it: one or two
+    distances, as of targets or of the two faces of a gauge's blocks, are most of those of neighbours.
+    """
     values = np.sort(np.asarray(readings_at, float))
     if len(values) < FEWEST_PLACES:
         return None
@@ -173,4 +177,7 @@ def _find_steps(places: Array, step: float) -> EvenSpacing | None:
         whole[i] = whole[i - 1] + np.rint((places[i] - places[i - 1]) / step)
     fitted, first = np.polyfit(whole, places, 1)
     off = float(np.sqrt(((places - first - fitted * whole) ** 2).mean()))
+    often = np.sort(np.unique(np.diff(whole), return_counts=True)[1])
+    if 2 * often[-2:].sum() <= often.sum():
+        return None
     return EvenSpacing(float(fitted), off, places) if 2.0 * np.pi * off < ALIKE * fitted else None

@@ -20,6 +20,8 @@ from stepgauge.effects.words import Wording, direction_words, filled
 Said = Mapping[str, Any]
 NO_CHOICE = ("start_s", "pause_s", "about_mm")
 """Parameters of the computation that are not part of the name of a law."""
+PER_TURN, WHOLE = ("turn_1", "turn_2", "turn_3", "turn_3"), 1e-6
+"""The words for one, two, .. periods in a turn, and the angle, deg, by which these may differ from a turn."""
 
 
 @dataclass(frozen=True)
@@ -142,10 +144,15 @@ def remedy(one: Said, at: Subject = GAUGE, language: str = "en") -> Wording:
 
 
 def _turns(values: Mapping[str, Said], language: str) -> str:
-    """How often something repeats in a turn."""
-    period = values.get("period_mm", {}).get("value")
+    """How often something repeats in a turn; of a whole number that is known beforehand what it is usual for, too."""
+    stated = values.get("period_mm", {})
+    period = float(stated.get("value") or 0.0)
     count = round(360.0 / period) if period else 0
-    return "" if not count else say("turn", language) if count == 1 else say("turns", language, count=count)
+    if not count:
+        return ""
+    if stated.get("u") is None and count <= len(PER_TURN) and abs(count * period - 360.0) < WHOLE:
+        return say(PER_TURN[count - 1], language, count=count)
+    return say("turn", language) if count == 1 else say("turns", language, count=count)
 
 
 def _values(one: Said, at: Subject, language: str) -> dict[str, Said]:

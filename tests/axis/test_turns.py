@@ -1,0 +1,101 @@
+"""Rotary axes: whole numbers of periods in a turn are causes with exact periods, which stand together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import stepgauge as sg
+from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis
+from stepgauge.diagnosis.wording.aliases import even
+from stepgauge.diagnosis.wording.findings import Subject, meaning
+from stepgauge.effects.scales import PeriodicScaleError
+from tests.axis.made import axis
+
+NOISE, RUNS, TARGETS, REVERSAL = 0.3, 3, 36, 5.0
+ROTARY = Subject("axis", "deg", "arcsec")
+
+
+def diagnosed(seed: int, waves: dict[float, float]) -> AxisDiagnosis:
+    """Uneven targets over a turn, both ways; ``waves``: amplitudes in arcsec by the number in a turn."""
+    random = np.random.default_rng(seed)
+    target = np.round(np.sort(random.uniform(0.0, 360.0, TARGETS)), 1)
+    phases = random.uniform(0.0, 2.0 * np.pi, 3)
+    parts = []
+    for run in range(1, RUNS + 1):
+        for way, name in ((1, "+"), (-1, "-")):
+            at = target[::way]
+            away = random.normal(-way * REVERSAL / 2.0, NOISE, TARGETS)
+            for (count, size), phase in zip(waves.items(), phases, strict=False):
+                away += size * np.sin(np.radians(count * at) + phase)
+            columns = {"run": run, "direction": name, "target_deg": at, "deviation_arcsec": away}
+            parts.append(pd.DataFrame(columns))
+    recording = sg.import_recording(pd.concat(parts, ignore_index=True), sensor="autocollimator")
+    return sg.diagnose(recording, kind="rotary table")
+
+
+@pytest.mark.parametrize("seed", [51, 52, 61, 63, 65])
+def test_once_and_twice_a_turn_are_found_with_their_sizes_and_exact_periods(seed: int) -> None:
+    """Every second recording has a worm of 3 deg, too; uncertainties are those of least squares in closed form."""
+    worm = {120.0: 1.5} if seed in (51, 61) else {}
+    made = {1.0: 6.0, 2.0: 2.0, **worm}
+    said = diagnosed(seed, made).contents
+    assert said["verdict"] == "effects"
+    assert sorted(one["kind"] for one in said["effects"]) == [*["periodic_scale_error"] * len(made), "reversal_error"]
+    assert worm or not any("not exactly of this shape" in one for one in said["limits"])
+    assert said["probabilities"]["possible"] == []
+    for one in said["effects"]:
+        assert one["set"] == []
+        known = one["parameters"]
+        if one["kind"] == "periodic_scale_error":
+            count = 360.0 / known["period_deg"]["value"]
+            size = made[float(round(count))]
+            u = NOISE * np.sqrt(2.0 / (2 * RUNS * TARGETS))
+            assert abs(known["amplitude_arcsec"]["value"] - size) < 4.0 * u
+            if count < 100.0:
+                assert known["period_deg"]["value"] == pytest.approx(360.0 / round(count), rel=1e-9)
+                assert known["period_deg"]["u"] is None
+                assert known["amplitude_arcsec"]["u"] == pytest.approx(u, rel=0.4)
+                assert known["phase_deg"]["u"] == pytest.approx(np.degrees(u / size), rel=0.4)
+
+
+def test_a_period_that_is_known_beforehand_is_told_with_what_is_usual_for_it() -> None:
+    def told(period: float, u: float | None, language: str) -> str:
+        period_deg = {"value": period, "u": u, "unit": "deg"}
+        size = {"value": 6.0, "u": 0.1, "unit": "arcsec"}
+        one = {"kind": "periodic_scale_error", "parameters": {"period_deg": period_deg, "amplitude_arcsec": size}}
+        return meaning(one, ROTARY, language)
+
+    assert "once a turn, as eccentricity does" in told(360.0, None, "en")
+    assert "einmal je Umdrehung wie bei Exzentrizität" in told(360.0, None, "de")
+    assert "twice a turn, as tilt or an elliptic seat does" in told(180.0, None, "en")
+    assert "zweimal je Umdrehung" in told(180.0, None, "de")
+    assert "3 times a turn, as a seat on 3 points does" in told(120.0, None, "en")
+    assert "about 3 times a turn, by" in told(119.8, 0.4, "en")
+
+
+def test_the_step_of_rounding_is_none_of_targets() -> None:
+    """Targets 5 deg apart with irregular parts, to 0.1 deg; even ones with some left out have theirs."""
+    random = np.random.default_rng(7)
+    places = np.round(5.0 * np.arange(72.0) + random.uniform(-1.5, 1.5, 72), 1)
+    assert even(places) is None
+    assert even(np.r_[places, places[10] + 0.1]) is None
+    left_out = even(np.delete(5.0 * np.arange(72.0), [4, 5, 30, 51]))
+    assert left_out is not None
+    assert left_out.spacing == pytest.approx(5.0)
+
+
+def test_a_wave_of_a_turn_is_no_alias_of_rounding() -> None:
+    places = np.round(15.0 * np.arange(24.0) + np.random.default_rng(8).uniform(-4.0, 4.0, 24), 1)
+    found = sg.diagnose(axis(places, lambda t, w: 3.0 * np.sin(np.radians(t)), units=("deg", None)))
+    assert "alias" not in found.summary()
+    assert not any("even steps" in one for one in found.contents["limits"])
+
+
+def test_a_law_that_moves_little_beside_its_own_discrepancy_is_no_finding(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the waves of a turn a local defect takes what they leave by other shapes, with a size of -0.6 +- 0.3."""
+    monkeypatch.setattr(PeriodicScaleError, "per_turn", classmethod(lambda cls: {}))
+    said = diagnosed(9, {1.0: 6.0, 2.0: 2.0, 120.0: 1.5}).contents
+    assert said["verdict"] == "unknown"
+    assert "local_scale_defect" not in [one["kind"] for one in said["effects"]]
