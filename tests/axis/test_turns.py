@@ -10,6 +10,7 @@ import stepgauge as sg
 from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis
 from stepgauge.diagnosis.wording.aliases import even
 from stepgauge.diagnosis.wording.findings import Subject, meaning
+from stepgauge.effects import grids
 from stepgauge.effects.scales import PeriodicScaleError
 from tests.axis.made import axis
 
@@ -35,29 +36,42 @@ def diagnosed(seed: int, waves: dict[float, float]) -> AxisDiagnosis:
     return sg.diagnose(recording, kind="rotary table")
 
 
+def closed_form_u(found: AxisDiagnosis, counts: list[float], count: float, phase_deg: float) -> tuple[float, float]:
+    """Standard uncertainties of amplitude, and of amplitude times phase, by linear least squares of all waves."""
+    frame = found.data.recording.frame
+    turned = [np.radians(one * frame["target"].to_numpy()) for one in counts]
+    columns = [np.ones(len(frame)), frame["way"].to_numpy(float), *map(np.sin, turned), *map(np.cos, turned)]
+    covariance = NOISE**2 * np.linalg.inv(np.array(columns) @ np.array(columns).T)
+    own = [2 + counts.index(count), 2 + len(counts) + counts.index(count)]
+    phase = np.radians(phase_deg)
+    along = np.array([[np.cos(phase), np.sin(phase)], [-np.sin(phase), np.cos(phase)]])
+    by_sine, by_cosine = np.sqrt(np.diag(along @ covariance[np.ix_(own, own)] @ along.T))
+    return float(by_sine), float(by_cosine)
+
+
 @pytest.mark.parametrize("seed", [51, 52, 61, 63, 65])
 def test_once_and_twice_a_turn_are_found_with_their_sizes_and_exact_periods(seed: int) -> None:
-    """Every second recording has a worm of 3 deg, too; uncertainties are those of least squares in closed form."""
-    worm = {120.0: 1.5} if seed in (51, 61) else {}
-    made = {1.0: 6.0, 2.0: 2.0, **worm}
-    said = diagnosed(seed, made).contents
+    """Two recordings have a worm of 3 deg, too; its own period is found."""
+    made = {1.0: 6.0, 2.0: 2.0, **({120.0: 1.5} if seed in (51, 61) else {})}
+    found = diagnosed(seed, made)
+    said = found.contents
     assert said["verdict"] == "effects"
     assert sorted(one["kind"] for one in said["effects"]) == [*["periodic_scale_error"] * len(made), "reversal_error"]
-    assert worm or not any("not exactly of this shape" in one for one in said["limits"])
-    assert said["probabilities"]["possible"] == []
-    for one in said["effects"]:
-        assert one["set"] == []
+    assert not any("label" in one for one in said["probabilities"]["possible"])
+    waves = [one for one in said["effects"] if one["kind"] == "periodic_scale_error"]
+    assert sorted(round(360.0 / one["parameters"]["period_deg"]["value"]) for one in waves) == list(made)
+    for one in waves:
         known = one["parameters"]
-        if one["kind"] == "periodic_scale_error":
-            count = 360.0 / known["period_deg"]["value"]
-            size = made[float(round(count))]
-            u = NOISE * np.sqrt(2.0 / (2 * RUNS * TARGETS))
-            assert abs(known["amplitude_arcsec"]["value"] - size) < 4.0 * u
-            if count < 100.0:
-                assert known["period_deg"]["value"] == pytest.approx(360.0 / round(count), rel=1e-9)
-                assert known["period_deg"]["u"] is None
-                assert known["amplitude_arcsec"]["u"] == pytest.approx(u, rel=0.4)
-                assert known["phase_deg"]["u"] == pytest.approx(np.degrees(u / size), rel=0.4)
+        count = float(round(360.0 / known["period_deg"]["value"]))
+        assert one["set"] == []
+        assert known["amplitude_arcsec"]["value"] == pytest.approx(made[count], abs=0.15)
+        if count < 100.0:
+            assert known["period_deg"]["value"] == pytest.approx(360.0 / count, rel=1e-9)
+            assert known["period_deg"]["u"] is None
+            u, across = closed_form_u(found, list(made), count, known["phase_deg"]["value"])
+            assert known["amplitude_arcsec"]["u"] == pytest.approx(u, rel=0.3)
+            assert known["phase_deg"]["u"] == pytest.approx(np.degrees(across / made[count]), rel=0.3)
+            assert abs(known["amplitude_arcsec"]["value"] - made[count]) < 4.0 * u
 
 
 def test_a_period_that_is_known_beforehand_is_told_with_what_is_usual_for_it() -> None:
@@ -96,6 +110,7 @@ def test_a_wave_of_a_turn_is_no_alias_of_rounding() -> None:
 def test_a_law_that_moves_little_beside_its_own_discrepancy_is_no_finding(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without the waves of a turn a local defect takes what they leave by other shapes, with a size of -0.6 +- 0.3."""
     monkeypatch.setattr(PeriodicScaleError, "per_turn", classmethod(lambda cls: {}))
+    monkeypatch.setattr(grids, "LOCAL", 2.5)
     said = diagnosed(9, {1.0: 6.0, 2.0: 2.0, 120.0: 1.5}).contents
     assert said["verdict"] == "unknown"
     assert "local_scale_defect" not in [one["kind"] for one in said["effects"]]
