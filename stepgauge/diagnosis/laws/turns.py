@@ -32,14 +32,14 @@ def apart(family: Family, probings: Probings) -> Iterator[Family]:
     whole = {n: np.flatnonzero(np.abs(count - n) < SAME * n) for n in per_turn}
     rest = np.setdiff1d(np.arange(len(count)), np.concatenate(list(whole.values())))
     if rest.size:
-        yield _of_atoms(family, rest)
+        yield _select(family, rest)
     for n, atoms in whole.items():
         if atoms.size:
-            one = _of_atoms(family, atoms)
+            one = _select(family, atoms)
             yield replace(one, taken=one.taken | {name}, alone=per_turn[n], log_weight=np.zeros(1))
 
 
-def _of_atoms(family: Family, rows: Rows) -> Family:
+def _select(family: Family, rows: Rows) -> Family:
     """A family with some of its shapes."""
     kept = [family.atoms[int(row)] for row in rows]
     return replace(family, atoms=kept, pattern=family.pattern[rows], log_weight=family.log_weight[rows])
