@@ -93,7 +93,14 @@ def read_points(
     source, decisions = read_source(given), decisions or Decisions()
     file = read_file(source, layout, decisions)
     file = replace(file, tables=[one if _names_points(one, layout) else points_of_rows(one) for one in file.tables])
-    table = choose_table(file, lambda one: _names_points(one, layout), layout, source.name, decisions)
+    named = any(_names_points(one, layout) for one in file.tables)
+
+    def fits(one: Table) -> bool:
+        if named or listed is None:
+            return _names_points(one, layout)
+        return faces_along(one, listed, _unit_mm(layout)) is not None
+
+    table = choose_table(file, fits, layout, source.name, decisions)
     columns = read_columns(table.headers, table.units, layout.columns, POINTS)
     decisions.columns = taken_columns(table, [(one.place, one.role, one.unit) for one in columns])
     _check(table, columns, layout, decisions, listed)

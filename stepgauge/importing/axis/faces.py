@@ -112,7 +112,8 @@ def _are_certified(table: Table, place: int, listed: Targets, face: NDArray[np.i
 def _fitting_header(table: Table, listed: Targets) -> str:
     """Names for the columns of a table without a header, of which one holds nominal positions; empty for none."""
     numbers = [table.numbers(place) for place in range(_width(table))]
-    unit = next(filter(None, map(listed.unit_of, numbers)), "mm")
+    units = [unit for unit in map(listed.unit_of, numbers) if unit is not None]
+    unit = "mm" if "mm" in units or not units else units[0]
     numbers = [values * LENGTH_MM[unit] for values in numbers]
     on_list = [place for place, values in enumerate(numbers) if listed.lists(values)]
     if not on_list:

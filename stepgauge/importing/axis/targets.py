@@ -67,8 +67,9 @@ class Targets:
         return float(np.abs(there[:, None] - self.nominal).min(axis=1).max(initial=0.0))
 
     def unit_of(self, values: Array) -> str | None:
-        """The unit of length in which numbers are nominal positions in mm; None for none."""
-        known = [name for name in NAMES if name in LENGTH_MM]
+        """The unit of length in which numbers are nominal positions, and do not count them; None for none."""
+        counts = (values == np.floor(values)).all() and 0 <= values.min(initial=0) <= values.max() <= len(self.nominal)
+        known = ["mm"] if counts else ["mm", *(name for name in NAMES if name in LENGTH_MM)]
         return next((name for name in known if self.lists(values * LENGTH_MM[name])), None)
 
     def nearest(self, reading: Array, at: str) -> NDArray[np.intp]:

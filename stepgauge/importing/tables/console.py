@@ -45,8 +45,9 @@ def console_cells(source: Source) -> Cells | None:
     numbers = sum(bool(_ANY.search(_bare(line))) and not _POSITION.search(line) for line in first)
     for find in (_blocks, _alike):
         found = find(first, source.name)
-        per_row = len(found.names) if find is _blocks else 1
-        if len(found.rows) >= FEWEST and 2 * per_row * len(found.rows) >= numbers:
+        count = len(found.rows) * (len(found.names) if find is _blocks else 1)
+        differ = len({tuple(values) for _, values, _ in found.rows}) > 1  # else settings, beside other numbers
+        if len(found.rows) >= FEWEST and 2 * count >= numbers and (differ or count == numbers):
             lines = text.splitlines()
             return _make_cells(source.name, find(lines, source.name), encoding, lines)
     return None

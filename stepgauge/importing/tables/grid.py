@@ -268,8 +268,9 @@ def _check_left_out(cells: Cells, first: int, last: int, width: int) -> None:
 
 
 def _check_widths(cells: Cells, headers: Sequence[str], rows: Sequence[Sequence[Cell]], lines: Sequence[int]) -> None:
+    """No row has more numbers or words than the header names; a deviation that is drawn (``--#--``) is none."""
     for line, row in zip(lines, rows, strict=True) if headers else ():
-        if any(cell != "" for cell in row[len(headers) :]):
+        if any(any(map(str.isalnum, str(cell))) for cell in row[len(headers) :]):
             words = f"{{}} or {{}} that fit, or {len(headers)}: {', '.join(headers)}"
             _refuse_width(f"{cells.path}:{line}", len(row), naming("delimiter", "header", words=words))
 

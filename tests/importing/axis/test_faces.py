@@ -76,6 +76,23 @@ def test_positions_of_the_gauge_are_those_of_its_faces(text: str) -> None:
     check_touches(given(text, sensor="touch"))
 
 
+def test_a_report_of_an_office_program_with_lines_between_the_blocks() -> None:
+    """As PC-DMIS prints it: settings of the drawing above, a drawn deviation behind, and an end of every block."""
+    more = "GRAPH=OFF  TEXT=OFF  MULT=10.00  OUTPUT=BOTH\nAX "
+    blocks = (block(face, 0, label(face)).replace("AX ", more).replace("0000\n\n", "0000 ---#---\n") for face in FACES)
+    text = "PART NAME : gauge\n\n" + "END OF DIMENSION\n".join(blocks)
+    assert ("sensor", "touch") in choices(given(text))
+    check_touches(given(text, sensor="touch"))
+
+
+def test_runs_below_one_another_without_a_header_are_offered_one() -> None:
+    rows = (f"{run + 1},{f},{GAUGE.nominal_mm[f - 1]},{RUNS_MM[f - 1, run]}" for run in range(3) for f in FACES)
+    text = "\n".join(rows)
+    answer = ("header", "column 1,face,nominal_mm,reading_mm")
+    assert answer in choices(given(text))
+    check_touches(given(text, header=answer[1], sensor="touch"))
+
+
 def test_positions_of_another_artefact_are_not() -> None:
     text = "\n".join(["Feature,Nominal,Run 1", *(f"P{n},{7.3 * n},{7.3 * n + 0.001}" for n in range(24))])
     assert ("sensor", "touch") not in choices(given(text))
