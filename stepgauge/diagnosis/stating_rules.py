@@ -258,13 +258,17 @@ def presence_probability(statement: StatedTerm, answer: Posterior) -> float:
 
 
 def spread_factor(answer: Posterior, state: Hypothesis, label: str, least: float) -> float:
-    """Factor on the uncertainty of a size: over all hypotheses that contain it, over that in the stated one."""
+    """Factor on the uncertainty of a size: that over all hypotheses that contain it, over that in the stated one.
+
+    Both are about the value of the stated one, which is what is told: where others say another, they widen it by that.
+    """
     spread = answer.spread(label, least)
     index = next((i for i, term in enumerate(state.terms) if term.candidate.label == label), None)
     if spread is None or index is None:
         return 1.0
-    own = float(np.trace(state.amplitudes(index)[1]))
-    return max(float(np.sqrt(np.trace(spread[1]) / max(own, 1e-300))), 1.0)
+    told, own = state.amplitudes(index)
+    mean_square = np.trace(spread[1]) + np.sum((spread[0] - told) ** 2)
+    return max(float(np.sqrt(mean_square / max(float(np.trace(own)), 1e-300))), 1.0)
 
 
 def structure_alone(

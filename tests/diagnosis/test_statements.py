@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import lru_cache, partial
 from types import SimpleNamespace
@@ -18,7 +19,7 @@ from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis, Located
 from stepgauge.diagnosis.statements import OPEN, conclude
-from stepgauge.diagnosis.stating_rules import StatedTerm
+from stepgauge.diagnosis.stating_rules import StatedTerm, spread_factor
 from stepgauge.diagnosis.structure import _reduce_harmonics, _without_index
 from stepgauge.diagnosis.wording.headline import headline, summary_line
 from stepgauge.diagnosis.wording.phrases import number, worded
@@ -201,3 +202,13 @@ def test_the_scatter_is_that_of_the_machine_file_in_an_ordinary_recording() -> N
     recording = record(machine(), (ALONG_X, ALONG_Y))
     assert make_residuals(recording, gauge(), machine()).um.std() > 0.0
     assert all(one.kind != "repeatability" for one in made("null")[1].findings)
+
+
+def test_the_uncertainty_of_a_told_size_covers_what_other_hypotheses_say() -> None:
+    """27 um is told with u = 1.3 um; over all hypotheses it is 32 with a variance of 30 um2: u2 = 30 + (32 - 27)2."""
+    term = SimpleNamespace(candidate=SimpleNamespace(label="reversal"))
+    state: Any = SimpleNamespace(terms=[term], amplitudes=lambda index: (np.array([27.0]), np.array([[1.69]])))
+    answer: Any = SimpleNamespace(spread=lambda label, least: (np.array([32.0]), np.array([[30.0]])))
+    assert spread_factor(answer, state, "reversal", 0.05) * 1.3 == pytest.approx(math.sqrt(55.0))
+    same: Any = SimpleNamespace(spread=lambda label, least: (np.array([27.0]), np.array([[1.0]])))
+    assert spread_factor(same, state, "reversal", 0.05) == 1.0
