@@ -42,6 +42,7 @@ from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
+from stepgauge.inference.hypothesis import Hypothesis, log_posterior
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.inference.posterior import Posterior
@@ -57,12 +58,13 @@ FEWEST_RUNS = 6
 
 @dataclass(frozen=True)
 class Searched:
-    """A search with its answer, and its residuals."""
+    """A search with its answer, and its residuals; ``reached``: log posterior of the best hypothesis that it led to."""
 
     data: Residuals
     search: Search
     answer: Posterior
     model: Model
+    reached: float
 
 
 def diagnose(
@@ -117,7 +119,13 @@ def diagnose_with_search(
     found = _search(recorded, start_s, table, without, progress)
     if found is None:
         return insufficient(recorded), None
-    return _make_diagnosis(found, recorded, start_s, table, without, separations), found
+    told = _make_diagnosis(found, recorded, start_s, table, without, separations)
+    met = _most_probable(found.search)
+    if met.log_posterior > found.reached + np.log(table.decision.excluded):
+        # the averages met what no step of the search leads to, as several laws in place of one form
+        found = _answered(found.data, found.search, table, found.search.climbed(met))
+        told = _make_diagnosis(found, recorded, start_s, table, without, separations)
+    return told, found
 
 
 def _check_kinds(without: Collection[str]) -> None:
@@ -150,9 +158,18 @@ def _search(
     some = counted_from(_some(data), start_s)
     if degrees(some) < FEWEST_DOF:
         return None
-    search = Search(make_problem(some, priors, without), priors.scatter, progress)
-    answer = answer_of(search, priors.decision)
-    return Searched(some, search, answer, make_model(search, answer, some, priors))
+    return _answered(some, Search(make_problem(some, priors, without), priors.scatter, progress), priors)
+
+
+def _answered(data: Residuals, search: Search, priors: Priors, best: Hypothesis | None = None) -> Searched:
+    answer = answer_of(search, priors.decision, best)
+    reached = _most_probable(search).log_posterior
+    return Searched(data, search, answer, make_model(search, answer, data, priors), reached)
+
+
+def _most_probable(search: Search) -> Hypothesis:
+    """Of all hypotheses that were computed."""
+    return max(search.evidence.best_by_labels.values(), key=log_posterior)
 
 
 def _make_diagnosis(

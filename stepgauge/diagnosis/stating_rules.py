@@ -64,9 +64,9 @@ class StatedTerm:
         return self.lead.candidate.named
 
 
-def answer_of(search: Search, decision: Decision) -> Posterior:
-    """The answer of a search, with all that is likelier than not."""
-    return Posterior(search, _completed(search, _prefer_single_laws(search, search.run()), decision))
+def answer_of(search: Search, decision: Decision, best: Hypothesis | None = None) -> Posterior:
+    """The answer of a search, with all that is likelier than not; ``best``: what it found, where it was run before."""
+    return Posterior(search, _completed(search, _prefer_single_laws(search, best or search.run()), decision))
 
 
 def _prefer_single_laws(search: Search, best: Hypothesis) -> Hypothesis:

@@ -74,6 +74,18 @@ def test_once_and_twice_a_turn_are_found_with_their_sizes_and_exact_periods(seed
             assert abs(known["amplitude_arcsec"]["value"] - made[count]) < 4.0 * u
 
 
+def test_three_waves_of_a_turn_are_found_where_one_smooth_function_fits_as_well() -> None:
+    """No step of the search leads from the function to all three; the averages meet them, and it goes on from there."""
+    target = np.round(np.sort(np.random.default_rng(3).uniform(0.0, 360.0, TARGETS)), 1)
+    sizes = {360.0: 4.0, 180.0: 2.0, 120.0: 1.0}
+    law = lambda t, w: sum(a * np.sin(2.0 * np.pi * t / p + 360.0 / p - 1.0) for p, a in sizes.items())  # noqa: E731
+    said = sg.diagnose(axis(target, law, units=("deg", None))).contents
+    assert said["verdict"] == "effects"
+    known = [one["parameters"] for one in said["effects"]]
+    found = {round(one["period_deg"]["value"]): one["amplitude_arcsec"]["value"] for one in known}
+    assert found == pytest.approx(sizes, abs=0.15)
+
+
 def test_a_period_that_is_known_beforehand_is_told_with_what_is_usual_for_it() -> None:
     def told(period: float, u: float | None, language: str) -> str:
         period_deg = {"value": period, "u": u, "unit": "deg"}
