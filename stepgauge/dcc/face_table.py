@@ -16,6 +16,7 @@ from stepgauge.dcc.gauge_read import SUBTRACTIONS
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import find_unit
+from stepgauge.gauge.certified import LONGEST_MM
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.read import TableLayout, only_table, read_file
@@ -35,7 +36,7 @@ _HEADERS: Sequence[tuple[Role, str]] = (
 )
 _PLAIN_DEVIATION = re.compile("deviation|error|abweich|diff", re.IGNORECASE)
 LARGEST_DEVIATION_MM = 0.2
-LARGEST_MM = {"deviation": LARGEST_DEVIATION_MM, "uncertainty": 0.05}
+LARGEST_MM = {"deviation": LARGEST_DEVIATION_MM, "uncertainty": 0.05, "position": LONGEST_MM}
 """No certificate of a step gauge states more."""
 UNSURE_UM = (0.01, 0.05)
 """An uncertainty without a unit in this range may be one of each unit."""
@@ -307,7 +308,8 @@ def _check_size(table: Table, place: int, of: str, unit: str) -> None:
     values = np.abs(table.numbers(place))
     largest = float(values.max()) * UNITS[unit]
     if unit == "mm" and LARGEST_MM[of] < largest <= LARGEST_MM[of] * 1e3:
-        what, expected = f"the {of} is far too large in mm and looks like um (factor 1000)", naming(f"{of}_unit")
+        what = f"the {of} is far too large in mm and looks like um (factor 1000)"
+        expected = "um in the name of the column" if of == "position" else naming(f"{of}_unit")
         raise InputError(table.at(int(values.argmax())), what, found=f"{largest:g} mm", expected=expected)
 
 

@@ -88,6 +88,17 @@ def test_a_table_that_begins_with_face_2_gets_face_1() -> None:
     assert found.notes == ("face_1_added",)
 
 
+@pytest.mark.parametrize("nominal", [NOMINAL, [1000 * one for one in NOMINAL]], ids=["mm", "um"])
+def test_positions_in_um_under_a_header_of_mm_are_named_and_the_header_settles_it(nominal: list[float]) -> None:
+    head = "Face\tNominal (mm)\tPosition (mm)\tU (um)"
+    text = lines(FACE, nominal, [1000.0 * one for one in POSITION], U_UM, head=head)
+    with pytest.raises(InputError, match="the position is far too large in mm and looks like um .*; found 50000.* mm"):
+        faces(text)
+    right = text.replace("Position (mm)", "Position (um)")
+    right = right if nominal == NOMINAL else right.replace("Nominal (mm)", "Nominal (um)")
+    np.testing.assert_allclose(faces(right)[:, 1:3], np.c_[NOMINAL, POSITION], atol=1e-9)
+
+
 def test_what_may_be_two_things_is_asked_and_the_answer_settles_it() -> None:
     positive = [abs(off) for off in OFF_UM]
     text = lines(NOMINAL, positive, U_UM)
