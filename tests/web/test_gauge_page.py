@@ -92,7 +92,7 @@ def test_a_table_that_begins_with_face_2_gets_face_1() -> None:
 def test_positions_in_um_under_a_header_of_mm_are_named_and_the_header_settles_it(nominal: list[float]) -> None:
     head = "Face\tNominal (mm)\tPosition (mm)\tU (um)"
     text = lines(FACE, nominal, [1000.0 * one for one in POSITION], U_UM, head=head)
-    with pytest.raises(InputError, match="the position is far too large in mm and looks like um .*; found 50000.* mm"):
+    with pytest.raises(InputError, match=r"the position is far too large in mm and looks like um .*; found 50000.* mm"):
         faces(text)
     right = text.replace("Position (mm)", "Position (um)")
     right = right if nominal == NOMINAL else right.replace("Nominal (mm)", "Nominal (um)")
