@@ -87,7 +87,6 @@ def test_three_placements_with_three_faults(tmp_path: Path) -> None:
     folder = run_example("figures", tmp_path)
     drawn = {path.stem for path in folder.glob("*.png")}
     each = {f"{what}-placement-{n}" for what in ("error", "bidirectional", "repeatability") for n in (1, 2, 3)}
-    each |= {f"evaluation-placement-{n}" for n in (1, 2, 3)}
     assert drawn == each | {"arrows", "run"}
     gauge = read_gauge("step-gauge-420")
     recording = join_recordings([read_recording(folder / f"{name}.csv") for name in ("along-x", "along-y", "diagonal")])

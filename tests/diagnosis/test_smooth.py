@@ -10,7 +10,7 @@ import pytest
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.gaussian_processes.candidates import random_function_candidates
 from stepgauge.diagnosis.gaussian_processes.formula import model_unknown, rest_rms_um
-from stepgauge.diagnosis.gaussian_processes.random_function import SMOOTH, TREND
+from stepgauge.diagnosis.gaussian_processes.random_function import BEAT, SAWTOOTH, SMOOTH, TREND, WAVE
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.effects import Probings, Setting
@@ -185,3 +185,15 @@ def test_what_a_law_takes_of_a_form_leaves_the_numbers_of_its_shapes() -> None:
         for atom, kernel in enumerate(one.source.kernels):
             assert kernel == every[one.label].source.kernels[atom]
             assert np.array_equal(one.columns(atom), every[one.label].columns(atom))
+
+
+def test_a_shape_that_is_fitted_has_the_signature_of_its_numbers() -> None:
+    """What a run that is to come would show follows from the numbers; a sawtooth of the grid falls less steeply."""
+    data = make_residuals(record(machine(), axes=[ALONG_X], cycles=4), gauge(), machine())
+    every = random_function_candidates(data, shipped_priors(), NOISE_UM)
+    fitted = [one for one in every if getattr(one, "refine", None) and one.source.shape != SAWTOOTH]
+    assert {one.source.shape for one in fitted} == {WAVE, BEAT}
+    for one in fitted:
+        for atom in (0, one.atoms - 1):
+            of_numbers = np.concatenate([one.source.of(one.source.kernels[atom]) * share for share in one.shares])
+            np.testing.assert_allclose(of_numbers, one.columns(atom), atol=1e-3, err_msg=one.label)

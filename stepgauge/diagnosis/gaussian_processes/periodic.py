@@ -148,10 +148,13 @@ def beats(position: Covariate, slow: Covariate, data: Residuals, priors: Priors)
     def periods(f: float, g: float) -> tuple[float, float]:
         return position.span / f, slow.span / g
 
+    def of(shape: Any) -> Array:
+        return products([periods(*shape)])[0]  # a period is to its span as the number of periods is
+
     both, share = ("approach", "gauge"), priors.forms.product
     shapes = tuple(periods(*one) for one in grid)
     return RandomFunctionFeatures(
-        slow.name, slow.unit, BEAT, products(grid), shapes, both, share, "position", refine=refine
+        slow.name, slow.unit, BEAT, products(grid), shapes, both, share, "position", refine=refine, of=of
     )
 
 

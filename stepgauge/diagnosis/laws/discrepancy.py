@@ -83,8 +83,9 @@ class UnobservedCourses:
     @cached_property
     def _mixed(self) -> tuple[Array, Array]:
         """Coordinates ``(atoms, r)`` of the shapes, each of length one, and the courses ``(r, n)``."""
-        length = np.maximum(np.linalg.norm(self.pattern[:, 0], axis=1, keepdims=True), 1e-300)
-        left, size, courses = svd(self.pattern[:, 0] / length, full_matrices=False, check_finite=False)
+        length = np.linalg.norm(self.pattern[:, 0], axis=1, keepdims=True)
+        unit = self.pattern[:, 0] / np.maximum(length, np.finfo(length.dtype).tiny)
+        left, size, courses = svd(unit, full_matrices=False, check_finite=False)
         keep = size > NEGLIGIBLE * size[0]
         return left[:, keep] * size[keep], courses[keep]
 

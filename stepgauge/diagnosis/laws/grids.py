@@ -89,7 +89,8 @@ def _told_apart(
     def unit(places: Array) -> Array:
         shown = np.exp(places) if by_ratio else places
         found = signatures([{**others, shaped[own].name: float(value)} for value in shown])[:, 0]
-        return np.asarray(found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-300))
+        length = np.linalg.norm(found, axis=1, keepdims=True)
+        return np.asarray(found / np.maximum(length, np.finfo(length.dtype).tiny))
 
     seen = unit(at)
     while len(at) < most:
