@@ -6,6 +6,7 @@ server leaves nothing behind.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -171,7 +172,8 @@ def _mark_simulated(fig: Figure) -> None:
 
     if any(text.get_text() == SIMULATED_LINE for text in fig.texts):
         return
-    line = SIMULATED_LINE_PT / (72.0 * fig.get_figheight())
+    # in 1/1024 of the height: the solver of the layout sums in no fixed order, and such numbers have no rounding
+    line = math.ceil(1024.0 * SIMULATED_LINE_PT / (72.0 * fig.get_figheight())) / 1024.0
     layout = fig.get_layout_engine()
     if isinstance(layout, ConstrainedLayoutEngine):
         left, bottom, width, height = layout.get()["rect"]
