@@ -175,12 +175,10 @@ def verb(
         def call(*args: P.args, **kwargs: P.kwargs) -> T:
             """The checks, then the work."""
             try:
-                bound = signature.bind(*args, **kwargs)
+                readable.bind(*args, **kwargs)  # which names what the function takes by **, too
             except TypeError as error:
-                raise TypeError(_unbound(function.__name__, str(error), readable.parameters, kwargs)) from None
-            if unknown := [name for name in kwargs if name not in readable.parameters]:
-                error_text = f"got an unexpected keyword argument {unknown[0]!r}"
-                raise TypeError(_unbound(function.__name__, error_text, readable.parameters, kwargs))
+                raise TypeError(_unbound(function.__name__, error, readable.parameters, kwargs)) from None
+            bound = signature.bind(*args, **kwargs)
             for one in signature.parameters.values():
                 if one.kind is inspect.Parameter.VAR_KEYWORD:
                     bound.arguments[one.name] = known.taken(bound.arguments.get(one.name, {}))
@@ -223,11 +221,10 @@ def _plain(annotation: Any) -> Any:
     return _Plain(re.sub(r"ForwardRef\('([^']*)'\)|'([^']*)'|\b(?:[a-z_]\w*\.)+(?=[A-Z])", r"\1\2", text))
 
 
-def _unbound(name: str, error: str, known: Iterable[str], given: Mapping[str, Any]) -> str:
+def _unbound(name: str, error: TypeError, known: Mapping[str, Any], given: Mapping[str, Any]) -> str:
     """What Python says of a call that does not fit, with the function's name, and a name that was probably meant."""
-    names = list(known)
-    unknown = [one for one in given if one not in names]
-    near = difflib.get_close_matches(unknown[0], names, 1) if unknown else []
+    unknown = [one for one in given if one not in known]
+    near = difflib.get_close_matches(unknown[0], known, 1) if unknown else []
     return f"{name}() {error}{f'; did you mean {near[0]!r}?' if near else ''}"
 
 
