@@ -33,7 +33,7 @@ from stepgauge.diagnosis.problem import bare_problem, make_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals, without_copies
 from stepgauge.diagnosis.result import Finding, Fit, GaugeDiagnosis, Located, Noise, rms
 from stepgauge.diagnosis.stated_model import Model, drop_doubtful, make_model
-from stepgauge.diagnosis.statements import conclude
+from stepgauge.diagnosis.statements import conclude, undecided
 from stepgauge.diagnosis.stating_rules import answer_of, structure_alone
 from stepgauge.diagnosis.structure import inexact_laws, structure
 from stepgauge.diagnosis.wording.phrases import Phrase, misfit, number
@@ -191,6 +191,8 @@ def _make_diagnosis(
     if len(found.data) < len(data):
         told = _on_all_rows(told, model, data)
     told, placements = add_separations(told, model, found.data, separations)
+    if not any(one.probability >= priors.decision.stated for one in left):
+        left += undecided(answer, told, priors.decision)
     if separations:
         left = list(add_placements(left, found.data, priors.decision.excluded, placements))
     noise = noise_of(model, search.problem, data)

@@ -4,8 +4,8 @@ Probabilities are averages over all hypotheses that were computed. The rules, fo
 
 1. A statement (a law with its set, structure without a law, a property of the scatter) is made if its probability is at
    least ``stated``.
-2. The verdict is ``unknown`` if structure is stated, or if some structure without a law is as probable as that though
-   no single one is; else ``effects`` if a law or a property of the scatter is stated; else ``adequate`` if the
+2. The verdict is ``unknown`` if structure is stated, or if some structure without a law, or anything systematic at all,
+   is as probable as that though no single one is; else ``effects`` if a law or a property of the scatter is stated; else ``adequate`` if the
    probability that there is nothing is at least ``stated``; else ``insufficient``: the recording cannot tell.
 3. That known physics explains the recording is said if the probability of the stated findings together, with no
    structure besides, is at least ``stated``.
@@ -15,21 +15,23 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 from stepgauge.diagnosis.priors import Decision
-from stepgauge.diagnosis.result import Finding, Located, Verdict
+from stepgauge.diagnosis.result import Finding, Located, Replacement, Verdict
 from stepgauge.diagnosis.wording.structure import described
 from stepgauge.inference.noise_models import OUTLYING
 from stepgauge.inference.posterior import Posterior, WeightedHypothesis
 
 SCATTER = ("growth", "burst", "correlation", "certificate", OUTLYING, "heavy")
 """Properties of the scatter that have a probability."""
-OPEN = "structure"
-"""Form of structure of which it is not known what it depends on."""
+OPEN, UNDECIDED = "structure", "undecided"
+"""Forms of structure of which it is not known what it depends on, and of what may be structure or several laws."""
 MOST_POSSIBLE, LEAST_POSSIBLE = 3, 0.05
 """Most statements that are listed as possible, and the probability from which they are."""
+MOST_TOGETHER = 6
+"""Most hypotheses of laws that are listed where no single cause is likelier than not."""
 
 
 Stated = TypeVar("Stated", bound=Finding)
@@ -58,9 +60,7 @@ def conclude(
     """
     made = tuple(one for one in findings if one.probability >= decision.stated)
     left = tuple(one for one in structure if one.probability >= decision.stated)
-    unnamed = _probability(answer, _has_structure)
-    if not left and unnamed >= decision.stated:
-        left = (_open_structure(answer, unnamed),)
+    left = left or tuple(undecided(answer, made, decision))
     nothing = answer.probability_of_nothing(negligible)
     verdict: Verdict = "insufficient"
     if left or made:
@@ -68,6 +68,31 @@ def conclude(
     elif nothing >= decision.stated:
         verdict = "adequate"
     return Conclusion(verdict, made, left, _table(answer, nothing, made, left))
+
+
+def undecided(answer: Posterior, stated: Sequence[Finding], decision: Decision) -> Iterator[Located]:
+    """What is likelier than not though no single one is, where no structure is stated: structure, or anything at all.
+
+    ``stated``: the findings. Two laws may be as probable as two others or as one random function, so that none of these
+    is a statement: what they are is told with the odds of the laws.
+    """
+    unnamed = _probability(answer, _has_structure)
+    any_term = _probability(answer, lambda one: bool(one.candidates))
+    if unnamed >= decision.stated:
+        yield _open_structure(answer, unnamed)
+    elif any_term >= decision.stated and not any(one.probability >= decision.stated for one in stated):
+        names = _covariates(answer) or ["position"]
+        found = described(names[0], "both", UNDECIDED, [{"say": UNDECIDED}], 1.0, any_term)
+        yield replace(found, laws=tuple(_together(answer)))
+
+
+def _together(answer: Posterior) -> Iterator[Replacement]:
+    """Hypotheses of laws only, the most probable first, with their odds against the best one with structure."""
+    ranked = sorted(zip(answer.weights, answer.hypotheses, strict=True), key=lambda pair: -pair[0])
+    most = next((weight for weight, one in ranked if _has_structure(one)), ranked[0][0])
+    laws = [(weight, one) for weight, one in ranked if one.candidates and not _has_structure(one)]
+    for weight, one in laws[:MOST_TOGETHER]:
+        yield Replacement(tuple(sorted(c.source.label for c in one.candidates)), float(weight / most))
 
 
 def _probability(answer: Posterior, holds: Callable[[WeightedHypothesis], bool]) -> float:
@@ -80,12 +105,17 @@ def _has_structure(one: WeightedHypothesis) -> bool:
 
 def _open_structure(answer: Posterior, probability: float) -> Located:
     """Structure of which no single form is probable: what it may depend on, the most probable first."""
+    names = _covariates(answer)
+    return described(names[0], "both", OPEN, [{"say": "open", "covariates": names}], 1.0, probability)
+
+
+def _covariates(answer: Posterior) -> list[str]:
+    """What structure without a law may depend on, the most probable first."""
     probability_of: dict[str, float] = defaultdict(float)
     for weight, one in zip(answer.weights, answer.hypotheses, strict=True):
         for name in {c.source.covariate for c in one.candidates if not c.named}:
             probability_of[name] += float(weight)
-    names = sorted(probability_of, key=lambda name: -probability_of[name])[:MOST_POSSIBLE]
-    return described(names[0], "both", OPEN, [{"say": "open", "covariates": names}], 1.0, probability)
+    return sorted(probability_of, key=lambda name: -probability_of[name])[:MOST_POSSIBLE]
 
 
 def _table(
