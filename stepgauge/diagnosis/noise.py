@@ -115,7 +115,9 @@ def unlike_stated(noise: Noise, problem: Problem, data: Residuals, priors: Prior
     a display was not measured.
     """
     stated_um = data.machine.table.repeatability_um
-    if data.unknown is not None or stated_um <= 0.0 or noise.sigma_um <= AT_LEAST * problem.least_um * problem.typical:
+    if data.probings.setting.recording != "gauge" or stated_um <= 0.0:
+        return
+    if noise.sigma_um <= AT_LEAST * problem.least_um * problem.typical:
         return
     ratio = noise.sigma_um / (problem.scale_um * problem.typical)
     if ratio < 1.0 and not noise.repeats:

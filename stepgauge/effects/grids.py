@@ -19,8 +19,9 @@ from stepgauge.files.arrays import Array
 Choices = Mapping[str, Any]
 FEWEST_PERIODS = 2.0
 """Least number of periods within the duration of the measurement: less of one is a curvature."""
-FEWEST_ALONG = 1.25
-"""The same along an axis, where a period that is not fully covered has aliases at the pitch of the faces."""
+FEWEST_ALONG, FEWEST_ALONE = 1.25, 0.75
+"""The same along an axis, where a period that is not fully covered has aliases at the pitch of the faces; and along one
+that is recorded by itself, whose whole travel may be a period."""
 MOST_PERIODS, MOST_FREQUENCIES, MOST_TIMES = 5000, 2500, 1000
 FINER_THAN_STEPS, FEW_PLACES = 8.0, 5.5
 """Periods over the travel for each place that was measured, at most, where places lie unevenly and so show what is
@@ -99,7 +100,8 @@ def periods_along(probings: Probings, choices: Choices) -> Array:
         most = min(most, np.unique(x).size / 2.0)
     if turn_mm is not None:
         return turn_mm / np.arange(1.0, min(most * turn_mm / span, MOST_PERIODS) + 1.0)
-    turns = np.arange(FEWEST_ALONG, most + 1e-9, 1.0 / 3.0)[:MOST_PERIODS]
+    fewest = FEWEST_ALONE if probings.setting.recording == "linear" else FEWEST_ALONG
+    turns = np.arange(fewest, most + 1e-9, 1.0 / 3.0)[:MOST_PERIODS]
     return max(span, 1e-300) / turns
 
 

@@ -18,7 +18,7 @@ from stepgauge.diagnosis.gaussian_processes.random_function import SMOOTH, WAVE,
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis, Located
-from stepgauge.diagnosis.statements import OPEN, conclude
+from stepgauge.diagnosis.statements import OPEN, UNDECIDED, conclude
 from stepgauge.diagnosis.stating_rules import StatedTerm, spread_factor
 from stepgauge.diagnosis.structure import _reduce_harmonics, _without_index
 from stepgauge.diagnosis.wording.headline import headline, summary_line
@@ -36,7 +36,7 @@ PLAIN = SimpleNamespace(is_plain=True, tails="normal", certificate=1.0)
 
 
 def candidate(label: str, named: bool = True) -> Any:
-    return SimpleNamespace(label=label, kind=label, named=named, source=SimpleNamespace(covariate=label))
+    return SimpleNamespace(label=label, kind=label, named=named, source=SimpleNamespace(covariate=label, label=label))
 
 
 def posterior(*parts: tuple[float, tuple[Any, ...], Any]) -> Any:
@@ -74,16 +74,29 @@ def test_nothing_is_stated_below_its_probability_and_adequate_only_with_it() -> 
         p_law, p_form = weights[1] + weights[3], weights[2] + weights[3]
         found = conclude(answer, [finding("drift", p_law)], [located("time", p_form)], DECISION)
         assert all(one.probability >= DECISION.stated for one in (*found.findings, *found.structure))
-        assert (found.verdict == "unknown") == (p_form >= DECISION.stated)
+        undecided = [one for one in found.structure if one.form == UNDECIDED]
+        assert (found.verdict == "unknown") == (p_form >= DECISION.stated or bool(undecided))
+        assert bool(undecided) == (max(p_law, p_form) < DECISION.stated <= 1.0 - weights[0])
         assert found.verdict != "effects" or p_law >= DECISION.stated
         if found.verdict == "adequate":
             assert found.table["adequate"] == pytest.approx(weights[0])
             assert weights[0] >= DECISION.stated
-        if found.verdict == "insufficient":
-            assert max(p_law, p_form, weights[0]) < DECISION.stated
         assert found.table["explained"] == pytest.approx(weights[1] if found.findings else weights[0] + weights[1])
         verdicts.add(found.verdict)
-    assert verdicts == {"unknown", "effects", "adequate", "insufficient"}
+    assert verdicts == {"unknown", "effects", "adequate"}
+
+
+def test_what_two_laws_may_be_as_well_as_one_function_is_stated_with_the_odds_of_each() -> None:
+    """It was insufficient, with nothing at all excluded, and the pair of laws was not among the statements."""
+    form, x, y, squareness = candidate("machine x", False), candidate("scale x"), candidate("scale y"), candidate("xy")
+    parts = ((0.4, (form,)), (0.3, (x, y)), (0.2, (x, squareness)), (0.1, ()))
+    found = conclude(posterior(*((p, one, PLAIN) for p, one in parts)), [], [], DECISION)
+    (one,) = found.structure
+    assert (found.verdict, one.form, one.probability) == ("unknown", UNDECIDED, pytest.approx(0.9))
+    assert [(law.laws, pytest.approx(law.odds)) for law in one.laws] == [
+        (("scale x", "scale y"), 0.75),
+        (("scale x", "xy"), 0.5),
+    ]
 
 
 def test_structure_of_which_no_single_one_is_likely_is_told_with_what_it_may_depend_on() -> None:
