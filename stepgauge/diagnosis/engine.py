@@ -99,7 +99,10 @@ def diagnose(
     kind = stated_kind(kind, {KIND: machine.table.kind or ""}, table, machine.path)
     table = table.adapt([kind] if kind else [])
     recorded = without_copies(make_residuals(recording, gauge, machine))
-    return diagnose_with_search(recorded, absent, table, separations, progress)[0]
+    found, searched = diagnose_with_search(recorded, absent, table, separations, progress)
+    if kind or searched is None or found.verdict not in ("unknown", "insufficient"):
+        return found
+    return replace(found, remarks=(*found.remarks, {"say": "kind"}))
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")

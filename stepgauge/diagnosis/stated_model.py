@@ -6,6 +6,7 @@ may contain a step or a drift.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,6 +36,9 @@ from stepgauge.inference.search import Search
 SPANNED = 0.05
 """Share of a law's signature, left by a form, below which the form may contain the law."""
 
+UNRESOLVED = 0.8
+"""Periods over the travel or the duration by which two waves differ at least: closer ones beat, and are one wave whose
+amplitude changes. Those that a whole travel or turn contains differ by one."""
 MISFIT = 2.0
 """Chi-square per reading from which a fit leaves structure."""
 
@@ -44,7 +48,8 @@ class Model:
     """The hypothesis that is stated: laws, forms, and the fit of the laws beside the forms.
 
     ``vague``: those of the forms that are laws whose size is not determined, or is none that they can have
-    (``impossible``), or that are less probable than what is stated (``weak``); ``geometry``: all geometric errors at
+    (``impossible``), or that are less probable than what is stated (``weak``), or waves whose amplitude changes
+    (``modulated``); ``geometry``: all geometric errors at
     once, if they are stated: none of them has a fit of its own.
     """
 
@@ -57,6 +62,7 @@ class Model:
     geometry: tuple[StatedTerm, ...] = ()
     impossible: tuple[StatedTerm, ...] = ()
     weak: tuple[StatedTerm, ...] = ()
+    modulated: tuple[StatedTerm, ...] = ()
 
     @property
     def remainder_um(self) -> Array:
@@ -117,12 +123,13 @@ def drop_doubtful(
     """
     pairs = list(zip(model.laws, model.fitted.solved, strict=True))
     impossible = tuple(said for said, solved in pairs if not solved.is_possible)
+    modulated = tuple(_modulated(pairs, data))
     lost = _misfits(model, search, data, wider)
     vague = [said for said, solved in pairs if not _is_sure(said, solved, model.state, answer, priors, wider)]
     vague += [
         said for said, solved in pairs if lost and said not in vague and not _stands(solved, priors.decision, wider)
     ]
-    vague += [one for one in impossible if one not in vague]
+    vague += [one for one in (*impossible, *modulated) if one not in vague]
     vague += [one for one in model.geometry if not sign_is_sure(one, model.state, answer, priors.decision, wider)]
     several = answer.alternatives(LEAST_ODDS)
     known = [one for one in (*model.laws, *model.geometry) if one not in vague]
@@ -132,7 +139,28 @@ def drop_doubtful(
         return model
     kept = [one for one in (*model.laws, *model.geometry) if one not in vague]
     fewer = fit_laws(search, model.state, kept, [*model.forms, *vague], data)
-    return replace(fewer, vague=(*model.vague, *vague), impossible=impossible, weak=tuple(weak))
+    every = (*model.vague, *vague)
+    return replace(fewer, vague=every, impossible=impossible, weak=tuple(weak), modulated=modulated)
+
+
+def _modulated(pairs: Sequence[tuple[StatedTerm, Solved]], data: Residuals) -> Iterator[StatedTerm]:
+    """Waves that the recording is too short to tell from another one: a wave that fades or wanders is none of them."""
+    found = [(said, *_waves(solved, data)) for said, solved in pairs if _oscillates(solved.family)]
+    for said, along, waves in found:
+        others = (more for one, other, more in found if one is not said and other == along)
+        if any(abs(waves - more) < UNRESOLVED for more in others):
+            yield said
+
+
+def _waves(solved: Solved, data: Residuals) -> tuple[str, float]:
+    """What a sine depends on, and its periods over the span of that."""
+    assert solved.family.law is not None
+    name, is_frequency = solved.family.law.rhythm()
+    own = float(getattr(solved.effect, name))
+    in_time = solved.family.covariate == "time"
+    x = data.probings.time_s if in_time else data.probings.certified_mm()
+    choices = "" if in_time else str(sorted(solved.family.choices.items()))
+    return choices, float(np.ptp(x)) * (own if is_frequency else 1.0 / own)
 
 
 def _misfits(model: Model, search: Search, data: Residuals, wider: float) -> bool:

@@ -5,8 +5,9 @@ Probabilities are averages over all hypotheses that were computed. The rules, fo
 1. A statement (a law with its set, structure without a law, a property of the scatter) is made if its probability is at
    least ``stated``.
 2. The verdict is ``unknown`` if structure is stated, or if some structure without a law, or anything systematic at all,
-   is as probable as that though no single one is; else ``effects`` if a law or a property of the scatter is stated; else ``adequate`` if the
-   probability that there is nothing is at least ``stated``; else ``insufficient``: the recording cannot tell.
+   is as probable as that though no single one is; else ``effects`` if a law or a property of the scatter is stated;
+   else ``adequate`` if the probability that there is nothing is at least ``stated``; else ``insufficient``: the
+   recording cannot tell.
 3. That known physics explains the recording is said if the probability of the stated findings together, with no
    structure besides, is at least ``stated``.
 """

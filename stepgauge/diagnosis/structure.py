@@ -46,6 +46,8 @@ def _undetermined(statement: StatedTerm, model: Model, answer: Posterior, data: 
     phrase = {"say": "similar", "law": statement.source.label}
     if statement in model.impossible:
         phrase["say"] = "impossible"
+    elif statement in model.modulated:
+        phrase["say"] = "modulated"
     elif statement in model.weak:
         phrase |= {
             "say": "weak",

@@ -181,7 +181,8 @@ class Effect(TomlTable):
     ``prior``, how common and how large it is, a common kind of a tenth of its sensible range where none is stated;
     ``recordings``, those of :data:`RECORDINGS` that can show it; ``touch``, those in which only what touches has it;
     ``words``, for a person at the machine, and ``axis_words`` at an axis by itself where those differ;
-    ``process``, whether its shape idealises a process, so that a part of its size has other shapes.
+    ``process``, whether its shape idealises a process, so that a part of its size has other shapes;
+    ``several``: whether an axis that is recorded by itself may have it more than once, as every sine.
 
     The equations broadcast: a column has shape ``(n,)`` or ``(runs, n)``, a parameter is a number or of shape
     ``(runs, 1)``.
@@ -196,6 +197,7 @@ class Effect(TomlTable):
     recordings: ClassVar[tuple[str, ...]] = RECORDINGS
     touch: ClassVar[tuple[str, ...]] = ()
     process: ClassVar[bool] = False
+    several: ClassVar[bool] = False
     words: ClassVar[Wording | None] = None
     axis_words: ClassVar[Wording | None] = None
     when: str | None = Field(

@@ -19,6 +19,7 @@ class StepChange(Effect):
     equation: ClassVar[str] = "d = um where time_s (of the probing) >= time_s"
     source: ClassVar[str] = "Heaviside step in time"
     covariates: ClassVar[tuple[str, ...]] = ("time",)
+    several: ClassVar[bool] = True
     prior: ClassVar[EffectPrior | None] = EffectPrior(1.0, 1.0, "a slipped clamp or a knock")
     words: ClassVar[Wording | None] = Wording(
         "step change",

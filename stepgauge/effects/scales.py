@@ -247,6 +247,7 @@ class ScaleJoint(Effect):
     source: ClassVar[str] = "tapes and racks laid end to end: gap or difference in pitch; definition"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     recordings: ClassVar[tuple[str, ...]] = AXES
+    several: ClassVar[bool] = True
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.2, 2.0, "tapes and racks laid end to end", basis="grade")
     words: ClassVar[Wording | None] = Wording(
         "scale joint",

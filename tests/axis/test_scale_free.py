@@ -60,15 +60,18 @@ MADE = {
     "reversal": axis(LINE, lambda t, w: 1.0 * w + 0.004 * t),
     "drift": spot(lambda t: 0.01 * (1 - np.exp(-t / 600)), 5e-4),
     "scan": scanned(lambda x: 5.0 * np.sin(2 * np.pi * x / 0.9)),
+    "steps": spot(lambda t: 2e-3 * (t > 700.0) + 3e-3 * (t > 1400.0), 3e-4),
 }
+ALONE = [tuple(factor if i == place else 1.0 for i in range(3)) for place in range(3) for factor in (1e-3, 1e3)]
+TOGETHER = [(1e-3, 1e-3, 1e-3), (1e3, 1e3, 1e3), (37.0, 0.3, 7.0)]
 
 
 @pytest.mark.parametrize("name", MADE)
 def test_what_is_said_does_not_depend_on_the_size_of_an_axis(name: str) -> None:
-    """``deviation`` beside ``position``: of a deviation that is small beside a position digits are lost."""
+    """Positions, deviations and times, together, and of two kinds that are diagnosed quickly each alone."""
     found = said(MADE[name])
-    for position, deviation, time in ((1e-3, 730.0, 17.0), (1e3, 1e-3, 1e-3)):
-        other = said(stretched(MADE[name], position, deviation if name == "drift" else 1.0, time))
+    for factors in (*TOGETHER, *(ALONE if name in ("drift", "scan") else ())):
+        other = said(stretched(MADE[name], *factors))
         assert set(found) == set(other)
         assert all(abs(found[key] - other[key]) < 0.01 for key in found)
 
@@ -133,6 +136,35 @@ def test_a_recorded_temperature_is_a_cause_whatever_its_column_is_called() -> No
         assert found["verdict"] == "effects"
         (effect,) = (one for one in found["effects"] if one["kind"] == "thermal_shift")
         assert effect["parameters"]["um_per_K"]["value"] == pytest.approx(-35.0, rel=0.05)
+
+
+def test_two_waves_of_which_one_is_the_whole_travel_are_no_defect_at_a_place() -> None:
+    """A defect 120 mm wide in a line of 300 mm had the probability 0.98: no period was as long as the line."""
+    line = np.round(np.sort(np.random.default_rng(7).uniform(0.0, 300.0, 31)), 4)
+    law = lambda t, w: 4.0 * np.sin(2 * np.pi * t / 300.0) + 2.0 * np.sin(4 * np.pi * t / 300.0 + 1.0)  # noqa: E731
+    found = diagnose_axis(axis(line, law)).contents
+    assert all(one["kind"] == "periodic_scale_error" for one in found["effects"] if one["probability"] > 0.9)
+
+
+def test_two_steps_are_two_steps() -> None:
+    """The second was a drift that ends within half a minute, with the probability 1."""
+    found = diagnose_axis(MADE["steps"]).contents
+    assert sorted(round(one["parameters"]["um"]["value"]) for one in found["effects"]) == [2, 3]
+    assert {one["kind"] for one in found["effects"]} == {"step_change"}
+
+
+def test_what_rings_down_is_not_four_waves() -> None:
+    """Four drives and slow cycles beat, each with the probability 1."""
+    ringing = lambda t: 5e-3 * np.exp(-t / 1.5) * np.sin(2 * np.pi * 1.3 * t)  # noqa: E731
+    found = diagnose_axis(spot(ringing, 1e-4, rows=300, every_s=0.02)).contents
+    assert found["verdict"] == "unknown"
+    assert not found["effects"]
+
+
+def test_the_scatter_of_an_axis_is_not_compared_with_a_machine_file_that_it_has_not() -> None:
+    """A wave that is faster than readings follow one another was a scatter a third of that which is stated."""
+    found = diagnose_axis(spot(lambda t: 4e-4 * np.sin(2 * np.pi * 3.7 * t), 1e-4, rows=600, every_s=1 / 20.3)).contents
+    assert "repeatability" not in [one["kind"] for one in found["effects"]]
 
 
 def worm(**comments: str) -> AxisRecording:

@@ -26,7 +26,7 @@ from stepgauge.inference.problem import AmplitudePrior, Law, Refined
 OF_THE_PROBE = ("kinematic_pretravel", "seat_defect")
 """Laws of which a recording has one, since it was made with one probe."""
 BESIDE_FIRST, ALONE = 1e-9, 30.0
-"""What the log odds of a first wave rise by beside a second one: nothing; and what a second one lacks without it."""
+"""What the log odds of a first wave or step rise by beside a second one: nothing; what a second lacks without it."""
 BEYOND = 1.1
 """Factor by which a fitted shape may lie beyond the grid."""
 
@@ -72,11 +72,12 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
 
 
 def _twice(law: Law) -> Iterator[Law]:
-    """A wave, and a second one of its kind that is there beside the first only; any other law once.
+    """A wave or step, and a second one of its kind that is there beside the first only; any other law once.
 
     A scale or a drive has several periods, and one of them may be told in time beside one along the axis.
     """
-    if law.source.law.phase() is None or law.source.alone is not None:
+    own = law.source.law
+    if (own.phase() is None and not own.several) or law.source.alone is not None:
         yield law
         return
     first = replace(law, again=BESIDE_FIRST)
