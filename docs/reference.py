@@ -241,8 +241,7 @@ def write_effects(folder: Path) -> None:
         figure.savefig(picture, metadata={"Date": None})
         (folder / f"{kind}.md").write_text(effect_page(kinds[kind], examples[kind], axis), encoding="utf-8")
         listed.append(f"- [`{kind}`]({kind}.md): {kinds[kind].title()}")
-    listed += ["", "```{toctree}", ":hidden:", "", *sorted(kinds), "```", ""]
-    (folder / "index.md").write_text("\n".join(listed), encoding="utf-8")
+    (folder / "index.md").write_text("\n".join([*listed, ""]), encoding="utf-8")
 
 
 def example_effects(folder: Path) -> dict[str, Effect]:
@@ -254,12 +253,18 @@ def example_effects(folder: Path) -> dict[str, Effect]:
 
 
 def effect_page(effect: type[Effect], example: Effect, axis: str) -> str:
-    """Equation, source, parameters, an example for a machine file, and the figure."""
+    """Equation, source, parameters, an example for a machine file, and the figure.
+
+    It is reached from the list and by search: in the navigation of every page the effects would be half of it.
+    """
     about = inspect.cleandoc(effect.__doc__ or "").replace("``", "`").replace("*", "\\*")
     rows = [(f"`{p.name}`", p.meaning, p.unit or "–", bounds(p), usual(p)) for p in effect.parameters()]
     stated = [f"{p.name} = {toml_value(getattr(example, p.name))}" for p in effect.parameters() if p.required]
     return "\n".join(
         [
+            "---",
+            "orphan: true",
+            "---",
             f"# `{effect.kind}`",
             "",
             about,
