@@ -347,6 +347,15 @@ def test_the_diagnosis_is_that_of_the_command_line(tmp_path: Path, run: Command,
     assert of_verb == of_python
 
 
+def test_an_import_that_left_questions_is_named_where_its_recording_is_taken() -> None:
+    table = pd.DataFrame({"target_mm": np.arange(8.0), "reading_mm": np.nan})
+    taken = sg.import_recording(table, sensor="laser")
+    with pytest.raises(sg.InputError, match="an import that leaves questions open has no recording"):
+        sg.diagnose(taken.recording)
+    with pytest.raises(sg.InputError, match="'reading_mm' has no number in any row"):
+        sg.diagnose(taken)
+
+
 SHOWN = ("gauge", "placement", "plan", "run", "recording", "evaluation", "budget", "diagnosis", "probe map")
 OF_ONE_AXIS_OR_A_PROBE = ("axis recording", "axis diagnosis", "map diagnosis", "stored diagnosis")
 

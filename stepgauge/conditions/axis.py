@@ -123,7 +123,8 @@ def _units(um: Array, target_mm: Array, unit: str) -> Iterator[Condition]:
     travel = float(np.ptp(target_mm)) * (1e3 if unit == "um" else 3600.0)
     low, high = (float(v) for v in np.quantile(um, (0.02, 0.98)))
     share = (high - low) / travel if travel > 0.0 else np.nan
-    found = f"deviations of {rounded(low, 3)} to {rounded(high, 3)} {unit} over {np.ptp(target_mm):g}"
+    place = f"{np.ptp(target_mm):g} {'mm' if unit == 'um' else 'deg'}"
+    found = f"deviations of {rounded(low, 3)} to {rounded(high, 3)} {unit} over {place}"
     slope = float(np.polyfit(target_mm, um, 1)[0]) if travel > 0.0 else 0.0
     if unit == "um" and abs(abs(slope) - 1.0) < SAME_SLOPE:
         words = f"the deviations rise like the targets themselves: positions under the name of deviations? {found}"

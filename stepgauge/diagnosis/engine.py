@@ -98,6 +98,7 @@ def diagnose(
     absent, table = {*without, *without_probe(recording.comments.get("sensor"))}, priors or shipped_priors()
     kind = stated_kind(kind, {KIND: machine.table.kind or ""}, table, machine.path)
     table = table.adapt([kind] if kind else [])
+    machine = replace(machine, table=machine.table.model_copy(update={KIND: kind}))
     recorded = without_copies(make_residuals(recording, gauge, machine))
     found, searched = diagnose_with_search(recorded, absent, table, separations, progress)
     if kind or searched is None or found.verdict not in ("unknown", "insufficient"):

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.wording.notation import members_of
 from stepgauge.effects import Effect
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
@@ -35,7 +36,7 @@ NEEDED = ("verdict", "effects", "unexplained", "fit", "inputs")
 """Keys that every diagnosis has."""
 OF_THE_FILE = {"format", "stepgauge", "inputs", "checksum"}
 """Keys that say where a diagnosis comes from, and nothing of the machine."""
-NUMBERS = ["kind", "effect", "probability", "parameter", "value", "u", "unit"]
+NUMBERS = ["kind", "effect", "probability", "parameter", "value", "u", "unit", "rival_of"]
 """Columns of the table of a diagnosis."""
 Verdict = Literal["adequate", "effects", "unknown", "insufficient"]
 
@@ -189,13 +190,14 @@ class Diagnosis(Plotted):
         return Diagnosis(said, str(file))
 
     def summary(self) -> str:
-        """Verdict, effects and fit in a line; then what its reader must know of the readings."""
+        """Verdict, effects and fit in a line; the findings with their values; what its reader must know."""
         from stepgauge.conditions import stored_conditions
-        from stepgauge.diagnosis.wording.headline import summary_line
-        from stepgauge.diagnosis.wording.limits import step_limits
+        from stepgauge.diagnosis.wording.headline import found_lines, summary_line
+        from stepgauge.diagnosis.wording.limits import machine_doubts, step_limits
 
-        known = (*stored_conditions(self.contents).notes, *step_limits(self.contents))
-        return join_lines(summary_line(self.contents), *(f"note: {one}" for one in known))
+        said = self.contents
+        known = (*stored_conditions(said).notes, *step_limits(said), *machine_doubts(said))
+        return join_lines(summary_line(said), *found_lines(said), *(f"note: {one}" for one in known))
 
     def __eq__(self, other: object) -> bool:
         """Whether two diagnoses state the same, also where one was read back."""
@@ -210,7 +212,12 @@ class Diagnosis(Plotted):
         return f"<Diagnosis {self.summary().splitlines()[0]}>"
 
     def to_frame(self) -> pd.DataFrame:
-        """One row per number of a finding: probability of the finding, value, standard uncertainty u, and the unit."""
+        """One row per number of a finding and of each of its rivals.
+
+        ``probability`` that it is this cause, ``value``, standard uncertainty ``u``, ``unit``; ``rival_of``: the
+        finding in whose place it may stand, empty for what is stated. Numbers of a rival have the values that they have
+        if it is the cause.
+        """
         return pd.DataFrame(list(_numbers(self.contents["effects"])), columns=NUMBERS)
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
@@ -235,11 +242,18 @@ class Diagnosis(Plotted):
 
 def _numbers(effects: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
     for effect in effects:
-        head = {"kind": effect["kind"], "effect": effect["label"], "probability": effect["probability"]}
-        numbers = {name: one for name, one in effect["parameters"].items() if "unit" in one}
-        for name, one in (numbers or {"": {"value": None, "u": None, "unit": ""}}).items():
-            value, u = (np.nan if one[key] is None else one[key] for key in ("value", "u"))
-            yield {**head, "parameter": name, "value": value, "u": u, "unit": one["unit"]}
+        for one in members_of(effect):
+            share, stated = one["conditional_probability"], one["label"] == effect["label"]
+            p = effect["own_probability"] if share is None else share * effect["probability"]
+            head = {"kind": one["kind"], "effect": one["label"], "probability": p}
+            yield from _rows(head, one["parameters"], "" if stated else effect["label"])
+
+
+def _rows(head: Mapping[str, Any], parameters: Mapping[str, Any], rival_of: str) -> Iterator[dict[str, Any]]:
+    numbers = {name: one for name, one in parameters.items() if "unit" in one}
+    for name, one in (numbers or {"": {"unit": ""}}).items():
+        value, u = (np.nan if one.get(key) is None else one[key] for key in ("value", "u"))
+        yield {**head, "parameter": name, "value": value, "u": u, "unit": one["unit"], "rival_of": rival_of}
 
 
 def read_diagnosis(path: str | Path) -> Diagnosis:

@@ -38,13 +38,14 @@ class EffectiveRadius(Effect):
         "The probe triggers {um} {um:later|earlier} than modelled, equally on all faces; blocks appear too"
         " {um:small|large} by twice that.",
         "Is the stylus tight and the tip clean? Qualify it on the reference sphere and compare.",
-        "Enter the new effective radius.",
+        "Enter an effective radius that is {um:4} {um:smaller|larger} (a pre-travel as much {um:larger|smaller}).",
         german=Wording(
             "wirksamer Radius",
             "Der Taster schaltet auf allen Flächen um {um} {um:später|früher} als angenommen; Blöcke erscheinen"
             " um das Doppelte zu {um:klein|groß}.",
             "Ist der Taststift fest und die Kugel sauber? An der Bezugskugel einmessen und vergleichen.",
-            "Den neuen wirksamen Radius eingeben.",
+            "Einen um {um:4} {um:kleineren|größeren} wirksamen Radius eingeben (einen ebenso {um:größeren|kleineren}"
+            " Vorlaufweg).",
         ),
     )
     axis_words: ClassVar[Wording | None] = Wording(

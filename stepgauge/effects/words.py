@@ -1,8 +1,9 @@
 """What an effect is called, what it means, what to check and what to repair: templates, and how they are filled.
 
 A template names parameters in braces: ``{ppm}`` is the magnitude with its unit, ``{period_mm:5}`` the same in five
-significant digits, ``{at_mm:=4}`` with its sign, ``{um:later|earlier}`` one of two, the first for a positive value
-or a text. They may hold names again: ``{lag_s:, {lag_s:3} late|}``. ``{largest}`` is the largest displacement.
+significant digits, ``{at_mm:=4}`` with its sign, ``{ppm:factor}`` the factor from true to indicated lengths,
+``{um:later|earlier}`` one of two, the first for a positive value or a text. They may hold names again:
+``{lag_s:, {lag_s:3} late|}``. ``{largest}`` is the largest displacement.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from stepgauge.files.notation import rounded
 
 DIGITS = 2
 """Significant digits of a value in a sentence."""
+FACTOR = "factor"
+"""What says a value in um/m as the factor from true to indicated lengths."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +47,20 @@ class _Value:
             positive = self.value > 0 if isinstance(self.value, float | int) else bool(self.value)
             return first if positive else second
         if isinstance(self.value, float | int) and not isinstance(self.value, bool):
-            signed = spec.startswith("=")
-            text = rounded(self.value if signed else abs(self.value), int(spec.lstrip("=") or DIGITS))
-            return f"{text.replace('.', ',') if self.german else text} {self.unit}".strip()
+            text = self._number(spec)
+            unit = "" if spec == FACTOR else self.unit
+            return f"{text.replace('.', ',') if self.german else text} {unit}".strip()
         if isinstance(self.value, list | tuple):
             return direction_words(self.value)
         every = "alle Achsen" if self.german else "all axes"
         return self.name.split("_")[0] if self.value is None else every if self.value == "all" else str(self.value)
+
+    def _number(self, spec: str) -> str:
+        assert self.value is not None
+        if spec == FACTOR:
+            return f"{1.0 + float(rounded(self.value, 3)) * 1e-6:.8f}".rstrip("0")
+        signed = spec.startswith("=")
+        return rounded(self.value if signed else abs(self.value), int(spec.lstrip("=") or DIGITS))
 
 
 class _Values(dict[str, _Value]):

@@ -274,9 +274,25 @@ def read_result(path: str | Path, kind: str, with_inputs: bool = True) -> dict[s
     return dict(data)
 
 
+RESULTS = ("evaluation.json", "budget.json", "diagnosis.json", "investigation.json")
+"""Files by which the folder of a verb is known."""
+
+
 def result_file(path: str | Path, name: str) -> Path:
-    """The file ``name`` of a folder, or the file itself: results are given by either."""
-    return Path(path) / name if Path(path).is_dir() else Path(path)
+    """The file ``name`` of a folder, or the file itself: results are given by either.
+
+    :class:`InputError` for the folder of another verb.
+    """
+    folder = Path(path)
+    if not folder.is_dir():
+        return folder
+    other = next((one for one in RESULTS if (folder / one).is_file()), name)
+    if other != name and not (folder / name).is_file():
+        expected = name
+        if other == "diagnosis.json":
+            expected = f"{name}; what a diagnosis tells to enter stands in its diagnosis.md"
+        raise InputError(path, "this is a result of another verb", found=other, expected=expected)
+    return folder / name
 
 
 def margins(text: str, lines: int) -> tuple[int, int]:

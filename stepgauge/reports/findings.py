@@ -25,6 +25,8 @@ from stepgauge.diagnosis.wording.notation import (
     members_of,
     plus_minus,
     probability,
+    symbol,
+    told_numbers,
     without,
 )
 from stepgauge.diagnosis.wording.phrases import nearest_law
@@ -33,8 +35,8 @@ from stepgauge.effects.words import Wording
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
 Said = Mapping[str, Any]
-MOST_RIVALS, MOST_ROWS, MOST_NUMBERS = 4, 8, 8
-"""Rivals of a finding, rows of the table, and numbers of a finding, on the first page; the appendix has all."""
+MOST_RIVALS, MOST_ROWS = 4, 8
+"""Rivals of a finding, and rows of the table, on the first page; the appendix has all."""
 FOUND = ("", "Cause", "Value", "u", "Probability", "What it means; repair")
 _SHARES = (0.0, 1.5, 0.0, 0.0, 0.0, 5.0)
 UNKNOWN_NAME = "structure without a known law"
@@ -226,33 +228,18 @@ def _form_row(row: Said, number: int) -> list[str]:
     return [str(number), name, "", "", probability(row["probability"]), text]
 
 
-def _numbers(one: Said) -> Iterator[tuple[str, Said]]:
-    """The numbers with an uncertainty; of very many the ones that are determined, all are in the appendix."""
-    known = [(name, p) for name, p in one["parameters"].items() if "unit" in p and p.get("u")]
-    yield from known if len(known) <= MOST_NUMBERS else (each for each in known if _is_determined(each[1]))
-
-
-def _is_determined(parameter: Said) -> bool:
-    return bool(abs(parameter["value"]) > COVERAGE * parameter["u"])
-
-
 def values(one: Said) -> str:
     """The numbers that were fitted, one to a line, with as many digits as their standard uncertainty has.
 
     A name stands before each where there are several; what the unit says is left out of it.
     """
-    numbers = list(_numbers(one))
-    return "\n".join(f"{_symbol(name, p, len(numbers))}{_digits(p)[0]} {_unit(p)}".strip() for name, p in numbers)
+    numbers = told_numbers(one)
+    return "\n".join(f"{symbol(name, p, len(numbers))}{_digits(p)[0]} {_unit(p)}".strip() for name, p in numbers)
 
 
 def uncertainties(one: Said) -> str:
     """Their standard uncertainties, in the same order."""
-    return "\n".join(f"{_digits(p)[1]} {_unit(p)}".strip() for _, p in _numbers(one))
-
-
-def _symbol(name: str, parameter: Said, count: int) -> str:
-    stem = name.removesuffix(str(parameter["unit"]).replace("/", "_per_")).strip("_").replace("_", " ")
-    return "" if count == 1 else f"{stem or 'size'} "
+    return "\n".join(f"{_digits(p)[1]} {_unit(p)}".strip() for _, p in told_numbers(one))
 
 
 def _digits(parameter: Said) -> tuple[str, str]:

@@ -7,7 +7,15 @@ from typing import Any
 
 from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.diagnosis.wording.limits import limits
-from stepgauge.diagnosis.wording.notation import plus_minus, probability_of, significant, um, wrapped_sum
+from stepgauge.diagnosis.wording.notation import (
+    MOST_NUMBERS,
+    plus_minus,
+    probability_of,
+    significant,
+    told_numbers,
+    um,
+    wrapped_sum,
+)
 from stepgauge.diagnosis.wording.structure import SCATTER
 from stepgauge.reports.blocks import Block, bullets, code, heading, table, words
 from stepgauge.reports.diagnosis_blocks import (
@@ -20,6 +28,8 @@ from stepgauge.reports.diagnosis_blocks import (
 )
 
 Said = Mapping[str, Any]
+UNPREDICTED = 2.0
+"""Rms of predictions in units of the noise from which something is not determined without what was held out."""
 MOST_REPLACED = 5
 """Combinations that may replace a finding, in the appendix; the file has all."""
 
@@ -146,7 +156,19 @@ def _fit(said: Said) -> Block:
         (1.0, *(0.0 for _ in columns[1:])),
         note=f"The noise of a probing is {um(fit['noise_um'])}. Residuals include the errors of the faces against their"
         f" certified positions, within the uncertainty of the certificate: chi-square allows for that, the"
-        f" rms does not.{last}",
+        f" rms does not.{_unpredicted(fit)}{last}",
+    )
+
+
+def _unpredicted(fit: Said) -> str:
+    """What it means that readings which were held out are predicted worse than those that were fitted."""
+    far = [by for by, pair in fit["holdout"].items() if (pair["rms_after_um"] or 0.0) > UNPREDICTED * fit["noise_um"]]
+    if not far:
+        return " Readings that were held out are predicted about as well as those that were fitted are described."
+    return (
+        f" Readings of {' and '.join(far)} that were held out are predicted worse than those that were fitted: without"
+        " them not every finding is determined. The values hold where it was measured, and need more faces or"
+        " placements to hold beyond."
     )
 
 
@@ -172,9 +194,11 @@ def _finding_in_full(number: int, effect: Said, said: Said) -> Iterator[Block]:
 
 
 def _facts(effect: Said) -> Iterator[str]:
-    for name, p in effect["parameters"].items():
-        if "unit" in p:
-            yield f"{name} = {plus_minus(p)}{' (k = 2)' if p.get('u') else ''}"
+    stated = {name: p for name, p in effect["parameters"].items() if "unit" in p}
+    shown = stated if len(stated) <= MOST_NUMBERS else dict(told_numbers(effect))
+    yield from (f"{name} = {plus_minus(p)}{' (k = 2)' if p.get('u') else ''}" for name, p in shown.items())
+    if len(shown) < len(stated):
+        yield f"{len(stated) - len(shown)} further values are not determined; they are in diagnosis.json"
     if effect["largest_um"]:
         yield (
             f"moves the readings of this recording by up to {um(effect['largest_um'])},"

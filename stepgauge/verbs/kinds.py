@@ -297,6 +297,8 @@ class Reads(Kind):
         if self.numbers and is_array(value):
             return None
         expected = f"{self.metavar}: a path, a DataFrame or a result of stepgauge"
+        if value is None:
+            return "there is none: an import that leaves questions open has no recording", "the import: it asks them"
         return "neither a file nor what is read from one", expected
 
     def taken(self, parameter: str, given: Any) -> Any:

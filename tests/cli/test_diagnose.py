@@ -13,7 +13,8 @@ import pytest
 
 from stepgauge.diagnosis.output.files import diagnosis_to_dict, write_diagnosis
 from stepgauge.diagnosis.output.inputs import Inputs
-from stepgauge.diagnosis.result import GaugeDiagnosis
+from stepgauge.diagnosis.result import GaugeDiagnosis, read_diagnosis
+from stepgauge.diagnosis.wording.limits import machine_doubts
 from stepgauge.errors import InputError
 from stepgauge.recording import Recording
 from stepgauge.verbs.catalogue import VERBS
@@ -86,13 +87,48 @@ def test_verdicts(effects: tuple[dict[str, Any], ...], verdict: str, named: set[
     assert first.startswith(verdict)
     assert last.startswith("wrote ")
     kinds = [line.split(":")[0] for line in steps if not line.startswith("stepgauge plan ")]
-    assert kinds == sorted(kinds, key=["check", "repair", "measure again"].index)
-    assert set(kinds) == ({"check", "repair", "measure again"} if named else set())
+    assert kinds == sorted(kinds, key=["found", "check", "repair", "measure again"].index)
+    assert set(kinds) == ({"found", "check", "repair", "measure again"} if named else set())
     assert diagnosis(tmp_path / "out")["verdict"] == verdict
     sure = [one for one in diagnosis(tmp_path / "out")["effects"] if one["probability"] > 0.8]
     assert len(sure) == len(named)
     for kind in named:
         assert any(kind in one for one in sets(tmp_path / "out"))
+
+
+def test_what_to_enter_is_told_with_its_number_and_no_other_verb_takes_a_diagnosis(tmp_path: Path, run: Run) -> None:
+    path = as_file(tmp_path, record(machine(SCALE), seed=3))
+    said = run("diagnose", path, *COMMON, "-o", tmp_path / "out").err
+    ppm = diagnosis(tmp_path / "out")["effects"][0]["parameters"]["ppm"]["value"]
+    assert f"found: 1: scale error x: {ppm:.0f}"[:-1] in said
+    story = (tmp_path / "out" / "diagnosis.md").read_text(encoding="utf-8")
+    assert f"steps per mm (of a small machine) times {1.0 + ppm * 1e-6:.6f}" in story
+    frame = read_diagnosis(tmp_path / "out").to_frame()
+    assert (frame["rival_of"] == "scale_error_x").any()
+    assert frame.groupby("effect")["probability"].first().sum() <= 1.0
+    table = run("compensate", tmp_path / "out", "--axis", "x", "--to", "grbl", "-o", tmp_path / "x.txt")
+    assert table.code == 2
+    assert "found diagnosis.json" in table.err
+    assert "stands in its diagnosis.md" in table.err
+
+
+@pytest.mark.parametrize(
+    ("um", "kind", "verdict", "noted"),
+    [
+        (1001.4, "machine tool", "effects", "A tip radius of 0.999 mm fits"),
+        (-950.0, "machine tool", "effects", "A tip radius of 2.950 mm fits"),
+        (60.0, "machine tool", "effects", ""),
+        (60.0, None, "effects", ""),
+        (60.0, None, "unknown", "state kind"),
+    ],
+)
+def test_a_machine_file_that_states_another_tip_or_no_kind_is_told(
+    um: float, kind: str | None, verdict: str, noted: str
+) -> None:
+    effect = {"kind": "effective_radius", "parameters": {"um": {"value": um, "u": 1.5, "unit": "um"}}}
+    stated = {"machine": {"kind": kind, "tip_radius_mm": 2.0}}
+    doubts = list(machine_doubts({"verdict": verdict, "effects": [effect], "inputs": stated}))
+    assert [noted in one for one in doubts] == ([True] if noted else [])
 
 
 def test_too_little_to_tell_is_a_verdict_and_no_error(tmp_path: Path, run: Run) -> None:

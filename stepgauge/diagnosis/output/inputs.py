@@ -77,6 +77,8 @@ def inputs_json(diagnosis: GaugeDiagnosis, inputs: Inputs) -> dict[str, Any]:
         "machine": {
             **_file(machine.path),
             "name": machine.table.name,
+            "kind": machine.table.kind,
+            "tip_radius_mm": machine.probe.tip_radius_mm,
             "effects": [effect.get("kind") for effect in machine.effects],
         },
     }

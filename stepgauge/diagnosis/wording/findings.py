@@ -13,7 +13,7 @@ from typing import Any
 
 from stepgauge.diagnosis.wording.aliases import aliases_words
 from stepgauge.diagnosis.wording.catalogue import listed, say, words
-from stepgauge.diagnosis.wording.notation import COVERAGE
+from stepgauge.diagnosis.wording.notation import is_determined
 from stepgauge.effects import Effect, effect_kinds
 from stepgauge.effects.words import Wording, direction_words, filled
 
@@ -162,7 +162,7 @@ def _values(one: Said, at: Subject, language: str) -> dict[str, Said]:
     known = _effects().get(one["kind"])
     for each in () if known is None else known.parameters():
         values[each.name] = stated.get(each.name) or stated.get(at.key(each.name)) or {"value": None}
-    sure = [name for name, p in stated.items() if p.get("u") and abs(p["value"]) > COVERAGE * p["u"]]
+    sure = [name for name, p in stated.items() if p.get("u") and is_determined(p)]
     values["determined"] = {"value": listed([name_of(name) for name in sure])}
     values["turns"] = {"value": _turns(values, language) if at.position == "deg" else None}
     values["aliases"] = {"value": bool(one.get("aliases"))}

@@ -10,7 +10,14 @@ from typing import Any
 from stepgauge.diagnosis.wording.aliases import periods_of
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import describe_rivals, finding_name, name_of, subject
-from stepgauge.diagnosis.wording.notation import probability, significant
+from stepgauge.diagnosis.wording.notation import (
+    plus_minus,
+    probability,
+    probability_of,
+    significant,
+    symbol,
+    told_numbers,
+)
 from stepgauge.diagnosis.wording.phrases import structure_words
 from stepgauge.files.notation import rounded
 
@@ -65,6 +72,15 @@ def summary_line(said: Said, language: str = "en") -> str:
         names = [*said.get("lacking", ()), *filter(None, [_possible(said, language).rstrip(".")])]
     what, numbers = ", ".join(names), _fit(said)
     return said["verdict"] + (f": {what}" if what else "") + (f" ({numbers})" if numbers else "")
+
+
+def found_lines(said: Said) -> Iterator[str]:
+    """Each finding with its values, their expanded uncertainties and its probability, in a line."""
+    for number, one in enumerate(said["effects"], 1):
+        numbers = told_numbers(one)
+        values = ", ".join(f"{symbol(name, p, len(numbers))}{plus_minus(p)}" for name, p in numbers)
+        name = finding_name(one, subject(said))
+        yield f"found: {number}: {name}{f': {values} (k = 2)' if values else ''}, {probability_of(one)}"
 
 
 def describe_finding(effect: Said, said: Said, language: str = "en") -> str:

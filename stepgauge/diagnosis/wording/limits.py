@@ -18,6 +18,8 @@ from stepgauge.diagnosis.wording.phrases import misfit, worded, worded_all
 FEW_DOF = 20
 LIKELY = 0.5
 """Probability from which the kind of an axis is told that nobody stated."""
+NO_PRETRAVEL = 0.25
+"""Share of the tip radius from which a difference of the effective one is no pre-travel, but another radius."""
 FULL_TURN_DEG = 240.0
 """Least span of azimuths that separates a harmonic from a constant."""
 Limit = tuple[str, dict[str, object]]
@@ -109,7 +111,19 @@ def warnings(said: Mapping[str, Any], language: str = "en") -> list[str]:
             text = worded(check["phrase"], subject(said), language)
             found.append(say("check_fails", language, check=say(f"part_{check['check']}", language), text=text))
     found += stored_conditions(said).notes
-    return [*found, *misfits(said, language), *without_scatter(said, language)]
+    return [*found, *machine_doubts(said, language), *misfits(said, language), *without_scatter(said, language)]
+
+
+def machine_doubts(said: Mapping[str, Any], language: str = "en") -> Iterator[str]:
+    """What the machine file seems to state wrongly, or does not state and would matter: the tip, the kind."""
+    machine, effects = said["inputs"].get("machine", {}), {one["kind"]: one for one in said["effects"]}
+    radius = effects.get("effective_radius", {}).get("parameters", {}).get("um", {}).get("value")
+    stated_mm = machine.get("tip_radius_mm")
+    if radius and stated_mm and abs(radius) * 1e-3 > NO_PRETRAVEL * stated_mm:
+        fits = f"{stated_mm - radius * 1e-3:.3f}"
+        yield say("tip", language, fits=fits, stated=f"{stated_mm:g}")
+    if machine.get("kind", "") is None and (said["verdict"] == "unknown" or "geometric_errors" in effects):
+        yield say("no_kind", language)
 
 
 def misfits(said: Mapping[str, Any], language: str = "en") -> list[str]:

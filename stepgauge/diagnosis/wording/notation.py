@@ -11,6 +11,8 @@ from stepgauge.files.notation import LEAST_PLAIN
 
 COVERAGE = 2.0
 """Coverage factor of the expanded uncertainty after a plus-minus sign."""
+MOST_NUMBERS = 8
+"""Numbers of a finding of which all are told; of more only those that are determined."""
 SURE = 0.99
 """Probability above which no digits are stated: the priors are not known so well."""
 
@@ -59,6 +61,23 @@ def plus_minus(parameter: Mapping[str, Any]) -> str:
     place = 1 - math.floor(math.log10(float(f"{expanded:.1e}")))
     value, expanded = (round(one, place) for one in (value, expanded))
     return f"{value:.{max(place, 0)}f} ± {expanded:.{max(place, 0)}f} {unit}".strip()
+
+
+def told_numbers(one: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
+    """The numbers of a finding with an uncertainty, by name; of very many the ones that are determined."""
+    known = [(name, p) for name, p in one["parameters"].items() if "unit" in p and p.get("u")]
+    return known if len(known) <= MOST_NUMBERS else [one for one in known if is_determined(one[1])]
+
+
+def symbol(name: str, parameter: Mapping[str, Any], count: int) -> str:
+    """What stands before a number where a finding has several: its name without the unit; else nothing."""
+    stem = name.removesuffix(str(parameter["unit"]).replace("/", "_per_")).strip("_").replace("_", " ")
+    return "" if count == 1 else f"{stem or 'size'} "
+
+
+def is_determined(parameter: Mapping[str, Any]) -> bool:
+    """Whether a number differs from zero by more than its expanded uncertainty."""
+    return bool(abs(parameter["value"]) > COVERAGE * (parameter.get("u") or math.inf))
 
 
 def members_of(effect: Mapping[str, Any]) -> list[Mapping[str, Any]]:

@@ -35,7 +35,8 @@ def check_finite(table: Table, column: Column, values: Array, expected: object) 
         row = int(wrong.argmax())
         cell = table.cells(column.place)[row]
         found = "nothing" if cell == "" else repr(str(cell))
-        raise InputError(table.at(row), f"column {column.header!r} is not a number", found=found, expected=expected)
+        what = "has no number in any row" if wrong.all() else "is not a number"
+        raise InputError(table.at(row), f"column {column.header!r} {what}", found=found, expected=expected)
 
 
 def scaled(values: Array, unit: Unit) -> Array:

@@ -29,6 +29,11 @@ OPEN = [
         r"columns are the same cycle and direction; found 'x\+1 um' and 'x-1 um'",
     ),
     (PAIRS, [], 'no row above the numbers names the columns; .*expected --header "target_mm,reading_mm"'),
+    (
+        "target_mm,error_um\n" + "".join(f"{n * 10},\n" for n in range(8)),
+        [],
+        "column 'error_um' has no number in any row; found nothing",
+    ),
     ("target_mm,sensor A,sensor B\n" + NUMBERS, [], "no column is named as the reading; .*--column reading="),
     ("target_mm,error A um,error B um\n" + NUMBERS, [], "several columns may be the deviation; .*--column deviation="),
     (
