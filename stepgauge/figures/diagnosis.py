@@ -137,6 +137,8 @@ def draw_residuals(axes: Axes, diagnosis: GaugeDiagnosis) -> None:
     x = covariate_values(covariate, diagnosis.data)
     draw_before_and_after(axes, x, diagnosis.before_um, rest_um(diagnosis, diagnosis.laws), diagnosis.verdict)
     _noise_lines(axes, diagnosis.noise.sigma_um)
+    named = dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
+    axes.legend(named.values(), named.keys())
     axes.set(xlabel=label_of(covariate), ylabel="residual (µm)")
 
 

@@ -125,7 +125,11 @@ def conformity(evaluation: Mapping[str, Any], budget: StoredBudget | None, mpe: 
 
     ``evaluation``: content of an ``evaluation.json`` (:mod:`stepgauge.evaluation.files`).
     """
-    missing = ("the uncertainty budget",) if budget is None else tuple(gap.what for gap in budget.not_included)
+    missing = (
+        ("the uncertainty budget (budget makes it, report decides with it)",)
+        if budget is None
+        else tuple(gap.what for gap in budget.not_included)
+    )
     largest = None if budget is None else max(line.expanded_um for line in budget.quantities)
     conditions = stored_conditions(evaluation).weighed(largest)
     faces = tuple(

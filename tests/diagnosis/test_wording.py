@@ -127,6 +127,9 @@ def items(data: dict[str, Any]) -> dict[str, list[str]]:
     return {one["title"]: one["items"] for one in do_first(data, "de")["blocks"]}
 
 
+FACTOR = "Angezeigtes geteilt durch 1,000025; Schritte je mm (kleiner Maschinen) mal 1,000025."
+
+
 def test_a_verdict_and_what_to_do_first_in_german() -> None:
     assert headline(said("effects"), "de") == (
         "Die Aufnahme widerspricht der Simulation, und bekannte Physik erklärt es: Maßstabsfehler y."
@@ -134,7 +137,7 @@ def test_a_verdict_and_what_to_do_first_in_german() -> None:
     assert "(Wahrscheinlichkeit 0,93)" in headline(said("adequate"), "de")
     steps = items(said("effects"))
     assert "lineare Korrektur von y" in steps["Prüfen"][0]
-    assert steps["Beheben"] == ["1: Eine neue lineare Korrektur von y eingeben."]
+    assert steps["Beheben"] == ["1: Eine neue lineare Korrektur von y eingeben: " + FACTOR]
     assert items(said("effects", confounded_with=["scale_temperature"]))["Beheben"] == [
         "1: Nichts verstellen, bevor die Prüfungen gezeigt haben, welche Ursache es ist."
     ]
