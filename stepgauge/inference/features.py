@@ -50,17 +50,20 @@ class Features:
         mapped = metric(kernels.features) if len(kernels.features) else np.zeros((0, 0))
         turned = [_turned(mapped[own]) for own in kernels.slices]
         self.value = np.concatenate([value for value, _ in turned]) if turned else np.zeros(0)
-        self.white = np.concatenate([white for _, white in turned]) if turned else np.zeros((0, 0))
+        self.white = np.vstack([np.zeros((0, len(metric.basis))), *(white for _, white in turned)])
         self.slices = slices([len(value) for value, _ in turned])
         self.first = np.array([own.start for own in self.slices], np.intp)
 
-    def proposals(self, beside: HypothesisResidual) -> Iterator[Proposal]:
-        """Looks of the random functions, over all kernels and sizes."""
+    def proposals(self, beside: HypothesisResidual, products: Array) -> Iterator[Proposal]:
+        """Looks of the random functions, over all kernels and sizes.
+
+        ``products (m, 1 + q)``: of the mapped features with the residual and the directions that are taken.
+        """
         if not self.smooth:
             return
         sizes, weight = self.smooth[0].sizes.sd, self.smooth[0].sizes.log_weight
         variance = sizes[:, None] ** 2 / beside.noise
-        dot, lost = self.white @ beside.left, self.white @ beside.lost
+        dot, lost = products[:, 0], products[:, 1:]
         shrunk = variance / (1.0 + variance * self.value)
         price = 0.5 * np.add.reduceat(np.log1p(variance * self.value), self.first, axis=1)
         gain = np.add.reduceat(shrunk * dot**2, self.first, axis=1)

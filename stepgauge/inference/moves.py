@@ -120,7 +120,8 @@ class Moves:
         if not asked:
             return
         proposals: dict[str, Proposal] = {}
-        for one in Screening(replace(self.problem, candidates=asked))(base, self.noise_models):
+        asked_of = Screening(replace(self.problem, candidates=asked), self.screening.metrics)
+        for one in asked_of(base, self.noise_models):
             proposals.setdefault(one.candidate.label, one)
         for one in islice(proposals.values(), PROPOSED):
             if one.gain > HOPELESS and isinstance(one.candidate, Law):
@@ -214,6 +215,7 @@ class Moves:
     def proposal_of(self, candidate: Candidate, base: Hypothesis) -> Proposal:
         """One candidate rated for addition, which it may be or not."""
         if candidate.label not in self._own:
-            self._own[candidate.label] = Screening(replace(self.problem, candidates=[candidate]))
+            alone = replace(self.problem, candidates=[candidate])
+            self._own[candidate.label] = Screening(alone, self.screening.metrics)
         (own,) = self._own[candidate.label](base, self.noise_models)
         return own

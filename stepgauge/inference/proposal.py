@@ -13,7 +13,7 @@ from stepgauge.inference.problem import Candidate, Law, Term
 Array = NDArray[np.float64]
 UNSEEN = 3e-6
 """Share of a signature that single precision cannot distinguish from zero."""
-UNLOST = 1e-4
+UNLOST = 0.01
 """Share of a direction below which a hypothesis explains nothing of it: most features of a function are small."""
 FULL = 0.9999
 
@@ -79,14 +79,14 @@ def limit_per_kind(proposals: Iterable[Proposal], most: int = 2) -> Iterator[Pro
 
 @dataclass(frozen=True)
 class HypothesisResidual:
-    """Residual ``left (n,)`` of a hypothesis, mapped, and what its terms take of further columns.
+    """What a hypothesis leaves for further candidates: its residual, and what its terms take of further columns.
 
-    ``lost (n, q)``: the sum of squares of mapped columns ``x`` is less by that of ``x @ lost``; ``total``: sum of
-    squares that is left.
+    ``turn (1 + k, 1 + q)``: from products with the mapped residuals of the problem and the mapped columns of all terms
+    to those with the residual of the hypothesis and with directions, whose squares are what the terms take of the sum
+    of squares of a further column; ``total``: sum of squares that is left.
     """
 
-    left: Array
-    lost: Array
+    turn: Array
     total: float
     dof: float
 

@@ -6,7 +6,8 @@ their grids and sizes over their mixtures. A look proposes candidates; :mod:`evi
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +18,7 @@ from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.inference.patterns import Patterns, grouped, loss_products, residual_products
-from stepgauge.inference.problem import GaussianProcess, Law, Problem
+from stepgauge.inference.problem import GaussianProcess, Law, Problem, Term
 from stepgauge.inference.proposal import UNLOST, HypothesisResidual, Proposal
 from stepgauge.inference.tables import Dots, SignatureTable, tables
 
@@ -26,15 +27,30 @@ LIKE_SIGMA = 0.5
 """Difference of log sigma within which looks use the same metric."""
 
 
+@dataclass(frozen=True)
+class Vectors:
+    """Mapped vectors ``(d, n)``: the residual, or the columns of a term; and their products, each computed once.
+
+    ``sd (d,)``: prior standard deviations of their amplitudes; ``patterns``: products with all shapes ``(atoms, depth,
+    r, d)``; ``features (m, d)``: with those of random functions.
+    """
+
+    mapped: Array
+    sd: Array
+    patterns: list[NDArray[np.float32]]
+    features: Array
+
+
 class MetricScreening:
     """Looks with one metric."""
 
     def __init__(self, problem: Problem, metric: Metric, kernels: Kernels) -> None:
         self.metric, self.patterns = metric, list[Patterns]()
-        self.white = metric(problem.residual_um)
         self.least = metric.dof * (metric.rows.least_um / metric.sigma_um) ** 2
         self.tables: list[SignatureTable] = []
         self.smooth = Features(kernels, metric)
+        self._of_terms: dict[tuple[object, ...], Vectors] = {}
+        self._of_residual = self._vectors(metric(problem.residual_um[None]), np.ones(1))
 
     def admit(self, patterns: Sequence[Patterns]) -> None:
         """All of ``patterns`` that are not known yet; tables are added, none is changed."""
@@ -45,20 +61,51 @@ class MetricScreening:
 
     def proposals(self, hypothesis: Hypothesis, known: int = 0) -> list[Proposal]:
         """All candidates for addition to a hypothesis, but for the first ``known`` tables."""
-        beside, tables = self.beside(hypothesis), self.tables[known:]
-        dots = self._dots(beside, dict.fromkeys(place for table in tables for place, _ in table.sets))
+        vectors, tables = self.vectors_of(hypothesis), self.tables[known:]
+        beside = self.beside(vectors)
+        dots = self._dots(beside, vectors, dict.fromkeys(place for table in tables for place, _ in table.sets))
         found = [proposal for table in tables for proposal in table.proposals(dots, beside)]
         kinds = _kinds(hypothesis)
         found = [proposal.beside(kinds) for proposal in found]
-        return found if known else [*found, *self.smooth.proposals(beside)]
+        if known:
+            return found
+        return [*found, *self.smooth.proposals(beside, np.hstack([one.features for one in vectors]) @ beside.turn)]
 
-    def _dots(self, beside: HypothesisResidual, places: Collection[int]) -> Dots:
+    def _dots(self, beside: HypothesisResidual, vectors: Sequence[Vectors], places: Iterable[int]) -> Dots:
         """Products of patterns with the residual and what the loss takes of their own, by their place."""
-        vectors, dots = self.metric.adjoint(np.column_stack([beside.left, beside.lost])), Dots()
+        turn, dots = beside.turn.astype(np.float32), Dots()
         for place in places:
-            products = self.patterns[place].dots(vectors)
-            dots[place] = residual_products(products), loss_products(products) if beside.lost.size else None
+            every = np.concatenate([self._with_pattern(one, place) for one in vectors], axis=-1)
+            products = (every.reshape(-1, len(turn)) @ turn).reshape(*every.shape[:3], -1)
+            dots[place] = residual_products(products), loss_products(products) if turn.shape[1] > 1 else None
         return dots
+
+    def _with_pattern(self, vectors: Vectors, place: int) -> NDArray[np.float32]:
+        if place >= len(vectors.patterns):
+            columns = self.metric.adjoint(vectors.mapped.T)
+            vectors.patterns.extend(one.dots(columns) for one in self.patterns[len(vectors.patterns) :])
+        return vectors.patterns[place]
+
+    def _vectors(self, mapped: Array, sd: Array) -> Vectors:
+        return Vectors(mapped, sd, [], self.smooth.white @ mapped.T)
+
+    def vectors_of(self, hypothesis: Hypothesis) -> list[Vectors]:
+        """Those of the residual and of all terms."""
+        return [self._of_residual, *(self._vectors_of_term(term) for term in hypothesis.terms)]
+
+    def _vectors_of_term(self, term: Term) -> Vectors:
+        """Of a random function those combinations of its columns of which it takes something with its size."""
+        if isinstance(term.candidate, Law):
+            if term.key not in self._of_terms:
+                self._of_terms[term.key] = self._vectors(self.metric(term.columns), term.sds)
+            return replace(self._of_terms[term.key], sd=term.sds)
+        key = (*term.key, term.sd)
+        if key not in self._of_terms:
+            scaled = term.sd * self.metric(term.columns)
+            value, axes = np.linalg.eigh(scaled @ scaled.T)
+            seen = axes[:, value > UNLOST].T @ scaled
+            self._of_terms[key] = self._vectors(seen, np.ones(len(seen)))
+        return self._of_terms[key]
 
     def pairs(self, hypothesis: Hypothesis, most: int, without: frozenset[str]) -> list[tuple[Proposal, Proposal]]:
         """The most probable pairs of laws of one shape and one amplitude each.
@@ -69,8 +116,10 @@ class MetricScreening:
         keep = [i for i, law in enumerate(self.plain[0]) if law.label not in without]
         if len(keep) < 2:
             return []
-        beside, laws, white = self.beside(hypothesis), [self.plain[0][i] for i in keep], self.plain[1][keep]
-        dot, lost = white @ beside.left, white @ beside.lost
+        vectors, laws, white = self.vectors_of(hypothesis), [self.plain[0][i] for i in keep], self.plain[1][keep]
+        beside = self.beside(vectors)
+        products = white @ np.vstack([one.mapped for one in vectors]).T @ beside.turn
+        dot, lost = products[:, 0], products[:, 1:]
         gram = white @ white.T - lost @ lost.T
         first, second = np.triu_indices(len(laws), 1)
         kind, again = np.array([law.kind for law in laws]), np.array([law.again for law in laws])
@@ -102,21 +151,23 @@ class MetricScreening:
         """Laws of one shape and one amplitude, and their mapped signatures ``(m, n)``."""
         laws = [law for table in self.tables for law in table.laws if law.atoms == law.dimension == 1]
         laws = [law for law in laws if law.named and not law.positive and len(law.sizes.sd) > 1]
-        columns = np.array([law.columns(0)[0] for law in laws]).reshape(len(laws), len(self.white))
+        columns = np.array([law.columns(0)[0] for law in laws]).reshape(len(laws), self._of_residual.mapped.shape[1])
         return laws, self.metric(columns)
 
-    def beside(self, hypothesis: Hypothesis) -> HypothesisResidual:
-        """What a hypothesis leaves for further candidates."""
-        if not hypothesis.terms:
-            total = max(float(self.white @ self.white), self.least)
-            return HypothesisResidual(self.white, np.zeros((len(self.white), 0)), total, self.metric.dof)
-        columns = np.vstack([term.columns for term in hypothesis.terms])
-        sd = np.concatenate([term.sds for term in hypothesis.terms])
-        _, length, rows = np.linalg.svd(self.metric(columns) * sd[:, None], full_matrices=False)
-        share = length**2 / (1.0 + length**2)
-        left = self.white - rows.T @ (share * (rows @ self.white))
-        lost = (rows[share > UNLOST] * np.sqrt(share[share > UNLOST, None])).T
-        return HypothesisResidual(left, lost, max(float(self.white @ left), self.least), self.metric.dof)
+    def beside(self, vectors: Sequence[Vectors]) -> HypothesisResidual:
+        """What a hypothesis leaves for further candidates; ``vectors``: the residual and its terms, mapped."""
+        sd = np.concatenate([one.sd for one in vectors])
+        mapped = np.vstack([one.mapped for one in vectors])
+        gram = sd[:, None] * (mapped @ mapped.T) * sd
+        value, axes = np.linalg.eigh(gram[1:, 1:])
+        inside = 1.0 + np.maximum(value, 0.0)
+        amplitudes = axes @ ((axes.T @ gram[1:, 0]) / inside)
+        seen = value > UNLOST * inside
+        turn = np.zeros((len(sd), 1 + int(seen.sum())))
+        turn[0, 0], turn[1:, 0] = 1.0, -sd[1:] * amplitudes
+        turn[1:, 1:] = sd[1:, None] * axes[:, seen] / np.sqrt(inside[seen])
+        total = float(gram[0, 0] - gram[0, 1:] @ amplitudes)
+        return HypothesisResidual(turn, max(total, self.least), self.metric.dof)
 
 
 def _kinds(hypothesis: Hypothesis) -> set[str]:
@@ -130,10 +181,13 @@ def _alone(law: Law, size: int, gain: float) -> Proposal:
 
 
 class Screening:
-    """Looks of all candidates, with a metric for every model of the scatter that hypotheses have."""
+    """Looks of all candidates, with a metric for every model of the scatter that hypotheses have.
 
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
+    ``metrics``: those that another one made of the same residuals.
+    """
+
+    def __init__(self, problem: Problem, metrics: dict[tuple[object, ...], Metric] | None = None) -> None:
+        self.problem, self.metrics = problem, {} if metrics is None else metrics
         self.patterns = list(grouped([one for one in problem.candidates if isinstance(one, Law)]))
         self.kernels = Kernels([one for one in problem.candidates if isinstance(one, GaussianProcess)])
         self._by_metric: dict[tuple[object, ...], MetricScreening] = {}
@@ -166,9 +220,10 @@ class Screening:
         )
         steps = round(float(np.log(sigma_um / self.problem.within_um)) / LIKE_SIGMA)
         key = (*hypothesis.noise.approximate_key, steps)
+        if key not in self.metrics:
+            self.metrics[key] = Metric(self.problem, hypothesis.noise, noise_models, sigma_um)
         if key not in self._by_metric:
-            metric = Metric(self.problem, hypothesis.noise, noise_models, sigma_um)
-            self._by_metric[key] = MetricScreening(self.problem, metric, self.kernels)
+            self._by_metric[key] = MetricScreening(self.problem, self.metrics[key], self.kernels)
         if len(self._by_metric[key].patterns) < len(self.patterns):
             self._by_metric[key].admit(self.patterns)
         return self._by_metric[key]
