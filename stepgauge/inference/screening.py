@@ -75,12 +75,12 @@ class MetricScreening:
         """Products of patterns with the residual and what the loss takes of their own, by their place."""
         turn, dots = beside.turn.astype(np.float32), Dots()
         for place in places:
-            every = np.concatenate([self._with_pattern(one, place) for one in vectors], axis=-1)
+            every = np.concatenate([self._products(one, place) for one in vectors], axis=-1)
             products = (every.reshape(-1, len(turn)) @ turn).reshape(*every.shape[:3], -1)
             dots[place] = residual_products(products), loss_products(products) if turn.shape[1] > 1 else None
         return dots
 
-    def _with_pattern(self, vectors: Vectors, place: int) -> NDArray[np.float32]:
+    def _products(self, vectors: Vectors, place: int) -> NDArray[np.float32]:
         if place >= len(vectors.patterns):
             columns = self.metric.adjoint(vectors.mapped.T)
             vectors.patterns.extend(one.dots(columns) for one in self.patterns[len(vectors.patterns) :])

@@ -20,6 +20,8 @@ NEAR = 8.0
 """Loss of the log posterior up to which the noise of a hypothesis with other terms is chosen anew, nats."""
 POLISHED = 3
 """Neighbours whose shapes are fitted anew before none of them counts as better."""
+UNPOLISHED = 1.0
+"""Loss up to which shapes that are fitted anew may make a hypothesis the better one, nats."""
 RIVALLED = 25.0
 """Loss from which what stands for a term is not gone on with, nats."""
 
@@ -61,8 +63,12 @@ class Search(Moves):
             best = self._better(best, found)
 
     def _grown_from_nothing(self) -> Iterator[Hypothesis]:
-        """Correlated noise may stand for a cause, and a cause for noise: one is chosen first once, and once last."""
-        yield self.grow(self.reshaped(self.grow(self.start, with_noise=False)))
+        """Correlated noise may stand for a cause, and a cause for noise: one is chosen first once, and once last.
+
+        A random function may stand for several laws at once: it comes when no law is left.
+        """
+        functions = frozenset(one.label for one in self.problem.candidates if not one.named)
+        yield self.grow(self.reshaped(self.grow(self.start, functions, with_noise=False)))
         noisy = self.reshaped(self.start)
         if noisy is not self.start:
             yield self.grow(noisy)
@@ -89,7 +95,8 @@ class Search(Moves):
         """The most probable neighbours with shapes and noise that suit them: with the old ones none may be better."""
         for one in every[:POLISHED]:
             if one.log_posterior > hypothesis.log_posterior - NEAR:
-                yield self.polished(self.reshaped(one) if with_noise else one)
+                found = self.reshaped(one) if with_noise else one
+                yield self.polished(found) if found.log_posterior > hypothesis.log_posterior - UNPOLISHED else found
 
     def _neighbours(self, hypothesis: Hypothesis, forbidden: frozenset[str]) -> Iterator[Hypothesis]:
         yield from self._dropped(hypothesis)

@@ -26,6 +26,8 @@ from stepgauge.inference.kernels import matern
 from stepgauge.recording import OPTIONAL
 
 ROUGH_LENGTHS = (0.015, 0.1)
+HELD = 0.999
+"""Share of the variance of a function of two covariates that is enough of it."""
 VOLUME_LENGTHS = (0.25, 0.6)
 """Correlation lengths of what changes with two coordinates, over the span of each."""
 
@@ -73,6 +75,9 @@ def volumes(places: Sequence[Covariate], data: Residuals, priors: Priors) -> Ite
 
 
 def _product(one: Array, other: Array, most: int = 200) -> Array:
-    """Products of features, without negligible ones."""
+    """Products of features, without negligible ones: those that hold all but a thousandth of the variance."""
     both = (one[:, None] * other[None]).reshape(-1, one.shape[1])
-    return both[np.argsort(-(both**2).sum(axis=1))[:most]]
+    size = (both**2).sum(axis=1)
+    largest = np.argsort(-size)
+    held = np.cumsum(size[largest]) / size.sum()
+    return both[largest[: min(most, 1 + int(np.searchsorted(held, HELD)))]]
