@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.diagnosis.wording.findings import name_of
+from stepgauge.diagnosis.wording.notation import probability
 
 UNITS = {"um", "mm", "ppm", "s", "K", "deg"}
 
@@ -62,7 +63,7 @@ class RevealedFault:
         """Right, right as one of a set, or wrong; with its probability."""
         if not self.place:
             return "The diagnosis did not name it."
-        odds = f"with probability {self.members[self.place - 1].probability:.2f}"
+        odds = f"with probability {probability(self.members[self.place - 1].probability)}"
         if len(self.members) == 1:
             return f"The diagnosis named it, {odds}."
         rank = "first" if self.place == 1 else f"number {self.place}"

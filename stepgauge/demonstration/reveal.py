@@ -14,6 +14,8 @@ from stepgauge.demonstration.conceal import SEALED, Concealed
 from stepgauge.demonstration.faults import FAULTS
 from stepgauge.demonstration.figure import story_figure
 from stepgauge.demonstration.seal import open_seal
+from stepgauge.diagnosis.wording.limits import predictions
+from stepgauge.diagnosis.wording.notation import probability
 from stepgauge.figures.style import save_figure
 from stepgauge.files.text import read_result
 from stepgauge.reports.blocks import bullets, figure, part, table, words
@@ -75,12 +77,13 @@ def _fit(fit: Mapping[str, Any]) -> str:
         f"in {what} that the fit did not know {one['rms_before_um']:.2f} um before, {one['rms_after_um']:.2f} um after"
         for what, one in fit["holdout"].items()
     )
-    return f"residuals (rms): {fit['rms_before_um']:.2f} um before, {fit['rms_after_um']:.2f} um after; {held}"
+    rms = f"residuals (rms): {fit['rms_before_um']:.2f} um before, {fit['rms_after_um']:.2f} um after"
+    return f"{rms}; {held}. {predictions(fit)}"
 
 
 def _page(fault: str, answer: RevealedFault, found: Mapping[str, Any], checksum: str, svg: str) -> dict[str, Any]:
     numbers = [[one.name, one.unit, f"{one.truth:g}", f"{one.found:.4g}", one.u_text] for one in answer.numbers]
-    members = [[one.label, f"{one.probability:.2f}", "concealed" if one.is_truth else ""] for one in answer.members]
+    members = [[one.label, probability(one.probability), "concealed" if one.is_truth else ""] for one in answer.members]
     parts = [
         part(
             "What was concealed, and what was found",

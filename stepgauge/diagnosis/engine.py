@@ -39,7 +39,7 @@ from stepgauge.diagnosis.structure import inexact_laws, structure
 from stepgauge.diagnosis.wording.phrases import Phrase, misfit, number
 from stepgauge.diagnosis.wording.structure import SCATTER, located
 from stepgauge.effects import effect_kinds
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.inference.hypothesis import Hypothesis, log_posterior
@@ -138,7 +138,7 @@ def _check_kinds(without: Collection[str]) -> None:
         if kind not in known:
             near = difflib.get_close_matches(kind, known, 1)
             expected = f"{near[0]}?" if near else ", ".join(sorted(known))
-            raise InputError("without", "no such kind of effect", found=kind, expected=expected)
+            raise InputError(naming("without"), "no such kind of effect", found=kind, expected=expected)
 
 
 def _some(data: Residuals) -> Residuals:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.diagnosis.priors import Priors
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.inference.posterior import Posterior
 
 KIND = "kind"
@@ -25,13 +25,13 @@ KIND = "kind"
 def stated_kind(stated: str | None, comments: Mapping[str, str], priors: Priors, where: Any) -> str | None:
     """The kind that is stated, by the user before the file; None for none.
 
-    :class:`InputError` at ``where`` for one that the priors do not know.
+    :class:`InputError` at the argument, or at ``where``, for one that the priors do not know.
     """
     kind = (stated or comments.get(KIND) or "").strip()
     if kind and kind not in priors.kinds:
         near = difflib.get_close_matches(kind, priors.kinds, 1)
         expected = f"{near[0]}?" if near else ", ".join(priors.kinds)
-        raise InputError(where, "no kind of machine or axis", found=kind, expected=expected)
+        raise InputError(naming(KIND) if stated else where, "no kind of machine or axis", found=kind, expected=expected)
     return kind or None
 
 

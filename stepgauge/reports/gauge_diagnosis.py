@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stepgauge.diagnosis.wording.findings import name_of
-from stepgauge.diagnosis.wording.limits import limits
+from stepgauge.diagnosis.wording.limits import limits, predictions
 from stepgauge.diagnosis.wording.notation import (
     MOST_NUMBERS,
     plus_minus,
@@ -28,8 +28,6 @@ from stepgauge.reports.diagnosis_blocks import (
 )
 
 Said = Mapping[str, Any]
-UNPREDICTED = 2.0
-"""Rms of predictions in units of the noise from which something is not determined without what was held out."""
 MOST_REPLACED = 5
 """Combinations that may replace a finding, in the appendix; the file has all."""
 
@@ -156,19 +154,7 @@ def _fit(said: Said) -> Block:
         (1.0, *(0.0 for _ in columns[1:])),
         note=f"The noise of a probing is {um(fit['noise_um'])}. Residuals include the errors of the faces against their"
         f" certified positions, within the uncertainty of the certificate: chi-square allows for that, the"
-        f" rms does not.{_unpredicted(fit)}{last}",
-    )
-
-
-def _unpredicted(fit: Said) -> str:
-    """What it means that readings which were held out are predicted worse than those that were fitted."""
-    far = [by for by, pair in fit["holdout"].items() if (pair["rms_after_um"] or 0.0) > UNPREDICTED * fit["noise_um"]]
-    if not far:
-        return " Readings that were held out are predicted about as well as those that were fitted are described."
-    return (
-        f" Readings of {' and '.join(far)} that were held out are predicted worse than those that were fitted: without"
-        " them not every finding is determined. The values hold where it was measured, and need more faces or"
-        " placements to hold beyond."
+        f" rms does not. {predictions(fit)}{last}",
     )
 
 

@@ -131,6 +131,14 @@ def test_a_machine_file_that_states_another_tip_or_no_kind_is_told(
     assert [noted in one for one in doubts] == ([True] if noted else [])
 
 
+@pytest.mark.parametrize(("option", "name"), [("--kind", "mill"), ("--without", "geometric")])
+def test_a_name_that_there_is_not_is_of_its_option(option: str, name: str, tmp_path: Path, run: Run) -> None:
+    path = as_file(tmp_path, too_few())
+    result = run("diagnose", path, *COMMON, option, name, "-o", tmp_path / "out")
+    assert result.code == 2
+    assert f"error: {option}: no" in result.err
+
+
 def test_too_little_to_tell_is_a_verdict_and_no_error(tmp_path: Path, run: Run) -> None:
     path = as_file(tmp_path, too_few())
     assert run("diagnose", path, *COMMON, "-o", tmp_path / "out").code == 0

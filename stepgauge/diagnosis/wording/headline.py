@@ -78,6 +78,7 @@ def found_lines(said: Said) -> Iterator[str]:
     """Each finding with its values, their expanded uncertainties and its probability, in a line."""
     for number, one in enumerate(said["effects"], 1):
         numbers = told_numbers(one)
+        numbers += [(name, p) for name, p in one["parameters"].items() if name.startswith("period") and not p.get("u")]
         values = ", ".join(f"{symbol(name, p, len(numbers))}{plus_minus(p)}" for name, p in numbers)
         name = finding_name(one, subject(said))
         yield f"found: {number}: {name}{f': {values} (k = 2)' if values else ''}, {probability_of(one)}"

@@ -20,6 +20,8 @@ LIKELY = 0.5
 """Probability from which the kind of an axis is told that nobody stated."""
 NO_PRETRAVEL = 0.25
 """Share of the tip radius from which a difference of the effective one is no pre-travel, but another radius."""
+UNPREDICTED = 2.0
+"""Rms of predictions in units of the noise from which something is not determined without what was held out."""
 FULL_TURN_DEG = 240.0
 """Least span of azimuths that separates a harmonic from a constant."""
 Limit = tuple[str, dict[str, object]]
@@ -132,6 +134,18 @@ def misfits(said: Mapping[str, Any], language: str = "en") -> list[str]:
     if not said["effects"] or before_um is None or after_um is None:
         return []
     return worded_all(misfit(before_um, after_um), language=language)
+
+
+def predictions(fit: Mapping[str, Any]) -> str:
+    """What it means that readings which were held out are predicted worse than those that were fitted."""
+    far = [by for by, pair in fit["holdout"].items() if (pair["rms_after_um"] or 0.0) > UNPREDICTED * fit["noise_um"]]
+    if not far:
+        return "Readings that were held out are predicted about as well as those that were fitted are described."
+    what = " and ".join(far)
+    return (
+        f"Readings of {what} that were held out are predicted worse than those that were fitted are described: without"
+        f" them not every finding is determined. It holds where it was measured; more {what} make it hold beyond."
+    )
 
 
 def without_scatter(said: Mapping[str, Any], language: str = "en") -> Iterator[str]:
