@@ -356,6 +356,23 @@ def test_an_import_that_left_questions_is_named_where_its_recording_is_taken() -
         sg.diagnose(taken)
 
 
+def test_the_curve_of_what_has_no_law_is_in_the_table_of_readings(tmp_path: Path) -> None:
+    """A piezo whose branches differ by a parabola: the curve is the truth within the noise of 4 nm."""
+    rng = np.random.default_rng(5)
+    target = np.linspace(0.0, 100.0, 26) + rng.uniform(-0.8, 0.8, 26)
+    place, way = np.tile(np.r_[target, target[::-1]], 3), np.tile(np.repeat([1, -1], 26), 3)
+    bow = place / 100.0 * (1.0 - place / 100.0)
+    um = (0.3 + 0.12 * way) * bow
+    columns = {"cycle": np.repeat([1, 2, 3], 52), "direction": way, "target_um": place}
+    table = pd.DataFrame({**columns, "reading_um": place + um + rng.normal(0.0, 0.004, len(um))})
+    found = sg.diagnose(sg.import_recording(table, sensor="capacitive"), kind="piezo")
+    found.write(tmp_path)
+    rows = pd.read_csv(tmp_path / "residuals.csv")
+    assert found.verdict == "unknown"
+    curve = rows["before_um"] - rows["after_um"] + rows["structure_um"]
+    assert np.std(curve - um) < 0.002
+
+
 SHOWN = ("gauge", "placement", "plan", "run", "recording", "evaluation", "budget", "diagnosis", "probe map")
 OF_ONE_AXIS_OR_A_PROBE = ("axis recording", "axis diagnosis", "map diagnosis", "stored diagnosis")
 

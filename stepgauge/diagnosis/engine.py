@@ -225,6 +225,7 @@ def _make_diagnosis(
         (*_remarks(replace(found, model=model), data, start_s), *misfit(fit.rms_before_um, fit.rms_after_um)),
         concluded.table,
         checks,
+        structure_um=model.structure_um if concluded.structure and len(found.data) == len(data) else None,
     )
 
 

@@ -275,7 +275,8 @@ class GaugeDiagnosis(Diagnosis):
 
     ``before_um`` and ``after_um``: the residuals without origins; ``placements``: texts of placement files for the runs
     that ``separate_by`` of the findings proposes, by file name; ``probabilities``: those of all statements;
-    ``checks``: the posterior predictive checks.
+    ``checks``: the posterior predictive checks; ``structure_um (n,)``: the posterior mean of the structure without a
+    law, None where there is none, or not every reading was searched.
     """
 
     drawn_by: ClassVar[str] = "diagnosis.draw_residuals"
@@ -295,6 +296,7 @@ class GaugeDiagnosis(Diagnosis):
     checks: tuple[Check, ...] = ()
     recordings: tuple[Recording, ...] = ()
     path: str = ""
+    structure_um: Array | None = None
 
     @cached_property
     def laws(self) -> list[EmpiricalLaw]:

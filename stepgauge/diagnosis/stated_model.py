@@ -70,6 +70,12 @@ class Model:
         places = (self.state.index(one.term.candidate) for one in self.laws)
         return sum((self.state.discrepancy_um(place) for place in places), np.zeros(len(self.state.residual_um)))
 
+    @property
+    def structure_um(self) -> Array:
+        """Posterior mean of the structure without a law, along the approach, ``(n,)``: its Gaussian processes."""
+        places = (self.state.index(one.term.candidate) for one in self.forms)
+        return sum((self.state.contribution_um(place) for place in places), np.zeros(len(self.state.residual_um)))
+
 
 def make_model(search: Search, answer: Posterior, data: Residuals, priors: Priors) -> Model:
     """The hypothesis that is stated, by rules 1 to 3."""

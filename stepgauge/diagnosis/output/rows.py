@@ -33,7 +33,8 @@ def row_table(
     Columns: ``recording`` and ``row`` in it, ``placement``, ``cycle``, ``face``, ``position_mm`` along the gauge,
     ``time_s`` where it was recorded, ``used`` (0: left out as an outlier), ``before_um`` and ``after_um`` (residuals
     without and with all findings), and ``finding_1_um`` .. and ``form_1_um`` ..: what each finding and each form adds
-    to a reading, without what only moves the origins.
+    to a reading, without what only moves the origins; ``structure_um``: the posterior mean of all structure without a
+    law, which no formula has to imitate.
 
     Parameters
     ----------
@@ -64,6 +65,8 @@ def row_table(
     for kind, each in shares:
         for number, share in enumerate(each, 1):
             frame[f"{kind}_{number}_{unit}"] = data.without_origins(share) * factor
+    if diagnosis.structure_um is not None:
+        frame[f"structure_{unit}"] = data.without_origins(diagnosis.structure_um) * factor
     return frame
 
 
