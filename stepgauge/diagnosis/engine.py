@@ -100,10 +100,7 @@ def diagnose(
     table = table.adapt([kind] if kind else [])
     machine = replace(machine, table=machine.table.model_copy(update={KIND: kind}))
     recorded = without_copies(make_residuals(recording, gauge, machine))
-    found, searched = diagnose_with_search(recorded, absent, table, separations, progress)
-    if kind or searched is None or found.verdict not in ("unknown", "insufficient"):
-        return found
-    return replace(found, remarks=(*found.remarks, {"say": "kind"}))
+    return diagnose_with_search(recorded, absent, table, separations, progress)[0]
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")
