@@ -35,8 +35,8 @@ FURTHER = 2
 """Powers beyond those that are laws of their own: guideways are no cubics, and what is large shows it."""
 SPREAD = float(np.log(3.0))
 """Logarithmic standard deviation of the size of one kind of error, over that of all: a factor of three."""
-OWN_SPREAD = float(np.log(2.0))
-"""That of one error over those of its kind: what readings tell of some of them holds for the others to a factor."""
+OWN_SPREADS = np.log([1.25, 2.0, 3.2])
+"""Those of one error over those of its kind, each as likely: what is told of some holds for others to a factor."""
 STEPS = np.linspace(-4.0, 4.0, 81)
 """Of the logarithm of a factor, in its standard deviations."""
 UNUSED, DRAWS = 50, 200
@@ -74,8 +74,9 @@ class Geometry:
         """Mean sizes ``(m,)`` and their covariance, from residuals ``(n,)`` without other laws.
 
         Each kind of error has a spread of its own, ``sd`` times a factor that is log-normal about one, and each error
-        another factor, for machines differ in what is wrong with them. The factors are integrated by Gibbs sampling:
-        sizes by the factors, factors by the sizes (Gelfand and Smith, J. Am. Stat. Assoc. 85, 1990: 398).
+        another factor, whose spread is found as well, for machines differ in what is wrong with them. The factors are
+        integrated by Gibbs sampling: sizes by the factors, factors by the sizes (Gelfand and Smith, J. Am. Stat. Assoc.
+        85, 1990: 398).
         """
         columns = metric(np.concatenate([one.signature(0) for one in self.families]) * self.usual[:, None])
         kinds = sorted({one.kind for one in self.families})
@@ -103,6 +104,7 @@ def integrated_sizes(gram: Array, dot: Array, of: NDArray[np.intp], sd: float) -
     ``gram (m, m)``, ``dot (m,)``: normal equations. The same draws every time.
     """
     random, logs, own = np.random.default_rng(1), np.zeros(int(of.max()) + 1), np.zeros(len(of))
+    own_spread = OWN_SPREADS[1]
     means, spread = [], np.zeros_like(gram)
     for step in range(UNUSED + DRAWS):
         scale = sd * np.exp(logs[of] + own)
@@ -111,7 +113,8 @@ def integrated_sizes(gram: Array, dot: Array, of: NDArray[np.intp], sd: float) -
         mean = half.T @ (half @ dot)
         sizes = mean + half.T @ random.normal(size=len(scale))
         logs = _drawn_factors(sizes / np.exp(own), of, sd, SPREAD, random)
-        own = _drawn_factors(sizes / np.exp(logs[of]), np.arange(len(of)), sd, OWN_SPREAD, random)
+        own = _drawn_factors(sizes / np.exp(logs[of]), np.arange(len(of)), sd, own_spread, random)
+        own_spread = _drawn_spread(own, random)
         logs = _interwoven_factors(sizes, logs, of, (gram, dot), random)
         if step >= UNUSED:
             means.append(mean)
@@ -124,6 +127,12 @@ def _drawn_factors(sizes: Array, of: NDArray[np.intp], sd: float, spread: float,
     logs, square, count = spread * STEPS, np.bincount(of, (sizes / sd) ** 2), np.bincount(of)
     log_posterior = -0.5 * STEPS**2 - np.outer(count, logs) - 0.5 * np.outer(square, np.exp(-2.0 * logs))
     return np.asarray(logs[(log_posterior + random.gumbel(size=log_posterior.shape)).argmax(axis=1)])
+
+
+def _drawn_spread(own: Array, random: np.random.Generator) -> float:
+    """The spread of the factors of single errors ``(m,)``, drawn from what these tell of it."""
+    log_posterior = -len(own) * np.log(OWN_SPREADS) - 0.5 * np.sum(own**2) / OWN_SPREADS**2
+    return float(OWN_SPREADS[(log_posterior + random.gumbel(size=len(OWN_SPREADS))).argmax()])
 
 
 def _interwoven_factors(
