@@ -46,7 +46,7 @@ class Patterns:
         """Products of all atoms with vectors ``(n, q)`` for every row of the basis, ``(atoms, depth, r, q)``."""
         r, q = len(self.basis), vectors.shape[1]
         weighted = (self.basis.T[:, :, None] * vectors[:, None]).reshape(self.n, r * q).astype(np.float32)
-        return np.asarray((self.values.reshape(-1, self.n) @ weighted).reshape(-1, self.depth, r, q))
+        return np.asarray((self.values.reshape(-1, self.n) @ weighted).reshape(self.atoms, self.depth, r, q))
 
     def grams(self, metric: Metric) -> tuple[Array, Array]:
         """Lengths of each atom by rows alone, ``(atoms, r, depth)``, and its products with itself by the metric.

@@ -6,8 +6,10 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
+import stepgauge as sg
 from stepgauge.axis.recording import AxisRecording, write_axis_recording
 from stepgauge.axis.sensors import not_candidates, without_probe
 from stepgauge.diagnosis.axis.diagnosis import diagnose_axis
@@ -15,6 +17,7 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.effects import effect_kinds
 from tests.axis.made import axis, distances, spot
 from tests.cli.conftest import Run
+from tests.conftest import ROOT
 from tests.diagnosis.made import ALONG_X, gauge, machine, record
 
 LINE = np.arange(0.0, 501.0, 25.0)
@@ -177,3 +180,10 @@ def test_readings_on_the_steps_of_a_display_end_in_no_error() -> None:
 
     found = diagnose_axis(axis(np.array([15.0, 35.0, 55.0]), rounded_um, noise=0.0)).found
     assert found.verdict == "unknown"  # no law of the vocabulary has a reversal that grows along the axis
+
+
+def test_a_spot_that_settles_is_a_thermal_drift_although_nothing_else_is_beside_it() -> None:
+    """A hypothesis without terms and nuisance parameters has no products to be screened with."""
+    rows = pd.read_csv(ROOT / "docs/recipes/data/drift.csv")
+    found = sg.diagnose(sg.import_recording(rows, sensor="inductive"))
+    assert set(found.to_frame()["kind"]) == {"thermal_drift"}
