@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from stepgauge.inference.amplitudes import (
     discrepancy_resized,
+    log_inside,
     resized,
     size_log_evidence,
     summed_sizes_gain,
 )
-from stepgauge.inference.bounds import log_inside
 from stepgauge.inference.hypothesis import Hypothesis, log_posterior
 from stepgauge.inference.likelihood import Likelihood, SigmaPrior
 from stepgauge.inference.metric import RowMetric, nuisances

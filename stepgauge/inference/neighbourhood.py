@@ -10,6 +10,7 @@ was computed for its head. What a search happened to visit beyond that does not 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -40,8 +41,8 @@ MOST_PAIRS = 12
 NEGLIGIBLE = 20.0
 """Neighbours that are rated less probable than the best hypothesis by more than this do not count, nats."""
 PROBABLE_SHAPE, MOST_SHAPES = 7.0, 64
-"""Shapes on a grid that are less probable than the best one by more than this are not summed, nats; most sums of all
-terms' shapes together."""
+"""Shapes on a grid that are less probable than the best one by more than this are not summed, nats, where those of all
+terms have more than so many combinations; nor are more combinations than these."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,7 +223,9 @@ class Neighbourhood:
 
     def _shapes_gain(self, head: Hypothesis) -> float:
         """What the log posterior rises by if all shapes on the grids of all terms are summed, by computing each."""
-        choices = [self._shapes(head, place) for place in range(len(head.terms))]
+        gridded = [term.candidate.atoms for term in head.terms if term.candidate.named and term.shape is None]
+        few = math.prod(gridded) <= MOST_SHAPES
+        choices = [self._shapes(head, place, few) for place in range(len(head.terms))]
         as_it_is = all(one == [term] for one, term in zip(choices, head.terms, strict=True))
         if as_it_is or np.prod([len(one) for one in choices]) > MOST_SHAPES:
             return 0.0
@@ -231,17 +234,20 @@ class Neighbourhood:
         ]
         return float(special.logsumexp(every)) - head.log_posterior
 
-    def _shapes(self, head: Hypothesis, place: int) -> list[Term]:
-        """A term with each of its probable shapes; as it is where it has one, or is no point of the grid."""
+    def _shapes(self, head: Hypothesis, place: int, every: bool) -> list[Term]:
+        """A term with each of its shapes, or the probable ones; as it is where it has one, or is no point of the grid.
+
+        What is improbable beside the present shapes of other terms may be probable beside others of theirs.
+        """
         term = head.terms[place]
         law = term.candidate
         if not isinstance(law, Law) or law.atoms == 1 or term.shape is not None:
             return [term]
-        proposals = self.search.screen(self.search.without(head, place))
-        own = next((one for one in proposals if one.candidate is law), None)
-        if own is None or own.by_atom is None:
-            return [term]
-        near = np.flatnonzero(own.by_atom > own.by_atom.max() - PROBABLE_SHAPE)
+        near = np.arange(law.atoms)
+        if not every:
+            rated = self.search.proposal_of(law, self.search.without(head, place)).by_atom
+            assert rated is not None
+            near = np.flatnonzero(rated > rated.max() - PROBABLE_SHAPE)
         if len(near) > MOST_SHAPES:
             return [term]
         odds = law.log_odds

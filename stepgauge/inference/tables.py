@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.inference.bounds import log_inside
+from stepgauge.inference.amplitudes import log_inside
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.patterns import Patterns, mixed
 from stepgauge.inference.problem import Law

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import special, stats
 from scipy.integrate import trapezoid
 
-from stepgauge.inference.bounds import log_inside
+from stepgauge.inference.amplitudes import log_inside
 from stepgauge.inference.evidence import Evidence
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
