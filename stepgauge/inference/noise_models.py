@@ -47,30 +47,21 @@ class NoiseModel:
     outlying: Array | None = None
     bound: float = 0.0
 
+    @property
+    def model(self) -> tuple[object, ...]:
+        """Which of all models it is; the weights of the rows are part of how the same one is computed."""
+        related = self.correlation, self.flicker
+        return self.growth, self.burst, *related, self.certificate, self.rounded, self.tails, self.freedom
+
     @cached_property
     def key(self) -> tuple[object, ...]:
-        """Identity of a model."""
-        tails = (self.tails, self.freedom, round(self.bound, 6), round(float(self.weight.sum()), 6))
-        return self.growth, self.burst, self.correlation, self.flicker, self.certificate, self.rounded, tails
+        """Identity of a model with its weights."""
+        return *self.model, round(self.bound, 6), round(float(self.weight.sum()), 6)
 
     @cached_property
     def approximate_key(self) -> tuple[object, ...]:
         """Approximate identity of a model: the weights of the rows by their mean."""
-        mean = round(float(self.weight.mean()) * 50.0)
-        tails = (self.tails, self.freedom, mean)
-        return self.growth, self.burst, self.correlation, self.flicker, self.certificate, self.rounded, tails
-
-    @property
-    def model(self) -> tuple[object, ...]:
-        """Which of all models it is; the weights of the rows are part of how the same one is computed."""
-        tails = (self.tails, self.freedom)
-        return self.growth, self.burst, self.correlation, self.flicker, self.certificate, self.rounded, tails
-
-    @property
-    def kind(self) -> tuple[object, ...]:
-        """Kind of the model, without its numbers."""
-        growth = None if self.growth is None else self.growth[0]
-        return growth, self.burst is not None, self.correlated, self.certificate > 1.0, self.rounded, self.tails
+        return *self.model, round(float(self.weight.mean()) * 50.0)
 
     @property
     def correlated(self) -> bool:
