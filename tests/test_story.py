@@ -14,7 +14,6 @@ from pypdf import PdfReader
 
 import stepgauge as sg
 from stepgauge.diagnosis.output.files import diagnosis_to_dict
-from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.diagnosis.wording.notation import probability
 from stepgauge.errors import InputError
@@ -38,7 +37,7 @@ def case(name: str) -> GaugeDiagnosis:
 
 def said(name: str) -> dict[str, Any]:
     found = case(name)
-    return diagnosis_to_dict(found, Inputs(found.recordings))
+    return diagnosis_to_dict(found)
 
 
 def pages(pdf: bytes) -> list[str]:
@@ -89,7 +88,7 @@ def test_what_two_laws_may_do_together_has_the_rest_of_the_probability() -> None
     found = case("scale")
     (one,) = found.findings
     alone = replace(one, probability=0.98, own=0.69, members=(), confounded_with=("squareness + reversal_error",))
-    text = markdown(diagnosis_story(diagnosis_to_dict(replace(found, findings=(alone,)), Inputs(found.recordings)), ()))
+    text = markdown(diagnosis_story(diagnosis_to_dict(replace(found, findings=(alone,))), ()))
     first = text.split("## Evidence")[0]
     rows = [line.split(" | ") for line in first.splitlines() if line.startswith(("| 1 |", "| or |"))]
     assert [row[1] for row in rows] == ["scale error x", "reversal error + squareness"]

@@ -192,13 +192,8 @@ def mask(data: Residuals, side: str) -> Array:
 
 def length_mm(side: str, data: Residuals) -> Array:
     """The coordinate to which a length error on a side is proportional, from its middle, mm."""
-    values = along_mm(side, data)
+    values = data.probings.coordinate_mm(side) if side in AXES else data.probings.certified_mm()
     return values - float(values.mean())
-
-
-def along_mm(side: str, data: Residuals) -> Array:
-    """The coordinate along a side: a machine axis, or the gauge, mm."""
-    return data.probings.coordinate_mm(side) if side in AXES else data.probings.certified_mm()
 
 
 def runs_of(data: Residuals) -> tuple[NDArray[np.int64], NDArray[np.intp]]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import replace
 
 from stepgauge.diagnosis.fits.solve import Estimate, widened
 from stepgauge.diagnosis.priors import Decision
-from stepgauge.diagnosis.result import Finding, FindingMember, Replacement
+from stepgauge.diagnosis.result import Finding, Replacement
 from stepgauge.diagnosis.stating_rules import (
     LEAST_ODDS,
     StatedTerm,
@@ -17,30 +17,13 @@ from stepgauge.diagnosis.stating_rules import (
     set_probability,
     spread_factor,
 )
-from stepgauge.effects import Effect
-from stepgauge.files.arrays import Array
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.posterior import AlternativeHypothesis, Member, Posterior
 
 
-@dataclass(frozen=True)
-class FittedCause:
-    """A law with its values as fitted in the place of a stated one, beside the others.
-
-    ``share_um (n,)``: what it moves; ``effect``: ready for a machine file; ``choices``: axis, face, ...
-    """
-
-    kind: str
-    label: str
-    parameters: dict[str, Estimate]
-    share_um: Array
-    effect: Effect | None = None
-    choices: dict[str, object] = field(default_factory=dict)
-
-
 def credible_finding(
     said: StatedTerm,
-    fits: Mapping[str, FittedCause],
+    fits: Mapping[str, Finding],
     rivals: Sequence[Member],
     answer: Posterior,
     state: Hypothesis,
@@ -53,7 +36,8 @@ def credible_finding(
     Parameters
     ----------
     said : the statement
-    fits : by the label of the candidate; of all rivals that are single laws, or of the stated one alone
+    fits : laws with their values as fitted in the place of the stated one, by the label of the candidate; of all rivals
+        that are single laws, or of the stated one alone
     rivals : those of the credible laws that are told, the stated one first
     answer, state : the posterior, and the hypothesis that is stated
     decision : limits from which something is stated
@@ -65,20 +49,16 @@ def credible_finding(
     combined = replacements(several, label, own.kind, decision)
     probability = set_probability(answer, every, combined)
     possible = sum(one.probability for one in rivals) / sum(one.probability for one in every)
-    kinds = [_kind(one, fits) for one in rivals if _kind(one, fits) != own.kind]
-    same = [_label(one, fits) for one in rivals if _kind(one, fits) == own.kind and _label(one, fits) != own.label]
+    kinds = [one.candidate.kind for one in rivals if one.candidate.kind != own.kind]
+    same = [_label(one, fits) for one in rivals if one.candidate.kind == own.kind and _label(one, fits) != own.label]
     factor = max(spread_factor(answer, state, label, decision.in_set), least_wider) * wider
     values = widened(own.parameters, factor)
     alone = set_probability(answer, every, []) / max(probability, 1e-300)
     leading = rivals[0].probability / sum(one.probability for one in rivals)
-    return Finding(
-        own.kind,
-        own.label,
-        own.effect,
-        own.choices,
-        values,
-        probability,
-        own.share_um,
+    return replace(
+        own,
+        parameters=values,
+        probability=probability,
         # of two terms of one kind each hypothesis has the label of the first: the place itself tells which it is
         own=min(answer.probability_of_any([frozenset({label})]) / possible, probability * alone * leading),
         confounded_with=tuple(dict.fromkeys((*kinds, *joined_kinds(combined)))),
@@ -89,19 +69,14 @@ def credible_finding(
     )
 
 
-def _kind(one: Member, fits: Mapping[str, FittedCause]) -> str:
-    fitted = fits.get(one.candidate.label)
-    return one.candidate.kind if fitted is None else fitted.kind
-
-
-def _label(one: Member, fits: Mapping[str, FittedCause]) -> str:
+def _label(one: Member, fits: Mapping[str, Finding]) -> str:
     fitted = fits.get(one.candidate.label)
     return str(one.candidate.source.label) if fitted is None else fitted.label
 
 
 def _members(
-    rivals: Sequence[Member], fits: Mapping[str, FittedCause], alone: float, own: dict[str, Estimate]
-) -> Iterator[FindingMember]:
+    rivals: Sequence[Member], fits: Mapping[str, Finding], alone: float, own: dict[str, Estimate]
+) -> Iterator[Finding]:
     """All laws of a set, each with its own values from a fit in its place; none for a set of one.
 
     The stated one is first and has its ``own`` values; ``alone``: their share of the probability of the finding, of
@@ -113,7 +88,7 @@ def _members(
     for one in (one for one in rivals if one.candidate.label in fits):
         fitted, share = fits[one.candidate.label], alone * one.probability / total
         values = own if one is rivals[0] else fitted.parameters
-        yield FindingMember(fitted.kind, fitted.label, share, fitted.effect, fitted.choices, values)
+        yield replace(fitted, parameters=values, probability=share)
 
 
 def _replacements(several: Sequence[AlternativeHypothesis], label: str) -> tuple[Replacement, ...]:

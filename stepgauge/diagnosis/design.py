@@ -46,27 +46,25 @@ class ProposedRun:
     """A further run: the information that is expected of it, nats; the rivals that it excludes, and those it leaves."""
 
     run: FurtherRun
-    expected_information_gain: float = 0.0
-    excludes: tuple[str, ...] = ()
-    leaves: tuple[str, ...] = ()
+    expected_information_gain: float
+    excludes: tuple[str, ...]
+    leaves: tuple[str, ...]
 
-    def command(self, name: str, gauge: str, machine: str, program: str) -> str:
-        """The ``stepgauge plan`` command of the run, with its placement in the file ``name``.toml.
 
-        In the language of the ``program`` that was run, by the end of its name; DMIS where that tells none.
-        """
-        from stepgauge.programs import DIALECTS  # its run was planned, so that all are loaded
+def planned_command(run: FurtherRun, data: Residuals, placements: dict[str, str]) -> str:
+    """The ``stepgauge plan`` command of a run; its placement is added to the texts of placement files.
 
-        suffix = Path(program.split("; ")[0]).suffix
-        dialect = next((one for one in DIALECTS.values() if one.suffix == suffix), DIALECTS["dmis"])
-        speed = "" if self.run.speed_mm_s is None else f" --measuring-speed {self.run.speed_mm_s:g}"
-        files = f"{name}.toml -g {quote(gauge)} -m {quote(machine)}"
-        written = f"-o {name}{dialect.suffix}"
-        return f"stepgauge plan {files} -d {dialect.name} --cycles {self.run.cycles}{speed} {written}"
+    In the language of the program that was run, by the end of its name; DMIS where that tells none.
+    """
+    from stepgauge.programs import DIALECTS  # its run was planned, so that all are loaded
 
-    def placement_text(self) -> str:
-        """The placement file of the run."""
-        return format_placement(self.run.placement)
+    name, suffix = f"separate-{len(placements) + 1}", Path(data.program.split("; ")[0]).suffix
+    placements[f"{name}.toml"] = format_placement(run.placement)
+    dialect = next((one for one in DIALECTS.values() if one.suffix == suffix), DIALECTS["dmis"])
+    speed = "" if run.speed_mm_s is None else f" --measuring-speed {run.speed_mm_s:g}"
+    gauge, machine = called(data.gauge.path), called(data.machine.select_stylus(run.stylus).path)
+    files = f"{name}.toml -g {quote(gauge)} -m {quote(machine)}"
+    return f"stepgauge plan {files} -d {dialect.name} --cycles {run.cycles}{speed} -o {name}{dialect.suffix}"
 
 
 def add_separations(
@@ -76,37 +74,39 @@ def add_separations(
 
     ``wanted``: whether to look for these measurements.
     """
-    if not wanted:
-        return [_unsought(one, data) for one in findings], {}
-    found: list[Finding] = []
     placements: dict[str, str] = {}
-    sets = bool(data.gauge.path) and any(one.confounded_with or one.alternatives for one in findings)
-    possible = extended(data, model.state.sigma_um) if sets else []
+    several = [bool(one.confounded_with or one.alternatives) for one in findings]
+    possible = extended(data, model.state.sigma_um) if wanted and data.gauge.path and any(several) else []
+    found = list(findings)
     for index, finding in enumerate(findings):
-        if not finding.confounded_with and not finding.alternatives:
-            found.append(finding)
-            continue
-        if finding.effects:
-            found.append(replace(finding, reason=_reason(finding, data), separate_by=MORE_LINES))
-            continue
-        others = {one.label for one in finding.members} - {finding.label}
-        members = [
-            one
-            for one in model.laws[index].credible_set.members
-            if one.candidate.named and one.candidate.source.label in others
-        ]
-        rivals = [(one.candidate, one.proposal.atom) for one in members]
-        probability = [model.laws[index].lead.probability, *(one.probability for one in members)]
-        best = separate(index, model.fitted.solved, rivals, probability, possible)
-        name, by = f"separate-{len(placements) + 1}", NO_SEPARATION
-        if best is not None:
-            placements[f"{name}.toml"] = best.placement_text()
-            machine = data.machine.select_stylus(best.run.stylus).path
-            command = best.command(name, called(data.gauge.path), called(machine), data.program)
-            rest = f"; nothing within this travel separates it from {listed(best.leaves, 'or')}" if best.leaves else ""
-            by = f"{best.run.words}, which separates it from {', '.join(best.excludes)}: {command}{rest}"
-        found.append(replace(finding, reason=_reason(finding, data), separate_by=by))
+        if several[index]:
+            how = UNSOUGHT
+            if wanted:
+                how = MORE_LINES if finding.effects else _separate_by(index, finding, model, data, possible, placements)
+            found[index] = replace(finding, reason=_reason(finding, data), separate_by=how)
     return found, placements
+
+
+def _separate_by(
+    index: int,
+    finding: Finding,
+    model: Model,
+    data: Residuals,
+    possible: Sequence[ExtendedRecording],
+    placements: dict[str, str],
+) -> str:
+    """The run that separates a set, in words with its command."""
+    others = {one.label for one in finding.members} - {finding.label}
+    every = [one for one in model.laws[index].credible_set.members if one.candidate.named]
+    members = [one for one in every if one.candidate.source.label in others]
+    rivals = [(one.candidate, one.proposal.atom) for one in members]
+    probability = [model.laws[index].lead.probability, *(one.probability for one in members)]
+    best = separate(index, model.fitted.solved, rivals, probability, possible)
+    if best is None:
+        return NO_SEPARATION
+    command = planned_command(best.run, data, placements)
+    rest = f"; nothing within this travel separates it from {listed(best.leaves, 'or')}" if best.leaves else ""
+    return f"{best.run.words}, which separates it from {', '.join(best.excludes)}: {command}{rest}"
 
 
 def add_placements(
@@ -125,19 +125,9 @@ def add_placements(
             continue
         runs = [run for run in further_runs(data) if run.words.startswith(ALONG) and run.words[len(ALONG)] in axes]
         runs = [run for run in runs if can_be_planned(run, data)]
-        commands = []
-        for run in runs:
-            name, best = f"separate-{len(placements) + 1}", ProposedRun(run)
-            placements[f"{name}.toml"] = best.placement_text()
-            commands.append(best.command(name, called(data.gauge.path), called(data.machine.path), data.program))
+        commands = [planned_command(run, data, placements) for run in runs]
         where = listed([run.words for run in runs]) or f"the gauge along {listed(axes) or 'other directions'}"
         yield replace(one, separate_by=": ".join([f"{where}, each alone", *filter(None, ["; ".join(commands)])]))
-
-
-def _unsought(finding: Finding, data: Residuals) -> Finding:
-    if not finding.confounded_with and not finding.alternatives:
-        return finding
-    return replace(finding, reason=_reason(finding, data), separate_by=UNSOUGHT)
 
 
 def _reason(finding: Finding, data: Residuals) -> str:

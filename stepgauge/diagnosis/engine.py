@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -28,8 +27,8 @@ from stepgauge.diagnosis.noise import (
     stated_scatter,
     unlike_stated,
 )
-from stepgauge.diagnosis.priors import Priors, shipped_priors
-from stepgauge.diagnosis.problem import bare_problem, make_problem
+from stepgauge.diagnosis.priors import Priors, nearest_name, shipped_priors
+from stepgauge.diagnosis.problem import bare_problem, make_problem, plain_metric
 from stepgauge.diagnosis.residuals import Residuals, make_residuals, without_copies
 from stepgauge.diagnosis.result import Finding, Fit, GaugeDiagnosis, Located, Noise, rms
 from stepgauge.diagnosis.stated_model import Model, drop_doubtful, make_model
@@ -44,7 +43,6 @@ from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.inference.hypothesis import Hypothesis, log_posterior
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.search import Progress, Search
 from stepgauge.machine.file import Machine
@@ -133,8 +131,7 @@ def _check_kinds(without: Collection[str]) -> None:
     known = {*effect_kinds(), geometry.KIND}
     for kind in without:
         if kind not in known:
-            near = difflib.get_close_matches(kind, known, 1)
-            expected = f"{near[0]}?" if near else ", ".join(sorted(known))
+            expected = nearest_name(kind, sorted(known))
             raise InputError(naming("without"), "no such kind of effect", found=kind, expected=expected)
 
 
@@ -191,6 +188,7 @@ def _make_diagnosis(
     left = list(structure(model, answer, found.data, priors, wider))
     if len(found.data) < len(data):
         told = _on_all_rows(told, model, data)
+        left = [replace(one, share_um=np.zeros(0)) for one in left]
     told, placements = add_separations(told, model, found.data, separations)
     if not any(one.probability >= priors.decision.stated for one in left):
         left += undecided(answer, told, priors.decision)
@@ -222,7 +220,6 @@ def _make_diagnosis(
         (*_remarks(replace(found, model=model), data, start_s), *misfit(fit.rms_before_um, fit.rms_after_um)),
         concluded.table,
         checks,
-        structure_um=model.structure_um if concluded.structure and len(found.data) == len(data) else None,
     )
 
 
@@ -239,9 +236,7 @@ def _on_all_rows(told: Sequence[Finding], model: Model, data: Residuals) -> list
 
     All errors of the geometry at once stay as they are.
     """
-    problem = bare_problem(data)
-    scatters = NoiseModels(problem, shipped_priors().scatter)
-    metric = Metric(problem, scatters.plain(), scatters, model.state.sigma_um)
+    metric = plain_metric(bare_problem(data), model.state.sigma_um)
     families = [carried(one.family, one.effect, data) for one in model.fitted.solved]
     solved = solve(families, [0] * len(families), data, metric).solved
     fitted = [
@@ -272,8 +267,7 @@ def _fit(data: Residuals, noise: Noise, stated: Sequence[Finding], remainder_um:
     # what moves a face from repeat to repeat is no repeatability: not more than the scatter of the stated model
     stated_um = rms(noise.by_row_um[used]) / problem.typical
     sigma_um = max(min(stated_um, repeating_um or np.inf), problem.least_um)
-    scatters = NoiseModels(problem, shipped_priors().scatter)
-    metric = Metric(problem, scatters.plain(), scatters, sigma_um)
+    metric = plain_metric(problem, sigma_um)
     none = np.zeros((len(data), 0))
     holdout = {
         folds.by: (
@@ -286,8 +280,6 @@ def _fit(data: Residuals, noise: Noise, stated: Sequence[Finding], remainder_um:
     free = sum(len(one.parameters) for one in stated if one.share_um.any())
     dof = max(int(used.sum()) - len(problem.free), 1)
     return Fit(
-        noise.sigma_um,
-        noise.dof,
         rms(data.without_origins(data.um)[used]),
         rms(data.without_origins(left_um)[used]),
         holdout,

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from stepgauge.diagnosis.credible_finding import FittedCause, credible_finding
+from stepgauge.diagnosis.credible_finding import credible_finding
 from stepgauge.diagnosis.fits.solve import Solved, solve
 from stepgauge.diagnosis.laws.geometry import moved_um
 from stepgauge.diagnosis.priors import Priors
@@ -49,10 +49,10 @@ def findings(model: Model, answer: Posterior, data: Residuals, priors: Priors, w
     yield from (_geometry_finding(one, model, answer, data, priors, wider) for one in model.geometry)
 
 
-def _cause(solved: Solved, data: Residuals) -> FittedCause:
-    family = solved.family
-    moved_um = solved.displacement_um(data)
-    return FittedCause(family.kind, family.label, solved.parameters, moved_um, solved.effect, choices_of(solved))
+def _cause(solved: Solved, data: Residuals) -> Finding:
+    """A law with its values; that it is a cause has a probability in its set only."""
+    family, moved_um = solved.family, solved.displacement_um(data)
+    return Finding(family.kind, family.label, solved.effect, choices_of(solved), solved.parameters, 0.0, moved_um)
 
 
 def _different(laws: Sequence[Member], fits: Mapping[str, Solved], data: Residuals) -> list[Member]:
@@ -108,7 +108,7 @@ def _geometry_finding(
     sizes, covariance = geometry.posterior(metric, left_um, term.sd)
     effects, estimates = geometry.made(sizes), geometry.estimates(sizes, covariance)
     label = term.candidate.label
-    cause = {label: FittedCause(geometry.kind, label, estimates, moved_um(effects, data))}
+    cause = {label: Finding(geometry.kind, label, None, {}, estimates, 0.0, moved_um(effects, data))}
     rivals = credible_laws(statement, priors.decision)
     found = credible_finding(statement, cause, rivals, answer, state, priors.decision, wider)
     return replace(found, effects=effects, members=(), several=())

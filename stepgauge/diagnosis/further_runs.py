@@ -13,15 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.priors import shipped_priors
-from stepgauge.diagnosis.problem import bare_problem
+from stepgauge.diagnosis.problem import bare_problem, plain_metric
 from stepgauge.diagnosis.residuals import Residuals, unchecked_residuals
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.machine.file import Machine
 from stepgauge.machine.styli import stylus_words
 from stepgauge.motion.moves import ProbingSettings, Program
@@ -92,15 +90,13 @@ def extended(data: Residuals, sigma_um: float, runs: Iterable[FurtherRun] | None
             more = append_run(run, data)
         except InputError:
             continue
-        found.append(ExtendedRecording(run, more, plain_metric(more, sigma_um)))
+        found.append(ExtendedRecording(run, more, independent_metric(more, sigma_um)))
     return found
 
 
-def plain_metric(data: Residuals, sigma_um: float) -> Metric:
+def independent_metric(data: Residuals, sigma_um: float) -> Metric:
     """The whitening of residuals with independent scatter."""
-    problem = bare_problem(data, independent=True)
-    scatters = NoiseModels(problem, shipped_priors().scatter)
-    return Metric(problem, scatters.plain(), scatters, sigma_um)
+    return plain_metric(bare_problem(data, independent=True), sigma_um)
 
 
 def further_runs(data: Residuals) -> Iterator[FurtherRun]:

@@ -8,13 +8,12 @@ that nothing depends on its units.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from stepgauge.diagnosis.priors import Priors
+from stepgauge.diagnosis.priors import Priors, nearest_name
 from stepgauge.errors import InputError, naming
 from stepgauge.inference.posterior import Posterior
 
@@ -29,8 +28,7 @@ def stated_kind(stated: str | None, comments: Mapping[str, str], priors: Priors,
     """
     kind = (stated or comments.get(KIND) or "").strip()
     if kind and kind not in priors.kinds:
-        near = difflib.get_close_matches(kind, priors.kinds, 1)
-        expected = f"{near[0]}?" if near else ", ".join(priors.kinds)
+        expected = nearest_name(kind, [*priors.kinds])
         raise InputError(naming(KIND) if stated else where, "no kind of machine or axis", found=kind, expected=expected)
     return kind or None
 

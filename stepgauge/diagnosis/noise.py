@@ -17,7 +17,7 @@ from stepgauge.diagnosis.result import Finding, Located, Noise
 from stepgauge.diagnosis.stated_model import Model
 from stepgauge.diagnosis.stating_rules import SURE_OUTLIER
 from stepgauge.diagnosis.wording.phrases import number
-from stepgauge.diagnosis.wording.structure import CORRELATED, DISTURBED, GROWING, described
+from stepgauge.diagnosis.wording.structure import CORRELATED, DISTURBED, GROWING
 from stepgauge.files.arrays import Array
 from stepgauge.inference.noise_models import OUTLYING, NoiseModel
 from stepgauge.inference.posterior import Posterior
@@ -83,11 +83,11 @@ def stated_scatter(
     if p >= stated and scatter.correlated:
         how = {"say": "correlated", "correlation": number(scatter.correlation)}
         name = "time" if data.has_time else "order"
-        left.append(described(name, "both", CORRELATED, [{"say": "flicker"} if scatter.flicker else how], 0.0, p))
+        left.append(Located(name, "both", CORRELATED, [{"say": "flicker"} if scatter.flicker else how], 0.0, p))
     for one in [one for one in named if one.kind in without]:
         covariate = "order" if one.kind == "outliers" else str(one.choices["per"])
         phrase = {"say": "excluded_kind", "law": one.kind, "covariate": covariate}
-        left.append(described(covariate, "both", GROWING, [phrase], 0.0, one.probability))
+        left.append(Located(covariate, "both", GROWING, [phrase], 0.0, one.probability))
     return [one for one in named if one.kind not in without], left
 
 
@@ -104,7 +104,7 @@ def disturbed(
         low, high = data.probings.time_s[problem.order[[first, end - 1]]] + start_s
         phrase = {"say": "disturbed", "first": number(low, "s"), "end": number(high, "s")}
     phrase["factor"] = number(factor)
-    yield described("time" if data.has_time else "order", "both", DISTURBED, [phrase], 0.0, p)
+    yield Located("time" if data.has_time else "order", "both", DISTURBED, [phrase], 0.0, p)
 
 
 def unlike_stated(noise: Noise, problem: Problem, data: Residuals, priors: Priors) -> Iterator[Finding]:

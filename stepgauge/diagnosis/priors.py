@@ -233,9 +233,14 @@ def _check_kinds(path: str | Path, own: Any, keys: Sequence[str], known: Collect
         own = own.get(key) if isinstance(own, dict) else None
     for kind in own if isinstance(own, dict) else ():
         if kind not in known:
-            near = difflib.get_close_matches(kind, known, 1)
-            expected = f"{near[0]}?" if near else ", ".join(sorted(known))
-            raise InputError(path, f"key {'.'.join(keys)}.{kind} is no kind of law", expected=expected)
+            what = f"key {'.'.join(keys)}.{kind} is no kind of law"
+            raise InputError(path, what, expected=nearest_name(kind, sorted(known)))
+
+
+def nearest_name(name: str, known: Sequence[str]) -> str:
+    """What was meant with a name that is none, else all that are known."""
+    near = difflib.get_close_matches(name, known, 1)
+    return f"{near[0]}?" if near else ", ".join(known)
 
 
 def _over(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:

@@ -33,9 +33,7 @@ STEP_GRAIN_UM = 0.01
 def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ()) -> Problem:
     """The problem of a recording, with all its candidates; without the kinds in ``without``."""
     bare = bare_problem(data)
-    scatters = NoiseModels(bare, priors.scatter)
-    metric = Metric(bare, scatters.plain(), scatters, bare.within_um)
-    laws = law_candidates(data, priors, metric, without)
+    laws = law_candidates(data, priors, plain_metric(bare, bare.within_um, priors), without)
     kinds = {law.kind for law in laws}
     geometry = None if KIND in without else geometry_of(laws, data, priors)
     laws += [] if geometry is None else [geometry]
@@ -69,6 +67,12 @@ def bare_problem(data: Residuals, independent: bool = False) -> Problem:
     if scale_um < NANOMETRE:
         scale_um = shipped_priors().sizes.repeatability_um
     return replace(problem, scale_um=scale_um, stated=1.0 + (grown_um / scale_um) ** 2)
+
+
+def plain_metric(problem: Problem, sigma_um: float, priors: Priors | None = None) -> Metric:
+    """The whitening of scatter that nothing but what is stated makes grow."""
+    scatters = NoiseModels(problem, (priors or shipped_priors()).scatter)
+    return Metric(problem, scatters.plain(), scatters, sigma_um)
 
 
 def _left_um(problem: Problem, grown_um: Array | float) -> float:

@@ -29,8 +29,6 @@ from stepgauge.recording import Recording
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stepgauge.diagnosis.gaussian_processes.formula import EmpiricalLaw
-
 FILE = "diagnosis.json"
 NEEDED = ("verdict", "effects", "unexplained", "fit", "inputs")
 """Keys that every diagnosis has."""
@@ -59,18 +57,6 @@ class Noise:
 
 
 @dataclass(frozen=True)
-class FindingMember:
-    """One law of a set: its label, the probability that it is this one if it is one of the set, and its own values."""
-
-    kind: str
-    label: str
-    conditional_probability: float
-    effect: Effect | None
-    choices: dict[str, object]
-    parameters: dict[str, Estimate]
-
-
-@dataclass(frozen=True)
 class Replacement:
     """Laws that may be in place of what is stated, and of ``others`` with it; their odds against it."""
 
@@ -86,7 +72,8 @@ class Finding:
     ``effect``: ready for a machine file; ``effects``: those of a finding that is many errors at once; ``choices``:
     axis, plane, face, ... ; ``own``: its probability, ``probability``: with all of ``confounded_with``, the other kinds
     that this recording cannot discriminate from it; ``alternatives``: other choices of the same kind;
-    ``members``: all of the set with their own values; ``several``: laws that may replace it together; ``where``: the
+    ``members``: all of the set with their own values, each with the probability that it is this one if it is one of
+    the set; ``several``: laws that may replace it together; ``where``: the
     part of the record in which it acts, empty for all of it; ``reason``: why the set cannot be discriminated;
     ``share_um (n,)``: its displacement.
     """
@@ -101,7 +88,7 @@ class Finding:
     own: float = 1.0
     confounded_with: tuple[str, ...] = ()
     alternatives: tuple[str, ...] = ()
-    members: tuple[FindingMember, ...] = ()
+    members: tuple[Finding, ...] = ()
     several: tuple[Replacement, ...] = ()
     where: str = ""
     reason: str = ""
@@ -111,32 +98,38 @@ class Finding:
 
 @dataclass(frozen=True)
 class Located:
-    """Where residuals are systematic: covariate, side, form, in words, share of the structure, probability.
+    """Where residuals are systematic: covariate, side, form, share of the structure, probability.
 
-    ``phrases``: what the words are made of (:mod:`.wording.phrases`);
-    ``beside``: a second covariate that the form depends on; ``numbers``: numbers of the form: a period, a lag;
-    ``laws``: those that may be in its place, ``separate_by``: the measurement that tells whether they are.
+    ``phrases``: what words are made of (:mod:`.wording.phrases`), or words; ``beside``: a second covariate that the
+    form depends on; ``numbers``: numbers of the form: a period, a lag; ``laws``: those that may be in its place,
+    ``separate_by``: the measurement that tells whether they are; ``share_um (n,)``: what it moves, empty where that is
+    not known.
     """
 
     covariate: str
     side: str
     form: str
-    where: str
+    phrases: Sequence[Any]
     share: float
     probability: float
     beside: str = ""
     numbers: Any = None
     laws: tuple[Replacement, ...] = ()
     separate_by: str = ""
-    phrases: tuple[Mapping[str, Any], ...] = ()
+    share_um: Array = field(default_factory=lambda: np.zeros(0), compare=False)
+
+    @property
+    def where(self) -> str:
+        """The structure in words."""
+        from stepgauge.diagnosis.wording.phrases import worded
+
+        return worded(self.phrases)
 
 
 @dataclass(frozen=True)
 class Fit:
     """Agreement of simulation and recording before and after, um."""
 
-    noise_um: float
-    noise_dof: int
     rms_before_um: float
     rms_after_um: float
     holdout: dict[str, tuple[float, float]]
@@ -275,8 +268,7 @@ class GaugeDiagnosis(Diagnosis):
 
     ``before_um`` and ``after_um``: the residuals without origins; ``placements``: texts of placement files for the runs
     that ``separate_by`` of the findings proposes, by file name; ``probabilities``: those of all statements;
-    ``checks``: the posterior predictive checks; ``structure_um (n,)``: the posterior mean of the structure without a
-    law, None where there is none, or not every reading was searched.
+    ``checks``: the posterior predictive checks.
     """
 
     drawn_by: ClassVar[str] = "diagnosis.draw_residuals"
@@ -296,35 +288,55 @@ class GaugeDiagnosis(Diagnosis):
     checks: tuple[Check, ...] = ()
     recordings: tuple[Recording, ...] = ()
     path: str = ""
-    structure_um: Array | None = None
+
+    @property
+    def forms(self) -> list[Located]:
+        """The structure without a law of which it is known what it moves."""
+        return [one for one in self.unexplained if len(one.share_um)]
 
     @cached_property
-    def laws(self) -> list[EmpiricalLaw]:
-        """The empirical laws of the forms that no known effect explains."""
-        from stepgauge.diagnosis.gaussian_processes.formula import model_unknown
+    def rest_um(self) -> Array:
+        """Residuals without what is named and without structure, minus the mean origin of every placement."""
+        return self.data.without_origins(self.after_um - sum(one.share_um for one in self.forms))
 
-        return model_unknown(self)
+    @property
+    def rest_rms_um(self) -> float:
+        """Rms of these over all rows with weight."""
+        return rms(self.rest_um[np.isfinite(self.noise.by_row_um)])
+
+    @property
+    def files(self) -> list[tuple[str, int]]:
+        """The names of the recordings with their numbers of rows; one without a name where they were in no file."""
+        known = [(Path(one.path).name, len(one)) for one in self.recordings]
+        return known or [("", int(self.data.row.max()) + 1)]
+
+    def row_in_file(self, row: int) -> tuple[str, int]:
+        """The recording and the row in it (from 1) of a row of all of them together (from 1)."""
+        for name, count in self.files:
+            if row <= count:
+                return name, row
+            row -= count
+        raise IndexError(row)
 
     @cached_property
     def contents(self) -> Mapping[str, Any]:
         """All that is stated, in JSON types."""
         from stepgauge.diagnosis.output.files import diagnosis_to_dict
-        from stepgauge.diagnosis.output.inputs import Inputs
 
-        return diagnosis_to_dict(self, Inputs(self.recordings), self.laws)
+        return diagnosis_to_dict(self)
 
     def figures(self) -> dict[str, Figure]:
         """Residuals and effects, by the names of their files."""
         from stepgauge.figures.diagnosis import figures_of
 
-        return figures_of(self, self.laws)
+        return figures_of(self)
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``diagnosis.json``, ``diagnosis.md``, the diagnosed machine file and the figures; returns the paths."""
         from stepgauge.diagnosis.output.files import write_diagnosis
 
         with open_set():
-            return write_diagnosis(folder, self, self.recordings, figure, self.laws)
+            return write_diagnosis(folder, self, figure)
 
 
 def rms(values: Sequence[float] | Array) -> float:

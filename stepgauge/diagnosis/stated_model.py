@@ -70,12 +70,6 @@ class Model:
         places = (self.state.index(one.term.candidate) for one in self.laws)
         return sum((self.state.discrepancy_um(place) for place in places), np.zeros(len(self.state.residual_um)))
 
-    @property
-    def structure_um(self) -> Array:
-        """Posterior mean of the structure without a law, along the approach, ``(n,)``: its Gaussian processes."""
-        places = (self.state.index(one.term.candidate) for one in self.forms)
-        return sum((self.state.contribution_um(place) for place in places), np.zeros(len(self.state.residual_um)))
-
 
 def make_model(search: Search, answer: Posterior, data: Residuals, priors: Priors) -> Model:
     """The hypothesis that is stated, by rules 1 to 3."""
@@ -228,7 +222,7 @@ def _spanned(columns: Array, others: Array) -> bool:
 
 
 def _oscillates(family: Family) -> bool:
-    return family.law is not None and family.law.phase() is not None
+    return family.law.phase() is not None
 
 
 def term_rms_um(said: StatedTerm, state: Hypothesis) -> float:
@@ -240,7 +234,6 @@ def law_covariates(family: Family | Geometry) -> set[str]:
     """The covariates whose free function may contain a law; none for errors of all axes."""
     if isinstance(family, Geometry):
         return set()
-    assert family.law is not None
     first = family.covariate
     if first == PLACE:
         return {"position", "machine x", "face"}

@@ -21,7 +21,6 @@ from typing import Any, Generic, TypeVar
 
 from stepgauge.diagnosis.priors import Decision
 from stepgauge.diagnosis.result import Finding, Located, Replacement, Verdict
-from stepgauge.diagnosis.wording.structure import described
 from stepgauge.inference.noise_models import OUTLYING
 from stepgauge.inference.posterior import Posterior, WeightedHypothesis
 
@@ -83,7 +82,7 @@ def undecided(answer: Posterior, stated: Sequence[Finding], decision: Decision) 
         yield _open_structure(answer, unnamed)
     elif any_term >= decision.stated and not any(one.probability >= decision.stated for one in stated):
         names = _covariates(answer) or ["position"]
-        found = described(names[0], "both", UNDECIDED, [{"say": UNDECIDED}], 1.0, any_term)
+        found = Located(names[0], "both", UNDECIDED, [{"say": UNDECIDED}], 1.0, any_term)
         yield replace(found, laws=tuple(_together(answer)))
 
 
@@ -107,7 +106,7 @@ def _has_structure(one: WeightedHypothesis) -> bool:
 def _open_structure(answer: Posterior, probability: float) -> Located:
     """Structure of which no single form is probable: what it may depend on, the most probable first."""
     names = _covariates(answer)
-    return described(names[0], "both", OPEN, [{"say": "open", "covariates": names}], 1.0, probability)
+    return Located(names[0], "both", OPEN, [{"say": "open", "covariates": names}], 1.0, probability)
 
 
 def _covariates(answer: Posterior) -> list[str]:

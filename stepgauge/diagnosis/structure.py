@@ -23,8 +23,8 @@ from stepgauge.diagnosis.stating_rules import (
     presence_probability,
     sign_is_sure,
 )
-from stepgauge.diagnosis.wording.phrases import Phrase, number, worded
-from stepgauge.diagnosis.wording.structure import UNDETERMINED, described, located, regime
+from stepgauge.diagnosis.wording.phrases import Phrase, number
+from stepgauge.diagnosis.wording.structure import UNDETERMINED, located, regime
 from stepgauge.files.notation import rounded
 from stepgauge.inference.posterior import AlternativeHypothesis, Member, Posterior
 from stepgauge.inference.problem import Candidate
@@ -54,7 +54,7 @@ def _undetermined(statement: StatedTerm, model: Model, answer: Posterior, data: 
             "probability": number(answer.probability_of_any([frozenset({statement.lead.candidate.label})])),
         }
     where = covariate_of(statement.source, data)
-    return described(where, "both", UNDETERMINED, [phrase], 1.0, presence_probability(statement, answer))
+    return Located(where, "both", UNDETERMINED, [phrase], 1.0, presence_probability(statement, answer))
 
 
 def covariate_of(family: Family | Geometry, data: Residuals) -> str:
@@ -74,7 +74,10 @@ def structure(model: Model, answer: Posterior, data: Residuals, priors: Priors, 
     yield from (_undetermined(one, model, answer, data) for one in doubtful if one not in expected)
     several = answer.alternatives(LEAST_ODDS)
     for statement in (one for one in model.forms if not one.named):
-        yield replace(_described(statement, model, answer, data, priors), laws=_nearest(statement, several))
+        place = model.state.index_of(statement.term)
+        moved_um = np.zeros(0) if place is None else data.without_origins(model.state.contribution_um(place))
+        form = _described(statement, model, answer, data, priors)
+        yield replace(form, laws=_nearest(statement, several), share_um=moved_um)
 
 
 def _described(statement: StatedTerm, model: Model, answer: Posterior, data: Residuals, priors: Priors) -> Located:
@@ -92,14 +95,14 @@ def _described(statement: StatedTerm, model: Model, answer: Posterior, data: Res
     )
     phrases = [*_without_index(form), *_regime(statement, model, data)]
     if own >= priors.decision.stated:
-        return replace(form, where=worded(phrases), phrases=tuple(phrases))
+        return replace(form, phrases=phrases)
     near = [one for one in others if one.probability >= priors.decision.in_set]
     names = dict.fromkeys(one.candidate.source.covariate for one in near)
     rest = [name for name in names if name != form.covariate]
     if rest:
         phrases.append({"say": "or_function", "covariates": rest})
     probability = answer.probability_of_any(frozenset({one.candidate.label}) for one in others)
-    return replace(form, where=worded(phrases), phrases=tuple(phrases), probability=probability)
+    return replace(form, phrases=phrases, probability=probability)
 
 
 def _reduce_harmonics(statement: StatedTerm, model: Model, form: Located) -> Located:
@@ -119,8 +122,8 @@ def _reduce_harmonics(statement: StatedTerm, model: Model, form: Located) -> Loc
     if order == 1:
         return form
     period, (first, *others) = form.numbers / order, form.phrases
-    phrases = ({**first, "period": {**first["period"], "value": period}}, *others)
-    return replace(form, numbers=period, where=worded(phrases), phrases=phrases)
+    phrases = [{**first, "period": {**first["period"], "value": period}}, *others]
+    return replace(form, numbers=period, phrases=phrases)
 
 
 def _without_index(form: Located) -> Sequence[Phrase]:

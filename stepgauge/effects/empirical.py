@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import keyword
-import re
 from collections.abc import Callable
 from functools import lru_cache
 from typing import ClassVar
@@ -102,15 +100,6 @@ class Empirical(Effect):
             raise InputError("effects", "an empirical formula is not finite for every probing", found=self.formula)
         um = np.broadcast_to(um, np.broadcast_shapes(um.shape, (len(probings),)))
         return along(self.direction, um)
-
-
-def formula_name(column: str) -> str | None:
-    """A recorded column as a formula can name it; None where the name has another meaning there, or is not allowed."""
-    held = "|".join(COORDINATES)
-    taken = column in DERIVED or re.fullmatch(rf"(c|touches_|{RESTED}_|({held})_held_)\d+", column)
-    if taken or keyword.iskeyword(column) or not (column.isascii() and column.isidentifier()):
-        return None
-    return column if parse(column).names == {column} else None
 
 
 def holds(formula: str, probings: Probings) -> NDArray[np.bool_]:

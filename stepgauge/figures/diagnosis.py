@@ -16,13 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import WAY
-from stepgauge.diagnosis.gaussian_processes.formula import EmpiricalLaw, rest_um
 from stepgauge.diagnosis.result import Diagnosis, GaugeDiagnosis
 from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.figures.effect_panels import (
     COUNTED,
     MOST_MEANS,
-    Drawn,
     EffectPanel,
     Group,
     covariate_values,
@@ -53,22 +51,21 @@ GRAIN = 1e-3
 """Share of the axis within which positions count as the same."""
 
 
-def figure_names(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw], suffix: str = "png") -> list[str]:
+def figure_names(diagnosis: GaugeDiagnosis, suffix: str = "png") -> list[str]:
     """Names of the figures of a diagnosis; the last exists only if there is an effect or a form."""
-    names = [OVERVIEW, RESIDUALS, *([EFFECTS] if panels(diagnosis, laws) else [])]
+    names = [OVERVIEW, RESIDUALS, *([EFFECTS] if panels(diagnosis) else [])]
     return [f"{name}.{suffix}" for name in names]
 
 
 def draw_diagnosis(
     folder: str | Path,
     diagnosis: GaugeDiagnosis,
-    laws: Sequence[EmpiricalLaw],
     suffix: str = "png",
     simulated: bool = False,
 ) -> list[Path]:
     """Draw the figures of a diagnosis into a folder; outdated ones of an earlier diagnosis are removed."""
     target = Path(folder)
-    drawn = figures_of(diagnosis, laws)
+    drawn = figures_of(diagnosis)
     paths = [target / f"{name}.{suffix}" for name in drawn]
     for figure, path in zip(drawn.values(), paths, strict=True):
         save_figure(figure, path, simulated)
@@ -79,13 +76,13 @@ def draw_diagnosis(
     return paths
 
 
-def figures_of(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> dict[str, Figure]:
+def figures_of(diagnosis: GaugeDiagnosis) -> dict[str, Figure]:
     """All figures of a diagnosis by name: the overview, the residuals and, where there are any, the effects."""
-    found = {OVERVIEW: overview_figure(diagnosis, laws), RESIDUALS: residual_figure(diagnosis, laws)}
-    return found | ({EFFECTS: effect_figure(diagnosis, laws)} if panels(diagnosis, laws) else {})
+    found = {OVERVIEW: overview_figure(diagnosis), RESIDUALS: residual_figure(diagnosis)}
+    return found | ({EFFECTS: effect_figure(diagnosis)} if panels(diagnosis) else {})
 
 
-def overview_figure(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw] = ()) -> Figure:
+def overview_figure(diagnosis: GaugeDiagnosis) -> Figure:
     """Residuals before and after in one row of panels, low enough for a first page beside its words."""
     drawn = _covariates_that_matter(diagnosis)
     limit = _limit(diagnosis)
@@ -94,7 +91,7 @@ def overview_figure(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw] = ()
         row = figure.subplots(1, len(drawn), sharey=True, squeeze=False)[0]
         for axes, covariate in zip(row, drawn, strict=True):
             x = covariate_values(covariate, diagnosis.data)
-            for um, name in ((diagnosis.before_um, "before"), (rest_um(diagnosis, laws), "after")):
+            for um, name in ((diagnosis.before_um, "before"), (diagnosis.rest_um, "after")):
                 every = np.ones(len(x), dtype=bool)
                 _scatter(axes, x, np.clip(um, -limit, limit), [Group(every, COLORS[name], "o", name)], 0.6)
             _noise_lines(axes, diagnosis.noise.sigma_um)
@@ -106,24 +103,24 @@ def overview_figure(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw] = ()
     return figure
 
 
-def residual_figure(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw] = ()) -> Figure:
+def residual_figure(diagnosis: GaugeDiagnosis) -> Figure:
     """Residuals before and after against up to three covariates, and their distribution."""
     data = diagnosis.data
     drawn = _covariates_that_matter(diagnosis)
-    after = rest_um(diagnosis, laws)
+    after = diagnosis.rest_um
     with figure_style():
         figure = new_figure(180.0, 105.0)
         grid = figure.subplots(2, len(drawn) + 1, sharey=True, squeeze=False, width_ratios=[1.0] * len(drawn) + [0.55])
         limit = _limit(diagnosis)
         grid[0][0].set_ylim(-limit, limit)
-        imitated = "after,\nform imitated" if laws else "after"
+        told = "after,\nwithout the structure" if diagnosis.forms else "after"
         for axes, um, name in zip(grid, (diagnosis.before_um, after), ("before", "after"), strict=True):
             for one, covariate in zip(axes, drawn, strict=False):
                 _scatter(one, covariate_values(covariate, data), um, sides(data))
                 _noise_lines(one, diagnosis.noise.sigma_um)
                 _ring_outliers(one, covariate_values(covariate, data), np.clip(um, -limit, limit), diagnosis)
             _distribution(axes[-1], um[np.isfinite(diagnosis.noise.by_row_um)], diagnosis.noise.sigma_um, name)
-            axes[0].set_ylabel(f"residual {imitated if name == 'after' else name} (µm)")
+            axes[0].set_ylabel(f"residual {told if name == 'after' else name} (µm)")
         for one, covariate in zip(grid[1], drawn, strict=False):
             _label_x(one, label_of(covariate))
         grid[1][-1].set_xlabel("density")
@@ -135,7 +132,7 @@ def draw_residuals(axes: Axes, diagnosis: GaugeDiagnosis) -> None:
     """Residuals before and after against the position along the gauge, um, on axes of somebody else."""
     covariate = _covariates_that_matter(diagnosis)[0]
     x = covariate_values(covariate, diagnosis.data)
-    draw_before_and_after(axes, x, diagnosis.before_um, rest_um(diagnosis, diagnosis.laws), diagnosis.verdict)
+    draw_before_and_after(axes, x, diagnosis.before_um, diagnosis.rest_um, diagnosis.verdict)
     _noise_lines(axes, diagnosis.noise.sigma_um)
     named = dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
     axes.legend(named.values(), named.keys())
@@ -151,10 +148,10 @@ def draw_probabilities(axes: Axes, stored: Diagnosis) -> None:
     axes.set_title(f"verdict: {stored.verdict}", loc="left")
 
 
-def effect_figure(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw] = ()) -> Figure:
+def effect_figure(diagnosis: GaugeDiagnosis) -> Figure:
     """Every effect with its law through the residuals of the other effects."""
-    found = panels(diagnosis, laws)
-    rest = rest_um(diagnosis, laws)
+    found = panels(diagnosis)
+    rest = diagnosis.rest_um
     rows = (len(found) + 1) // 2 if len(found) > 1 else 1
     with figure_style():
         across = min(len(found), 2)
@@ -258,9 +255,9 @@ def _effect_panel(axes: Axes, panel: EffectPanel, um: Array, diagnosis: GaugeDia
             if rows.any():
                 _means(axes, panel, um, rows, group, diagnosis.noise.sigma_um)
                 if panel.split:
-                    _law_line(axes, panel.x[rows], law[rows], panel.drawn, group.line, group.law)
+                    _law_line(axes, panel.x[rows], law[rows], group.line, group.law)
         if not panel.split:
-            _law_line(axes, panel.x[here], law[here], panel.drawn)
+            _law_line(axes, panel.x[here], law[here])
     _label_x(axes, panel.label)
     axes.set_ylabel(panel.quantity)
 
@@ -291,7 +288,7 @@ def _label_x(axes: Axes, label: str) -> None:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
 
 
-def _law_line(axes: Axes, x: Array, law: Array, drawn: Drawn, line: str = "-", label: str = "fitted law") -> None:
+def _law_line(axes: Axes, x: Array, law: Array, line: str = "-", label: str = "fitted law") -> None:
     """The law as it is drawn, with dots where it depends on more than this covariate."""
     if not len(x):
         return
@@ -299,10 +296,8 @@ def _law_line(axes: Axes, x: Array, law: Array, drawn: Drawn, line: str = "-", l
     x, law = x[order], law[order]
     some = _thinned(np.arange(len(x)))
     style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 2.0}
-    if drawn == "marks":
-        style |= {"marker": "_", "markersize": 14.0}
-    elif np.abs(np.diff(law)).sum() <= 6.0 * max(float(np.ptp(law)), 1e-12):
-        style = {"linestyle": line, "drawstyle": "steps-mid" if drawn == "stairs" else "default"}
+    if np.abs(np.diff(law)).sum() <= 6.0 * max(float(np.ptp(law)), 1e-12):
+        style = {"linestyle": line}
     axes.plot(x[some], law[some], color="black", linewidth=1.1, zorder=5, label=label, **style)
 
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +18,7 @@ from stepgauge.diagnosis.covariates import (
     length_mm,
     mask,
     pause_of,
-    runs_of,
 )
-from stepgauge.diagnosis.gaussian_processes.formula import EmpiricalLaw
 from stepgauge.diagnosis.gaussian_processes.random_function import (
     BEAT,
     HARMONICS,
@@ -31,6 +27,7 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
     LENGTH,
     LEVELS,
     LOOP,
+    PERIODIC,
     RESTS,
     SAWTOOTH,
     SMOOTH,
@@ -39,14 +36,13 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
     WAVE,
 )
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
+from stepgauge.diagnosis.result import Finding, GaugeDiagnosis, Located
 from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.effects import Effect
 from stepgauge.figures.style import CYCLE
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 
-Drawn = Literal["line", "stairs", "marks"]
 MOST_PANELS = 6
 MOST_MEANS = 24
 FAINT = 0.3
@@ -71,8 +67,7 @@ LABELS = {
     "placement": "placement",
     "face": "face",
 }
-RUNS = "run along the gauge, cycle by cycle in each placement"
-COUNTED = ("cycle", "placement", "face", RUNS)
+COUNTED = ("cycle", "placement", "face")
 """Labels of axes with whole numbers only."""
 UNITS = {"C": "°C", "um": "µm", "percent": "%", "pct": "%", "deg": "°", "mm_s": "mm/s", "um_m": "µm/m"}
 UNITS |= {unit: unit for unit in ("K", "mm", "m", "s", "min", "h", "N", "Pa", "hPa", "kPa", "bar", "V", "A", "W", "Hz")}
@@ -92,10 +87,6 @@ TITLES = {
     LOOP: "another curve on the way back",
     HARMONICS: "depends on the direction of approach",
 }
-STAIRS = (LEVELS,)
-"""Forms that are fitted as levels with steps between them."""
-MARKS = (HARMONICS,)
-"""Forms with a value per direction of travel: there is nothing between the directions, and all are shown."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +107,7 @@ class EffectPanel:
 
     ``x (n,)``: the covariate, named by ``label``; ``share_um (n,)``: displacement along the approach; ``weight (n,)``:
     displacement of each reading by one unit of ``quantity``, um along the approach; ``split``: whether the law differs
-    between the groups; ``drawn``: as a line, as steps or as marks; ``common``: whether all placements follow one law.
+    between the groups; ``common``: whether all placements follow one law.
     """
 
     title: str
@@ -127,7 +118,6 @@ class EffectPanel:
     weight: Array
     groups: tuple[Group, ...]
     split: bool = True
-    drawn: Drawn = "line"
     common: bool = False
 
     def of(self, um: Array) -> Array:
@@ -137,18 +127,18 @@ class EffectPanel:
 
     def seen(self, data: Residuals) -> NDArray[np.bool_]:
         """Rows of the placements in which the effect shows beside the origins; all, if the effect is one of origins."""
-        if self.drawn in ("marks", "stairs"):
+        if self.label in COUNTED:
             return np.ones(len(data), bool)
         size = np.abs(data.without_origins(self.share_um))
         shows = size > SEEN * float(size.max())
         return np.isin(data.placement, data.placement[shows]) if shows.any() else np.ones(len(data), bool)
 
 
-def panels(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> list[EffectPanel]:
-    """Panels of the effects found that displace readings; effects on the scatter have none."""
+def panels(diagnosis: GaugeDiagnosis) -> list[EffectPanel]:
+    """Panels of what was found to displace readings, named or not; effects on the scatter have none."""
     data = diagnosis.data
     named = [_panel_of(finding, data) for finding in diagnosis.findings if finding.share_um.any()]
-    return [*named, *(_panel_of_law(law, data) for law in laws)][:MOST_PANELS]
+    return [*named, *(_panel_of_form(form, data) for form in diagnosis.forms)][:MOST_PANELS]
 
 
 def sides(data: Residuals) -> tuple[Group, ...]:
@@ -203,9 +193,13 @@ def _panel_of(finding: Finding, data: Residuals) -> EffectPanel:
     title = f"{title} ({', '.join(chosen)})" if chosen else title
     label, x = _against(finding.effect, data)
     share = finding.share_um
-    along_gauge = bool(finding.effects) or _coherence(x, share * data.side) > _coherence(x, share)
-    weight = mask(data, "gauge" if along_gauge else "approach")
-    return EffectPanel(title, label, x, share, _along("gauge" if along_gauge else "approach"), weight, sides(data))
+    side = "gauge" if finding.effects else _along_what(x, share, data)
+    return EffectPanel(title, label, x, share, _along(side), mask(data, side), sides(data))
+
+
+def _along_what(x: Array, um: Array, data: Residuals) -> str:
+    """Whether a displacement is the more even along the gauge or along the approach."""
+    return "gauge" if _coherence(x, um * data.side) > _coherence(x, um) else "approach"
 
 
 def _coherence(x: Array, um: Array) -> float:
@@ -247,84 +241,56 @@ def _covariate_of(effect: Effect, values: dict[str, object]) -> str:
     return OF_COVARIATE.get(first, "position")
 
 
-def _panel_of_law(law: EmpiricalLaw, data: Residuals) -> EffectPanel:
-    form = law.located.form
-    label, x = _law_against(law, data)
-    weight = mask(data, law.side if law.side in ("gauge", *AXES) else "approach")
-    quantity = _along(law.side if law.side in ("gauge", *AXES) else "approach")
-    if form == LENGTH:
-        weight = weight * length_mm(law.side, data) * 1e-3
-        quantity = f"change {_length_words(law.side)} (µm/m)"
-    groups, split = _law_groups(law, data)
-    drawn: Drawn = "stairs" if form in STAIRS else "marks" if form in MARKS else "line"
-    panel = EffectPanel(_title(law), label, x, law.share_um, quantity, weight, groups, split, drawn, not _apart(law))
-    return panel if law.side not in ("gauge", *AXES) or form == LENGTH else _centred(panel, law, data)
+def _panel_of_form(form: Located, data: Residuals) -> EffectPanel:
+    label, x = _form_against(form, data)
+    groups, split = _form_groups(form, data)
+    along_approach = {"say": "approach"} in form.phrases
+    side = form.side if form.side in AXES else "approach" if along_approach else "gauge"
+    weight, quantity = mask(data, side), _along(side)
+    if form.form == LENGTH:
+        weight = weight * length_mm(side, data) * 1e-3
+        quantity = f"change {_along_words(side) if side in AXES else 'of length'} (µm/m)"
+    apart = form.form == LEVELS or (form.covariate in WANDERING and _period(form) is None)
+    return EffectPanel(_title(form), label, x, form.share_um, quantity, weight, groups, split, not apart)
 
 
-def _apart(law: EmpiricalLaw) -> bool:
-    """Whether placements are beside one another on the axis instead of overlapping."""
-    return law.located.form == LEVELS or (law.located.covariate in WANDERING and law.period is None)
+def _period(form: Located) -> float | None:
+    return float(np.atleast_1d(form.numbers)[0]) if form.form in PERIODIC else None
 
 
-def _law_against(law: EmpiricalLaw, data: Residuals) -> tuple[str, Array]:
-    """The covariate of the panel of a form."""
-    form, name = law.located.form, law.located.covariate
-    if form == LEVELS and name == "cycle" and len(np.unique(data.placement)) > 1:
-        return RUNS, runs_of(data)[1].astype(float) + 1.0
-    if name in ("side", WAY):
-        name = "position"
-    if form == RESTS:
-        kept = round(law.located.numbers)
-        return f"roots of the last {kept} rests, fading (s$^{{1/2}}$)", data.probings.rested(kept)
-    x = covariate_values(name, data)
-    if law.period is None:
-        return label_of(name), x
-    period = rounded(law.period, 4)
+def _form_against(form: Located, data: Residuals) -> tuple[str, Array]:
+    """The covariate of the panel of a form; of a periodic one, the part of its period."""
+    name, period = "position" if form.covariate == WAY else form.covariate, _period(form)
+    label, x = label_of(name), covariate_values(name, data)
+    if period is None:
+        return label, x
     if name == "time":
-        return f"time within the period of {period} s (s)", np.asarray(data.probings.time_s % law.period, float)
-    words, _, unit = label_of(name).removesuffix(")").partition(" (")
-    of_period = f"{period} {unit}" if unit and unit != AS_RECORDED else period
-    label = f"{words} within the period of {of_period}" + (f" ({unit})" if unit else "")
-    return label, np.asarray(x % law.period, float)
+        return f"time within the period of {rounded(period, 4)} s (s)", np.asarray(data.probings.time_s % period)
+    words, _, unit = label.removesuffix(")").partition(" (")
+    known = f" {unit}" * (unit not in ("", AS_RECORDED))
+    return f"{words} within the period of {rounded(period, 4)}{known} ({unit or '1'})", np.asarray(x % period)
 
 
-def _law_groups(law: EmpiricalLaw, data: Residuals) -> tuple[tuple[Group, ...], bool]:
+def _form_groups(form: Located, data: Residuals) -> tuple[tuple[Group, ...], bool]:
     """The groups of a form, and whether its law differs between them."""
-    fronts, backs = sides(data)
-    if law.located.covariate == WAY or law.located.form == HYSTERESIS:
+    if form.covariate == WAY or form.form == HYSTERESIS:
         way = data.probings.way()
         there = Group(way > 0, CYCLE[2], ">", "on the way there", "-", "fitted law there")
         return (there, Group(way < 0, CYCLE[3], "<", "on the way back", "--", "fitted law back")), True
-    if law.side in ("front", "back"):
-        return (fronts if law.side == "front" else backs,), True
-    return (fronts, backs), False
+    return sides(data), False
 
 
-def _centred(panel: EffectPanel, law: EmpiricalLaw, data: Residuals) -> EffectPanel:
-    """Without the constant that only shifts origins: one for all, or one for each separate placement."""
-    group = data.placement if _apart(law) else np.zeros(len(data), int)
-    value = panel.of(panel.share_um)
-    told = np.isfinite(value)
-    count = np.maximum(np.bincount(group[told], minlength=group.max() + 1), 1)
-    middle = np.bincount(group[told], value[told], minlength=group.max() + 1) / count
-    return replace(panel, share_um=panel.share_um - middle[group] * panel.weight)
-
-
-def _title(law: EmpiricalLaw) -> str:
-    covariate = covariate_words(law.located.covariate)
-    if law.located.beside and law.located.form == SMOOTH:
-        covariate += f" and {covariate_words(law.located.beside)}"
-    form = TITLES.get(law.located.form, "structure with {covariate}, of a form that is not told")
-    return f"no known law: {form.format(covariate=covariate)}"
+def _title(form: Located) -> str:
+    covariate = covariate_words(form.covariate)
+    if form.beside and form.form == SMOOTH:
+        covariate += f" and {covariate_words(form.beside)}"
+    words = TITLES.get(form.form, "structure with {covariate}, of a form that is not told")
+    return f"no known law: {words.format(covariate=covariate)}"
 
 
 def _along(side: str) -> str:
-    return f"along {_direction(side)} (µm)"
+    return f"{_along_words(side)} (µm)"
 
 
-def _length_words(side: str) -> str:
-    return f"along {_direction(side)}" if side in AXES else "of length"
-
-
-def _direction(side: str) -> str:
-    return f"machine {side}" if side in AXES else f"the {side}"
+def _along_words(side: str) -> str:
+    return f"along {f'machine {side}' if side in AXES else f'the {side}'}"

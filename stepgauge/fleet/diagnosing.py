@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -42,16 +43,14 @@ def diagnose_fleet(
 def diagnose_batch(given: Batch | StoredBatch, without: tuple[str, ...], priors: Any) -> dict[str, Any]:
     """The diagnosis of a batch of one recording: the summary, and ``diagnosis.json`` but for the names of files."""
     from stepgauge.diagnosis.engine import diagnose
-    from stepgauge.diagnosis.gaussian_processes.formula import model_unknown
     from stepgauge.diagnosis.output.files import statements_to_dict
-    from stepgauge.diagnosis.output.inputs import Inputs
 
     batch = opened(given)
     (one,) = batch.stored
     recording = one.recording()
     # what a recording leaves open the crossing settles: a further run of each would cost a tenth of the work
     found = diagnose(recording, batch.gauge(one), batch.machine(one), without, priors, separations=False)
-    return {"summary": found.summary(), "said": statements_to_dict(found, Inputs((recording,)), model_unknown(found))}
+    return {"summary": found.summary(), "said": statements_to_dict(replace(found, recordings=(recording,)))}
 
 
 def _rows(key: str, value: Mapping[str, Any] | None, error: str) -> list[dict[str, Any]]:

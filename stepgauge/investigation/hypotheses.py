@@ -13,7 +13,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from stepgauge.diagnosis.engine import Searched
 from stepgauge.diagnosis.fits.solve import solve
-from stepgauge.diagnosis.further_runs import ExtendedRecording, plain_metric
+from stepgauge.diagnosis.further_runs import ExtendedRecording, independent_metric
 from stepgauge.diagnosis.gaussian_processes.candidates import random_function_candidates
 from stepgauge.diagnosis.laws.candidates import usual_signature
 from stepgauge.diagnosis.priors import Priors
@@ -164,7 +164,7 @@ class Predicting:
         """What origins and faces add to a mean, as the recording so far tells them."""
         count = len(self.found.data)
         columns, sd = nuisances(bare_problem(more.data), self.found.search.noise_models.plain())
-        rows, sigma_um = plain_metric(self.found.data, more.metric.sigma_um).rows, more.metric.sigma_um
+        rows, sigma_um = independent_metric(self.found.data, more.metric.sigma_um).rows, more.metric.sigma_um
         design = rows(columns[:, :count]) * (sd / sigma_um)[:, None]
         factor = cho_factor(design @ design.T + np.eye(len(sd)))
 
@@ -200,4 +200,4 @@ def _columns(part: HypothesisTerm, data: Residuals, forms: dict[str, Candidate])
         return np.zeros((0, len(data)))
     if part.shape is None or not isinstance(form, Law):
         return form.columns(part.atom)
-    return np.concatenate([form.source.of(part.shape) * share for share in form.shares])
+    return np.concatenate([form.source.of([part.shape])[0] * share for share in form.shares])

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from stepgauge.diagnosis.further_runs import ExtendedRecording, plain_metric
+from stepgauge.diagnosis.further_runs import ExtendedRecording, independent_metric
 from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.files.arrays import Array
@@ -77,7 +77,7 @@ def unseen(
     displace no reading by more do not count.
     """
     old = np.arange(len(more.data)) < n_old
-    before = plain_metric(more.data.at(old), more.metric.sigma_um)
+    before = independent_metric(more.data.at(old), more.metric.sigma_um)
     laws = [law for law in law_candidates(more.data, priors, more.metric, without) if law.label not in named]
     told = [_told(law, more, before, old, least_um) for law in laws]
     odds = [np.exp(law.log_odds) * one[0] for law, one in zip(laws, told, strict=True)]

@@ -14,10 +14,8 @@ from stepgauge.diagnosis.wording.notation import (
     significant,
     told_numbers,
     um,
-    wrapped_sum,
 )
-from stepgauge.diagnosis.wording.structure import SCATTER
-from stepgauge.reports.blocks import Block, bullets, code, heading, table, words
+from stepgauge.reports.blocks import Block, bullets, heading, table, words
 from stepgauge.reports.diagnosis_blocks import (
     check_blocks,
     located_row,
@@ -40,7 +38,7 @@ def title(said: Said) -> str:
 
 def captions(said: Said) -> dict[str, str]:
     """What stands below each figure."""
-    after = " with the form imitated" if said["empirical"] else ""
+    after = " and without the structure" if "rest_rms_um" in said["fit"] else ""
     noise = f"noise of a probing: {um(said['noise']['sigma_um'])}"
     return {
         "overview": f"Residuals before and after{after}; {noise}",
@@ -56,7 +54,6 @@ def evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:
     yield from odds_blocks(said)
     yield from check_blocks(said)
     yield from _located(said)
-    yield from _imitated(said)
     yield heading("Before and after")
     yield _fit(said)
 
@@ -108,53 +105,21 @@ def _located(said: Said) -> Iterator[Block]:
     )
 
 
-def _imitated(said: Said) -> Iterator[Block]:
-    if not said["unexplained"]:
-        return
-    yield heading("How the form is imitated")
-    for number, law in enumerate(said["empirical"]):
-        count = len(law["formulas"])
-        by = "an empirical effect" if count == 1 else f"{count} empirical effects, the sum of which is"
-        yield words(
-            f"In machine.diagnosed.toml {'a further form of it is' if number else 'it is'} imitated over"
-            f" {law['covariate']}, {um(law['rms_um'])} rms, by {by}"
-        )
-        yield code(*wrapped_sum(law["formulas"]))
-    if said["empirical"]:
-        yield words(
-            "The file states the coefficients with their uncertainties. This is a description, not an"
-            " explanation, ready"
-            " for simulation; do not extrapolate it."
-        )
-    elif all(one["form"] in SCATTER for one in said["unexplained"]):
-        yield words(
-            "It is a property of the scatter, which no formula of the mean describes: machine.diagnosed.toml does not"
-            " contain it."
-        )
-    else:
-        yield words("A formula cannot name its covariate, so machine.diagnosed.toml does not contain it.")
-
-
 def _fit(said: Said) -> Block:
-    fit, imitated = said["fit"], said["fit"].get("with_empirical")
-    columns = ["", "before", "after, named effects only" if imitated else "after"]
+    fit = said["fit"]
     rows = [["rms of the residuals", um(fit["rms_before_um"]), um(fit["rms_after_um"])]]
     for by, pair in fit["holdout"].items():
         rows.append([f"rms of predictions, {by} held out", um(pair["rms_before_um"]), um(pair["rms_after_um"])])
-    if imitated:
-        columns.append("after, form imitated")
-        told = [imitated["rms_after_um"], *(imitated["holdout_rms_after_um"].get(by) for by in fit["holdout"])]
-        rows = [[*row, um(value)] for row, value in zip(rows, told, strict=True)]
     chi2 = [significant(fit["chi2_dof_before"]), significant(fit["chi2_dof_after"])]
-    rows.append(["chi-square per degree of freedom", *chi2, *([""] if imitated else [])])
-    last = " The last column is that of machine.diagnosed.toml." if imitated else ""
+    rows.append(["chi-square per degree of freedom", *chi2])
+    left = f" Without the structure that is stated {um(fit.get('rest_rms_um'))} rms are left."
     return table(
-        columns,
+        ("", "before", "after"),
         rows,
-        (1.0, *(0.0 for _ in columns[1:])),
+        (1.0, 0.0, 0.0),
         note=f"The noise of a probing is {um(fit['noise_um'])}. Residuals include the errors of the faces against their"
         f" certified positions, within the uncertainty of the certificate: chi-square allows for that, the"
-        f" rms does not. {predictions(fit)}{last}",
+        f" rms does not. {predictions(fit)}{left if 'rest_rms_um' in fit else ''}",
     )
 
 

@@ -222,10 +222,11 @@ def _findings(
         some = listed.get(number)
         share = None if some is not None else _share(rows, f"{FINDING}_{number}_{unit}")
         found.append(_finding(number, cells, rivals, share, some))
-    for number, law in enumerate(said.get("empirical", []), 1):
-        name = f"form over {law['covariate']}"
+    forms = [one for one in said["unexplained"] if f"rms_{unit}" in one]
+    for number, form in enumerate(forms, 1):
+        name = f"form over {form['covariate']}"
         share = _share(rows, f"{FORM}_{number}_{unit}")
-        text = printed(f"{law['where']}. Its cause is not known.")
+        text = printed(f"{form['where']}. Its cause is not known.")
         found.append({"name": name, "short": "without a law", "text": text, "share": share, "rows": None, "facts": []})
     return found
 

@@ -1,6 +1,7 @@
 """``diagnose``: recordings and machine model to what departs from it; an axis alone; the map of a probe."""
 
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.files.display import Written
@@ -21,6 +22,8 @@ from stepgauge.verbs.shared import (
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.result import Diagnosis
+    from stepgauge.gauge.certified import Gauge
+    from stepgauge.machine.file import Machine
 
 
 def leave(values: dict[str, Any], _: set[str]) -> tuple[str, ...]:
@@ -65,9 +68,9 @@ def diagnose(
 
     The simulation is that of the machine file, with the effects it already has; the placement of the gauge is fitted.
     The verdict is one of: adequate (the residuals have no structure beyond the scatter), effects (known effects explain
-    them), unknown (structure that no known effect explains, described by an empirical function), insufficient (the
-    recording cannot discriminate). The exit code is 0 for all four. Effects that this recording cannot discriminate are
-    reported as a set, with the measurement that separates them.
+    them), unknown (structure that no known effect explains), insufficient (the recording cannot discriminate). The exit
+    code is 0 for all four. Effects that this recording cannot discriminate are reported as a set, with the measurement
+    that separates them.
 
     Rows with a number other than 1 in the column stylus were probed with a further stylus: the first one is 2. Without
     the column a comment '# stylus: NAME' states it; 'measure' and 'simulate' write it where [probe] has a name.
@@ -121,7 +124,7 @@ def diagnose(
     """
     from stepgauge.diagnosis.priors import read_priors
     from stepgauge.errors import InputError, naming
-    from stepgauge.verbs.inputs import are_of_axis, several
+    from stepgauge.verbs.inputs import are_of_axis, resolve_gauge, resolve_machine_with_styli, several
 
     given, table, excluded = several(recordings), None if priors is None else read_priors(priors), several(without)
     if probe is not None:
@@ -136,35 +139,36 @@ def diagnose(
     if not of_axis and (gauge is None or machine is None):
         missing, both = naming("gauge" if gauge is None else "machine"), naming("gauge", "machine", words="{} and {}")
         raise InputError(missing, "a recording of a gauge needs it", expected=both)
+    one: Any = partial(_axes, without=excluded, table=table, kind=kind)
+    if gauge is not None and machine is not None:
+        cmm, steps = resolve_machine_with_styli(machine, further_styli), resolve_gauge(gauge)
+        one = partial(_together, gauge=steps, machine=cmm, without=excluded, table=table, kind=kind)
     if each:
-        return _separately(given, of_axis, gauge, machine, further_styli, jobs, excluded, table, kind)
-    if of_axis:
-        return _axes(given, excluded, table, kind)
-    return _together(given, gauge, machine, further_styli, excluded, table, progress, kind)
+        return _separately(given, one, jobs)
+    return one(given) if of_axis else one(given, progress=progress)
 
 
 def _together(
-    given: list[Any], gauge: Any, machine: Any, styli: Any, without: list[str], table: Any, progress: Any, kind: Any
+    given: Any, gauge: "Gauge", machine: "Machine", without: list[str], table: Any, kind: Any, progress: Any = None
 ) -> "Diagnosis":
     """Recordings as placements of one machine."""
     from dataclasses import replace
 
     from stepgauge.diagnosis.engine import diagnose as diagnose_recording
     from stepgauge.diagnosis.many import join_stylus_recordings
-    from stepgauge.verbs.inputs import resolve_gauge, resolve_machine_with_styli, resolve_recordings
+    from stepgauge.verbs.inputs import resolve_recordings
 
-    cmm = resolve_machine_with_styli(machine, styli)
-    tables, whole = join_stylus_recordings(resolve_recordings(given), cmm)
-    found = diagnose_recording(whole, resolve_gauge(gauge), cmm, without, table, progress=progress, kind=kind)
+    tables, whole = join_stylus_recordings(resolve_recordings(given), machine)
+    found = diagnose_recording(whole, gauge, machine, without, table, progress=progress, kind=kind)
     return replace(found, recordings=tuple(tables))
 
 
-def _axes(given: list[Any], without: list[str], table: Any, kind: Any) -> "Diagnosis":
+def _axes(given: Any, without: list[str], table: Any, kind: Any) -> "Diagnosis":
     """Recordings of one axis, a spot or distances, as settings up of one axis."""
     from stepgauge.diagnosis.axis.diagnosis import diagnose_axes
-    from stepgauge.verbs.inputs import resolve_axis
+    from stepgauge.verbs.inputs import resolve_axis, several
 
-    return diagnose_axes([resolve_axis(one) for one in given], without, table, kind)
+    return diagnose_axes([resolve_axis(one) for one in several(given)], without, table, kind)
 
 
 def _map(given: list[Any], probe: File, columns: "Mapping[str, str] | None", table: Any) -> "Diagnosis":
@@ -183,14 +187,8 @@ def _map(given: list[Any], probe: File, columns: "Mapping[str, str] | None", tab
     return judged_map(data, probe, table)
 
 
-def _separately(given: list[Any], of_axis: bool, gauge: Any, machine: Any, styli: Any, jobs: Any, *more: Any) -> Any:
-    """Each by itself, when it is written; ``more``: the excluded effects, the priors, the kind."""
+def _separately(given: list[Any], one: Any, jobs: int | None) -> Any:
+    """Each by itself, when it is written."""
     from stepgauge.diagnosis.many import Separately
-    from stepgauge.verbs.inputs import several
 
-    without, table, kind = more
-    paths = [str(one) for one in given]
-    if of_axis:
-        return Separately(paths, lambda path: _axes([path], without, table, kind))
-    known, further = (str(gauge), str(machine)), tuple(map(str, several(styli)))
-    return Separately(paths, None, known, further, jobs, tuple(without), table, kind)
+    return Separately([str(path) for path in given], one, jobs)

@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 
 from stepgauge.diagnosis.output.files import diagnosis_to_dict, write_diagnosis
-from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.result import GaugeDiagnosis, read_diagnosis
 from stepgauge.diagnosis.wording.limits import machine_doubts
 from stepgauge.errors import InputError
@@ -231,7 +230,7 @@ def test_one_that_cannot_be_diagnosed_does_not_stop_the_others(tmp_path: Path, r
 
 def test_the_same_whatever_the_order_of_rows_and_columns(tmp_path: Path, run: Run) -> None:
     recording, found = made("pair")
-    plain = diagnosis_to_dict(found, Inputs((recording,)))
+    plain = diagnosis_to_dict(replace(found, recordings=(recording,)))
     shuffled = recording.frame.sample(frac=1.0, random_state=5)[list(recording.frame.columns[::-1])]
     other = diagnosis(diagnosed(run, tmp_path, replace(recording, frame=shuffled), "shuffled"))
     assert other["verdict"] == plain["verdict"]
@@ -254,7 +253,7 @@ def test_the_same_with_the_gauge_turned_end_for_end(tmp_path: Path, run: Run) ->
 def test_the_diagnosed_machine_can_be_diagnosed_in_its_turn(tmp_path: Path, run: Run) -> None:
     recording, found = made("scale")
     path = as_file(tmp_path, recording)
-    write_diagnosis(tmp_path / "one", found, [recording])
+    write_diagnosis(tmp_path / "one", replace(found, recordings=(recording,)))
     better = tmp_path / "one" / "machine.diagnosed.toml"
     result = run("diagnose", path, "-g", "step-gauge-420", "-m", better, "-o", tmp_path / "two")
     assert result.code == 0, result.err

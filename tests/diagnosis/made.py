@@ -93,8 +93,10 @@ def made(name: str) -> tuple[Recording, GaugeDiagnosis]:
 def made_unknown(name: str = "pair") -> tuple[Recording, GaugeDiagnosis]:
     """A diagnosis as if no effect had a name: the same structure, described by its form only."""
     recording, found = made(name)
+    share_um = found.before_um - found.after_um
+    forms = tuple(replace(one, share_um=share_um / len(found.located)) for one in found.located)
     return recording, replace(
-        found, verdict="unknown", findings=(), unexplained=found.located, after_um=found.before_um, placements={}
+        found, verdict="unknown", findings=(), unexplained=forms, after_um=found.before_um, placements={}
     )
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.gaussian_processes.formula import model_unknown
 from stepgauge.recording import Recording
 from tests.diagnosis.made import ALONG_X
 from tests.diagnosis.test_selection import along, bent, names, told
@@ -35,8 +34,8 @@ def test_a_wave_with_corners_is_no_oscillation_of_the_vocabulary(form: str) -> N
     assert not names(found)
     first = found.unexplained[0]
     assert (first.covariate, first.form) == ("time", FORM[form])
-    law = model_unknown(found)[0]
-    assert law.period == pytest.approx(PERIOD_S, rel=0.02)
+    law = found.forms[0]
+    assert np.atleast_1d(law.numbers)[0] == pytest.approx(PERIOD_S, rel=0.02)
     truth = HEIGHT_UM[form] * wave(form, found.data.probings.time_s / PERIOD_S) * found.data.probings.approach("x")
     assert np.corrcoef(law.share_um, truth)[0, 1] > 0.9
     assert law.share_um.std() == pytest.approx(truth.std(), rel=0.3)
@@ -71,7 +70,7 @@ def test_a_wave_along_the_travel_is_told_without_times(form: str) -> None:
     )  # the report asks each statement for it
     (first, *_) = found.unexplained
     assert (first.covariate, first.form) == ("machine x", FORM[form])
-    assert model_unknown(found)[0].period == pytest.approx(97.0, rel=0.05)
+    assert np.atleast_1d(found.forms[0].numbers)[0] == pytest.approx(97.0, rel=0.05)
 
 
 @pytest.mark.parametrize("period_s", [31.7, 44.3])

@@ -14,7 +14,6 @@ from scipy.signal import lfilter
 
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.output.files import diagnosis_to_dict
-from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine, MachineTable
@@ -396,7 +395,7 @@ def test_the_year_is_no_period_beyond_a_bound() -> None:
 
 def test_every_member_of_a_set_has_its_value_and_its_instruction() -> None:
     recording = by_hand(STEPS, lambda f: 12e-3 * (f["x_mm"].to_numpy() - 350.0) * side_of(f))
-    (effect,) = diagnosis_to_dict(told(recording), Inputs((recording,)))["effects"]
+    (effect,) = diagnosis_to_dict(told(recording))["effects"]
     members = {one["label"]: one for one in effect["set"]}
     assert {"scale_error_x", "gauge_temperature"} <= set(members)
     assert sum(one["conditional_probability"] for one in members.values()) == pytest.approx(1.0)

@@ -357,7 +357,7 @@ def test_a_tripod_is_written_as_a_probe_file_that_does_what_the_effect_does(tmp_
     truth = TRIPOD | {"um_per_N": 5.0, "arm_azimuth_deg": 20.0}
     recording = bent(measured(THREE, 1), truth)
     found = told(recording)
-    paths = write_diagnosis(tmp_path, found, [recording])
+    paths = write_diagnosis(tmp_path, replace(found, recordings=(recording,)))
     assert tmp_path / PROBE_FILE in paths
     assert PROBE_FILE in (tmp_path / "diagnosis.md").read_text("utf-8")
     approach = -iso_10360_5_points()

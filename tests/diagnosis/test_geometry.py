@@ -76,10 +76,10 @@ def test_all_errors_at_once_are_named_and_simulated_down_to_the_scatter(found: G
     """Before, the nearest three to eight laws stood for them, or a smooth form did."""
     assert found.verdict == "effects", [one.where for one in found.unexplained]
     assert KIND in {one.kind for one in found.findings}
-    assert found.fit.rms_before_um > 3.5 * found.fit.noise_um
-    assert found.fit.rms_after_um < 1.1 * found.fit.noise_um
+    assert found.fit.rms_before_um > 3.5 * found.noise.sigma_um
+    assert found.fit.rms_after_um < 1.1 * found.noise.sigma_um
     for _, after in found.fit.holdout.values():
-        assert after < 1.5 * found.fit.noise_um
+        assert after < 1.5 * found.noise.sigma_um
 
 
 def test_of_single_errors_no_more_is_said_than_six_lines_tell(found: GaugeDiagnosis) -> None:
@@ -120,7 +120,7 @@ def test_the_diagnosed_machine_has_the_errors(found: GaugeDiagnosis, tmp_path: P
     seen = make_residuals(recording, gauge(), machine())
     simulated = np.sum([along_approach_um(effect, seen.probings) for effect in effects], axis=0)
     left = seen.without_origins(seen.um - simulated)
-    assert rms(left) < 1.1 * found.fit.noise_um
+    assert rms(left) < 1.1 * found.noise.sigma_um
     said = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     finding = next(one for one in said["effects"] if one["kind"] == KIND)
     assert finding["parameters"]["scale_error_x"]["unit"] == "um/m"
@@ -139,7 +139,7 @@ def test_what_is_no_geometry_is_named_beside_it() -> None:
     assert value.value == pytest.approx(-4.0, abs=2.5 * value.u)  # 2 um each way
     assert value.u < 1.0
     assert KIND in {one.kind for one in found.findings}
-    assert found.fit.rms_after_um < 1.2 * found.fit.noise_um
+    assert found.fit.rms_after_um < 1.2 * found.noise.sigma_um
 
 
 @pytest.mark.parametrize(
@@ -176,7 +176,7 @@ def test_three_geometric_errors_beside_two_others_are_told_one_by_one(seed: int)
     assert {"reversal_error_x", "effective_radius"} <= said
     alone = {"scale_error_x", "scale_error_y", "squareness_xy"} <= said
     assert alone or {KIND, "scale_error + scale_error + squareness"} <= said
-    assert found.fit.rms_after_um < 1.1 * found.fit.noise_um
+    assert found.fit.rms_after_um < 1.1 * found.noise.sigma_um
 
 
 @pytest.mark.parametrize("lines", [LINES[:3], [turned(30.0)] * 4])

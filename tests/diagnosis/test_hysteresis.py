@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.gaussian_processes.formula import model_unknown, rest_rms_um
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.empirical import Empirical
 from stepgauge.errors import InputError
@@ -100,8 +99,7 @@ def test_loops_within_loops_are_hysteresis_and_no_laws_that_are_alike() -> None:
     assert not names(found)
     (form,) = [one for one in found.unexplained if one.probability > 0.5]
     assert (form.covariate, form.form) == ("position", "hysteresis")
-    laws = model_unknown(found)
-    assert rest_rms_um(found, laws) < 1.35 * found.noise.sigma_um
+    assert found.rest_rms_um < 1.35 * found.noise.sigma_um
 
 
 def test_friction_of_one_half_of_the_travel_is_a_hysteresis_that_differs_from_place_to_place() -> None:
@@ -115,8 +113,8 @@ def test_friction_of_one_half_of_the_travel_is_a_hysteresis_that_differs_from_pl
     (form,) = [one for one in found.unexplained if one.probability > 0.5]
     assert (form.form, form.beside) == ("hysteresis", form.covariate)
     assert "more in some places than in others" in form.where
-    (law,) = model_unknown(found)
-    assert rest_rms_um(found, [law]) < 1.2 * found.noise.sigma_um
+    (law,) = found.forms
+    assert found.rest_rms_um < 1.2 * found.noise.sigma_um
     share, hidden = (found.data.without_origins(um) for um in (law.share_um, worn * side(recording)))
     assert np.corrcoef(share, hidden)[0, 1] > 0.95
 

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.gaussian_processes.formula import model_unknown
 from stepgauge.diagnosis.output.files import diagnosis_to_dict
-from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.wording.phrases import worded_all
 from stepgauge.effects import along_approach_um, make_effects
@@ -141,11 +139,7 @@ def test_what_would_have_to_be_larger_than_can_be_is_no_cause(ppm: float, possib
     one = named(found, "scale_error")
     assert one.parameters["ppm"].value == pytest.approx(ppm, abs=3.0)
     assert ("scale_temperature" in one.confounded_with) == possible
-    assert (
-        sum(member.conditional_probability for member in one.members) == pytest.approx(1.0)
-        if possible
-        else not one.members
-    )
+    assert sum(member.probability for member in one.members) == pytest.approx(1.0) if possible else not one.members
     assert one.probability > 0.9
     assert one.own > (0.5 if possible else 0.9)
 
@@ -160,4 +154,4 @@ def test_a_law_that_would_have_to_be_larger_than_it_can_be_is_not_named_and_noth
     assert "seat_defect" not in [one.kind for one in found.findings]
     assert any("larger than that can be" in one.where for one in found.unexplained)
     assert found.verdict == "unknown"
-    assert diagnosis_to_dict(found, Inputs((recording,)), model_unknown(found))["verdict"] == "unknown"
+    assert diagnosis_to_dict(replace(found, recordings=(recording,)))["verdict"] == "unknown"

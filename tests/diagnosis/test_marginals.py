@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.marginals import marginalise
 from stepgauge.diagnosis.fits.solve import Fitted, solve
-from stepgauge.diagnosis.further_runs import plain_metric
+from stepgauge.diagnosis.further_runs import independent_metric
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
@@ -27,7 +27,7 @@ def followed(um_per_m_K: float, lag_s: float, seed: int) -> tuple[Residuals, Fam
     data = make_residuals(recording, STEPS, machine())
     families = (one for one in effect_families(data, shipped_priors()) if one.kind == "thermal_expansion_of")
     family = next(one for one in families if {"column": "air_C", "of": "x"}.items() <= one.choices.items())
-    return data, family, plain_metric(data, SIGMA_UM)
+    return data, family, independent_metric(data, SIGMA_UM)
 
 
 def fit(data: Residuals, family: Family, metric: Metric) -> Fitted:

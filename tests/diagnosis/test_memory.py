@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.gaussian_processes.formula import model_unknown, rest_rms_um
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.empirical import Empirical
 from stepgauge.recording import Recording
@@ -69,9 +68,8 @@ def test_what_rests_add_and_touches_wear_off_is_no_exponential_since_the_last_pa
     assert "approach_memory" not in names(found)
     (form,) = [one for one in found.unexplained if one.probability > 0.5]
     assert (form.covariate, form.form) == ("rest before the touch", "memory of rests")
-    laws = model_unknown(found)
-    assert rest_rms_um(found, laws) == pytest.approx(found.noise.sigma_um, rel=0.1)
-    assert np.corrcoef(laws[0].share_um, rested(recording))[0, 1] > 0.98
+    assert found.rest_rms_um == pytest.approx(found.noise.sigma_um, rel=0.1)
+    assert np.corrcoef(found.forms[0].share_um, rested(recording))[0, 1] > 0.98
 
 
 def test_equal_rests_leave_no_memory_to_be_seen() -> None:

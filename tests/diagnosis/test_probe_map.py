@@ -146,8 +146,8 @@ def test_lever_and_contact_radius_are_one_set_that_a_longer_stylus_separates(tab
     assert own.parameters == found.parameters
     radius = rival.parameters["contact_radius_mm"].value
     assert radius - 16.34 == pytest.approx(rival.parameters["mm"].value)
-    assert 0.05 < rival.conditional_probability < own.conditional_probability < 1.0
-    assert own.conditional_probability + rival.conditional_probability == pytest.approx(1.0)
+    assert 0.05 < rival.probability < own.probability < 1.0
+    assert own.probability + rival.probability == pytest.approx(1.0)
     assert 50.0 / radius == pytest.approx((50.0 + found.parameters["mm"].value) / 16.34, rel=1e-3)
     assert "ratio of lever to contact radius" in found.reason
     assert "longer" in found.separate_by

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis import engine
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.gaussian_processes.formula import model_unknown, rest_rms_um
 from stepgauge.diagnosis.laws.library import visible_directions
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import GaugeDiagnosis
@@ -256,8 +255,7 @@ def test_structure_without_a_law_is_unknown_and_lives_where_it_was_put(name: str
     found = told(bent(um, clean(pause_s=pause_s)))
     assert found.verdict == "unknown"
     assert any(one.covariate.startswith(tuple(lives_in)) for one in (*found.located, *found.unexplained))
-    laws = model_unknown(found)
-    assert laws, "structure without a law is imitated by a formula"
+    assert found.forms
 
 
 def test_other_readings_on_the_way_back_are_a_matter_of_the_way() -> None:
@@ -362,9 +360,8 @@ def test_levels_of_placements_are_imitated_in_all_of_them() -> None:
     """The first placement, too, has a level: what is left is the noise."""
     levels = np.array([1.0, -0.7, 0.9, -0.8])
     found = told(bent(lambda r: levels[r.frame["placement"].to_numpy() - 1], fan()))
-    laws = model_unknown(found)
     assert "placement" in {one.covariate for one in found.unexplained}
-    assert rest_rms_um(found, laws) == pytest.approx(found.noise.sigma_um, rel=0.1)
+    assert found.rest_rms_um == pytest.approx(found.noise.sigma_um, rel=0.1)
 
 
 def test_what_changes_within_placements_too_is_no_matter_of_placements() -> None:

@@ -9,7 +9,6 @@ import pytest
 
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.gaussian_processes.candidates import random_function_candidates
-from stepgauge.diagnosis.gaussian_processes.formula import model_unknown, rest_rms_um
 from stepgauge.diagnosis.gaussian_processes.random_function import BEAT, SAWTOOTH, SMOOTH, TREND, WAVE
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
@@ -68,7 +67,7 @@ def test_structure_of_no_formula_is_told_where_it_lives_and_imitated(name: str) 
     assert found.verdict == "unknown"
     assert lives_in & {one.covariate for one in found.located}
     assert any(word in one.where for one in (*found.located, *found.unexplained))
-    left = found.after_um - sum(law.share_um for law in model_unknown(found))
+    left = found.after_um - sum(law.share_um for law in found.forms)
     assert left.std() < 0.75 * found.before_um.std()
 
 
@@ -85,7 +84,7 @@ def test_a_spoilt_corner_of_the_volume_is_a_form_of_two_coordinates_and_no_law_o
     (one,) = found.unexplained
     assert {one.covariate, one.beside} == {"machine x", "machine y"}
     assert one.where == "a smooth function of machine x and machine y, along machine x"
-    assert rest_rms_um(found, model_unknown(found)) < 1.1 * NOISE_UM
+    assert found.rest_rms_um < 1.1 * NOISE_UM
 
 
 def test_what_follows_a_column_along_one_axis_only_is_told_so() -> None:
@@ -122,7 +121,7 @@ def test_scatter_whose_kind_is_no_candidate_is_told_by_its_form() -> None:
     assert found.verdict == "unknown"
     assert not found.findings
     assert [(one.covariate, one.form) for one in found.unexplained] == [("time", "growing scatter")]
-    assert model_unknown(found) == []
+    assert found.forms == []
 
 
 def test_a_bow_is_no_period_of_many_times_the_travel() -> None:
@@ -195,5 +194,5 @@ def test_a_shape_that_is_fitted_has_the_signature_of_its_numbers() -> None:
     assert {one.source.shape for one in fitted} == {WAVE, BEAT}
     for one in fitted:
         for atom in (0, one.atoms - 1):
-            of_numbers = np.concatenate([one.source.of(one.source.kernels[atom]) * share for share in one.shares])
+            of_numbers = np.concatenate([one.source.of([one.source.kernels[atom]])[0] * share for share in one.shares])
             np.testing.assert_allclose(of_numbers, one.columns(atom), atol=1e-3, err_msg=one.label)

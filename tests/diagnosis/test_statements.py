@@ -23,7 +23,6 @@ from stepgauge.diagnosis.stating_rules import StatedTerm, spread_factor
 from stepgauge.diagnosis.structure import _reduce_harmonics, _without_index
 from stepgauge.diagnosis.wording.headline import headline, summary_line
 from stepgauge.diagnosis.wording.phrases import number, worded
-from stepgauge.diagnosis.wording.structure import described
 from stepgauge.effects import make_effects
 from stepgauge.inference.neighbourhood import Mixture
 from stepgauge.inference.noise_models import OUTLYING, NoiseModel
@@ -152,7 +151,7 @@ def test_a_period_is_that_of_its_harmonics_and_no_multiple_of_it(far: dict[int, 
     """0.5 mm stood for 0.25 mm at a probability of 1.000."""
     term, model = wave(far)
     phrase = {"say": "wave", "covariate": "position", "period": number(4.0, "mm")}
-    form = described("position", "both", WAVE, [phrase], 1.0, 1.0, numbers=4.0)
+    form = Located("position", "both", WAVE, [phrase], 1.0, 1.0, numbers=4.0)
     found = _reduce_harmonics(term, model, form)
     assert found.numbers == period
     assert f"period {period:g} mm" in found.where
@@ -160,7 +159,7 @@ def test_a_period_is_that_of_its_harmonics_and_no_multiple_of_it(far: dict[int, 
 
 def test_a_period_in_rows_is_never_told() -> None:
     phrases = [{"say": "wave", "covariate": "order", "period": number(10.0)}, {"say": "approach"}]
-    form = described("order", "both", WAVE, phrases, 1.0, 1.0)
+    form = Located("order", "both", WAVE, phrases, 1.0, 1.0)
     assert worded(_without_index(form)) == "repeats in the order of the readings, along the approach"
     assert "period 10" in worded(_without_index(replace(form, covariate="time")))
 

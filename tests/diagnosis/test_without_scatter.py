@@ -15,7 +15,6 @@ from stepgauge.conditions.duplicates import copied_cycles
 from stepgauge.diagnosis.axis.diagnosis import diagnose_axis
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.output.files import diagnosis_to_dict
-from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.diagnosis.output.rows import row_table
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import bare_problem
@@ -65,7 +64,7 @@ def with_copies(recording: Recording, of: dict[int, int]) -> Recording:
 
 
 def said(found: GaugeDiagnosis, recording: Recording) -> dict[str, object]:
-    return diagnosis_to_dict(found, Inputs((recording,)))
+    return diagnosis_to_dict(replace(found, recordings=(recording,)))
 
 
 def test_a_copied_cycle_tells_nothing_and_the_reader_is_told_of_it() -> None:
@@ -91,7 +90,7 @@ def test_rows_are_told_with_their_numbers_in_the_file() -> None:
     frame.loc[second, ["x_mm", "y_mm", "z_mm"]] = frame.loc[frame["cycle"] == 1, ["x_mm", "y_mm", "z_mm"]].to_numpy()
     frame.loc[2 * each + 4, "x_mm"] += 0.02
     found = told(replace(measured, frame=frame))
-    table = row_table(found, (), [("a.csv", len(frame))])
+    table = row_table(found)
     assert found.data.copied == ((1, 2),)
     assert table["row"].tolist() == [*range(1, each + 1), *range(2 * each + 1, 3 * each + 1)]
     assert table.loc[table["used"] == 0, "row"].tolist() == [2 * each + 5]

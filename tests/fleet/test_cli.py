@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -14,9 +15,7 @@ import pytest
 
 from stepgauge.cli import cli
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.gaussian_processes.formula import model_unknown
 from stepgauge.diagnosis.output.files import statements_to_dict
-from stepgauge.diagnosis.output.inputs import Inputs
 from stepgauge.errors import InputError, PartlyDoneError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.executors.dask import Dask
@@ -186,7 +185,7 @@ def test_a_diagnosis_of_the_fleet_is_that_of_the_recording_alone(logs: Path, tmp
     row, answer = fleet.recordings().iloc[0], query(fleet, "SELECT * FROM diagnoses").to_pylist()[0]
     recording = read_recording(path)
     found = diagnose(recording, fleet.gauge(row["certificate"]), fleet.machine(row["machine_file"]), separations=False)
-    alone = statements_to_dict(found, Inputs((recording,)), model_unknown(found))
+    alone = statements_to_dict(replace(found, recordings=(recording,)))
     assert json.loads(answer["document"]) == json.loads(json.dumps(alone))
     assert (answer["verdict"], answer["machine"], answer["summary"]) == (found.verdict, "M0", found.summary())
 

@@ -18,7 +18,7 @@ from numpy.testing import assert_allclose
 import stepgauge as sg
 from stepgauge.cli import main
 from stepgauge.diagnosis.further_runs import FurtherRun
-from stepgauge.diagnosis.laws.choices import choices_of
+from stepgauge.diagnosis.laws.grids import choices_of
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals

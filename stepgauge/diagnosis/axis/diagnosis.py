@@ -22,8 +22,7 @@ from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
 from stepgauge.diagnosis.axis.reversal import is_reversal, reversal_phrase
 from stepgauge.diagnosis.engine import diagnose_with_search, insufficient
 from stepgauge.diagnosis.kinds import kind_probabilities, possible_kinds, stated_kind
-from stepgauge.diagnosis.output.files import diagnosis_to_dict
-from stepgauge.diagnosis.output.inputs import Inputs
+from stepgauge.diagnosis.output.files import statements_to_dict
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.result import Diagnosis, GaugeDiagnosis
@@ -40,8 +39,6 @@ from stepgauge.recording.simulated import is_simulated
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-UNUSED = ("empirical", "inputs")
-"""Parts of the JSON that are of a gauge on a machine, and are told otherwise here."""
 SOUGHT: tuple[Name, ...] = ("outliers", "drift")
 """Conditions that are findings here: the search looks for single readings that are off, and for what moves in time."""
 
@@ -99,6 +96,7 @@ def diagnose_axis(
     if conditions.preventing:
         return AxisDiagnosis("insufficient", insufficient(data.residuals), data, conditions, (recording,))
     found, searched = diagnose_with_search(data.residuals, absent, table.adapt(kinds))
+    found = replace(found, unexplained=tuple(sorted(found.unexplained, key=lambda one: -one.probability)))
     probability = {} if searched is None else kind_probabilities(searched.answer, kinds, table)
     return AxisDiagnosis(found.verdict, found, data, conditions, (recording,), kinds=probability)
 
@@ -135,28 +133,28 @@ def write_axis_diagnosis(output: str | Path, told: AxisDiagnosis, suffix: str = 
     target, figure = Path(output), f"residuals.{suffix}"
     said = told.contents
     write_json(target / "diagnosis.json", said)
-    names = [(Path(one.path).name, len(one)) for one in told.recordings]
-    write_text(target / ROWS_FILE, rows_csv(_rows(told, names)))
+    write_text(target / ROWS_FILE, rows_csv(_rows(told)))
     write_text(target / "diagnosis.md", markdown(diagnosis_story(said, [figure])))
     save_figure(told.figures()["residuals"], target / figure, bool(said["inputs"]["simulated"]))
     return [target / name for name in ("diagnosis.json", "diagnosis.md", ROWS_FILE, figure)]
 
 
-def _rows(told: AxisDiagnosis, names: Sequence[tuple[str, int]]) -> pd.DataFrame:
+def _rows(told: AxisDiagnosis) -> pd.DataFrame:
     """Every reading with its residual, in the user's units and with the sign of a reading."""
     recording, data = told.data.recording, told.data
     frame, units = recording.frame, recording.units
     places = frame["target" if "target" in frame else "reading"].to_numpy(float)
     factor = frame["way"].to_numpy(float) / data.scaling.deviation / units.base_deviation
-    return row_table(told.found, (), names, (units.position, places), (units.deviation, factor))
+    found = replace(told.found, recordings=told.recordings)  # type: ignore[arg-type]
+    return row_table(found, (units.position, places), (units.deviation, factor))
 
 
 def _said(found: GaugeDiagnosis, data: AxisData, conditions: Conditions) -> dict[str, Any]:
     recording = data.recording
     units = recording.units
-    raw = diagnosis_to_dict(found, Inputs((_Rows(recording),)))  # type: ignore[arg-type]
+    raw = statements_to_dict(replace(found, recordings=(recording,)))  # type: ignore[arg-type]
     conversion = UnitConversion(units, data.scaling)
-    said = conversion.converted({key: value for key, value in raw.items() if key not in UNUSED})
+    said = conversion.converted(raw)
     said["axis"] = {**_axis(recording), "repeatability": data.repeatability / units.base_deviation}
     said["conditions"] = conditions.to_dicts()
     at, steps = subject(said), _even_steps(recording)
@@ -178,7 +176,6 @@ def _said(found: GaugeDiagnosis, data: AxisData, conditions: Conditions) -> dict
         one |= {"covariate": covariate_name(one["covariate"], at)} if "covariate" in one else {}
     for check in said["checks"]:
         check["words"] = worded(check["phrase"], at)
-    said["unexplained"].sort(key=lambda one: -one["probability"])
     said["measured"] = {name: said["measured"][name] for name in ("duration_s", "time_recorded")}
     said["noise"].pop(f"machine_file_{units.deviation}")
     said["fit"]["holdout"] = {"targets" if by == "faces" else by: one for by, one in said["fit"]["holdout"].items()}
@@ -194,16 +191,6 @@ def _put_structure(one: dict[str, Any], recording: AxisRecording, at: Subject) -
         one["phrases"] = [reversal_phrase(recording)]
     one["covariate"] = covariate_name(one["covariate"], at)
     one["where"] = worded(one["phrases"], at)
-
-
-class _Rows:
-    """A recording as the list of outliers wants it."""
-
-    def __init__(self, recording: AxisRecording) -> None:
-        self.path, self.count, self.comments = recording.path, len(recording), recording.comments
-
-    def __len__(self) -> int:
-        return self.count
 
 
 def _axis(recording: AxisRecording) -> dict[str, Any]:

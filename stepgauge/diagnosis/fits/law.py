@@ -26,7 +26,6 @@ class FittedLaw:
     """
 
     def __init__(self, family: Family, atom: int) -> None:
-        assert family.law is not None
         self.family, self.law, self.atom = family, family.law, dict(family.atoms[atom])
         known = {p.name: p for p in self.law.parameters()}
         self.linear = [name for name, p in known.items() if p.role == "linear"]

@@ -146,7 +146,6 @@ def _told(solved: Solved, lag: Estimate, size: Array, covariance: Array) -> Solv
     unit = size / max(length, 1e-300)
     changed: dict[str, Any] = {LAG: lag.value, name: float(size[0])}
     if solved.family.directions is not None:
-        assert solved.family.law is not None
         along = unit @ solved.family.directions
         sign = np.sign(along[np.abs(along).argmax()])
         changed |= {

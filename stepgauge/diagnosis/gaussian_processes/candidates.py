@@ -38,7 +38,7 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
     RandomFunctionFeatures,
 )
 from stepgauge.diagnosis.gaussian_processes.smooth_functions import changing, functions, volumes
-from stepgauge.diagnosis.laws.choices import goes_both_ways
+from stepgauge.diagnosis.laws.grids import goes_both_ways
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects.grids import TEMPERATURES
@@ -74,7 +74,7 @@ def random_function_candidates(
         for side in _apart(one.sides, sides):
             own = _own(one, side, laws, one_way)
             if len(own.features):
-                found += _candidate(own, side, sides[side], odds, sizes)
+                found += _candidate(own, side, sides[side], odds, sizes, data)
     return found
 
 
@@ -84,7 +84,7 @@ def _apart(names: Sequence[str], sides: Mapping[str, Array]) -> list[str]:
 
 
 def _candidate(
-    one: RandomFunctionFeatures, side: str, share: Array, odds: float, sizes: AmplitudePrior
+    one: RandomFunctionFeatures, side: str, share: Array, odds: float, sizes: AmplitudePrior, data: Residuals
 ) -> Iterator[Candidate]:
     """A function on one side; none where nothing of it is seen."""
     function = RandomFunction(one.covariate, one.unit, one.shape, side, one.kernels, one.beside, one.of)
@@ -101,7 +101,7 @@ def _candidate(
             pattern=one.features,
             shares=share[None],
             log_weight=flat,
-            refine=one.refine and partial(one.refine, share),
+            refine=partial(one.refined, data, share) if one.near else None,
             discrepancy=one.unread and partial(_beside, one, share),
         )
         return

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from stepgauge.diagnosis.covariates import NAMES, REST, WAY, Covariate, axes_shown, standard
-from stepgauge.diagnosis.gaussian_processes.periodic import FINER, nearest, wave_sides
+from stepgauge.diagnosis.gaussian_processes.periodic import FINER, wave_sides
 from stepgauge.diagnosis.gaussian_processes.random_function import (
     HYSTERESIS,
     LAGGED,
@@ -26,7 +26,6 @@ from stepgauge.diagnosis.unobserved_inputs import principal, shifts
 from stepgauge.effects.probings import followed
 from stepgauge.files.arrays import Array
 from stepgauge.inference.kernels import matern
-from stepgauge.inference.problem import Refined
 
 HELD = np.geomspace(0.03, 0.6, 7)
 """Ways on which friction holds back what moves, over the span of the travel."""
@@ -67,24 +66,21 @@ def _following(
     """What follows a column after one of some lags, or one between them; a length error where ``length`` is given."""
     times = np.ones(len(data)) if length is None else length
 
-    def of(lag_s: float) -> Array:
-        return _late(one, lag_s, data)[None] * times
+    def of(lags_s: Sequence[float]) -> Array:
+        return np.array([_late(one, lag_s, data)[None] * times for lag_s in lags_s])
 
     def unread(lag_s: float) -> Array:
         return _unread(one, lag_s, data) * times
 
-    def refine(share: Array, atom: int, um: Array) -> Refined:
-        found, step = Refined(of(lags[atom]) * share, lags[atom]), lags[-1] / lags[-2] if len(lags) > 2 else 1.0
-        for ratio in (step, step ** (2.0 / FINER)):
-            near = (found.shape * ratio ** np.linspace(-1.0, 1.0, FINER)).tolist()
-            found = nearest(np.array([of(lag_s) for lag_s in near]), near, data, share, um)
-        return replace(found, columns=np.concatenate([found.columns, unread(found.shape) * share]))
+    def near(lag_s: float, part: float) -> list[float]:
+        step = lags[-1] / lags[-2] if len(lags) > 2 else 1.0
+        return (lag_s * step ** (part * np.linspace(-1.0, 1.0, FINER))).tolist()
 
     shape, odds, beside = LAGGED, priors.forms.lag, ""
     if length is not None:
         shape, odds, beside = LENGTH, priors.forms.product, "position"
-    features = np.array([of(lag_s) for lag_s in lags])
-    return RandomFunctionFeatures(one.name, one.unit, shape, features, lags, sides, odds, beside, refine, of, unread)
+    nearer = (partial(near, part=1.0), partial(near, part=2.0 / FINER))
+    return RandomFunctionFeatures(one.name, one.unit, shape, of(lags), lags, sides, odds, beside, of, nearer, unread)
 
 
 def _late(one: Covariate, lag_s: float, data: Residuals) -> Array:

@@ -18,7 +18,6 @@ from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.files.arrays import Array
 from stepgauge.inference.chunks import chunks
-from stepgauge.inference.problem import Refined
 
 Single = NDArray[np.float32]
 OVERTONES = 5
@@ -36,17 +35,16 @@ def waves(one: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeat
     """Periodic functions of any shape: a fundamental and its harmonics."""
     span, turns, passed = one.span, _turns(one, MOST_PERIODS, PERIODS_PER_SPAN), _passed(one)
 
-    def of(period: float) -> Array:
-        return _harmonics(passed, np.array([span / period]))[0]
+    def near(period: float) -> list[float]:
+        return (span / (span / period + np.linspace(-1.0, 1.0, FINER) / PERIODS_PER_SPAN)).tolist()
 
-    def refine(share: Array, atom: int, um: Array) -> Refined:
-        near = turns[atom] + np.linspace(-1.0, 1.0, FINER) / PERIODS_PER_SPAN
-        return nearest(_harmonics(passed, near), (span / near).tolist(), data, share, um)
+    def of(periods: Sequence[float]) -> Array:
+        return _harmonics(passed, span / np.array(periods))
 
     features = _grid(lambda some: _harmonics(passed, some), turns, (2 * OVERTONES, len(passed)))
     periods, share = tuple((span / turns).tolist()), priors.forms.wave
     return RandomFunctionFeatures(
-        one.name, one.unit, WAVE, features, periods, wave_sides(one, data), share, refine=refine, of=of
+        one.name, one.unit, WAVE, features, periods, wave_sides(one, data), share, of=of, near=(near,)
     )
 
 
@@ -72,21 +70,19 @@ def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> RandomFunctionF
     """What creeps and is thrown back, over and over: a control with hysteresis, a table that is applied in steps."""
     span, turns, passed = one.span, _turns(one, MOST_TEETH, TEETH_PER_SPAN), _passed(one)
     grid = [(f, phase) for f in turns.tolist() for phase in (np.arange(PHASES) / PHASES).tolist()]
-    finer = np.linspace(-1.0, 1.0, FINER)
 
-    def of(shape: tuple[float, float]) -> Array:
-        return _teeth(passed, [(span / shape[0], shape[1])])[0]
+    def near(shape: tuple[float, float]) -> list[tuple[float, float]]:
+        finer = np.linspace(-1.0, 1.0, FINER).tolist()
+        return [(span / (span / shape[0] + a / TEETH_PER_SPAN), shape[1] + b / PHASES) for a in finer for b in finer]
 
-    def refine(share: Array, atom: int, um: Array) -> Refined:
-        f, phase = grid[atom]
-        near = [(f + a, phase + b) for a in finer / TEETH_PER_SPAN for b in finer / PHASES]
-        return nearest(_teeth(passed, near), [(span / turns, phase) for turns, phase in near], data, share, um)
+    def of(shapes: Sequence[tuple[float, float]]) -> Array:
+        return _teeth(passed, [(span / period, phase) for period, phase in shapes])
 
     shapes = tuple((span / f, phase) for f, phase in grid)
     sides = tuple(side for side in wave_sides(one, data) if side != "approach")  # no probe does that
     features = _grid(lambda some: _teeth(passed, some, THROWN_BACK), grid, (1, len(passed)))
     share = priors.forms.wave
-    return RandomFunctionFeatures(one.name, one.unit, SAWTOOTH, features, shapes, sides, share, refine=refine, of=of)
+    return RandomFunctionFeatures(one.name, one.unit, SAWTOOTH, features, shapes, sides, share, of=of, near=(near,))
 
 
 def _teeth(passed: Array, shapes: Sequence[tuple[float, float]], fall: float = 0.0) -> Array:
@@ -118,43 +114,24 @@ def wave_sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
     return ("gauge",) if one.name == "position" else ("approach", "gauge", *axes_shown(data))
 
 
-def nearest(signatures: Array, shapes: Sequence[object], data: Residuals, share: Array, um: Array) -> Refined:
-    """Of some shapes with signatures ``(k, d, n)`` the one that explains most beside the origins."""
-    columns = signatures * share
-    free = data.without_origins(columns)
-    gram = free @ np.swapaxes(free, 1, 2)
-    diagonal = np.einsum("kii->ki", gram)
-    diagonal += 1e-6 * np.maximum(diagonal.max(axis=1, keepdims=True), 1e-300)
-    dot = free @ data.without_origins(um)
-    best = int(np.einsum("kd,kd->k", dot, np.linalg.solve(gram, dot[:, :, None])[..., 0]).argmax())
-    return Refined(columns[best], shapes[best])
-
-
 def beats(position: Covariate, slow: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeatures:
     """Periodic errors along the gauge whose size and place change periodically with time or order, or once in it."""
     of_x, of_y = np.arange(1.0, 6.1, 0.5), np.array([0.25, *np.arange(0.5, 8.1, 0.5)])
-    grid = [(f, g) for f in of_x.tolist() for g in of_y.tolist()]
-    finer = np.linspace(-1.0, 1.0, FINER)
+    shapes = tuple((position.span / f, slow.span / g) for f in of_x.tolist() for g in of_y.tolist())
 
-    def products(shapes: Sequence[tuple[float, float]]) -> Array:
-        first, second = (_oscillations(one, f) for one, f in zip((position, slow), np.array(shapes).T, strict=True))
+    def of(shapes: Sequence[tuple[float, float]]) -> Array:
+        periods = np.array(shapes).T
+        first, second = (_oscillations(c, c.span / one) for c, one in zip((position, slow), periods, strict=True))
         return (first[:, :, None] * second[:, None]).reshape(len(shapes), 4, -1)
 
-    def refine(share: Array, atom: int, um: Array) -> Refined:
-        f, g = grid[atom]
-        near = [(f + 0.5 * a, g * 2.0**b) for a in finer for b in finer]
-        return nearest(products(near), [periods(*one) for one in near], data, share, um)
-
-    def periods(f: float, g: float) -> tuple[float, float]:
-        return position.span / f, slow.span / g
-
-    def of(shape: Any) -> Array:
-        return products([periods(*shape)])[0]  # a period is to its span as the number of periods is
+    def near(shape: tuple[float, float]) -> list[tuple[float, float]]:
+        finer = np.linspace(-1.0, 1.0, FINER).tolist()
+        f = position.span / shape[0]
+        return [(position.span / (f + 0.5 * a), shape[1] * 2.0**-b) for a in finer for b in finer]
 
     both, share = ("approach", "gauge"), priors.forms.product
-    shapes = tuple(periods(*one) for one in grid)
     return RandomFunctionFeatures(
-        slow.name, slow.unit, BEAT, products(grid), shapes, both, share, "position", refine=refine, of=of
+        slow.name, slow.unit, BEAT, of(shapes), shapes, both, share, "position", of=of, near=(near,)
     )
 
 

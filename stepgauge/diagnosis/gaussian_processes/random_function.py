@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.files.arrays import Array
 from stepgauge.inference.problem import Refined
 
@@ -18,7 +19,6 @@ TREND, SMOOTH, ROUGH, LAGGED, WAVE = "trend", "smooth", "rough", "lagged", "wave
 LENGTH, LEVELS, LOOP, HARMONICS, BEAT = "changing length", "levels", "loop", "harmonics", "beat"
 SAWTOOTH, HYSTERESIS, RESTS = "sawtooth", "hysteresis", "memory of rests"
 PERIODIC = (WAVE, SAWTOOTH)
-MEMORIES = (LAGGED, RESTS, HYSTERESIS)
 WANDERING = ("time", "order")
 DRIFTING = (*WANDERING, "cycle")
 
@@ -28,7 +28,8 @@ class RandomFunction:
     """A random function of a covariate, as it is stated: ``shape``, side and kernels.
 
     ``kernels``: for each of its shapes ``trend``, ``smooth`` or ``rough``, or its numbers: a lag in s, a period;
-    ``of``: from such numbers, of the grid or not, to the signature ``(d, n)``, before the share of each row.
+    ``of``: from such numbers of some shapes, of the grid or not, to their signatures ``(k, d, n)``, before the share of
+    each row.
     """
 
     covariate: str
@@ -37,16 +38,16 @@ class RandomFunction:
     side: str
     kernels: tuple[object, ...]
     beside: str = ""
-    of: Callable[[Any], Array] | None = field(default=None, compare=False)
+    of: Callable[[Sequence[Any]], Array] | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
 class RandomFunctionFeatures:
     """The features of a random function on all the sides on which it may act.
 
-    ``share``: its prior odds over those of an ordinary one; ``refine``: the fit of its shape between those of the
-    grid, as of a law, from its share in every row ``(n,)`` on; ``of``: as of :class:`RandomFunction`; ``unread``: from
-    the numbers of a shape to what it may do beside its signature, ``(p, n)`` before the share of each row.
+    ``share``: its prior odds over those of an ordinary one; ``of``: as of :class:`RandomFunction`; ``near``: the shapes
+    about one, tried one after the other to fit what lies between those of the grid; ``unread``: from the numbers of a
+    shape to what it may do beside its signature, ``(p, n)`` before the share of each row.
     """
 
     covariate: str
@@ -57,6 +58,28 @@ class RandomFunctionFeatures:
     sides: tuple[str, ...]
     share: float = 1.0
     beside: str = ""
-    refine: Callable[[Array, int, Array], Refined] | None = None
-    of: Callable[[Any], Array] | None = None
+    of: Callable[[Sequence[Any]], Array] | None = None
+    near: tuple[Callable[[Any], Sequence[Any]], ...] = ()
     unread: Callable[[Any], Array] | None = None
+
+    def refined(self, data: Residuals, share: Array, atom: int, um: Array) -> Refined:
+        """Of the shapes near one of the grid that which explains most beside the origins; ``share (n,)``: by row."""
+        assert self.of is not None
+        shape: Any = self.kernels[atom]
+        for near in self.near:
+            shapes = near(shape)
+            shape = shapes[_best(self.of(shapes) * share, data, um)]
+        columns = self.of([shape])[0]
+        return Refined(
+            (columns if self.unread is None else np.concatenate([columns, self.unread(shape)])) * share, shape
+        )
+
+
+def _best(columns: Array, data: Residuals, um: Array) -> int:
+    """Of some signatures ``(k, d, n)`` the number of the one that explains most beside the origins."""
+    free = data.without_origins(columns)
+    gram = free @ np.swapaxes(free, 1, 2)
+    diagonal = np.einsum("kii->ki", gram)
+    diagonal += 1e-6 * np.maximum(diagonal.max(axis=1, keepdims=True), 1e-300)
+    dot = free @ data.without_origins(um)
+    return int(np.einsum("kd,kd->k", dot, np.linalg.solve(gram, dot[:, :, None])[..., 0]).argmax())

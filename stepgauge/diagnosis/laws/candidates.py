@@ -11,15 +11,14 @@ from typing import Any
 import numpy as np
 
 from stepgauge.diagnosis.fits.solve import fitted_effect
-from stepgauge.diagnosis.laws.choices import ALL, is_common
 from stepgauge.diagnosis.laws.discrepancy import Discrepancy, UnobservedCourses, make_discrepancy
-from stepgauge.diagnosis.laws.grids import usual_shape
+from stepgauge.diagnosis.laws.grids import ALL, is_common, usual_shape
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
-from stepgauge.diagnosis.laws.turns import apart
 from stepgauge.diagnosis.laws.usual import odds_of, size_of_shape, usual_size
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.files.arrays import Array
+from stepgauge.effects.probings import Probings
+from stepgauge.files.arrays import Array, Rows
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.problem import AmplitudePrior, Law, Refined
 
@@ -29,11 +28,13 @@ BESIDE_FIRST, ALONE = 1e-9, 30.0
 """What the log odds of a first wave or step rise by beside a second one: nothing; what a second lacks without it."""
 BEYOND = 1.1
 """Factor by which a fitted shape may lie beyond the grid."""
+SAME_PERIOD = 1e-9
+"""Share of a period by which one on the grid may differ from a whole part of a turn."""
 
 
 def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Collection[str] = ()) -> list[Law]:
     """Candidates for all laws with a signature here; ``metric``: for the fit of shapes between points of the grid."""
-    families = [one for whole in effect_families(data, priors, without) for one in apart(whole, data.probings)]
+    families = [one for whole in effect_families(data, priors, without) for one in _apart_in_turn(whole, data.probings)]
     share, labels, patterns = _shares(families, priors, data), Counter[str](), dict[int, Array]()
     courses = dict[int, UnobservedCourses]()
     found = []
@@ -41,10 +42,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
         labels[family.label] += 1
         label = family.label if labels[family.label] == 1 else f"{family.label} #{labels[family.label]}"
         family = replace(family, about=_about(family, data))
-        sizes, log_odds = (
-            sizes_of(family, priors, data),
-            float(np.log(odds_of(family.kind, priors) * own)),
-        )
+        sizes, log_odds = sizes_of(family, priors, data), float(np.log(odds_of(family.kind, priors) * own))
         again = None if is_common(family.kind, family.choices) else priors.laws.of(family.kind).again
         if id(family.pattern) not in patterns:
             patterns[id(family.pattern)] = _usual_pattern(family)
@@ -86,6 +84,35 @@ def _twice(law: Law) -> Iterator[Law]:
     yield replace(second, pattern=law.pattern[:])  # another array: tables know a pattern by its identity
 
 
+def _apart_in_turn(family: Family, probings: Probings) -> Iterator[Family]:
+    """A family without its few periods in a turn of a rotary axis, and each of these by itself; any other as it is.
+
+    Whatever turns with the axis has the same error after a turn, a Fourier series of the angle. Its first terms have
+    causes of their own (eccentricity, tilt), which stand together, and periods that no reading has to tell. Shorter
+    waves are of gears, lines and poles, of which one of many is there: a law with a period to be found.
+    """
+    turn_mm, per_turn = probings.setting.turn_mm, family.law.per_turn()
+    if turn_mm is None or not per_turn:
+        yield family
+        return
+    name = family.law.rhythm()[0]
+    count = turn_mm / np.array([atom[name] for atom in family.atoms])
+    whole = {n: np.flatnonzero(np.abs(count - n) < SAME_PERIOD * n) for n in per_turn}
+    rest = np.setdiff1d(np.arange(len(count)), np.concatenate(list(whole.values())))
+    if rest.size:
+        yield _select(family, rest)
+    for n, atoms in whole.items():
+        if atoms.size:
+            one = _select(family, atoms)
+            yield replace(one, taken=one.taken | {name}, alone=per_turn[n], log_weight=np.zeros(1))
+
+
+def _select(family: Family, rows: Rows) -> Family:
+    """A family with some of its shapes."""
+    kept = [family.atoms[int(row)] for row in rows]
+    return replace(family, atoms=kept, pattern=family.pattern[rows], log_weight=family.log_weight[rows])
+
+
 def _usual_pattern(family: Family) -> Array:
     """The signatures of all shapes ``(atoms, depth, n)`` for amplitudes as usual as those of the kind."""
     size = np.array([size_of_shape(family.kind, atom, family.atoms) for atom in family.atoms])
@@ -103,8 +130,8 @@ def _shares(families: Sequence[Family], priors: Priors, data: Residuals) -> list
     One of all axes at once is another cause than those of single ones, with odds of its own.
     """
     common = [one.choices.get("axis") == ALL for one in families]
-    odds = [preference(one) for one in families]
-    rare = {kind: law.rarity(data.probings) for kind, law in {one.kind: one.law for one in families}.items() if law}
+    odds = [one.law.preference(one.choices) for one in families]
+    rare = {kind: law.rarity(data.probings) for kind, law in {one.kind: one.law for one in families}.items()}
     whole = defaultdict[str, float](float)
     for family, own, every in zip(families, odds, common, strict=True):
         whole[family.kind] += 0.0 if every or family.alone is not None else own
@@ -119,7 +146,6 @@ def sizes_of(family: Family, priors: Priors, data: Residuals) -> AmplitudePrior:
 
     A misalignment is linear in its square; a law without an amplitude has the size one.
     """
-    assert family.law is not None
     span_mm = float(np.ptp(data.probings.certified_mm()))
     usual = usual_size(family.law, priors, data.gauge, data.machine, span_mm, family.choices)
     if family.kind == "misalignment":
@@ -130,15 +156,8 @@ def sizes_of(family: Family, priors: Priors, data: Residuals) -> AmplitudePrior:
     return priors.sizes.about(usual.size, usual.most)
 
 
-def preference(family: Family) -> float:
-    """Odds of the choices of a law over others."""
-    assert family.law is not None
-    return family.law.preference(family.choices)
-
-
 def _about(family: Family, data: Residuals) -> dict[str, tuple[float, float]]:
     """The shapes of a family of which something is usual."""
-    assert family.law is not None
     every = {p.name: usual_shape(p, data.machine) for p in family.law.parameters() if p.name in family.atoms[0]}
     return {name: usual for name, usual in every.items() if usual is not None}
 

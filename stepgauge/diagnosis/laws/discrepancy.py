@@ -108,10 +108,10 @@ def is_process(family: Family) -> bool:
 
     One wave of those in a turn has none beside it: its harmonics are laws, too.
     """
-    if family.alone is not None:
+    if family.alone is not None or not family.law.process:
         return False
-    if family.law is None or not family.law.process or family.law.phase():
-        return family.law is not None and family.law.process
+    if family.law.phase():
+        return True
     return 1 < len(family.atoms) <= MOST_SHAPES and family.pattern.shape[1] == 1
 
 
@@ -120,7 +120,7 @@ def discrepancy(family: Family, courses: UnobservedCourses, atom: int, shape: di
 
     The law has a ``shape`` near that of an ``atom``; what would be the law itself again is taken out.
     """
-    if family.law is not None and family.law.phase():
+    if family.law.phase():
         period, inverse = family.law.rhythm()
         waves = ({**shape, period: shape[period] * (order if inverse else 1.0 / order)} for order in HARMONICS)
         return np.concatenate([family_signatures(family, one, data) for one in waves])
@@ -130,7 +130,7 @@ def discrepancy(family: Family, courses: UnobservedCourses, atom: int, shape: di
 
 def follows_with_lag(family: Family) -> bool:
     """Whether a law follows a recorded column after a lag."""
-    return family.law is not None and issubclass(family.law, Following)
+    return issubclass(family.law, Following)
 
 
 def unread_columns(family: Family, data: Residuals, shape: Mapping[str, Any]) -> Array:

@@ -61,10 +61,6 @@ class Geometry:
     kind: str = KIND
     label: str = KIND
 
-    def effects(self, mean: Array) -> tuple[Effect, ...]:
-        """The laws for amplitudes ``(d,)`` of the combinations."""
-        return self.made(self.usual * (self.turn @ mean))
-
     def columns(self, data: Residuals) -> Array:
         """The combinations in another recording, ``(d, n)``; origins are left in."""
         units = np.concatenate([family_signatures(one, one.atoms[0], data) for one in self.families])
@@ -190,7 +186,6 @@ def geometry_of(laws: Sequence[Law], data: Residuals, priors: Priors) -> Law | N
 
 def _further(family: Family, usual: float, data: Residuals) -> Iterator[tuple[Family, float]]:
     """Error motions of higher powers with their usual sizes: each moves the end of the travel as far as the first."""
-    assert family.law is not None
     half_m = float(np.ptp(data.probings.setting.travel_mm["xyz".index(family.choices["axis"])])) * 5e-4
     for more in range(1, FURTHER + 1):
         choices = {**family.choices, "order": family.choices["order"] + more}
@@ -200,13 +195,11 @@ def _further(family: Family, usual: float, data: Residuals) -> Iterator[tuple[Fa
 
 
 def _usual(family: Family, data: Residuals, priors: Priors) -> float:
-    assert family.law is not None
     span_mm = float(np.ptp(data.probings.certified_mm()))
     return usual_size(family.law, priors, data.gauge, data.machine, span_mm, family.choices).size
 
 
 def _linear(family: Family) -> Any:
-    assert family.law is not None
     return next(p for p in family.law.parameters() if p.role == "linear")
 
 
@@ -218,6 +211,5 @@ def _unit(family: Family) -> str:
 
 
 def _effect(family: Family, size: float) -> Effect:
-    assert family.law is not None
     values: Mapping[str, Any] = {**fixed_values(family.law), **family.choices, _linear(family).name: size}
     return family.law.model_construct(**values)

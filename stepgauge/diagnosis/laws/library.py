@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.diagnosis.laws.choices import choices_of
-from stepgauge.diagnosis.laws.grids import shapes_of
+from stepgauge.diagnosis.laws.grids import choices_of, shapes_of
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um, effect_kinds
@@ -45,10 +44,10 @@ def whole(count: int) -> Array:
 class Family:
     """One law with its choices made (axis, face, ...) and its signatures.
 
-    ``kind`` is the name in the vocabulary. ``atoms``: the non-linear parameters of each signature; ``pattern (atoms,
+    ``law``: the effect class. ``atoms``: the non-linear parameters of each signature; ``pattern (atoms,
     depth, n)``: displacement in um for a unit of each of its linear parameters, along the approach or where ``shares
     (k, n)`` are given to be multiplied by each of these: families that differ only in the shares hold the same pattern.
-    ``law``: the effect class, None for a form. ``directions (k, 3)``: unit vectors whose components make the direction
+    ``directions (k, 3)``: unit vectors whose components make the direction
     of motion, where that is free. ``prior``: standard deviation of what is expected of its sizes, infinite for none;
     ``sizes``: the mixture of which it is one, None for none.
     ``taken``: non-linear parameters that the recording does not determine; they are taken to be what is usual.
@@ -58,15 +57,12 @@ class Family:
     logarithms of the prior of the shapes.
     """
 
-    kind: str
+    law: type[Effect]
     label: str
     choices: dict[str, Any]
     atoms: Sequence[dict[str, Any]]
     pattern: Array
-    law: type[Effect] | None = None
     covariate: str = ""
-    positive: bool = False
-    details: dict[str, Any] = field(default_factory=dict)
     directions: Array | None = None
     prior: float = np.inf
     sizes: AmplitudePrior | None = None
@@ -76,6 +72,21 @@ class Family:
     alone: float | None = None
     about: dict[str, tuple[float, float]] = field(default_factory=dict)
     log_weight: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def kind(self) -> str:
+        """Its name in the vocabulary."""
+        return self.law.kind
+
+    @property
+    def positive(self) -> bool:
+        """Whether its size cannot be negative; that of a wave only turns its phase.
+
+        Nor can that of a law without one, whose shapes have their sizes already: a longer lever is no shorter one
+        turned round.
+        """
+        bounds = [p.low for p in self.law.parameters() if p.role == "linear"]
+        return self.kind == "misalignment" or (self.law.phase() is None and min(bounds, default=0.0) >= 0.0)
 
     @cached_property
     def dimension(self) -> int:
@@ -87,11 +98,6 @@ class Family:
         """The shares, ones where none are given."""
         return whole(self.pattern.shape[2]) if self.shares is None else self.shares
 
-    @property
-    def columns(self) -> Array:
-        """All signatures, displacement along the approach in um, shape ``(atoms, d, n)``."""
-        return np.concatenate([self.pattern * share for share in self.share_rows], axis=1)
-
     @cached_property
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Least and largest value on the grid of every non-linear parameter that is one number and no angle."""
@@ -99,7 +105,7 @@ class Family:
             return self.within
         names = [name for name, value in self.atoms[-1].items() if isinstance(value, float | int)]
         # an angle goes on beyond a turn, what is usual is no bound
-        turning = set() if self.law is None else {p.name for p in self.law.parameters() if p.turn}
+        turning = {p.name for p in self.law.parameters() if p.turn}
         names = [name for name in names if name not in turning and name not in self.about]
         values = {name: [atom[name] for atom in self.atoms if atom[name] is not None] for name in names}
         return {name: (float(min(tried)), float(max(tried))) for name, tried in values.items()}
@@ -131,12 +137,14 @@ def effect_families(data: Residuals, priors: Priors, without: Collection[str] = 
                 columns = signatures(law, choices, atoms, data)
             except (InputError, ValueError):
                 continue  # impossible choices (travel and direction the same), or a column this recording lacks
-            shapes = Shapes(law, choices, atoms, weight, covariate_of(law, data))
+            where, taken = covariate_of(law, data), _taken(atoms)
+            family = Family(law, law.kind, choices, atoms, columns, where, taken=taken, log_weight=weight)
             if law.free_direction():
-                yield from _directed(shapes, columns, directions)
+                yield from _directed(family, directions)
                 continue
             size = _sizes(columns, [np.ones((1, len(data)))])[0]
-            yield from _family(shapes, columns if law.phase() else _remove_origins(columns, data), size)
+            left = columns if law.phase() else _remove_origins(columns, data)
+            yield from _shown_shapes(replace(family, pattern=left), size)
 
 
 def _is_shown(law: type[Effect], choices: dict[str, Any], atom: dict[str, Any], data: Residuals) -> bool:
@@ -203,17 +211,6 @@ def _shown(data: Residuals) -> list[tuple[Direction, Array]]:
     return [(one, np.atleast_2d(unit) @ approach.T) for one, unit in zip(directions, units, strict=True)]
 
 
-@dataclass(frozen=True)
-class Shapes:
-    """A law with its choices made, all its shapes, the logarithms of their prior ``(atoms,)``, and its covariate."""
-
-    law: type[Effect]
-    choices: dict[str, Any]
-    atoms: list[dict[str, Any]]
-    weight: Array
-    covariate: str
-
-
 def covariate_of(law: type[Effect], data: Residuals) -> str:
     """What a law depends on; of an axis by itself a place, whose functions contain it, and so do levels of targets.
 
@@ -224,16 +221,16 @@ def covariate_of(law: type[Effect], data: Residuals) -> str:
     return PLACE if recording != "gauge" and (first == "coordinate" or of_distance) else first
 
 
-def _directed(shapes: Shapes, along: Array, directions: Sequence[tuple[Direction, Array]]) -> Iterator[Family]:
+def _directed(family: Family, directions: Sequence[tuple[Direction, Array]]) -> Iterator[Family]:
     """One family for every direction, from the signatures of a motion along each approach."""
-    sizes, free = _sizes(along, [shares for _, shares in directions]), shapes.law.free_direction()
+    sizes, free = _sizes(family.pattern, [shares for _, shares in directions]), family.law.free_direction()
     for (direction, shares), size in zip(directions, sizes, strict=True):
         if isinstance(direction, np.ndarray):
-            rest = {name: value for name, value in shapes.choices.items() if name != free}
-            yield from _family(replace(shapes, choices=rest), along, size, shares, direction)
+            rest = {name: value for name, value in family.choices.items() if name != free}
+            own = replace(family, choices=rest, shares=shares, directions=direction)
         else:
-            chosen = shapes.choices | {free: direction}
-            yield from _family(replace(shapes, choices=chosen), along, size, shares)
+            own = replace(family, choices=family.choices | {free: direction}, shares=shares)
+        yield from _shown_shapes(own, size)
 
 
 def _sizes(pattern: Array, shares: Sequence[Array]) -> list[Array]:
@@ -244,32 +241,17 @@ def _sizes(pattern: Array, shares: Sequence[Array]) -> list[Array]:
     return [np.sqrt(part.max(axis=(1, 2)) / len(power)) for part in np.split(squares, cuts, axis=2)]
 
 
-def _family(
-    shapes: Shapes, pattern: Array, size: Array, shares: Array | None = None, directions: Array | None = None
-) -> Iterator[Family]:
-    """The family of the signatures that are not zero, if there are any."""
-    law, choices, atoms = shapes.law, shapes.choices, shapes.atoms
-    seen = size > 1e-9 * max(float(size.max()), 1e-300)
+def _shown_shapes(family: Family, size: Array) -> Iterator[Family]:
+    """The family with those of its signatures that are not zero, if there are any; ``size (atoms,)``: of each."""
+    seen, law = size > 1e-9 * max(float(size.max()), 1e-300), family.law
     if not seen.any() or size.max() == 0.0:
         return
     label = law.kind
-    if directions is None:
-        label = law.model_construct(**(fixed_values(law) | choices | atoms[0])).label
-    kept = [atom for atom, keep in zip(atoms, seen, strict=True) if keep]
-    yield Family(
-        law.kind,
-        label,
-        choices,
-        kept,
-        pattern if seen.all() else pattern[seen],
-        law,
-        shapes.covariate,
-        _is_positive(law),
-        directions=directions,
-        shares=shares,
-        taken=_taken(atoms),
-        log_weight=shapes.weight[seen],
-    )
+    if family.directions is None:
+        label = law.model_construct(**(fixed_values(law) | family.choices | family.atoms[0])).label
+    kept = [atom for atom, keep in zip(family.atoms, seen, strict=True) if keep]
+    pattern = family.pattern if seen.all() else family.pattern[seen]
+    yield replace(family, label=label, atoms=kept, pattern=pattern, log_weight=family.log_weight[seen])
 
 
 def _taken(atoms: Sequence[dict[str, Any]]) -> frozenset[str]:
@@ -277,16 +259,6 @@ def _taken(atoms: Sequence[dict[str, Any]]) -> frozenset[str]:
     if len(atoms) < 2:
         return frozenset()
     return frozenset(name for name, value in atoms[0].items() if all(atom[name] == value for atom in atoms))
-
-
-def _is_positive(law: type[Effect]) -> bool:
-    """Whether the size of a law cannot be negative; that of a wave only turns its phase.
-
-    Nor can that of a law without one, whose shapes have their sizes already: a longer lever is no shorter one turned
-    round.
-    """
-    bounds = [p.low for p in law.parameters() if p.role == "linear"]
-    return law.kind == "misalignment" or (law.phase() is None and min(bounds, default=0.0) >= 0.0)
 
 
 def fixed_values(law: type[Effect]) -> dict[str, Any]:
@@ -342,7 +314,6 @@ def _apart(
 
 def family_signatures(family: Family, atom: dict[str, Any], data: Residuals) -> Array:
     """One signature of a family in another recording, shape ``(d, n)``."""
-    assert family.law is not None
     name = family.law.free_direction()
     free = [{}] if family.directions is None else [{name: tuple(unit)} for unit in family.directions]
     return np.concatenate([signatures(family.law, family.choices | one, [atom], data)[0] for one in free])

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.laws.choices import goes_both_ways, temperatures
+from stepgauge.diagnosis.laws.grids import goes_both_ways, temperatures
 from stepgauge.diagnosis.laws.library import SEEN_SHARE, Family, family_signatures, whole
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
@@ -119,7 +119,6 @@ def may_have(family: Family, condition: str) -> bool:
     What has a place or a beginning of its own has no further edge, and an error of a scale or a guideway may change
     along the axis that it belongs to, not along another: how axes act on each other is stated by the chain.
     """
-    assert family.law is not None
     if any(p.edge for p in family.law.parameters()):
         return False
     of_axis = family.law.covariates[0] == "coordinate" and condition.split()[0] in POSITION
@@ -154,7 +153,6 @@ def _under(condition: PartOfRecord, law: Law, atom: int, everywhere: Array, odds
 
 def is_told(family: Family, signature: Array, data: Residuals) -> bool:
     """Whether a part has more faces, probed in some direction, than the law and its edge have parameters."""
-    assert family.law is not None
     free = [p for p in family.law.parameters() if p.role == "nonlinear" and p.name in family.atoms[0]]
     inside = np.abs(signature).max(axis=0) > 0.0
     return len(np.unique(data.group[inside])) > family.dimension + len(free) + 1

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.credible_finding import FittedCause, credible_finding
+from stepgauge.diagnosis.credible_finding import credible_finding
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS, empirical
 from stepgauge.diagnosis.maps.direction_functions import DIRECTION, DirectionFunction, quantity_words
@@ -42,10 +42,10 @@ def map_findings(found: StatedMap, by_row: Sequence[Array]) -> Iterator[Finding]
     yield from _outliers(found)
 
 
-def _cause(found: StatedMap, fitted: FittedChanges, place: int) -> FittedCause:
+def _cause(found: StatedMap, fitted: FittedChanges, place: int) -> Finding:
     term = fitted.terms[place]
     values = estimates(found.rows.model.table, fitted)[place]
-    return FittedCause(term.candidate.kind, term.candidate.label, values, moved_by(found, fitted, term))
+    return Finding(term.candidate.kind, term.candidate.label, None, {}, values, 0.0, moved_by(found, fitted, term))
 
 
 def _why_and_next(

@@ -13,7 +13,7 @@ from stepgauge import __version__
 from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.diagnosis.maps.result import OUTLIERS, EmpiricalMapLaw, MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.output.files import FORMAT, estimate_json, evidence_json, finding_json
-from stepgauge.diagnosis.result import Finding, FindingMember, rms
+from stepgauge.diagnosis.result import Finding, rms
 from stepgauge.diagnosis.wording.findings import MAP, meaning
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
@@ -61,11 +61,11 @@ def _effect(finding: Finding, found: MapDiagnosis, folder: Path) -> dict[str, An
     return {**said, "meaning": meaning(said, MAP)}
 
 
-def _member(one: FindingMember) -> dict[str, Any]:
+def _member(one: Finding) -> dict[str, Any]:
     said = {
         "kind": one.kind,
         "label": one.label,
-        "conditional_probability": one.conditional_probability,
+        "conditional_probability": one.probability,
         "parameters": {name: estimate_json(p) for name, p in one.parameters.items()},
     }
     return {**said, "meaning": meaning(said, MAP)}

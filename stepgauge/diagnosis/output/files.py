@@ -10,28 +10,24 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from stepgauge import __version__
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.gaussian_processes.formula import EmpiricalLaw, model_unknown, rest_rms_um
-from stepgauge.diagnosis.holdout import holdout_rms, make_folds
-from stepgauge.diagnosis.output.inputs import Inputs, inputs_json, measured_json
 from stepgauge.diagnosis.output.machine_text import effect_table, machine_text
 from stepgauge.diagnosis.output.probe_file import probe_file
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Check, Finding, FindingMember, GaugeDiagnosis, Located
-from stepgauge.diagnosis.wording.aliases import aliases_of
+from stepgauge.diagnosis.result import Finding, GaugeDiagnosis, Located, rms
+from stepgauge.diagnosis.wording.aliases import aliases_of, even_steps_mm
 from stepgauge.diagnosis.wording.findings import meaning
 from stepgauge.diagnosis.wording.phrases import worded, worded_all
-from stepgauge.effects import along_approach_um
+from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
 from stepgauge.files.text import format_of, write_json, write_sealed
-from stepgauge.inference.search import Step
-from stepgauge.recording import Recording
+from stepgauge.recording.simulated import is_simulated
 
 FORMAT = format_of("diagnosis")
 MACHINE_FILE = "machine.diagnosed.toml"
@@ -40,56 +36,26 @@ HEADLINE_FOLDS = ("cycles", "placements", "faces")
 does not know its error against the certificate, which adds the uncertainty of the certificate to the noise."""
 
 
-class Diagnosed(Protocol):
-    """Common part of diagnoses of recordings and of probe maps."""
-
-    @property
-    def located(self) -> Sequence[Located]: ...
-    @property
-    def unexplained(self) -> Sequence[Located]: ...
-    @property
-    def trail(self) -> Sequence[Step]: ...
-    @property
-    def probabilities(self) -> dict[str, Any]: ...
-    @property
-    def checks(self) -> Sequence[Check]: ...
-
-
-def write_diagnosis(
-    folder: str | Path,
-    diagnosis: GaugeDiagnosis,
-    recordings: Sequence[Recording],
-    suffix: str = "png",
-    laws: Sequence[EmpiricalLaw] | None = None,
-) -> list[Path]:
+def write_diagnosis(folder: str | Path, diagnosis: GaugeDiagnosis, suffix: str = "png") -> list[Path]:
     """Write a diagnosis into a folder (made if missing); returns the paths written, the JSON first.
 
     ``diagnosis.json``, ``diagnosis.md``, ``residuals.csv``, ``machine.diagnosed.toml``, ``probe.diagnosed.toml`` for a
-    tripod, placements of the proposed runs, figures. Nothing is written before all is computed; every file appears only
-    when complete.
-
-    Parameters
-    ----------
-    folder : the folder
-    diagnosis : result of :func:`stepgauge.diagnosis.engine.diagnose`
-    recordings : as they were read, in the order in which they were joined
-    suffix : format of the figures: png, svg or pdf
-    laws : result of :func:`stepgauge.diagnosis.gaussian_processes.formula.model_unknown`, if already computed
+    tripod, placements of the proposed runs, figures (``suffix``: png, svg or pdf). Nothing is written before all is
+    computed; every file appears only when complete.
     """
     from stepgauge.figures.diagnosis import draw_diagnosis, figure_names
     from stepgauge.reports.diagnosis import diagnosis_story
     from stepgauge.reports.render import markdown
 
     target = Path(folder)
-    laws = model_unknown(diagnosis) if laws is None else laws
-    machine, remarks = machine_text(diagnosis, laws, target)
-    said = diagnosis_to_dict(diagnosis, Inputs(tuple(recordings)), laws, target)
+    machine, remarks = machine_text(diagnosis, target)
+    said = diagnosis_to_dict(diagnosis, target)
     probe, more = probe_file(diagnosis)
     said["remarks"] += remarks + more
-    names = figure_names(diagnosis, laws, suffix)
+    names = figure_names(diagnosis, suffix)
     texts = {
         "diagnosis.md": markdown(diagnosis_story(said, names)),
-        ROWS_FILE: rows_csv(row_table(diagnosis, laws, [(Path(one.path).name, len(one)) for one in recordings])),
+        ROWS_FILE: rows_csv(row_table(diagnosis)),
         MACHINE_FILE: machine,
         **probe,
         **diagnosis.placements,
@@ -99,40 +65,35 @@ def write_diagnosis(
         write_sealed(target / name, text)
     written = [target / name for name in ("diagnosis.json", *texts)]
     simulated = bool(said["inputs"]["simulated"])
-    return [*written, *draw_diagnosis(target, diagnosis, laws, suffix, simulated)]
+    return [*written, *draw_diagnosis(target, diagnosis, suffix, simulated)]
 
 
-def diagnosis_to_dict(
-    diagnosis: GaugeDiagnosis, inputs: Inputs, laws: Sequence[EmpiricalLaw] = (), folder: str | Path = "."
-) -> dict[str, Any]:
+def diagnosis_to_dict(diagnosis: GaugeDiagnosis, folder: str | Path = ".") -> dict[str, Any]:
     """A diagnosis as JSON types; undefined numbers are None.
 
     ``folder`` is that of the proposed placements, for the commands that name them.
     """
-    said = statements_to_dict(diagnosis, inputs, laws, folder)
-    return {**said, "inputs": json_types(inputs_json(diagnosis, inputs))}
+    said = statements_to_dict(diagnosis, folder)
+    return {**said, "inputs": json_types(_inputs(diagnosis))}
 
 
-def statements_to_dict(
-    diagnosis: GaugeDiagnosis, inputs: Inputs, laws: Sequence[EmpiricalLaw] = (), folder: str | Path = "."
-) -> dict[str, Any]:
+def statements_to_dict(diagnosis: GaugeDiagnosis, folder: str | Path = ".") -> dict[str, Any]:
     """The same without the files that it was made from; parameters as :func:`diagnosis_to_dict`."""
     said = {
         "format": FORMAT,
         "stepgauge": __version__,
         "verdict": diagnosis.verdict,
-        "effects": [_finding(finding, diagnosis, inputs, Path(folder)) for finding in diagnosis.findings],
-        "empirical": [_law(law, diagnosis) for law in laws],
-        "fit": _fit(diagnosis, laws),
+        "effects": [_finding(finding, diagnosis, Path(folder)) for finding in diagnosis.findings],
+        "fit": _fit(diagnosis),
         "noise": _noise(diagnosis),
-        "measured": measured_json(diagnosis),
+        "measured": _measured(diagnosis),
         **evidence_json(diagnosis, lambda text: _command_in_folder(text, diagnosis.placements, Path(folder))),
         "remarks": worded_all(diagnosis.remarks),
     }
     return json_types(said)
 
 
-def evidence_json(diagnosis: Diagnosed, renamed: Callable[[str], str] = str) -> dict[str, Any]:
+def evidence_json(diagnosis: Any, renamed: Callable[[str], str] = str) -> dict[str, Any]:
     """Forms, search and predictive check of any diagnosis; ``renamed``: from a proposal to it with its folder."""
     return {
         "located": [_located(one, one in diagnosis.unexplained, renamed) for one in diagnosis.located],
@@ -180,7 +141,7 @@ def finding_json(finding: Finding, parameters: Mapping[str, Any], members: Seque
     }
 
 
-def _finding(finding: Finding, diagnosis: GaugeDiagnosis, inputs: Inputs, folder: Path) -> dict[str, Any]:
+def _finding(finding: Finding, diagnosis: GaugeDiagnosis, folder: Path) -> dict[str, Any]:
     share = finding.share_um
     how = _command_in_folder(finding.separate_by, diagnosis.placements, folder)
     members = [_member(one, diagnosis.data) for one in finding.members]
@@ -191,7 +152,7 @@ def _finding(finding: Finding, diagnosis: GaugeDiagnosis, inputs: Inputs, folder
         "largest_um": float(np.abs(share).max(initial=0.0)),
     }
     if finding.kind == "outliers":
-        said["rows"] = [_outlier(int(row), diagnosis, inputs) for row in _choice_rows(finding)]
+        said["rows"] = [_outlier(row, diagnosis) for row in json_types(finding.choices["rows"])]
     return {**said, "meaning": meaning(said)}
 
 
@@ -200,35 +161,21 @@ def commands_in(text: str) -> list[str]:
     return re.findall(r"stepgauge plan .+? -o .*?separate-\d+\.\w+|stepgauge probe map .+", text)
 
 
-def _member(member: FindingMember, data: Residuals) -> dict[str, Any]:
+def _member(member: Finding, data: Residuals) -> dict[str, Any]:
     """One law of a set with its own values and its meaning at the machine."""
-    effect = member.effect
-    assert effect is not None  # only changes of a probe have none
-    parameters: dict[str, Any] = {name: {"value": _json(value)} for name, value in member.choices.items()}
-    parameters |= {
-        name: {**estimate_json(one), "unit": effect.unit_of(name) or one.unit}
-        for name, one in member.parameters.items()
-        if name not in parameters
-    }
     said = {
         "kind": member.kind,
         "label": member.label,
-        "conditional_probability": member.conditional_probability,
-        "parameters": parameters,
+        "conditional_probability": member.probability,
+        "parameters": _parameters(member),
         "aliases": aliases_of(member, data),
-        "largest_um": float(np.abs(along_approach_um(effect, data.probings)).max(initial=0.0)),
+        "largest_um": float(np.abs(member.share_um).max(initial=0.0)),
     }
     return {**said, "meaning": meaning(said)}
 
 
-def _choice_rows(finding: Finding) -> Sequence[int]:
-    rows = finding.choices["rows"]
-    assert isinstance(rows, tuple)
-    return rows
-
-
-def _outlier(row: int, diagnosis: GaugeDiagnosis, inputs: Inputs) -> dict[str, Any]:
-    name, inside = inputs.where(row)
+def _outlier(row: int, diagnosis: GaugeDiagnosis) -> dict[str, Any]:
+    name, inside = diagnosis.row_in_file(row)
     frame = diagnosis.data.frame.iloc[row - 1]
     return {
         "recording": name,
@@ -241,7 +188,7 @@ def _outlier(row: int, diagnosis: GaugeDiagnosis, inputs: Inputs) -> dict[str, A
 
 def _parameters(finding: Finding) -> dict[str, dict[str, Any]]:
     """Choices first, then numbers; other parameters of the law (a fixed length) without uncertainty."""
-    said: dict[str, dict[str, Any]] = {name: {"value": _json(value)} for name, value in finding.choices.items()}
+    said: dict[str, dict[str, Any]] = {name: {"value": json_types(value)} for name, value in finding.choices.items()}
     for name, estimate in finding.parameters.items():
         if name not in said:
             unit = finding.effect.unit_of(name) if finding.effect is not None else ""
@@ -251,12 +198,6 @@ def _parameters(finding: Finding) -> dict[str, dict[str, Any]]:
             if name not in ("kind", "when") and name not in said:  # a condition is in "where"
                 said[name] = {"value": value, "u": None, "unit": finding.effect.unit_of(name)}
     return said
-
-
-def _json(value: object) -> Any:
-    if isinstance(value, tuple | list):
-        return [_json(one) for one in value]
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def _command_in_folder(text: str, placements: Mapping[str, str], folder: Path) -> str:
@@ -275,27 +216,14 @@ def _located(one: Located, left: bool, renamed: Callable[[str], str]) -> dict[st
         "covariate": one.covariate,
         "side": one.side,
         "where": one.where,
-        "phrases": list(one.phrases),
+        "phrases": [] if isinstance(one.phrases, str) else list(one.phrases),
         "share": one.share,
         "probability" if left else "probability_if_alone": one.probability,
         "form": one.form,
         **({"beside": one.beside} if one.beside else {}),
+        **({"rms_um": rms(one.share_um)} if len(one.share_um) else {}),
         **({"laws": [{"labels": list(law.laws), "odds": law.odds} for law in one.laws]} if left else {}),
         **(proposal if separate_by else {}),
-    }
-
-
-def _law(law: EmpiricalLaw, diagnosis: GaugeDiagnosis) -> dict[str, Any]:
-    share_um = diagnosis.data.without_origins(law.share_um)
-    return {
-        "covariate": law.located.covariate,
-        "side": law.side,
-        "form": law.located.form,
-        "where": law.located.where,
-        "period": law.period,
-        "rms_um": float(np.sqrt((share_um**2).mean())),
-        "formulas": [effect.formula for effect in law.effects],
-        "coefficients": {name: estimate_json(estimate) for name, estimate in law.estimates.items()},
     }
 
 
@@ -304,11 +232,11 @@ def estimate_json(estimate: Estimate) -> dict[str, Any]:
     return {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
 
 
-def _fit(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> dict[str, Any]:
+def _fit(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
     fit = diagnosis.fit
     before, after = _headline(fit.holdout)
     said: dict[str, Any] = {
-        "noise_um": fit.noise_um,
+        "noise_um": diagnosis.noise.sigma_um,
         "rms_before_um": fit.rms_before_um,
         "rms_after_um": fit.rms_after_um,
         "holdout_rms_before_um": before,
@@ -319,22 +247,14 @@ def _fit(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> dict[str, A
             by: {"rms_before_um": before, "rms_after_um": after} for by, (before, after) in fit.holdout.items()
         },
     }
-    if laws:
-        said["with_empirical"] = _empirical_fit(diagnosis, laws)
+    if diagnosis.forms:
+        said["rest_rms_um"] = diagnosis.rest_rms_um
     return said
 
 
 def _headline(holdout: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
     names = [name for name in HEADLINE_FOLDS if name in holdout] or list(holdout)
     return holdout[names[0]] if names else (math.nan, math.nan)
-
-
-def _empirical_fit(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]) -> dict[str, Any]:
-    """The fit with the approximated forms: over all rows with weight, and for rows held out."""
-    data, sigma = diagnosis.data, diagnosis.noise.by_row_um
-    shares = [f.share_um for f in diagnosis.findings if f.share_um.any()] + [law.share_um for law in laws]
-    holdout = {folds.by: holdout_rms(data, sigma, np.array(shares).T, folds) for folds in make_folds(data)}
-    return {"rms_after_um": rest_rms_um(diagnosis, laws), "holdout_rms_after_um": holdout}
 
 
 def _noise(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
@@ -348,3 +268,61 @@ def _noise(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
         "least": noise.least,
         "machine_file_um": diagnosis.data.machine.table.repeatability_um,
     }
+
+
+def _measured(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
+    """What was measured, in JSON types: counts of probings and faces, the length in mm, and each placement."""
+    data = diagnosis.data
+    frame = data.frame
+    placements = [frame[data.placement == i] for i in range(int(data.placement.max()) + 1)]
+    return {
+        "probings": len(data),
+        "faces": len(np.unique(data.face)),
+        "length_mm": float(np.ptp(data.probings.certified_mm())),
+        "duration_s": float(np.ptp(data.probings.time_s)) if data.has_time else None,
+        "placements": [
+            {
+                "placement": int(rows["placement"].iloc[0]),
+                "axis": [float(v) for v in data.probings.setting.axis[int(rows["placement"].iloc[0])]],
+                "probings": len(rows),
+                "first_block": (int(rows["face"].min()) + 1) // 2,
+                "last_block": (int(rows["face"].max()) + 1) // 2,
+                "cycles": int(rows["cycle"].nunique()),
+            }
+            for rows in placements
+        ],
+        "speeds_mm_s": sorted({float(s) for s in frame["speed_mm_s"].round(6)}) if "speed_mm_s" in frame else [],
+        "gauge_temperature_recorded": "gauge_temperature_C" in frame,
+        "time_recorded": data.has_time,
+        "even_steps_mm": even_steps_mm(data),
+        "copied_cycles": [{"placement": placement, "cycle": cycle} for placement, cycle in data.copied],
+    }
+
+
+def _inputs(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
+    """The files that a diagnosis was made from with their SHA-256, in JSON types."""
+    gauge, machine = diagnosis.data.gauge, diagnosis.data.machine
+    faces = Path(gauge.path).parent / gauge.table.faces
+    return {
+        "recordings": [_file(recording.path) for recording in diagnosis.recordings],
+        "simulated": any(is_simulated(recording.comments) for recording in diagnosis.recordings),
+        "gauge": {
+            **_file(gauge.path),
+            "faces_sha256": file_sha256(faces),
+            "name": gauge.table.name,
+            "serial": gauge.table.serial,
+            "certificate": gauge.certificate.number,
+            "example": gauge.certificate.example,
+        },
+        "machine": {
+            **_file(machine.path),
+            "name": machine.table.name,
+            "kind": machine.table.kind,
+            "tip_radius_mm": machine.probe.tip_radius_mm,
+            "effects": [effect.get("kind") for effect in machine.effects],
+        },
+    }
+
+
+def _file(path: str | Path) -> dict[str, Any]:
+    return {"path": str(path), "sha256": file_sha256(path)}

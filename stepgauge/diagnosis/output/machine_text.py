@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.gaussian_processes.formula import EmpiricalLaw
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
 from stepgauge.effects import Effect, make_effects
 from stepgauge.effects.scatter import NoiseGrowth
@@ -23,13 +22,12 @@ DIGITS = 9
 """Significant digits of a parameter: a frequency times an hour of seconds must still be a phase."""
 
 
-def machine_text(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw], folder: str | Path) -> tuple[str, list[str]]:
+def machine_text(diagnosis: GaugeDiagnosis, folder: str | Path) -> tuple[str, list[str]]:
     """Text of the machine file with the effects added, and those that could not be added.
 
     Parameters
     ----------
     diagnosis : the result; its machine must have come from a file
-    laws : empirical laws of the forms
     folder : folder of the new file; paths in the machine file are made relative to it
 
     Raises
@@ -40,7 +38,7 @@ def machine_text(diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw], folder
     source = diagnosis.data.machine.path
     text = _moved(read_text(source), Path(source).parent, Path(folder))
     tables, remarks = [], []
-    for heading, effect, estimates in _additions(diagnosis, laws):
+    for heading, effect, estimates in _additions(diagnosis):
         table = _table(heading, effect, estimates)
         try:
             make_effects(tomllib.loads(table)["effect"], "machine.diagnosed.toml")
@@ -66,9 +64,7 @@ def scatter_effect(finding: Finding) -> NoiseGrowth | None:
     return NoiseGrowth.model_construct(**values)
 
 
-def _additions(
-    diagnosis: GaugeDiagnosis, laws: Sequence[EmpiricalLaw]
-) -> Iterable[tuple[str, Effect, Mapping[str, Estimate]]]:
+def _additions(diagnosis: GaugeDiagnosis) -> Iterable[tuple[str, Effect, Mapping[str, Estimate]]]:
     for finding in diagnosis.findings:
         for part in finding.effects:
             (size,) = (p.name for p in part.parameters() if p.role == "linear")
@@ -77,17 +73,12 @@ def _additions(
         effect = finding.effect or scatter_effect(finding)
         if effect is not None:
             yield f"{finding.label}, probability {finding.probability:.3f}", effect, finding.parameters
-    for law in laws:
-        for effect in law.effects:
-            named = {name: law.estimates[name] for name in effect.coefficients}
-            yield f"no known law: {law.located.where}", effect, named
 
 
 def _heading(diagnosis: GaugeDiagnosis, added: bool) -> str:
-    fit = diagnosis.fit
     lines = [
         f"Added by stepgauge diagnose, verdict {diagnosis.verdict!r}: values with standard uncertainties u.",
-        f"A single probing was found to repeat to {fit.noise_um:.3g} um (one sigma).",
+        f"A single probing was found to repeat to {diagnosis.noise.sigma_um:.3g} um (one sigma).",
     ]
     if not added:
         lines[0] = f"stepgauge diagnose, verdict {diagnosis.verdict!r}: nothing was added."
@@ -100,12 +91,7 @@ def _heading(diagnosis: GaugeDiagnosis, added: bool) -> str:
 def _table(heading: str, effect: Effect, estimates: Mapping[str, Estimate]) -> str:
     lines = [f"# {heading}", "[[effect]]"]
     for name, value in effect_table(effect).items():
-        if isinstance(value, dict):
-            inside = ", ".join(f"{key} = {_toml(number)}" for key, number in value.items())
-            u = "; ".join(f"{key} {rounded(e.u, 2)}" for key, e in estimates.items() if e.u is not None)
-            lines.append(f"{name} = {{ {inside} }}" + (f"  # u = {u}" if u else ""))
-        else:
-            lines.append(f"{name} = {_toml(value)}{_uncertainty(estimates.get(name))}")
+        lines.append(f"{name} = {_toml(value)}{_uncertainty(estimates.get(name))}")
     return "\n".join(lines) + "\n"
 
 
@@ -116,8 +102,6 @@ def _uncertainty(estimate: Estimate | None) -> str:
 
 
 def _plain(value: object) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
     if isinstance(value, tuple | list):
         return [_plain(one) for one in value]
     if isinstance(value, np.generic):

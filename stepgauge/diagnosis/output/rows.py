@@ -5,13 +5,11 @@ A page in which a finding is clicked is made from this table, long after the dia
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from stepgauge.diagnosis.gaussian_processes.formula import EmpiricalLaw, rest_um
 from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
@@ -23,8 +21,6 @@ FINDING, FORM = "finding", "form"
 
 def row_table(
     diagnosis: GaugeDiagnosis,
-    laws: Sequence[EmpiricalLaw],
-    names: Sequence[tuple[str, int]],
     position: tuple[str, Array] | None = None,
     deviation: tuple[str, Array | float] = ("um", 1.0),
 ) -> pd.DataFrame:
@@ -32,24 +28,21 @@ def row_table(
 
     Columns: ``recording`` and ``row`` in it, ``placement``, ``cycle``, ``face``, ``position_mm`` along the gauge,
     ``time_s`` where it was recorded, ``used`` (0: left out as an outlier), ``before_um`` and ``after_um`` (residuals
-    without and with all findings), and ``finding_1_um`` .. and ``form_1_um`` ..: what each finding and each form adds
-    to a reading, without what only moves the origins; ``structure_um``: the posterior mean of all structure without a
-    law, which no formula has to imitate.
+    without and with all findings and forms), and ``finding_1_um`` .. and ``form_1_um`` ..: what each finding and each
+    form (its posterior mean) adds to a reading, without what only moves the origins.
 
     Parameters
     ----------
-    names : recordings and their numbers of rows; none where they were in no file
     position, deviation : unit and values, and unit and factor of what is told, where these are not mm along the gauge
         and um along the approach
     """
     data = diagnosis.data
-    names = names or [("", int(data.row.max()) + 1)]
     where, along = position or ("mm", np.asarray(data.probings.certified_mm(), float))
     unit, factor = deviation
     frame = pd.DataFrame(
         {
-            "recording": np.repeat([name for name, _ in names], [count for _, count in names])[data.row],
-            "row": np.concatenate([np.arange(1, count + 1) for _, count in names])[data.row],
+            "recording": np.concatenate([[name] * count for name, count in diagnosis.files])[data.row],
+            "row": np.concatenate([np.arange(1, count + 1) for _, count in diagnosis.files])[data.row],
             "placement": data.frame["placement"].to_numpy(),
             "cycle": data.frame["cycle"].to_numpy(),
             "face": data.face,
@@ -60,13 +53,11 @@ def row_table(
         frame["time_s"] = data.frame["time_s"].to_numpy(float)
     frame["used"] = np.isfinite(diagnosis.noise.by_row_um).astype(int)
     frame[f"before_{unit}"] = diagnosis.before_um * factor
-    frame[f"after_{unit}"] = rest_um(diagnosis, laws) * factor
-    shares = [(FINDING, [one.share_um for one in diagnosis.findings]), (FORM, [law.share_um for law in laws])]
-    for kind, each in shares:
-        for number, share in enumerate(each, 1):
-            frame[f"{kind}_{number}_{unit}"] = data.without_origins(share) * factor
-    if diagnosis.structure_um is not None:
-        frame[f"structure_{unit}"] = data.without_origins(diagnosis.structure_um) * factor
+    frame[f"after_{unit}"] = diagnosis.rest_um * factor
+    findings, forms = ([one.share_um for one in each] for each in (diagnosis.findings, diagnosis.forms))
+    for kind, each in ((FINDING, findings), (FORM, forms)):
+        for number, share_um in enumerate(each, 1):
+            frame[f"{kind}_{number}_{unit}"] = data.without_origins(share_um) * factor
     return frame
 
 

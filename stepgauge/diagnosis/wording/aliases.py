@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stepgauge.diagnosis.wording.catalogue import DECIMAL, listed
+from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.notation import significant
 from stepgauge.effects.grids import FEWEST_ALONG
 from stepgauge.files.arrays import Array
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.residuals import Residuals
-    from stepgauge.diagnosis.result import Finding, FindingMember
+    from stepgauge.diagnosis.result import Finding
 
 LEADS_MM = (1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 32.0, 40.0)
 """Nominal leads of ball screws, ISO 3408-2."""
@@ -94,19 +94,9 @@ def aliases_words(aliases: Mapping[str, Any], language: str = "en") -> str:
     usual, step = aliases[f"usual_{unit}"], significant(aliases[f"spacing_{unit}"], 4)
     others = ", ".join([significant(one) for one in periods if one not in usual][: max(IN_WORDS - len(usual), 1)])
     leads = listed([significant(one) for one in usual], language=language)
-    if language == "de":
-        first = f"{leads} {unit} (übliche Spindelsteigung), " if usual else ""
-        text = (
-            f" Werte in Schritten von {step} {unit} unterscheiden sie nicht von Perioden von {first}{others} {unit} und"
-            " kürzeren: Die Periode ist eine davon, und die Wahrscheinlichkeit gilt für alle zusammen."
-        )
-        return DECIMAL.sub(",", text)
-    called = "usual leads of screws" if usual[1:] else "a usual lead of screws"
-    first = f"{leads} {unit} ({called}), " if usual else ""
-    return (
-        f" Readings in steps of {step} {unit} cannot tell it from periods of {first}{others} {unit} and"
-        " shorter ones: the period is one of these, and the probability is that of all of them together."
-    )
+    key = "usual_lead" if len(usual) < 2 else "usual_leads"
+    first = say(key, language, leads=leads, unit=unit) if usual else ""
+    return say("aliases", language, step=step, unit=unit, first=first, others=others)
 
 
 def uneven_targets(even: EvenSpacing, unit: str) -> str:
@@ -118,7 +108,7 @@ def uneven_targets(even: EvenSpacing, unit: str) -> str:
     )
 
 
-def aliases_of(finding: Finding | FindingMember, data: Residuals) -> dict[str, Any]:
+def aliases_of(finding: Finding, data: Residuals) -> dict[str, Any]:
     """Periods along the axis of a finding that evenly spaced faces cannot tell from its own; else none."""
     period = finding.parameters.get("period_mm")
     steps = None if period is None else even(data.probings.coordinate_mm(str(finding.choices["axis"])))

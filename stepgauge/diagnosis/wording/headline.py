@@ -170,8 +170,8 @@ def _fit(said: Said) -> str:
         return ""
     unit, digits = at.deviation, _um if at.of == "gauge" else significant
     before, after, noise = (digits(fit[f"{key}_{unit}"]) for key in ("rms_before", "rms_after", "noise"))
-    imitated = fit.get("with_empirical", {}).get("rms_after_um")
-    more = "" if imitated is None else f"{imitated:.2f} um with the form imitated, "
+    rest = fit.get(f"rest_rms_{unit}")
+    more = "" if rest is None else f"{digits(rest)} {unit} without the structure, "
     return f"rms {before} -> {after} {unit}, {more}noise {noise} {unit}{_unseen(said)}"
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -25,18 +24,6 @@ def significant(value: float | None, digits: int = 3) -> str:
         decimals = 0 if value == 0.0 else max(digits - 1 - math.floor(math.log10(abs(value))), 0)
         return f"{value:.{decimals}f}"
     return f"{value:.{digits - 1}e}"
-
-
-def wrapped_sum(formulas: Sequence[str], width: int = 96) -> list[str]:
-    """The sum of some formulas in lines that break between terms, of ``width`` characters where a term allows it."""
-    lines = [""]
-    for number, term in enumerate(re.split(r" \+ (?=c\d+ \*)", " + ".join(formulas))):
-        added = f"+ {term}" if number else term
-        if lines[-1] and len(lines[-1]) + 1 + len(added) > width:
-            lines.append(added)
-        else:
-            lines[-1] = f"{lines[-1]} {added}".lstrip()
-    return lines
 
 
 def um(value: float | None) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
 )
 from stepgauge.diagnosis.result import Located
 from stepgauge.diagnosis.wording.catalogue import words as declared
-from stepgauge.diagnosis.wording.phrases import Phrase, number, worded
+from stepgauge.diagnosis.wording.phrases import Phrase, number
 from stepgauge.effects.words import Wording, filled
 from stepgauge.files.arrays import Array
 from stepgauge.inference.problem import Candidate
@@ -41,13 +41,6 @@ QUIET = 0.3
 """Share of the record without any change from which the rest is stated as the part in which the form acts."""
 
 
-def described(
-    covariate: str, side: str, form: str, phrases: Sequence[Phrase], share: float, probability: float, **more: Any
-) -> Located:
-    """Structure with its phrases, and with the words of these."""
-    return Located(covariate, side, form, worded(phrases), share, probability, phrases=tuple(phrases), **more)
-
-
 def located(candidate: Candidate, atom: int, probability: float, share: float = 1.0, fitted: Any = None) -> Located:
     """A form with one of its shapes, or with numbers that were ``fitted``, in words for a technician."""
     form: RandomFunction = candidate.source
@@ -56,8 +49,7 @@ def located(candidate: Candidate, atom: int, probability: float, share: float = 
     phrases = [_phrase(form, name, shape), _moved(form.side)]
     side = "both" if form.side in ("approach", "gauge") else form.side
     numbers = shape if isinstance(shape, float | tuple) else None
-    more = {"beside": form.beside, "numbers": numbers}
-    return described(form.covariate, side, name, phrases, round(share, 4), probability, **more)
+    return Located(form.covariate, side, name, phrases, round(share, 4), probability, form.beside, numbers)
 
 
 def _moved(side: str) -> Phrase:
