@@ -61,4 +61,4 @@ def test_a_shape_that_was_fitted_between_those_with_numbers_goes_on_as_it_is(sha
     label = f"{shape} time  gauge"
     measured, longer = forms(data.at(np.arange(len(data)) < half))[label], forms(data, half)[label]
     assert isinstance(longer, Law)
-    np.testing.assert_allclose(longer.source.of(numbers)[:, :half], measured.source.of(numbers), atol=1e-9)
+    np.testing.assert_allclose(longer.source.of([numbers])[..., :half], measured.source.of([numbers]), atol=1e-9)
