@@ -106,10 +106,8 @@ class Search(Moves):
             yield from self.paired(hypothesis, forbidden)
 
     def _dropped(self, hypothesis: Hypothesis) -> Iterator[Hypothesis]:
-        """One term less; what is left has its shapes fitted anew, which were those beside the term."""
-        for place in range(len(hypothesis.terms)):
-            fewer = self.without(hypothesis, place)
-            yield self.polished(fewer) if fewer.log_posterior > hypothesis.log_posterior - NEAR else fewer
+        """One term less."""
+        yield from (self.without(hypothesis, place) for place in range(len(hypothesis.terms)))
 
     def _kick(self, best: Hypothesis, place: int, never: frozenset[str] = frozenset()) -> Iterator[Hypothesis]:
         """What grows without a term that others may stand for, and what grows from there with it.
