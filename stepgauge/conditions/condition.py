@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Final, Literal, TypeVar, get_args
+from typing import Any, ClassVar, Final, Literal, TypeVar, get_args
 
-from stepgauge.errors import InputError, Place
+from stepgauge.errors import LONGEST, InputError, Place
 
 State = Literal["met", "corrected", "contribution", "prevents"]
 """``met``: as it has to be; ``corrected``: the numbers hold it no more; ``contribution``: they hold it, whoever uses
@@ -136,12 +136,18 @@ def gate(conditions: Conditions, decision: Decision) -> Decision | Literal["no s
     return NO_STATEMENT if conditions.preventing else decision
 
 
+class PreventedError(InputError):
+    """A condition prevents a statement; its whole sentence is told, with what would settle it."""
+
+    longest: ClassVar[int] = 2 * LONGEST
+
+
 def require_statement(conditions: Conditions, where: Place) -> None:
-    """:class:`InputError` with what prevents a statement, for what cannot be made without one (a certificate, a table
-    for a controller, a place in a history)."""
+    """:class:`PreventedError` where something prevents a statement, for what cannot be made without one: a certificate, a
+    table for a controller, a place in a history."""
     if conditions.preventing:
         first = conditions.preventing[0]
-        raise InputError(where, first.sentence, found=first.found or None, expected=first.expected or None)
+        raise PreventedError(where, first.sentence, found=first.found or None, expected=first.expected or None)
 
 
 def stored_conditions(result: Mapping[str, Any]) -> Conditions:

@@ -37,6 +37,8 @@ def verdict(words: Words, judged: Conformity, has_budget: bool) -> dict[str, Any
     if judged.missing and not judged.prevented:
         lacking = words("result.lacking", what=", ".join(source_name(words, one) for one in judged.missing))
         lines.append(lacking if has_budget else words("result.compute_first"))
+    if judged.outcome == "not decidable" and not judged.missing:
+        lines.append(words("result.undecidable_how"))
     probabilities = [one.probability for one in judged.faces if one.probability is not None]
     if probabilities and judged.outcome != "no statement":
         lines.append(words("result.probability", least=words.number(100 * min(probabilities), 1)))

@@ -33,8 +33,20 @@ def templates() -> jinja2.Environment:
     environment = jinja2.Environment(
         loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {"printed": printed, "printed_unit": printed_unit}
+    environment.filters |= {"printed": printed, "printed_unit": printed_unit, "stated_on": stated_on}
     return environment
+
+
+def stated_on(text: str) -> list[str]:
+    """The pages with fields for what a text of the program names by its keys, in the order of the navigation."""
+    from stepgauge.web.pages import gauge, machine
+
+    fields = {
+        "gauge": {one.name for some in gauge.fields() for one in some},
+        "machine": {one.name for some in machine.groups().values() for one in some},
+        "importing": {"gauge_temperature_C", "temperature_convention"},
+    }
+    return [page for page, names in fields.items() if names & Words.keys(text)]
 
 
 def site_of(request: Request) -> Site:

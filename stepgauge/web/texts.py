@@ -125,6 +125,11 @@ class Words:
         key = f"nav.{'result' if laid_over else _PAGES.get(command[1], command[1])}"
         return self("page.page", page=self(key)) if self.has(key) else command[0]
 
+    @staticmethod
+    def keys(text: str) -> set[str]:
+        """The keys of files and the options that a text of the program names."""
+        return {*_KEY.findall(text), *(one.replace("-", "_") for one in _OPTION.findall(text))}
+
     def decimal(self, text: str) -> str:
         """A number that is text already, with the decimal mark of the language."""
         return text.replace(".", ",") if self.language == "de" else text

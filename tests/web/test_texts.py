@@ -31,7 +31,7 @@ FAMILIES = tuple(
             "source",
         ),
         *("face_role", "machine_kind", "condition", "condition_state", "outcome", "report_said"),
-        *("certificate_part", "field", "error_name", "open_source", "quantity", "probe_value"),
+        *("certificate_part", "field", "error_name", "open_source", "open_source_from", "quantity", "probe_value"),
         *(
             "probe_held",
             "figure",

@@ -6,6 +6,7 @@ import json
 import math
 import tempfile
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path, PurePosixPath
@@ -102,10 +103,11 @@ def show(request: Request) -> Response:
 
     site, form = site_of(request), asked_form(request)
     asked = HistorySelection.of(form)
-    try:
-        found: tuple[HistoryEntry, ...] = _found(site, asked).entries
-    except InputError:  # there is no evaluation at all
-        found = ()
+    found: tuple[HistoryEntry, ...] = ()
+    remarks: tuple[str, ...] = ()
+    with suppress(InputError):  # there is no evaluation at all
+        refreshed = _found(site, asked)
+        found, remarks = refreshed.entries, refreshed.remarks
     machines, gauges = ({getattr(one, name) for one in found} for name in ("machine", "gauge_serial"))
     return render(
         request,
@@ -113,6 +115,7 @@ def show(request: Request) -> Response:
         machines=sorted(machines),
         gauges=sorted(gauges),
         asked=asked,
+        remarks=remarks,
         units={name: printed_unit(one.unit) for name, one in QUANTITIES.items()},
     )
 

@@ -18,6 +18,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.web.fields import Field
 from stepgauge.web.folder import existing, free_name, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
+from stepgauge.web.pages.machine import stated
 from stepgauge.web.render import address, render, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.uploads import read_upload
@@ -72,6 +73,7 @@ def show(request: Request) -> Response:
     from stepgauge.recording.conventions import CONVENTIONS
 
     site = site_of(request)
+    machine = stated(site)
     saved = request.query_params.get("saved", "")
     ready = site.has_project and Path(site.placement).exists()
     return render(
@@ -80,6 +82,7 @@ def show(request: Request) -> Response:
         ready=ready,
         sensors=SENSORS,
         conventions=CONVENTIONS,
+        convention=machine.table.temperature_convention if machine else None,
         name=relative(site.folder, str(free_name(site.folder, FIRST_NAME))),
         programs=listed(site.folder, PROGRAMS, deep=1),
         saved=saved,
@@ -109,8 +112,28 @@ def look(request: Request, form: Form) -> Response:
         "error": error,
         "of": _checksum(form),
         "taken": [one.text for one in answers],
+        "prevents": _preventing(site_of(request), imported),
     }
     return render(request, "importing_part.html.j2", **content, group=_group, open_to=_open_to, page_of=PAGE_OF)
+
+
+def _preventing(site: Site, imported: Imported | None) -> list[str]:
+    """What nobody has said of the temperatures, and would prevent every decision on these readings."""
+    import numpy as np
+
+    from stepgauge.conditions.gauge import LEAST_U_UM
+    from stepgauge.conditions.temperature import temperature_conditions
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.recording import Recording
+    from stepgauge.recording.conventions import complete_convention
+
+    if imported is None or not isinstance(imported.recording, Recording):
+        return []
+    machine = stated(site)
+    recording = complete_convention(imported.recording, machine.table if machine else None)
+    gauge = read_gauge(site.stated("gauge"))
+    found = temperature_conditions(recording, gauge, float(np.ptp(gauge.position_mm)), LEAST_U_UM)
+    return [one.sentence for one in found if one.state == "prevents"]
 
 
 def _checksum(form: Form) -> str:
