@@ -143,8 +143,8 @@ class PreventedError(InputError):
 
 
 def require_statement(conditions: Conditions, where: Place) -> None:
-    """:class:`PreventedError` where something prevents a statement, for what cannot be made without one: a certificate, a
-    table for a controller, a place in a history."""
+    """:class:`PreventedError` where something prevents a statement, for what needs a statement: a certificate, a table
+    for a controller, a place in a history."""
     if conditions.preventing:
         first = conditions.preventing[0]
         raise PreventedError(where, first.sentence, found=first.found or None, expected=first.expected or None)

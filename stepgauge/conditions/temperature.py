@@ -60,8 +60,8 @@ def _unstated(recording: Recording, gauge: Gauge, span_mm: float, matters_um: fl
     if size < NOTABLE_UM:
         return
     words = (
-        f"the gauge was at {warm_C:.2f} deg C, and temperature_convention is not stated: readings that the machine"
-        f" corrects to 20 deg C differ by {rounded(size, 3)} um over {span_mm:.0f} mm; taken as not corrected"
+        f"the gauge was at {warm_C:.2f} deg C, and nothing states whether the readings are corrected for that: those"
+        f" that are corrected to 20 deg C differ by {rounded(size, 3)} um over {span_mm:.0f} mm; taken as not corrected"
     )
     expected = "temperature_convention in the machine file or the recording, or --temperature-convention"
     state: State = "prevents" if size > matters_um else "contribution"

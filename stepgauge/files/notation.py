@@ -40,11 +40,11 @@ LEAST_PLAIN = 1e-6
 
 
 def printed(text: str) -> str:
-    """Text as it is set in print (ISO 80000-1): 0.3 µm for 0.3 um, a minus sign before a number.
+    """Text as it is set in print (ISO 80000-1): 0.3 µm for 0.3 um, °C, a minus sign before a number.
 
     A unit stands behind a number or a bracket: elsewhere the letters may be a word of some language, or a name.
     """
-    return MINUS.sub("−", MICRO.sub("µ", PLUS_MINUS.sub("±", text)))
+    return DEGREES.sub("°C", MINUS.sub("−", MICRO.sub("µ", PLUS_MINUS.sub("±", text))))
 
 
 def printed_unit(unit: str) -> str:
@@ -52,6 +52,7 @@ def printed_unit(unit: str) -> str:
     return MICRO_UNIT.sub("µ", unit).replace("1e-6", "10⁻⁶")
 
 
+DEGREES = re.compile(r"(?<=\d )deg C\b")
 MICRO = re.compile(r"(?:(?<=\d )|(?<=\())u(?=(?:m|rad)\b)")
 MICRO_UNIT = re.compile(r"(?<![^\W\d_])u(?=(?:m|rad|in)\b)")
 MINUS, PLUS_MINUS = re.compile(r"(?<![^\s(])-(?=\d)"), re.compile(r"\+-(?=\d)")

@@ -85,6 +85,7 @@ def make_content(evaluation: dict[str, Any], stated: UserStatements, sources: So
     """
     laboratory, budget, placed = sources.laboratory, sources.budget, evaluation["placements"]
     judged = None if sources.mpe is None else conformity(evaluation, budget, sources.mpe)
+    warned = warnings(evaluation, budget, sources.machine, laboratory is not None)
     sections = _sections(evaluation, sources)
     title = CERTIFICATE_TITLE if sources.certifies else TITLE
     page = Page(
@@ -93,7 +94,7 @@ def make_content(evaluation: dict[str, Any], stated: UserStatements, sources: So
         _identity(evaluation, stated, sources),
         result_table(evaluation, budget),
         ("evaluation.json", evaluation),
-        warnings=warnings(evaluation, budget, sources.machine, laboratory is not None),
+        warnings=[one for one in warned if judged is None or one != judged.prevented],  # the decision says it already
         overall="" if judged is None else judged.text,
         statements=[measurand_text(evaluation, budget), reference_text(evaluation)],
         figures=[

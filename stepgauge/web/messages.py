@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
+
+from stepgauge.files.notation import printed
 
 DEEPEST = 5
 """Messages in the gaps of messages in the gaps."""
@@ -18,11 +20,7 @@ OWN_SHARE = 0.35
 """So much of a message is a template's own words, or it may be a list of messages."""
 _POINT = re.compile(r"(?<![\w./:'\"=-])(?<!= )([-+−]?\d+)\.(\d+)(?![\w./'\"])")
 _QUOTED = re.compile(r"""('[^']*'|"[^"]*")""")
-_DEGREES, _MICRO, _ROW = (
-    re.compile(r"(?<=\d) deg C\b"),
-    re.compile(r"(?<=\d )u(?=m\b|rad\b)"),
-    re.compile(r"\brow (?=\d)"),
-)
+_ROW = re.compile(r"\brow (?=\d)")
 _JOINTS = ("; ", ": ", ", ", " (")
 
 
@@ -161,7 +159,16 @@ def _gaps(text: str, words: tuple[str, ...]) -> list[str] | None:
 
 
 def _decimal_commas(text: str) -> str:
-    """Numbers with a decimal comma, and units as they are printed, outside of quotation marks."""
+    """Numbers with a decimal comma, outside of quotation marks."""
+    return _outside_quotes(lambda one: _POINT.sub(r"\1,\2", one), text)
+
+
+def print_units(text: str) -> str:
+    """Units and minus signs as they are printed, outside of quotation marks."""
+    return _outside_quotes(printed, text)
+
+
+def _outside_quotes(change: Callable[[str], str], text: str) -> str:
     parts = _QUOTED.split(text)
-    parts[::2] = [_MICRO.sub("µ", _DEGREES.sub(" °C", _POINT.sub(r"\1,\2", one))) for one in parts[::2]]
+    parts[::2] = map(change, parts[::2])
     return "".join(parts)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError, Naming, one_line, option_of
-from stepgauge.web.messages import said_in_german, translate_message
+from stepgauge.web.messages import print_units, said_in_german, translate_message
 
 if TYPE_CHECKING:
     from stepgauge.importing.tables.questions import Question
@@ -114,7 +114,11 @@ class Words:
         text = _TICKED.sub(lambda found: self("page.ticked", field=self.label(found[1])), text)
         text = _COMMAND.sub(self._page_of, text)
         text = _OPTION.sub(lambda found: self.label(found[1].replace("-", "_")), text)
-        return _KEY.sub(lambda found: self.label(found[0]) if self.has(f"field.{found[0]}") else found[0], text)
+        return print_units(_KEY.sub(self._field_of, text))
+
+    def _field_of(self, key: re.Match[str]) -> str:
+        """The field of the page for a key of a file; the key where there is none."""
+        return self("page.field", field=self.label(key[0])) if self.has(f"field.{key[0]}") else key[0]
 
     def _page_of(self, command: re.Match[str]) -> str:
         """The page on which a command is done; the words themselves where there is none, or this is no command."""

@@ -86,7 +86,7 @@ def test_a_fleet_is_evaluated_with_the_choices_of_one_recording(tmp_path: Path) 
     warm = Recording(entry.recording.frame.assign(gauge_temperature_C=22.0), {}, "warm.csv")
     fleet.add([replace(entry, recording=warm)])
     (asked,) = evaluate_fleet(fleet, InProcess())
-    assert "temperature_convention is not stated" in asked
+    assert "nothing states whether the readings are corrected" in asked
     assert "expected temperature_convention in the machine file" in asked
     choices = EvaluationChoices(temperature_convention="corrected_to_20", correct_drift=True)
     assert evaluate_fleet(fleet, InProcess(), choices) == []

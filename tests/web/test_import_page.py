@@ -56,6 +56,12 @@ def test_points_of_the_gauge_become_a_recording_with_the_files_of_the_project(fo
     table = columns.to_csv(index=False, sep="\t", float_format="%.5f")
     said = asked.post(importing.look, {"pasted": table})
     assert "All is clear: 16 probings" in said, said
+    assert "A decision may need this" not in said
+    warm = asked.post(importing.look, {"pasted": table, "gauge_temperature": "21"})
+    assert "A decision may need this" in warm
+    assert "“Temperature correction of the readings”" in warm
+    known = {"pasted": table, "gauge_temperature": "21", "temperature_convention": "as_read"}
+    assert "A decision may need this" not in asked.post(importing.look, known)
     form = {"pasted": table, "output": "recordings/a.csv", "gauge_temperature": "20,4"}
     assert "Day of the measurement: it is not filled in" in asked.post(importing.save, form)
     asked.post(importing.save, {**form, "measured_on": "2026-05-04"})

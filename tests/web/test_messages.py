@@ -62,7 +62,8 @@ def test_every_text_is_recognized_with_its_gaps_filled() -> None:
 def test_a_number_gets_its_comma_and_what_was_written_stays() -> None:
     assert translate_message("2.5 mm stated") == "angegeben sind 2,5 mm"
     assert translate_message("column 'x.1' is not a number") == "Spalte 'x.1' ist keine Zahl"
-    assert translate_message("drift; 0.25 um") == "drift; 0,25 µm"
+    assert Words("de").message("drift; 0.25 um") == "drift; 0,25 µm"
+    assert Words("en").message("at 20.30 deg C, 'x um'; 0.25 um") == "at 20.30 °C, 'x um'; 0.25 µm"
     assert translate_message("version 1.2.3 of 20.4 deg C") == "version 1.2.3 of 20,4 °C"
 
 

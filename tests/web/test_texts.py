@@ -10,7 +10,7 @@ import pytest
 
 import stepgauge.web
 from stepgauge.web.pages import NAVIGATION
-from stepgauge.web.render import json_answer
+from stepgauge.web.render import json_answer, stated_on
 from stepgauge.web.texts import LANGUAGES, Words, best_language, catalogue
 
 ROOM = Path(stepgauge.web.__file__).parent
@@ -94,7 +94,7 @@ def test_numbers_are_written_as_the_language_writes_them() -> None:
     [
         ("stepgauge: error: ../../results/a.json: wrong", "results/a.json: wrong"),
         ("expected a measured recording; or example = true in [certificate]", "the tick “"),
-        ("performed_from is after performed_to", "First day of the calibration is after Last day"),
+        ("performed_from is after performed_to", "“First day of the calibration” is after “Last day”"),
         ("compare the placements (stepgauge locate).", "the page Locate"),
         ("compare them: stepgauge report BEFORE AFTER -o overlay.pdf", "the page Result"),
         ("scale error (the command below)", "scale error"),
@@ -113,3 +113,9 @@ def test_a_format_is_no_command_and_a_folder_of_the_server_is_not_shown(
     monkeypatch.chdir(tmp_path)
     line = f"{tmp_path}/results/diagnosis.json: found 'stepgauge diagnosis 2'; expected 'stepgauge diagnosis 3'"
     assert Words("en").plain(line) == line.removeprefix(f"{tmp_path}/")
+
+
+def test_a_refusal_leads_to_the_pages_where_the_answer_is_stated() -> None:
+    expected = "temperature_convention in the machine file or the recording, or --temperature-convention"
+    assert stated_on(expected) == ["machine", "importing"]
+    assert stated_on("found 2; expected 1 or more") == []

@@ -25,6 +25,7 @@ from stepgauge.web.uploads import read_upload
 from stepgauge.web.verb_fields import verb_fields
 
 if TYPE_CHECKING:
+    from stepgauge.conditions import Condition
     from stepgauge.importing.result import Imported
     from stepgauge.importing.tables.questions import QuestionAnswer as ImportChoice
 
@@ -117,7 +118,7 @@ def look(request: Request, form: Form) -> Response:
     return render(request, "importing_part.html.j2", **content, group=_group, open_to=_open_to, page_of=PAGE_OF)
 
 
-def _preventing(site: Site, imported: Imported | None) -> list[str]:
+def _preventing(site: Site, imported: Imported | None) -> list[Condition]:
     """What nobody has said of the temperatures, and would prevent every decision on these readings."""
     import numpy as np
 
@@ -133,7 +134,7 @@ def _preventing(site: Site, imported: Imported | None) -> list[str]:
     recording = complete_convention(imported.recording, machine.table if machine else None)
     gauge = read_gauge(site.stated("gauge"))
     found = temperature_conditions(recording, gauge, float(np.ptp(gauge.position_mm)), LEAST_U_UM)
-    return [one.sentence for one in found if one.state == "prevents"]
+    return [one for one in found if one.state == "prevents"]
 
 
 def _checksum(form: Form) -> str:

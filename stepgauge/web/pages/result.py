@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
+    from stepgauge.conditions import Conditions
     from stepgauge.web.texts import Words
 
 MOST_ROWS = 500
@@ -72,10 +73,12 @@ def show(request: Request) -> Response:
 
 def errors(request: Request) -> Response:
     """The decision, main numbers, notes, the chart, and the table of all faces."""
+    from stepgauge.conditions import stored_conditions
+
     shown, site, words = EvaluationView.of(request), site_of(request), words_of(request)
     budget = stored_budget(site, shown)
     judged, why = decided(site, shown.data, budget)
-    number = shown.placement["placement"]
+    conditions, number = stored_conditions(shown.data), shown.placement["placement"]
     rows = [(row, judged.of(number, row["face"]) if judged else None) for row in shown.placement["faces"]]
     return render(
         request,
@@ -87,17 +90,15 @@ def errors(request: Request) -> Response:
         judged=judged,
         verdict=verdict(words, judged, budget is not None) if judged else None,
         why=why,
-        notes=_notes(shown, words),
+        notes=_notes(conditions, shown, words),
+        preventing=" ".join(one.expected for one in conditions.preventing),
         simulated=_is_simulated(shown.data),
         has_budget=budget is not None and why is None,
     )
 
 
-def _notes(shown: EvaluationView, words: Words) -> list[str]:
+def _notes(conditions: Conditions, shown: EvaluationView, words: Words) -> list[str]:
     """The conditions that are not as they have to be, and the notes that are none of them."""
-    from stepgauge.conditions import stored_conditions
-
-    conditions = stored_conditions(shown.data)
     met = {one.sentence for one in conditions if one.state == "met"}
     stated = [one.sentence for one in conditions if one.state != "met"]
     notes = [*stated, *(note for note in shown.placement["notes"] if note not in (*met, *stated))]
