@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.diagnosis.covariates import covariates, mask
-from stepgauge.diagnosis.gaussian_processes.random_function import BEAT, PERIODIC, SMOOTH, WAVE, RandomFunction
+from stepgauge.diagnosis.gaussian_processes.random_function import BEAT, LEVELS, PERIODIC, SMOOTH, WAVE, RandomFunction
 from stepgauge.diagnosis.laws.discrepancy import follows_with_lag
 from stepgauge.diagnosis.laws.geometry import Geometry
 from stepgauge.diagnosis.laws.library import Family
@@ -35,6 +35,8 @@ NOTED_DISCREPANCY = 0.3
 """Share of the scatter from which what a law moves that its signature does not is remarked on."""
 SEEN_HARMONIC = 16.0
 """Chi-square (two degrees of freedom) from which a harmonic of a wave is there."""
+WHOLE = 0.05
+"""Largest difference of a number of periods from a whole number."""
 INDICES = ("order", "cycle")
 """Covariates that only count the rows of a file."""
 MOST_NEAREST = 3
@@ -93,6 +95,7 @@ def _described(statement: StatedTerm, model: Model, answer: Posterior, data: Res
     form = _reduce_harmonics(
         statement, model, located(lead.candidate, lead.proposal.atom, own, fitted=_fitted_shape(lead))
     )
+    form = _by_place(form, data)
     phrases = [*_without_index(form), *_regime(statement, model, data)]
     if own >= priors.decision.stated:
         return replace(form, phrases=phrases)
@@ -124,6 +127,21 @@ def _reduce_harmonics(statement: StatedTerm, model: Model, form: Located) -> Loc
     period, (first, *others) = form.numbers / order, form.phrases
     phrases = [{**first, "period": {**first["period"], "value": period}}, *others]
     return replace(form, numbers=period, phrases=phrases)
+
+
+def _by_place(form: Located, data: Residuals) -> Located:
+    """A wave in the order of rows that repeats from cycle to cycle, along an axis, as what each target has by itself.
+
+    Where every cycle visits the same targets in the same order, both are one column.
+    """
+    if data.probings.setting.recording == "gauge" or form.covariate != "order" or form.form != WAVE:
+        return form
+    cycles = [rows["face"].tolist() for _, rows in data.frame.groupby(["placement", "cycle"], sort=False)]
+    count = len(cycles[0]) / form.numbers if isinstance(form.numbers, float) else 0.5
+    if any(one != cycles[0] for one in cycles) or abs(count - round(count)) > WHOLE:
+        return form
+    phrases = ({"say": "levels", "covariate": "face"}, {"say": "approach"})
+    return replace(form, covariate="face", side="approach", form=LEVELS, numbers=None, phrases=phrases)
 
 
 def _without_index(form: Located) -> Sequence[Phrase]:

@@ -126,6 +126,16 @@ def test_a_reversal_that_differs_along_the_axis_is_told_with_its_numbers() -> No
         assert not any(form["covariate"] == "order" for form in found["unexplained"])
 
 
+def test_a_reversal_that_differs_between_three_targets_is_no_period_in_the_order_of_rows() -> None:
+    """With a drift from cycle to cycle beside it: a table of three targets there and back, as a user brought it."""
+    by_target = dict(zip((0, 20, 40), (62.0, 51.0, 20.0), strict=True))
+    ways = lambda t, w: w * np.array([by_target[round(one)] / 2.0 for one in t]) - 1.3 * t  # noqa: E731
+    made = axis(np.array([0.0, 20.0, 40.0]), ways, 0.4, sensor="dial")
+    drifting = made.frame.assign(reading=made.frame["reading"] - 6e-4 * made.frame["cycle"])
+    found = diagnose_axis(replace(made, frame=drifting)).contents
+    assert not any("repeats in the order" in form["where"] for form in found["unexplained"])
+
+
 def test_a_recorded_temperature_is_a_cause_whatever_its_column_is_called() -> None:
     made = spot(lambda t: np.zeros_like(t), 2e-3)
     warm = 24.0 + 4.0 * (1.0 - np.exp(-made.frame["time_s"] / 500.0))
