@@ -95,7 +95,7 @@ def _described(statement: StatedTerm, model: Model, answer: Posterior, data: Res
     form = _reduce_harmonics(
         statement, model, located(lead.candidate, lead.proposal.atom, own, fitted=_fitted_shape(lead))
     )
-    form = _by_place(form, data)
+    form = _told_by_target(form, data)
     phrases = [*_without_index(form), *_regime(statement, model, data)]
     if own >= priors.decision.stated:
         return replace(form, phrases=phrases)
@@ -129,7 +129,7 @@ def _reduce_harmonics(statement: StatedTerm, model: Model, form: Located) -> Loc
     return replace(form, numbers=period, phrases=phrases)
 
 
-def _by_place(form: Located, data: Residuals) -> Located:
+def _told_by_target(form: Located, data: Residuals) -> Located:
     """A wave in the order of rows that repeats from cycle to cycle, along an axis, as what each target has by itself.
 
     Where every cycle visits the same targets in the same order, both are one column.
