@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.maps.candidates import EMPIRICAL
 from stepgauge.diagnosis.maps.model import ChangeTerm, build_probe, changed_table, predict
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.result import rms
@@ -47,12 +46,12 @@ _SEQUENTIAL = "viridis"
 
 @dataclass(frozen=True)
 class Panel:
-    """An effect in one quantity: title, fit of the quantity, what the effect adds to it (n,), and its term."""
+    """An effect or a form in one quantity: title, fit of the quantity, what it adds (n,), and the term of a law."""
 
     title: str
     fit: QuantityFit
     share: Array
-    term: ChangeTerm
+    term: ChangeTerm | None = None
 
 
 def figure_names(found: MapDiagnosis, suffix: str = "png") -> list[str]:
@@ -167,17 +166,16 @@ def panels(found: MapDiagnosis) -> list[Panel]:
             for name, value in strength.items()
             if value > SHARE_SEEN * largest
         ]
-    nameless = [term for term in found.terms if term.candidate.kind == EMPIRICAL]
-    for law, term in zip(found.laws, nameless, strict=True):
-        words = law.located.where.split(": ", 1)[1]
-        drawn.append(Panel(fill(f"no known law: {words}", TITLE), by_name[law.quantity], law.share, term))
+    for form in found.forms:
+        title = fill(f"no known law: {form.where.split(': ', 1)[1]}", TITLE)
+        drawn += [Panel(title, by_name[name], share) for name, share in found.shares(form).items() if share.any()]
     return drawn[:MOST_PANELS]
 
 
-def _law(panel: Panel, found: MapDiagnosis, polar_deg: Array, azimuth_deg: Array) -> Array:
+def _law(panel: Panel, term: ChangeTerm, found: MapDiagnosis, polar_deg: Array, azimuth_deg: Array) -> Array:
     """What the effect adds in other directions than those measured, (n,)."""
     normals = unit_vectors(np.radians(azimuth_deg), np.pi / 2.0 - np.radians(polar_deg))
-    without = tuple(term for term in found.terms if term.candidate != panel.term.candidate)
+    without = tuple(one for one in found.terms if one.candidate != term.candidate)
     values = [
         predict(build_probe(changed_table(found.probe, terms), ""), terms, normals, [panel.fit.name])[0]
         for terms in (found.terms, without)
@@ -187,7 +185,7 @@ def _law(panel: Panel, found: MapDiagnosis, polar_deg: Array, azimuth_deg: Array
 
 def _stages(fit: QuantityFit, found: MapDiagnosis) -> list[tuple[str, Array]]:
     """Residuals before and after; where nothing was changed there is one of them, and no word is needed."""
-    return [("before", fit.before), ("after", fit.described)] if found.terms else [("", fit.before)]
+    return [("before", fit.before), ("after", fit.described)] if found.terms or found.forms else [("", fit.before)]
 
 
 def _residuals(axes: Axes, angle: Array, values: Array, fit: QuantityFit, kept: Rows, stage: str) -> None:
@@ -268,10 +266,12 @@ def _effect(axes: Axes, panel: Panel, found: MapDiagnosis) -> None:
         order = np.argsort(x[own], kind="stable")
         label = f"{other[own][0]:g}°" if own.any() else ""
         axes.plot(x[own][order], rest[own][order], "o", color=colour, markersize=2.8, alpha=0.65, label=label)
-        if own.any():
+        if panel.term is None:
+            axes.plot(x[own][order], panel.share[own][order], "-", color=colour, linewidth=1.1)
+        elif own.any():
             fine = np.linspace(*_reach(x[own], around), FINE)
             level = np.full(FINE, other[own][0])
-            law = _law(panel, found, level, fine) if around else _law(panel, found, fine, level)
+            law = _law(panel, panel.term, found, *((level, fine) if around else (fine, level)))
             axes.plot(fine, law, "-", color=colour, linewidth=1.1)
     axes.axhline(0.0, color=COLORS["grey"], linewidth=0.7, zorder=0)
     axes.set_title(panel.title, loc="left")

@@ -9,7 +9,7 @@ from stepgauge.diagnosis.wording.catalogue import say
 from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.diagnosis.wording.limits import limits
 from stepgauge.diagnosis.wording.notation import plus_minus, probability_of, significant
-from stepgauge.reports.blocks import Block, bullets, code, heading, table, words
+from stepgauge.reports.blocks import Block, bullets, heading, table, words
 from stepgauge.reports.diagnosis_blocks import check_blocks, located_row, odds_blocks, trail_blocks
 
 Said = Mapping[str, Any]
@@ -28,7 +28,7 @@ def title(said: Said) -> str:
 
 def captions(said: Said) -> dict[str, str]:
     """What stands below each figure."""
-    after = ", before and after" if said["effects"] or said["empirical"] else ""
+    after = ", before and after" if said["effects"] or said["unexplained"] else ""
     return {name: text + (after if name != "effects" else "") for name, text in _CAPTIONS.items()}
 
 
@@ -41,7 +41,6 @@ def evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:
         yield words(_untried(said))
     yield from check_blocks(said)
     yield from _located(said)
-    yield from _imitated(said)
     yield from _fit(said)
 
 
@@ -111,28 +110,6 @@ def _located(said: Said) -> Iterator[Block]:
     )
 
 
-def _imitated(said: Said) -> Iterator[Block]:
-    if not said["unexplained"]:
-        return
-    yield heading("How the form is imitated")
-    for law in said["empirical"]:
-        size = f"{significant(law['rms'])} {law['unit']} rms"
-        if "amplitude" in law:
-            size += (
-                f", an amplitude of {significant(law['amplitude'])} {law['unit']}, its first maximum at an azimuth of"
-                f" {significant(law['maximum_deg'])} deg"
-            )
-        yield words(f"In probe.diagnosed.toml the {say(law['quantity'])} has a formula for it, of {size}:")
-        yield code(*law["formulas"])
-        yield bullets([f"{name} = {plus_minus(c)} (k = 2)" for name, c in law["coefficients"].items()])
-    if said["empirical"]:
-        yield words(
-            "This is a description, not an explanation. It holds for the measured directions and this quantity only."
-        )
-    else:
-        yield words("No formula describes it, so probe.diagnosed.toml does not contain it.")
-
-
 def _fit(said: Said) -> Iterator[Block]:
     quantities = said["fit"]["quantities"]
     columns = ["quantity", "rms before", "rms after", "largest before", "largest after"]
@@ -153,9 +130,8 @@ def _fit_note(said: Said) -> str:
         text += f" Chi-square per degree of freedom: {before} before, {after} after."
     if said["measured"]["outliers"]:
         text += " Outliers are excluded from these numbers."
-    for name, q in fit.get("with_empirical", {}).items():
-        text += f" With the empirical laws: {say(name)} rms {significant(q['rms_after'])} {q['unit']}"
-        text += "."
+    for name, q in fit["quantities"].items() if any("rms" in one for one in said["unexplained"]) else ():
+        text += f" Without the structure that is stated: {say(name)} rms {significant(q['rest_rms'])} {q['unit']}."
     return text
 
 

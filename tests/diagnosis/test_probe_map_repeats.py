@@ -135,21 +135,22 @@ class TestUnknown:
         assert words in found.unexplained[0].where
         assert found.fits[0].rms("described") == pytest.approx(SIGMA_UM, rel=0.25)
 
-    def test_lobes_are_given_with_amplitude_and_place(self, tmp_path, probe_file):
-        diagnose_probe_map(written(tmp_path, made(two_lobes)), probe_file, tmp_path / "out")
-        law = Diagnosis.read(tmp_path / "out" / "diagnosis.json").contents["empirical"][0]
-        assert law["form"] == "harmonic 2"
-        assert law["amplitude"] == pytest.approx(0.5, abs=0.08)
-        assert law["maximum_deg"] == pytest.approx(30.0, abs=5.0)
+    def test_lobes_are_given_with_amplitude_and_place(self):
+        (form,) = diagnosed(made(two_lobes)).unexplained
+        amplitude_um, maximum_deg = form.numbers
+        assert form.form == "harmonic 2"
+        assert amplitude_um == pytest.approx(0.5, abs=0.08)
+        assert maximum_deg == pytest.approx(30.0, abs=5.0)
+        assert f"of {amplitude_um:.3f} um, the first maximum at {maximum_deg:.1f} deg" in form.where
 
-    def test_probe_file_does_what_was_found(self, tmp_path, probe_file):
-        data = made(step)
+    def test_probe_file_does_what_was_named(self, tmp_path, probe_file):
+        data = made(lambda p, a: 2.0 + step(p, a))
         found = diagnose_probe_map(written(tmp_path, data), probe_file, tmp_path / "out")
         probe = read_probe(tmp_path / "out" / "probe.diagnosed.toml")
         simulated = probe.pretravel_um(probe.approaches(data.normals))
-        assert data.measured[0].values - simulated == pytest.approx(found.fits[0].described, abs=1e-6)
-        again = diagnose_probe_map(tmp_path / "map.csv", tmp_path / "out" / "probe.diagnosed.toml", tmp_path / "again")
-        assert again.verdict == "adequate"
+        assert data.measured[0].values - simulated == pytest.approx(found.fits[0].after, abs=1e-6)
+        left = data.measured[0].values - simulated - found.unexplained[0].share_um
+        assert left == pytest.approx(found.fits[0].described, abs=1e-6)
 
     def test_beside_a_named_change_both_are_said(self):
         found = diagnosed(made(lambda p, a: 2.0 + two_lobes(p, a)))
@@ -170,7 +171,6 @@ class TestUnknown:
         assert once.fits[0].noise == pytest.approx(np.hypot(2.0, 1.0) * SIGMA_UM, rel=0.25)
         assert thrice.verdict == "unknown"
         assert thrice.unexplained[0].form == "irregular"
-        assert not thrice.laws
         assert thrice.fits[0].noise == pytest.approx(SIGMA_UM, rel=0.15)
         assert thrice.chi2_dof_after > 3.0
 
@@ -243,12 +243,13 @@ class TestFiles:
     def test_json_has_the_keys_that_recordings_have(self, tmp_path, probe_file):
         diagnose_probe_map(written(tmp_path, made(two_lobes)), probe_file, tmp_path / "out")
         said = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
-        keys = {"format", "verdict", "effects", "located", "unexplained", "empirical", "fit", "noise", "measured"}
+        keys = {"format", "verdict", "effects", "located", "unexplained", "fit", "noise", "measured"}
         assert set(said) >= keys | {"trail", "remarks", "inputs", "stepgauge", "probabilities", "checks"}
         fit = {f"{name}_um" for name in ("noise", "rms_before", "rms_after")}
-        assert set(said["fit"]) >= fit | {"chi2_dof_after", "with_empirical"}
+        assert set(said["fit"]) >= fit | {"chi2_dof_after"}
         assert set(said["located"][0]) >= {"covariate", "side", "where", "share", "form"}
-        assert said["fit"]["with_empirical"]["pretravel_um"]["rms_after"] < 1.1 * SIGMA_UM
+        assert said["fit"]["quantities"]["pretravel_um"]["rest_rms"] < 1.1 * SIGMA_UM
+        assert said["unexplained"][0]["rms"]["pretravel_um"] == pytest.approx(0.5 / np.sqrt(2.0), abs=0.05)
         assert all(len(said["inputs"][name]["sha256"]) == 64 for name in ("map", "probe"))
 
     def test_figures_of_an_earlier_diagnosis_do_not_stay(self, tmp_path, probe_file):

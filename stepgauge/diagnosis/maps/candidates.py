@@ -17,7 +17,6 @@ Shape = Literal["line", "plane", "linear", "lobes"]
 
 _STEEL = {"tip_modulus_GPa": 400.0, "tip_poisson": 0.27, "modulus_GPa": 210.0, "poisson": 0.30}
 GAUGE_KINDS = ("force_gauge_scale", "force_gauge_offset")
-EMPIRICAL = "empirical"
 SHORTEST_STEM_MM, LONGEST_STEM_MM = 2.0, 500.0
 
 
@@ -48,8 +47,7 @@ class ProbeChange:
 
     ``shape``: dependence on the knobs: on one (``line``), on two as the components of a vector (``plane``), linear
     (``linear``), linear in the first and by the phase of the lobes (``lobes``). ``prior``: its key among the priors;
-    ``nominal``: the usual size is a share of this. ``formula``: of an empirical one;
-    ``total``: what the probe then has.
+    ``nominal``: the usual size is a share of this. ``total``: what the probe then has.
     """
 
     kind: str
@@ -59,7 +57,6 @@ class ProbeChange:
     shape: Shape = "line"
     prior: str = ""
     nominal: float = 1.0
-    formula: str = ""
     total: Total | None = None
 
     @property
@@ -233,16 +230,3 @@ def _pretravel_changes(table: Table) -> list[ProbeChange]:
         ProbeChange("probe_lobing", amplitudes, cosine, "cosine", "linear"),
         ProbeChange("probe_lobing", shape, triangle, "triangular", "lobes"),
     ]
-
-
-def empirical(quantity: str, unit: str, terms: Sequence[str], form: str) -> ProbeChange:
-    """An empirical law of the probe file: a sum of terms of the direction, in the unit of the quantity."""
-    names = [f"c{i}" for i in range(1, len(terms) + 1)]
-    formula = " + ".join(name if term == "1" else f"{name} * {term}" for name, term in zip(names, terms, strict=True))
-
-    def change(table: Table, values: Sequence[float]) -> None:
-        law = {"quantity": quantity, "formula": formula, "coefficients": dict(zip(names, values, strict=True))}
-        table["empirical"] = [*table.get("empirical", []), law]
-
-    knobs = tuple(ProbeParameter(name, unit, 0.0, -1e6, 1e6) for name in names)
-    return ProbeChange(EMPIRICAL, knobs, change, form, formula=formula)

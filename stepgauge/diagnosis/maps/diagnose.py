@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.maps.candidates import ProbeChange, candidates_for
 from stepgauge.diagnosis.maps.data import MapData, lacking
 from stepgauge.diagnosis.maps.findings import (
-    empirical_map_laws,
     kept_rows,
     located_alone,
     map_findings,
     map_remarks,
     map_structure,
 )
-from stepgauge.diagnosis.maps.model import MapModel, Terms, changed_table, check_model
+from stepgauge.diagnosis.maps.model import MapModel, changed_table, check_model
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.maps.scatter import MapScatter, estimate_scatter
 from stepgauge.diagnosis.maps.signatures import MapRows
@@ -93,12 +92,12 @@ def _unchanged(verdict: Verdict, model: MapModel, scatter: MapScatter, missing: 
 
 def _diagnosis_of(found: StatedMap, scatter: MapScatter) -> MapDiagnosis:
     model, kept, by_row = found.rows.model, kept_rows(found), _row_deviations(found, scatter)
-    laws = empirical_map_laws(found)
     slight = [one.lead.candidate.label for one in found.slight]
     findings, left = list(map_findings(found, by_row)), list(map_structure(found))
     concluded = conclude(found.answer, findings, left, found.priors.decision, slight)
-    terms: Terms = (*found.fitted.terms, *(term for term, _ in laws))
-    named, described = (found.rows.um - found.rows.moved(own) for own in (found.fitted.terms, terms))
+    terms, named = found.fitted.terms, found.rows.um - found.rows.moved(found.fitted.terms)
+    forms = [one.share_um for one in concluded.structure if len(one.share_um)]
+    described = named - sum((found.rows.stacked(np.split(one, len(scatter.sigma))) for one in forms), 0.0 * named)
     return MapDiagnosis(
         concluded.verdict,
         quantity_fits(found.rows, (found.rows.um, named, described), kept, by_row),
@@ -113,7 +112,6 @@ def _diagnosis_of(found: StatedMap, scatter: MapScatter) -> MapDiagnosis:
         concluded.findings,
         tuple(located_alone(found, concluded.structure)),
         concluded.structure,
-        tuple(law for _, law in laws),
         tuple(found.search.trail),
         tuple(map_remarks(found)),
         probabilities=concluded.table,
@@ -124,7 +122,7 @@ def _diagnosis_of(found: StatedMap, scatter: MapScatter) -> MapDiagnosis:
 def quantity_fits(
     rows: MapRows, stages: Sequence[Array], kept: NDArray[np.bool_], by_row: Sequence[Array]
 ) -> tuple[QuantityFit, ...]:
-    """Every quantity with its residuals ``(m,)`` before, with the named changes, and with the structure in addition.
+    """Every quantity with its residuals ``(m,)`` before, without the named changes, and without the structure.
 
     ``kept (n,)``: rows that are not outliers; ``by_row (n,)``: scatter of each row of each quantity.
     """

@@ -1,27 +1,21 @@
-"""Forms over a map: sums of terms of the direction, which can be written to a probe file.
-
-Every form is a sum of terms of a formula (:data:`stepgauge.probes.empirical.DIRECTION`), so that it can be
-written to the probe file and simulated. Only irregular differences between directions have no formula.
-"""
+"""Structure over a map: functions of the direction without a law, as candidates beside the changes of the probe."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.maps.data import QUANTITIES, MapData
+from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.files.arrays import Array
 from stepgauge.inference.problem import Candidate, GaussianProcess, Law
-from stepgauge.probes.empirical import directions, parse
 
 ALL, POLAR, AZIMUTH, DIRECTION = "all directions", "polar", "azimuth", "direction"
-SMOOTH, IRREGULAR = "free shape", "irregular"
-MOST_LOBES = 8
+SMOOTH, IRREGULAR, HARMONIC = "free shape", "irregular", "harmonic"
 SEEN = 0.75
 """Least share of a period that distinguishes lobes from a trend; three lobes are symmetric in each 60 deg."""
 MOST_EDGES, MOST_CENTRES = 24, 60
@@ -34,78 +28,64 @@ ALONE_DEG = 3.0
 """Width of a peak in one direction alone, which its repeats must confirm."""
 FEWEST_ROWS = 4.0
 """Least number of rows of a shape: fewer are single readings, not structure."""
-_LOBES = ("one lobe", "two lobes", "three lobes", "four lobes", "five lobes", "six lobes", "seven lobes", "eight lobes")
+LOBES = ("one lobe", "two lobes", "three lobes", "four lobes", "five lobes", "six lobes", "seven lobes", "eight lobes")
 
 
 @dataclass(frozen=True)
 class DirectionFunction:
-    """A form over a covariate, with the words and the terms of the formula of each shape.
+    """A function of a covariate: the words of each shape, and its columns ``(shapes, d, n)``.
 
-    ``weight``: of each term, the standard deviation of its amplitude over that of the form; ``quantity``: index of
-    its quantity.
+    ``random``: with as many amplitudes as columns, of which those times the columns have one standard deviation;
+    ``quantity``: index of its quantity.
     """
 
     covariate: str
     name: str
     words: tuple[str, ...]
-    terms: tuple[tuple[str, ...], ...]
-    weight: tuple[float, ...] = ()
-    quantity: int = field(default=0)
+    columns: Array
+    random: bool = False
+    quantity: int = 0
 
 
 def direction_candidates(data: MapData, priors: Priors, ones: Array) -> list[Candidate]:
-    """All forms of every quantity that the directions of a map can show; amplitudes in units of the scatter.
+    """All functions of every quantity that the directions of a map can show; amplitudes in units of the scatter.
 
     ``ones (1, m)``: the share of a law in every row, the same for all candidates.
     """
-    forms = list(_forms(data))
-    count = (len(forms) + 1) * len(data.measured)
-    odds = float(np.log(priors.forms.odds / count))
-    found = []
-    columns = [_columns(form, data) for form in forms]
-    for quantity in range(len(data.measured)):
-        for form, values in zip(forms, columns, strict=True):
-            found.append(_candidate(form, values, quantity, odds, data, priors, ones))
-        found += _irregular(quantity, odds, data, priors, ones)
-    return found
+    forms, quantities = list(_forms(data)), range(len(data.measured))
+    irregular = list(_irregular(data))
+    odds = float(np.log(priors.forms.odds / ((len(forms) + 1) * len(quantities))))
+    return [_candidate(form, q, odds, data, priors, ones) for q in quantities for form in (*forms, *irregular)]
 
 
 def _candidate(
-    form: DirectionFunction, values: Array, quantity: int, odds: float, data: MapData, priors: Priors, ones: Array
+    form: DirectionFunction, quantity: int, odds: float, data: MapData, priors: Priors, ones: Array
 ) -> Candidate:
-    """``values (shapes, d, n)`` of one quantity as a candidate over the rows of all."""
-    own = DirectionFunction(form.covariate, form.name, form.words, form.terms, form.weight, quantity)
+    """A function in one quantity as a candidate over the rows of all."""
+    own = DirectionFunction(form.covariate, form.name, form.words, form.columns, form.random, quantity)
     name = data.measured[quantity].name
     kind, label, sizes = f"{form.covariate} {name}", f"{form.name} {form.covariate} {name}", priors.forms.about(1.0)
-    rows = np.zeros((*values.shape[:2], len(data.measured), len(data)))
-    rows[:, :, quantity] = values
-    pattern = rows.reshape(*values.shape[:2], -1)
-    if form.weight:
+    rows = np.zeros((*form.columns.shape[:2], len(data.measured), len(data)))
+    rows[:, :, quantity] = form.columns
+    pattern = rows.reshape(*form.columns.shape[:2], -1)
+    if form.random:
         return GaussianProcess(kind, label, False, odds, sizes, own, features=tuple(pattern))
     flat = np.full(len(pattern), -np.log(len(pattern)))
     return Law(kind, label, False, odds, sizes, own, pattern=pattern, shares=ones, log_weight=flat)
 
 
-def _irregular(quantity: int, odds: float, data: MapData, priors: Priors, ones: Array) -> Iterator[Candidate]:
+def _irregular(data: MapData) -> Iterator[DirectionFunction]:
     """Irregular differences between directions; only repeats can show them."""
     index = data.direction
     count = int(index.max()) + 1
-    if count > MOST_DIRECTIONS or len(data) < 2 * count:
-        return
-    words = "differs from direction to direction by more than the repeats scatter, in no regular form"
-    form = DirectionFunction(DIRECTION, IRREGULAR, (words,), ((),), (1.0,) * count)
-    yield _candidate(form, (index == np.arange(count)[:, None]).astype(float)[None], quantity, odds, data, priors, ones)
-
-
-def _columns(form: DirectionFunction, data: MapData) -> Array:
-    """Values ``(shapes, d, n)`` of a form's terms over the rows of a map, times their weights."""
-    at = directions(data.normals)
-    values = [[np.broadcast_to(parse(term)(at), (len(data),)) for term in terms] for terms in form.terms]
-    return np.asarray(values, float) * (np.array(form.weight)[:, None] if form.weight else 1.0)
+    if count <= MOST_DIRECTIONS and len(data) >= 2 * count:
+        words = "differs from direction to direction by more than the repeats scatter, in no regular form"
+        columns = (index == np.arange(count)[:, None]).astype(float)
+        yield DirectionFunction(DIRECTION, IRREGULAR, (words,), columns[None], random=True)
 
 
 def _forms(data: MapData) -> Iterator[DirectionFunction]:
-    yield DirectionFunction(ALL, "offset", ("the same in all directions",), (("1",),))
+    yield DirectionFunction(ALL, "offset", ("the same in all directions",), np.ones((1, 1, len(data))))
     yield from _over_polar(data)
     yield from _over_azimuth(data)
     yield from _sectors(data)
@@ -114,30 +94,25 @@ def _forms(data: MapData) -> Iterator[DirectionFunction]:
 
 
 def _over_polar(data: MapData) -> Iterator[DirectionFunction]:
-    angles = np.unique(data.polar_deg)
+    polar, angles = data.polar_deg, np.unique(data.polar_deg)
     if len(angles) < 2:
         return
-    centred = f"(polar_deg - {data.polar_deg.mean():.6g})"
-    yield DirectionFunction(POLAR, "trend", ("a trend over the polar angle",), ((centred,),))
+    centred, one = polar - polar.mean(), np.ones(len(data))
+    yield DirectionFunction(POLAR, "trend", ("a trend over the polar angle",), centred[None, None])
     if len(angles) > 2:
-        yield DirectionFunction(POLAR, "bow", ("a bow over the polar angle",), ((centred, f"{centred}**2 / 30"),))
+        yield DirectionFunction(POLAR, "bow", ("a bow over the polar angle",), np.array([[centred, centred**2 / 30.0]]))
     if len(angles) > 3:
         edges = (angles[:-1] + angles[1:]) / 2.0
-        steps = [("1", f"(polar_deg >= {edge:.6g})") for edge in edges]
-        yield DirectionFunction(
-            POLAR, "step", tuple(f"a step at a polar angle of {e:.4g} deg" for e in edges), tuple(steps)
-        )
-        most = min(len(angles) - 1, 6)
-        waves = tuple(f"cos({k} * polar_rad)" for k in range(1, most + 1))
-        weight = tuple(1.0 / k for k in range(1, most + 1))
-        yield DirectionFunction(
-            POLAR, SMOOTH, ("a smooth function of the polar angle",), (("1", *waves),), (1.0, *weight)
-        )
+        words = tuple(f"a step at a polar angle of {e:.4g} deg" for e in edges)
+        yield DirectionFunction(POLAR, "step", words, np.array([[one, polar >= edge] for edge in edges], float))
+        waves = [np.cos(k * np.radians(polar)) / k for k in range(1, min(len(angles), 7))]
+        smooth = np.array([[one, *waves]])
+        yield DirectionFunction(POLAR, SMOOTH, ("a smooth function of the polar angle",), smooth, random=True)
 
 
-def _wave(order: int) -> tuple[str, str]:
-    angle = "azimuth_rad" if order == 1 else f"{order} * azimuth_rad"
-    return f"cos({angle})", f"sin({angle})"
+def _waves(data: MapData, order: int) -> Array:
+    angle = order * np.radians(data.azimuth_deg)
+    return np.array([np.cos(angle), np.sin(angle)])
 
 
 def _seen_orders(data: MapData) -> list[int]:
@@ -146,7 +121,7 @@ def _seen_orders(data: MapData) -> list[int]:
     span = float(np.ptp(data.azimuth_deg % 360.0)) * spokes / max(spokes - 1, 1)
     return [
         order
-        for order in range(1, MOST_LOBES + 1)
+        for order in range(1, len(LOBES) + 1)
         if (spokes > 2 * order * min(span / 360.0, 1.0) and span >= SEEN * 360.0 / order) or (order == 3 < spokes)
     ]
 
@@ -154,31 +129,32 @@ def _seen_orders(data: MapData) -> list[int]:
 def _over_azimuth(data: MapData) -> Iterator[DirectionFunction]:
     """Lobes of one height at all polar angles, or as high as the lateral component of the approach; any shape."""
     orders, rings = _seen_orders(data), int(data.rings.max()) + 1
+    lateral = [np.ones(len(data)), np.sin(np.radians(data.polar_deg))][: 2 if rings > 1 else 1]
     for order in orders:
-        shapes, words = [_wave(order)], [f"{_LOBES[order - 1]} in the azimuth"]
-        if rings > 1:
-            shapes.append((f"sin(polar_rad) * {_wave(order)[0]}", f"sin(polar_rad) * {_wave(order)[1]}"))
-            words.append(f"{words[0]}, higher across the stylus")
-        yield DirectionFunction(AZIMUTH, f"harmonic {order}", tuple(words), tuple(shapes))
+        words = f"{LOBES[order - 1]} in the azimuth"
+        shapes = np.array([height * _waves(data, order) for height in lateral])
+        yield DirectionFunction(
+            AZIMUTH, f"{HARMONIC} {order}", (words, f"{words}, higher across the stylus")[: len(shapes)], shapes
+        )
     if len(orders) > 2:
-        waves = tuple(wave for order in orders for wave in _wave(order))
-        weight = tuple(1.0 / order for order in orders for _ in range(2))
-        yield DirectionFunction(AZIMUTH, SMOOTH, ("a smooth function of the azimuth",), (waves,), weight)
+        smooth = np.concatenate([_waves(data, order) / order for order in orders])
+        yield DirectionFunction(AZIMUTH, SMOOTH, ("a smooth function of the azimuth",), smooth[None], random=True)
 
 
 def _sectors(data: MapData) -> Iterator[DirectionFunction]:
     """A step up at one azimuth and down at another."""
-    spokes = np.unique(np.round(data.azimuth_deg % 360.0, 6))
+    azimuth = np.round(data.azimuth_deg % 360.0, 6)
+    spokes = np.unique(azimuth)
     edges = (spokes + np.roll(spokes, -1) + 360.0 * (np.arange(len(spokes)) == len(spokes) - 1)) / 2.0 % 360.0
     if len(edges) < 5:
         return
     edges = np.sort(edges[_some(len(edges), MOST_EDGES, data)])
-    azimuth = np.round(data.azimuth_deg % 360.0, 6)
-    pairs = [(a, b) for a, b in combinations(edges, 2) if _enough(((azimuth >= a) & (azimuth < b)).astype(float))]
-    words = tuple(f"a step at azimuths of {low:.4g} and {high:.4g} deg" for low, high in pairs)
-    terms = tuple(("1", f"(azimuth_deg >= {low:.6g}) * (azimuth_deg < {high:.6g})") for low, high in pairs)
-    if pairs:
-        yield DirectionFunction(AZIMUTH, "step", words, terms)
+    inside = {(a, b): ((azimuth >= a) & (azimuth < b)).astype(float) for a, b in combinations(edges, 2)}
+    seen = {pair: part for pair, part in inside.items() if _enough(part)}
+    if seen:
+        words = tuple(f"a step at azimuths of {low:.4g} and {high:.4g} deg" for low, high in seen)
+        columns = np.array([[np.ones(len(data)), part] for part in seen.values()])
+        yield DirectionFunction(AZIMUTH, "step", words, columns)
 
 
 def _some(count: int, most: int, data: MapData) -> NDArray[np.intp]:
@@ -194,24 +170,17 @@ def _enough(part: Array) -> bool:
 
 def _spots(data: MapData) -> Iterator[DirectionFunction]:
     """A peak about one direction, symmetric about it; with repeats also one in this direction alone."""
-    index = data.direction
+    index, normals = data.direction, data.normals
     count = int(index.max()) + 1
     if count < 2 * FEWEST_ROWS:
         return
     widths = (ALONE_DEG, *WIDTHS_DEG) if len(data) >= 2 * count else WIDTHS_DEG
     first = np.unique(index, return_index=True)[1]
-    some = first[_some(count, MOST_CENTRES, data)]
-    places = [(float(data.polar_deg[i]), float(data.azimuth_deg[i] % 360.0)) for i in some]
-    shapes = [(polar, azimuth, width) for polar, azimuth in places for width in widths]
-    terms = tuple((_spot(*shape),) for shape in shapes)
-    words = tuple(f"a rise about polar {p:.4g}, azimuth {a:.4g} deg, {width:g} deg wide" for p, a, width in shapes)
-    yield DirectionFunction(DIRECTION, "spot", words, terms)
-
-
-def _spot(polar: float, azimuth: float, width_deg: float) -> str:
-    c, s = np.cos(np.radians(polar)), np.sin(np.radians(polar))
-    cosine = f"{c:.6f} * cos(polar_rad) + {s:.6f} * sin(polar_rad) * cos(azimuth_rad - {np.radians(azimuth):.6f})"
-    return f"exp(({cosine} - 1) / {np.radians(width_deg) ** 2:.6f})"
+    shapes = [(int(row), width) for row in first[_some(count, MOST_CENTRES, data)] for width in widths]
+    columns = [np.exp((normals @ normals[row] - 1.0) / np.radians(width) ** 2) for row, width in shapes]
+    angles = [(data.polar_deg[row], data.azimuth_deg[row] % 360.0, width) for row, width in shapes]
+    words = tuple(f"a rise about polar {p:.4g}, azimuth {a:.4g} deg, {width:g} deg wide" for p, a, width in angles)
+    yield DirectionFunction(DIRECTION, "spot", words, np.array(columns)[:, None])
 
 
 def _surface(data: MapData) -> Iterator[DirectionFunction]:
@@ -219,18 +188,7 @@ def _surface(data: MapData) -> Iterator[DirectionFunction]:
     orders, rings = [k for k in _seen_orders(data) if k <= 5], int(data.rings.max()) + 1
     if rings < 3 or not orders:
         return
-    powers = range(min(rings, 4))
-    pairs = [(k, j) for k in orders for j in powers]
-    terms = tuple(_times(j, wave) for k, j in pairs for wave in _wave(k))
-    weight = tuple(1.0 / np.sqrt(k * (1.0 + j)) for k, j in pairs for _ in range(2))
-    yield DirectionFunction(DIRECTION, SMOOTH, ("lobes whose height changes with the polar angle",), (terms,), weight)
-
-
-def _times(order: int, wave: str) -> str:
-    return wave if order == 0 else f"cos({order} * polar_rad) * {wave}"
-
-
-def quantity_words(name: str) -> str:
-    """A quantity in words: ``trigger_force_N`` is the trigger force."""
-    assert name in QUANTITIES
-    return {"pretravel_um": "pre-travel"}.get(name, name.rsplit("_", 1)[0].replace("_", " "))
+    height = [np.cos(j * np.radians(data.polar_deg)) / np.sqrt(1.0 + j) for j in range(min(rings, 4))]
+    columns = np.concatenate([one * _waves(data, k) / np.sqrt(k) for k in orders for one in height])
+    words = "lobes whose height changes with the polar angle"
+    yield DirectionFunction(DIRECTION, SMOOTH, (words,), columns[None], random=True)

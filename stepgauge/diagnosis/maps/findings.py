@@ -10,16 +10,18 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.credible_finding import credible_finding
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS, empirical
-from stepgauge.diagnosis.maps.direction_functions import DIRECTION, DirectionFunction, quantity_words
+from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS
+from stepgauge.diagnosis.maps.direction_functions import DIRECTION, HARMONIC, DirectionFunction
 from stepgauge.diagnosis.maps.further_measurements import best_measurement, reason
 from stepgauge.diagnosis.maps.model import ChangeTerm
 from stepgauge.diagnosis.maps.parameters import estimates
-from stepgauge.diagnosis.maps.result import OUTLIERS, EmpiricalMapLaw
-from stepgauge.diagnosis.maps.stated_map import FittedChanges, StatedMap, function_of
+from stepgauge.diagnosis.maps.result import OUTLIERS
+from stepgauge.diagnosis.maps.stated_map import FittedChanges, StatedMap
 from stepgauge.diagnosis.result import Finding, Located
-from stepgauge.diagnosis.stating_rules import SURE_OUTLIER, credible_laws, structure_alone
+from stepgauge.diagnosis.stating_rules import SURE_OUTLIER, StatedTerm, credible_laws, structure_alone
+from stepgauge.diagnosis.wording.catalogue import say
 from stepgauge.diagnosis.wording.findings import name_of
+from stepgauge.diagnosis.wording.notation import significant
 from stepgauge.diagnosis.wording.structure import UNDETERMINED
 from stepgauge.files.arrays import Array
 from stepgauge.inference.noise_models import OUTLYING
@@ -89,8 +91,10 @@ def _outliers(found: StatedMap) -> Iterator[Finding]:
 # -- structure without a law -------------------------------------------------------------------------------------------
 
 
-def _located(function: DirectionFunction, shape: int, found: StatedMap, p: float, share: float = 1.0) -> Located:
-    words = f"{quantity_words(found.rows.data.measured[function.quantity].name)}: {function.words[shape]}"
+def _located(
+    function: DirectionFunction, shape: int, found: StatedMap, p: float, share: float = 1.0, size: str = ""
+) -> Located:
+    words = f"{say(found.rows.data.measured[function.quantity].name)}: {function.words[shape]}{size}"
     return Located(function.covariate, "both", function.name, words, round(share, 4), p)
 
 
@@ -100,13 +104,29 @@ def map_structure(found: StatedMap) -> Iterator[Located]:
         same = [
             one.candidate.label for one in said.credible_set.members if one.candidate.kind == said.lead.candidate.kind
         ]
-        yield _located(*function_of(said), found, found.answer.probability_of_any(frozenset({one}) for one in same))
+        p = found.answer.probability_of_any(frozenset({one}) for one in same)
+        yield _form(said, found, p)
     for said in found.vague:
         label = said.lead.candidate.label
         words = f"similar to {name_of(label)}, whose size this map does not determine"
         yield Located(
             DIRECTION, "both", UNDETERMINED, words, 1.0, found.answer.probability_of_any([frozenset({label})])
         )
+
+
+def _form(said: StatedTerm, found: StatedMap, p: float) -> Located:
+    """A form with what it moves; of lobes the words have the amplitude, too, and the azimuth of the first maximum."""
+    function: DirectionFunction = said.source
+    place, (name, _, order) = found.state.index(said.term.candidate), function.name.partition(" ")
+    size, numbers = "", None
+    if name == HARMONIC:
+        measured = found.rows.data.measured[function.quantity]
+        c, s = found.state.amplitudes(place)[0] * found.rows.sigma[function.quantity]
+        numbers = float(np.hypot(c, s)), float(np.degrees(np.arctan2(s, c)) % 360.0) / int(order)
+        height, place_deg = map(significant, numbers)
+        size = f", of {height} {measured.unit}, the first maximum at {place_deg} deg"
+    moved = np.concatenate(found.rows.parts(found.state.contribution_um(place)))
+    return replace(_located(function, said.term.atom, found, p, size=size), numbers=numbers, share_um=moved)
 
 
 def located_alone(found: StatedMap, left: Sequence[Located]) -> Iterator[Located]:
@@ -116,43 +136,6 @@ def located_alone(found: StatedMap, left: Sequence[Located]) -> Iterator[Located
     least = found.priors.decision.in_set
     for proposal, probability, share in structure_alone(found.search, found.state, known, least):
         yield _located(proposal.candidate.source, proposal.atom, found, probability, share)
-
-
-def empirical_map_laws(found: StatedMap) -> list[tuple[ChangeTerm, EmpiricalMapLaw]]:
-    """The structure as laws of the probe file."""
-    forms = [said for said in found.forms if function_of(said)[0].terms[function_of(said)[1]]]
-    if not forms:
-        return []
-    columns = np.vstack([said.term.columns for said in forms])
-    sd = np.concatenate([np.full(len(said.term.columns), said.term.sd) for said in forms])
-    metric = found.metric_beside()
-    white = metric(columns)
-    covariance = np.linalg.inv(white @ white.T + np.diag(sd**-2.0))
-    amplitudes = covariance @ white @ metric(found.rows.um - found.rows.moved(found.fitted.terms))
-    laws, first = [], 0
-    for said in forms:
-        own = slice(first, first + len(said.term.columns))
-        laws.append(
-            _empirical(found, *function_of(said), amplitudes[own], np.sqrt(np.diag(covariance)[own]), said.term.columns)
-        )
-        first = own.stop
-    return laws
-
-
-def _empirical(
-    found: StatedMap, function: DirectionFunction, shape: int, amplitudes: Array, u: Array, columns: Array
-) -> tuple[ChangeTerm, EmpiricalMapLaw]:
-    measured, sigma = found.rows.data.measured[function.quantity], found.rows.sigma[function.quantity]
-    weight = sigma * (np.array(function.weight) if function.weight else np.ones(len(amplitudes)))
-    candidate = empirical(measured.name, measured.unit, function.terms[shape], function.name)
-    term = ChangeTerm(candidate, tuple(map(float, amplitudes * weight)))
-    share = found.rows.parts(amplitudes @ columns)[function.quantity]
-    coefficients = {
-        knob.name: Estimate(value, float(s), measured.unit)
-        for knob, value, s in zip(candidate.knobs, term.values, u * weight, strict=True)
-    }
-    located = _located(function, shape, found, 1.0)
-    return term, EmpiricalMapLaw(located, measured.name, measured.unit, candidate.formula, coefficients, share)
 
 
 def map_remarks(found: StatedMap) -> Iterator[str]:

@@ -63,7 +63,7 @@ def _head(found: MapDiagnosis) -> str:
             continue
         where = "the force gauge's, not in this file" if finding.kind in GAUGE_KINDS else "changed here"
         lines.append(f"# {finding.label.replace('_', ' ')}: {values} ({where})")
-    lines += [f"# without a name, [[probe.empirical]]: {law.located.where}" for law in found.laws]
+    lines += [f"# without a law, and not in this file: {form.where}" for form in found.forms]
     return "\n".join(lines) + "\n"
 
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.data import MapData, Measured
 from stepgauge.diagnosis.maps.model import Terms
 from stepgauge.diagnosis.maps.scatter import MapScatter
@@ -26,23 +25,11 @@ OUTLIERS = "outliers"
 
 
 @dataclass(frozen=True)
-class EmpiricalMapLaw:
-    """A form as an empirical law of the probe file; ``share (n,)`` in the unit of the quantity."""
-
-    located: Located
-    quantity: str
-    unit: str
-    formula: str
-    coefficients: dict[str, Estimate]
-    share: Array
-
-
-@dataclass(frozen=True)
 class QuantityFit:
     """One quantity of a map: its residuals, and what they are without outliers.
 
     ``noise``: rms of the scatter of the rows; ``before``: residuals ``(n,)``; ``after``: with the named changes;
-    ``described``: also with the empirical laws; ``kept (n,)``: rows that are no outliers.
+    ``described``: also without structure; ``kept (n,)``: rows that are no outliers.
     """
 
     measured: Measured
@@ -84,7 +71,7 @@ class MapDiagnosis(Diagnosis):
     """The diagnosis of the map of a probe.
 
     ``share_um`` of the findings has all quantities one after the other, each in its own unit. ``data`` has all rows,
-    ``kept (n,)`` marks those that are not outliers; ``terms`` are the changes found, with the empirical laws, ``probe``
+    ``kept (n,)`` marks those that are not outliers; ``terms`` are the changes found, ``probe``
     is the original ``[probe]`` table, ``table`` that with the changes, ``probe_path`` the file that was judged.
     """
 
@@ -102,7 +89,6 @@ class MapDiagnosis(Diagnosis):
     findings: tuple[Finding, ...] = ()
     located: tuple[Located, ...] = ()
     unexplained: tuple[Located, ...] = ()
-    laws: tuple[EmpiricalMapLaw, ...] = ()
     trail: tuple[Step, ...] = ()
     remarks: tuple[str, ...] = ()
     lacking: tuple[str, ...] = ()
@@ -112,8 +98,13 @@ class MapDiagnosis(Diagnosis):
 
     path: str = ""
 
-    def shares(self, finding: Finding) -> dict[str, Array]:
-        """What a finding adds to each quantity, ``(n,)`` by name, in the unit of the quantity."""
+    @property
+    def forms(self) -> list[Located]:
+        """The structure without a law of which it is known what it moves."""
+        return [one for one in self.unexplained if len(one.share_um)]
+
+    def shares(self, finding: Finding | Located) -> dict[str, Array]:
+        """What a finding or a form adds to each quantity, ``(n,)`` by name, in the unit of the quantity."""
         names = [fit.name for fit in self.fits]
         return dict(zip(names, np.split(finding.share_um, len(names)), strict=True))
 

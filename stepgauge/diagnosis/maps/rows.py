@@ -33,6 +33,6 @@ def _of(fit: QuantityFit, number: int, found: MapDiagnosis) -> pd.DataFrame:
     frame[f"before_{UNIT}"], frame[f"after_{UNIT}"] = fit.before / noise, fit.described / noise
     for place, one in enumerate(found.findings, 1):
         frame[f"{FINDING}_{place}_{UNIT}"] = found.shares(one)[fit.name] / noise
-    for place, law in enumerate(found.laws, 1):
-        frame[f"{FORM}_{place}_{UNIT}"] = law.share * (law.quantity == fit.name) / noise
+    for place, form in enumerate(found.forms, 1):
+        frame[f"{FORM}_{place}_{UNIT}"] = found.shares(form)[fit.name] / noise
     return frame

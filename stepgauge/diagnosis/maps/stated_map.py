@@ -14,7 +14,6 @@ from threadpoolctl import threadpool_limits
 
 from stepgauge.diagnosis.checks import predictive_checks, widening
 from stepgauge.diagnosis.maps.candidates import ProbeChange
-from stepgauge.diagnosis.maps.direction_functions import DirectionFunction
 from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel, Terms
 from stepgauge.diagnosis.maps.scatter import MapScatter
 from stepgauge.diagnosis.maps.signatures import MapRows, Point, fit_changes, make_problem, replace_values
@@ -98,10 +97,6 @@ class StatedMap:
         terms = list(self.fitted.terms)
         terms[place] = _change(rival.hypothesis, rival.candidate.label, rival.proposal.term())
         return fitted_together(terms, self.rows, self.metric, self.priors)
-
-    def metric_beside(self, nuisances: Sequence[StatedTerm] = ()) -> Metric:
-        """That of the scatter, beside other terms."""
-        return _metric(self.search, self.state, nuisances)
 
 
 def fitted_together(terms: Sequence[ChangeTerm], rows: MapRows, metric: Metric, priors: Priors) -> FittedChanges:
@@ -227,9 +222,3 @@ def _change(state: Hypothesis | None, label: str, term: Term) -> ChangeTerm:
     chosen = state.terms[place]
     point = chosen.shape if isinstance(chosen.shape, Point) else chosen.candidate.source.points[chosen.atom]
     return ChangeTerm(point.candidate, point.values(state.amplitudes(place)[0][: len(point.step)]))
-
-
-def function_of(said: StatedTerm) -> tuple[DirectionFunction, int]:
-    """The function of the direction that is stated, and the index of its shape."""
-    function: DirectionFunction = said.source
-    return function, said.term.atom

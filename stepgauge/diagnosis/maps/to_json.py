@@ -11,9 +11,10 @@ import numpy as np
 
 from stepgauge import __version__
 from stepgauge.diagnosis.maps.data import MapData
-from stepgauge.diagnosis.maps.result import OUTLIERS, EmpiricalMapLaw, MapDiagnosis, QuantityFit
+from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis, QuantityFit
+from stepgauge.diagnosis.maps.rows import UNIT
 from stepgauge.diagnosis.output.files import FORMAT, estimate_json, evidence_json, finding_json
-from stepgauge.diagnosis.result import Finding, rms
+from stepgauge.diagnosis.result import Finding, Located, rms
 from stepgauge.diagnosis.wording.findings import MAP, meaning
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
@@ -31,7 +32,6 @@ def map_diagnosis_json(found: MapDiagnosis, probe_path: str, folder: str | Path 
         "stepgauge": __version__,
         "verdict": found.verdict,
         "effects": [_effect(each, found, Path(folder)) for each in found.findings],
-        "empirical": [_law(each) for each in found.laws],
         "fit": _fit(found),
         "noise": _noise(found),
         "measured": _measured(found.data, found.kept),
@@ -44,6 +44,8 @@ def map_diagnosis_json(found: MapDiagnosis, probe_path: str, folder: str | Path 
             "probe": {"path": probe_path, "sha256": file_sha256(probe_path), **_probe(found.table)},
         },
     }
+    for one, told in zip(found.unexplained, said["unexplained"], strict=True):
+        told |= _form(one, found) if len(one.share_um) else {}
     return dict(json_types(said))
 
 
@@ -86,33 +88,11 @@ def _command_in_folder(command: str, folder: Path) -> str:
     return command.replace(" probe.diagnosed.toml", f" {(folder / 'probe.diagnosed.toml').as_posix()}")
 
 
-def _law(law: EmpiricalMapLaw) -> dict[str, Any]:
-    return {
-        "covariate": law.located.covariate,
-        "side": law.located.side,
-        "form": law.located.form,
-        "where": law.located.where,
-        "quantity": law.quantity,
-        "unit": law.unit,
-        "rms": rms(law.share),
-        "largest": float(np.abs(law.share).max(initial=0.0)),
-        "formulas": [law.formula],
-        "coefficients": {name: estimate_json(p) for name, p in law.coefficients.items()},
-        **_lobes(law),
-    }
-
-
-def _lobes(law: EmpiricalMapLaw) -> dict[str, Any]:
-    """Amplitude of a harmonic, and the azimuth of its first maximum."""
-    if not law.located.form.startswith("harmonic"):
-        return {}
-    order = int(law.located.form.split()[1])
-    c, s = (law.coefficients[name].value for name in ("c1", "c2"))
-    return {"amplitude": math.hypot(c, s), "maximum_deg": _first_maximum_deg(c, s, order)}
-
-
-def _first_maximum_deg(c: float, s: float, order: int) -> float:
-    return math.degrees(math.atan2(s, c)) % 360.0 / order
+def _form(form: Located, found: MapDiagnosis) -> dict[str, Any]:
+    """Rms of what structure without a law moves, in each quantity, and over the scatter of a reading."""
+    shares = found.shares(form)
+    over = np.concatenate([shares[fit.name] / (fit.noise or fit.measured.quantum or 1.0) for fit in found.fits])
+    return {"rms": {name: rms(share) for name, share in shares.items()}, f"rms_{UNIT}": rms(over)}
 
 
 def _fit(found: MapDiagnosis) -> dict[str, Any]:
@@ -122,15 +102,12 @@ def _fit(found: MapDiagnosis) -> dict[str, Any]:
     for fit in found.fits:
         for key in _FLAT:
             flat.setdefault(f"{key}_{fit.unit}", quantities[fit.name][key])
-    said = {
+    return {
         **flat,
         "chi2_dof_after": found.chi2_dof_after,
         "chi2_dof_before": found.chi2_dof_before,
         "quantities": quantities,
     }
-    if found.laws:
-        said["with_empirical"] = {fit.name: {"unit": fit.unit, "rms_after": fit.rms("described")} for fit in found.fits}
-    return said
 
 
 def _quantity(fit: QuantityFit) -> dict[str, Any]:
@@ -140,6 +117,7 @@ def _quantity(fit: QuantityFit) -> dict[str, Any]:
         "printed_digit": fit.measured.quantum or None,
         "rms_before": fit.rms("before"),
         "rms_after": fit.rms("after"),
+        "rest_rms": fit.rms("described"),
         "worst_before_percent": 100.0 * fit.worst("before"),
         "worst_after_percent": 100.0 * fit.worst("after"),
     }
