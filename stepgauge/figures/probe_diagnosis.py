@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +13,7 @@ from stepgauge.diagnosis.maps.model import ChangeTerm, build_probe, changed_tabl
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.result import rms
 from stepgauge.diagnosis.wording.findings import name_of
-from stepgauge.figures.style import COLORS, FORMATS, draw_before_and_after, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, draw_before_and_after, figure_style, new_figure
 from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import unit_vectors
 
@@ -52,25 +51,6 @@ class Panel:
     fit: QuantityFit
     share: Array
     term: ChangeTerm | None = None
-
-
-def figure_names(found: MapDiagnosis, suffix: str = "png") -> list[str]:
-    """Names of the figures; the last is there only where an effect or a form is to be drawn in it."""
-    names = [RESIDUALS, DIRECTIONS, *([EFFECTS] if panels(found) else [])]
-    return [f"{name}.{suffix}" for name in names]
-
-
-def draw_map_diagnosis(folder: str | Path, found: MapDiagnosis, suffix: str = "png") -> list[Path]:
-    """Draw the figures into a folder; those of an earlier diagnosis that no longer hold are removed."""
-    target = Path(folder)
-    drawn = figures_of(found)
-    paths = [target / f"{name}.{suffix}" for name in drawn]
-    for figure, path in zip(drawn.values(), paths, strict=True):
-        save_figure(figure, path, found.data.simulated)
-    for stale in {target / f"{name}.{kind}" for name in (RESIDUALS, DIRECTIONS, EFFECTS) for kind in FORMATS}:
-        if stale not in paths:
-            stale.unlink(missing_ok=True)
-    return paths
 
 
 def figures_of(found: MapDiagnosis) -> dict[str, Figure]:

@@ -1,56 +1,209 @@
-"""Files of the diagnosis of a map: JSON for programs, Markdown to read, the changed probe file, figures."""
+"""What is written of the diagnosis of a map: the JSON, the table of residuals, the changed probe file."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import tomli_w
 
+from stepgauge import __version__
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS
 from stepgauge.diagnosis.maps.model import build_probe
-from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis
-from stepgauge.diagnosis.maps.rows import map_row_table
-from stepgauge.diagnosis.maps.to_json import map_diagnosis_json
-from stepgauge.diagnosis.output.rows import ROWS_FILE, rows_csv
+from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis, QuantityFit
+from stepgauge.diagnosis.output.files import FORMAT, estimate_json, evidence_json, finding_json
+from stepgauge.diagnosis.output.rows import FINDING, FORM, ROWS_FILE, rows_csv
+from stepgauge.diagnosis.result import Finding, Located, rms
+from stepgauge.diagnosis.wording.findings import MAP, meaning
+from stepgauge.files.checksum import file_sha256
+from stepgauge.files.json_types import json_types
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_json, write_sealed
 from stepgauge.probes.directions_map import map_directions
 
 PROBE_FILE = "probe.diagnosed.toml"
-_PRETRAVEL_FILE = "probe.diagnosed.csv"
-_OF_LAWS = ("constant_um", "lobe_azimuth_deg", "more_um", "pretravel_um", "amplitude_um", "phase_deg")
+PRETRAVEL_FILE = "probe.diagnosed.csv"
+OF_LAWS = ("constant_um", "lobe_azimuth_deg", "more_um", "pretravel_um", "amplitude_um", "phase_deg")
+UNIT = "sd"
+"""Residuals of forces and lengths beside each other: over the standard deviation of one reading."""
 
 
-def write_map_diagnosis(found: MapDiagnosis, probe_path: str, folder: str | Path, suffix: str = "png") -> list[Path]:
+def write_map_diagnosis(found: MapDiagnosis, folder: str | Path, suffix: str = "png") -> list[Path]:
     """Write all files into a folder, which is made if it is missing; returns their paths, the JSON first.
 
     Nothing is written before all is computed, and every file appears only when complete.
     """
-    from stepgauge.figures.probe_diagnosis import draw_map_diagnosis, figure_names
+    from stepgauge.figures.style import save_figure
     from stepgauge.reports.diagnosis import diagnosis_story
     from stepgauge.reports.render import markdown
 
-    target = Path(folder)
-    said = map_diagnosis_json(found, probe_path, target)
+    target, drawn = Path(folder), {f"{name}.{suffix}": figure for name, figure in found.figures().items()}
+    said = map_to_dict(found, target)
     texts = {
-        "diagnosis.md": markdown(diagnosis_story(said, figure_names(found, suffix))),
+        "diagnosis.md": markdown(diagnosis_story(said, list(drawn))),
         ROWS_FILE: rows_csv(map_row_table(found)),
         **_probe_files(found),
     }
     write_json(target / "diagnosis.json", said)
     for name, text in texts.items():
         write_sealed(target / name, text)
-    return [target / "diagnosis.json", *(target / name for name in texts), *draw_map_diagnosis(target, found, suffix)]
+    for name, figure in drawn.items():
+        save_figure(figure, target / name, found.data.simulated)
+    return [target / name for name in ("diagnosis.json", *texts, *drawn)]
+
+
+def map_to_dict(found: MapDiagnosis, folder: str | Path = ".") -> dict[str, Any]:
+    """The diagnosis of a map as JSON types, with the keys of that of a recording; undefined numbers are None.
+
+    ``folder`` is the folder of the diagnosed probe file, for the commands that name it.
+    """
+    data, noise = found.data, found.noise
+    probe = {"name": found.table.get("name", ""), "model": found.table.get("model", "constant")}
+    said = {
+        "format": FORMAT,
+        "stepgauge": __version__,
+        "verdict": found.verdict,
+        "effects": [_effect(each, found, Path(folder)) for each in found.findings],
+        "fit": {
+            "chi2_dof_after": found.chi2_dof_after,
+            "chi2_dof_before": found.chi2_dof_before,
+            "quantities": {fit.name: _quantity(fit) for fit in found.fits},
+        },
+        "noise": {
+            "from_repeats": noise.repeats,
+            "copies": noise.copies,
+            "dof": noise.dof,
+            "scatter": "proportional" if noise.grows else "constant",
+            "quantities": {fit.name: _noise(fit, noise.dof if noise.repeats else 0) for fit in found.fits},
+        },
+        "measured": {
+            "probings": len(data),
+            "outliers": int((~found.kept).sum()),
+            "rows_without_values": data.dropped,
+            "directions": int(data.direction.max()) + 1,
+            "polar_deg": _range(data.polar_deg, int(data.rings.max()) + 1),
+            "azimuth_deg": _range(data.azimuth_deg % 360.0, int(data.spokes.max()) + 1),
+            "quantities": [m.name for m in data.measured],
+        },
+        **evidence_json(found),
+        "remarks": list(found.remarks),
+        "lacking": list(found.lacking),
+        "inputs": {
+            "simulated": data.simulated,
+            "map": {"path": data.path, "sha256": file_sha256(data.path)},
+            "probe": {"path": found.probe_path, "sha256": file_sha256(found.probe_path), **probe},
+        },
+    }
+    for one, told in zip(found.unexplained, said["unexplained"], strict=True):
+        told |= _form(one, found) if len(one.share_um) else {}
+    return dict(json_types(said))
+
+
+def _effect(finding: Finding, found: MapDiagnosis, folder: Path) -> dict[str, Any]:
+    """A finding; commands are for the folder in which the diagnosis was started."""
+    how = finding.separate_by.replace(f" {PROBE_FILE}", f" {(folder / PROBE_FILE).as_posix()}")
+    said: dict[str, Any] = {
+        **finding_json(finding, _estimates(finding), [_member(one) for one in finding.members], how),
+        **_sizes(finding, found),
+    }
+    if finding.kind == OUTLIERS:
+        said["rows"] = [_outlier(int(row), found) for row in np.flatnonzero(~found.kept)]
+    return {**said, "meaning": meaning(said, MAP)}
+
+
+def _member(one: Finding) -> dict[str, Any]:
+    said = {
+        "kind": one.kind,
+        "label": one.label,
+        "conditional_probability": one.probability,
+        "parameters": _estimates(one),
+    }
+    return {**said, "meaning": meaning(said, MAP)}
+
+
+def _estimates(one: Finding) -> dict[str, Any]:
+    return {name: estimate_json(p) for name, p in one.parameters.items()}
+
+
+def _sizes(one: Finding | Located, found: MapDiagnosis) -> dict[str, Any]:
+    """How large what is found is in each quantity."""
+    shares = found.shares(one)
+    return {
+        "rms": {name: rms(share) for name, share in shares.items()},
+        "largest": {name: float(np.abs(share).max(initial=0.0)) for name, share in shares.items()},
+    }
+
+
+def _form(form: Located, found: MapDiagnosis) -> dict[str, Any]:
+    """The same of structure without a law, and over the scatter of a reading."""
+    over = np.concatenate([found.shares(form)[fit.name] / fit.scale for fit in found.fits])
+    return {**_sizes(form, found), f"rms_{UNIT}": rms(over)}
+
+
+def _outlier(row: int, found: MapDiagnosis) -> dict[str, Any]:
+    data = found.data
+    return {
+        "row": int(data.row_numbers[row]),
+        "polar_deg": data.polar_deg[row],
+        "azimuth_deg": data.azimuth_deg[row],
+        "off": {fit.name: fit.described[row] for fit in found.fits},
+    }
+
+
+def _quantity(fit: QuantityFit) -> dict[str, Any]:
+    return {
+        "unit": fit.unit,
+        "rms_before": fit.rms("before"),
+        "rms_after": fit.rms("after"),
+        "rest_rms": fit.rms("described"),
+        "worst_before_percent": 100.0 * fit.worst("before"),
+        "worst_after_percent": 100.0 * fit.worst("after"),
+    }
+
+
+def _noise(fit: QuantityFit, dof: int) -> dict[str, Any]:
+    u, digit = fit.noise / math.sqrt(2.0 * dof) if dof else math.nan, fit.measured.quantum or None
+    return {"sigma": fit.noise, "u": u, "unit": fit.unit, "printed_digit": digit}
+
+
+def _range(angle: Any, different: int) -> dict[str, Any]:
+    return {"from": angle.min(), "to": angle.max(), "different": different}
+
+
+def map_row_table(found: MapDiagnosis) -> pd.DataFrame:
+    """One row per value of the map, quantity by quantity.
+
+    Columns as :func:`stepgauge.diagnosis.output.rows.row_table` has them, with these meanings: ``placement`` is the
+    number of the quantity, in the order of the fits; ``face`` that of the direction; ``cycle`` counts its repeats;
+    ``position_deg`` is the azimuth, ``polar_deg`` the polar angle.
+    """
+    return pd.concat([_rows(fit, number, found) for number, fit in enumerate(found.fits, 1)], ignore_index=True)
+
+
+def _rows(fit: QuantityFit, number: int, found: MapDiagnosis) -> pd.DataFrame:
+    data = found.data
+    frame = pd.DataFrame({"recording": Path(data.path).name, "row": data.row_numbers, "placement": number}, copy=True)
+    frame["cycle"] = pd.Series(data.direction).groupby(data.direction).cumcount().to_numpy() + 1
+    frame["face"] = data.direction + 1
+    frame["position_deg"], frame["polar_deg"] = data.azimuth_deg, data.polar_deg
+    frame["used"] = found.kept.astype(int)
+    frame[f"before_{UNIT}"], frame[f"after_{UNIT}"] = fit.before / fit.scale, fit.described / fit.scale
+    told = {f"{FINDING}_{place}": one.share_um for place, one in enumerate(found.findings, 1)}
+    told |= {f"{FORM}_{place}": one.share_um for place, one in enumerate(found.forms, 1)}
+    for name, share in told.items():
+        frame[f"{name}_{UNIT}"] = np.split(share, len(found.fits))[number - 1] / fit.scale
+    return frame
 
 
 def _probe_files(found: MapDiagnosis) -> dict[str, str]:
     """The changed probe file, and a map file if it needs one, by name."""
     table, beside = _plain(found.table), {}
     if table.get("model") == "triangular":
-        table, beside[_PRETRAVEL_FILE] = _map_table(table)
+        table, beside[PRETRAVEL_FILE] = _map_table(table)
     return {PROBE_FILE: _head(found) + tomli_w.dumps({"probe": table}), **beside}
 
 
@@ -79,9 +232,9 @@ def _map_table(table: dict[str, Any]) -> tuple[dict[str, Any], str]:
     rows = [
         [f"{cell:.6g}" for cell in row] for row in zip(polar.ravel(), azimuth.ravel(), pretravel.ravel(), strict=True)
     ]
-    kept = {key: value for key, value in table.items() if key not in _OF_LAWS}
+    kept = {key: value for key, value in table.items() if key not in OF_LAWS}
     text = csv_text(("polar_deg", "azimuth_deg", "pretravel_um"), rows)
-    return {**kept, "model": "table", "map": _PRETRAVEL_FILE}, text
+    return {**kept, "model": "table", "map": PRETRAVEL_FILE}, text
 
 
 def _plain(value: Any) -> Any:

@@ -50,6 +50,11 @@ class QuantityFit:
         return self.measured.unit
 
     @property
+    def scale(self) -> float:
+        """What residuals are measured by: the noise, or the last digit where that is not known."""
+        return self.noise or self.measured.quantum or 1.0
+
+    @property
     def stages(self) -> dict[str, Array]:
         """The residuals without outliers, by stage."""
         stages = {"before": self.before, "after": self.after, "described": self.described}
@@ -111,9 +116,9 @@ class MapDiagnosis(Diagnosis):
     @cached_property
     def contents(self) -> dict[str, Any]:
         """All that is stated, in JSON types."""
-        from stepgauge.diagnosis.maps.to_json import map_diagnosis_json
+        from stepgauge.diagnosis.maps.output import map_to_dict
 
-        return map_diagnosis_json(self, self.probe_path)
+        return map_to_dict(self)
 
     def figures(self) -> dict[str, Figure]:
         """Residuals, directions and effects, by the names of their files."""
@@ -126,4 +131,4 @@ class MapDiagnosis(Diagnosis):
         from stepgauge.diagnosis.maps.output import write_map_diagnosis
 
         with open_set():
-            return write_map_diagnosis(self, self.probe_path, folder, figure)
+            return write_map_diagnosis(self, folder, figure)
