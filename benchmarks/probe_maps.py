@@ -23,7 +23,6 @@ from stepgauge.diagnosis.maps.data import MapData, Measured
 from stepgauge.diagnosis.maps.diagnose import diagnose_map
 from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel, predict
 from stepgauge.diagnosis.maps.result import MapDiagnosis
-from stepgauge.probes import probe_from_table
 
 Array = NDArray[np.float64]
 KINEMATIC: dict[str, Any] = {
@@ -67,7 +66,7 @@ def made(plan: Plan, rng: np.random.Generator, concealed: dict[str, Array] | Non
     """A map: what the probe file says, what is concealed, and noise; printed to a fifth of it or finer."""
     polar, azimuth = plan.angles
     normals = MapData("map", polar, azimuth, (), 0).normals
-    said = predict(probe_from_table(plan.table, "truth"), (), normals, plan.quantities)
+    said = predict(plan.table, "truth", normals, plan.quantities)
     measured = []
     for name, values in zip(plan.quantities, said, strict=True):
         off = 0.0 if concealed is None else concealed[name]
@@ -175,11 +174,11 @@ def exchanged(seeds: int, draw: int = 0) -> Iterator[tuple[float, str, str]]:
     for i, plan in enumerate(PLANS):
         polar, azimuth = plan.angles
         normals = MapData("map", polar, azimuth, (), 0).normals
-        known = predict(probe_from_table(plan.table, "file"), (), normals, plan.quantities)
+        known = predict(plan.table, "file", normals, plan.quantities)
         for length in STYLI_MM if "stylus" in plan.table else ():
             other = deepcopy(plan.table)
             other["stylus"][0]["length_mm"] = length
-            values = predict(probe_from_table(other, "truth"), (), normals, plan.quantities)
+            values = predict(other, "truth", normals, plan.quantities)
             off = {q: v - k for q, v, k in zip(plan.quantities, values, known, strict=True)}
             for seed in range(seeds):
                 found = diagnosed(plan, made(plan, _rng(draw, 6, i, int(length), seed), off))

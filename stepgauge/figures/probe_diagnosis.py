@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.maps.model import ChangeTerm, build_probe, changed_table, predict
+from stepgauge.diagnosis.maps.model import ChangeTerm, changed_table, predict
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.result import rms
 from stepgauge.diagnosis.wording.findings import name_of
@@ -157,8 +157,7 @@ def _law(panel: Panel, term: ChangeTerm, found: MapDiagnosis, polar_deg: Array, 
     normals = unit_vectors(np.radians(azimuth_deg), np.pi / 2.0 - np.radians(polar_deg))
     without = tuple(one for one in found.terms if one.candidate != term.candidate)
     values = [
-        predict(build_probe(changed_table(found.probe, terms), ""), terms, normals, [panel.fit.name])[0]
-        for terms in (found.terms, without)
+        predict(changed_table(found.probe, terms), "", normals, [panel.fit.name])[0] for terms in (found.terms, without)
     ]
     return values[0] - values[1]
 

@@ -149,7 +149,7 @@ def test_lever_and_contact_radius_are_one_set_that_a_longer_stylus_separates(tab
     assert 0.05 < rival.probability < own.probability < 1.0
     assert own.probability + rival.probability == pytest.approx(1.0)
     assert 50.0 / radius == pytest.approx((50.0 + found.parameters["mm"].value) / 16.34, rel=1e-3)
-    assert "ratio of lever to contact radius" in found.reason
+    assert "lever arm and contact radius have the same signature" in found.reason
     assert "longer" in found.separate_by
 
 

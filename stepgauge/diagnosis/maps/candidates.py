@@ -17,6 +17,8 @@ Shape = Literal["line", "plane", "linear", "lobes"]
 
 _STEEL = {"tip_modulus_GPa": 400.0, "tip_poisson": 0.27, "modulus_GPa": 210.0, "poisson": 0.30}
 GAUGE_KINDS = ("force_gauge_scale", "force_gauge_offset")
+FORCE_GAUGE = "force_gauge"
+"""Key of the errors of the force gauge beside those of a ``[probe]`` table; no probe file has it."""
 SHORTEST_STEM_MM, LONGEST_STEM_MM = 2.0, 500.0
 
 
@@ -192,15 +194,16 @@ def _compliance(stem: Sequence[Table]) -> ProbeChange:
 
 def _force_gauge_changes() -> list[ProbeChange]:
     """Errors of the force gauge; the probe itself is not changed."""
+    knobs = ProbeParameter("factor", "1", 1.0, 0.1, 10.0), ProbeParameter("N", "N", 0.0, -10.0, 10.0)
 
-    def unchanged(table: Table, values: Sequence[float]) -> None:
-        del table, values
+    def change_of(knob: ProbeParameter) -> Change:
+        def change(table: Table, values: Sequence[float]) -> None:
+            table[FORCE_GAUGE] = {**table.get(FORCE_GAUGE, {}), knob.name: values[0]}
 
-    scale, offset = ProbeParameter("factor", "1", 1.0, 0.1, 10.0), ProbeParameter("N", "N", 0.0, -10.0, 10.0)
-    return [
-        ProbeChange("force_gauge_scale", (scale,), unchanged, shape="linear"),
-        ProbeChange("force_gauge_offset", (offset,), unchanged, shape="linear"),
-    ]
+        return change
+
+    pairs = zip(GAUGE_KINDS, knobs, strict=True)
+    return [ProbeChange(kind, (knob,), change_of(knob), shape="linear") for kind, knob in pairs]
 
 
 def _pretravel_changes(table: Table) -> list[ProbeChange]:

@@ -4,27 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.credible_finding import credible_finding
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS
+from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS, Table
 from stepgauge.diagnosis.maps.direction_functions import DIRECTION, HARMONIC, DirectionFunction
-from stepgauge.diagnosis.maps.further_measurements import best_measurement, reason
+from stepgauge.diagnosis.maps.further_measurements import best_measurement
 from stepgauge.diagnosis.maps.model import ChangeTerm
-from stepgauge.diagnosis.maps.parameters import estimates
 from stepgauge.diagnosis.maps.result import OUTLIERS
 from stepgauge.diagnosis.maps.stated_map import FittedChanges, StatedMap
 from stepgauge.diagnosis.result import Finding, Located
 from stepgauge.diagnosis.stating_rules import SURE_OUTLIER, StatedTerm, credible_laws, structure_alone
-from stepgauge.diagnosis.wording.catalogue import say
+from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.diagnosis.wording.notation import significant
 from stepgauge.diagnosis.wording.structure import UNDETERMINED
 from stepgauge.files.arrays import Array
 from stepgauge.inference.noise_models import OUTLYING
+
+COMPONENTS = {"x_mm": ("mm", "azimuth_deg", "mm", 1.0), "cos_um": ("amplitude_um", "phase_deg", "um", 3.0)}
+"""First of two components -> names of size and direction, unit of the size, and number of lobes in a turn."""
 
 
 def map_findings(found: StatedMap, by_row: Sequence[Array]) -> Iterator[Finding]:
@@ -46,7 +49,7 @@ def map_findings(found: StatedMap, by_row: Sequence[Array]) -> Iterator[Finding]
 
 def _cause(found: StatedMap, fitted: FittedChanges, place: int) -> Finding:
     term = fitted.terms[place]
-    values = estimates(found.rows.model.table, fitted)[place]
+    values = _parameters(found.rows.model.table, term, fitted.covariance_of(place))
     return Finding(term.candidate.kind, term.candidate.label, None, {}, values, 0.0, moved_by(found, fitted, term))
 
 
@@ -57,11 +60,14 @@ def _why_and_next(
     probability: Sequence[float],
     by_row: Sequence[Array],
 ) -> tuple[str, str]:
-    """Why the kinds of a set are not separated, and the measurement that does."""
+    """Why the kinds of a set are not separated, and the measurement that does; both empty for one kind."""
     others = [i for i, kind in enumerate(kinds) if i == 0 or kind != kinds[0]]
-    why = dict.fromkeys(reason(kinds[0], kinds[i]) for i in others[1:])
+    if len(others) < 2:
+        return "", ""
+    own, *names = dict.fromkeys(name_of(kinds[i], "map") for i in others)
+    why = f"in the directions of this map {own} and {listed(names)} have the same signature"
     rivals, weights = [fits[i] for i in others], [probability[i] for i in others]
-    return "; ".join(why), best_measurement(found.rows.model, by_row, rivals, weights)
+    return why, best_measurement(found.rows.model, by_row, rivals, weights)
 
 
 def moved_by(found: StatedMap, fitted: FittedChanges, term: ChangeTerm) -> Array:
@@ -86,6 +92,43 @@ def _outliers(found: StatedMap) -> Iterator[Finding]:
         count = {"rows": Estimate(float(rows.size), None, "count")}
         none = np.zeros(len(found.rows.um))
         yield Finding(OUTLIERS, OUTLIERS, None, {"rows": tuple(map(int, rows))}, count, p, none, own=p)
+
+
+def _parameters(table: Table, term: ChangeTerm, covariance: Array) -> dict[str, Estimate]:
+    """Parameters of a change in the terms of the field, with the standard uncertainties of the fit."""
+    knobs = term.candidate.knobs
+    if knobs[0].name in COMPONENTS:
+        return _polar(term.values, covariance, *COMPONENTS[knobs[0].name])
+    found = {
+        knob.name: Estimate(value, _root(covariance[i, i]), knob.unit)
+        for i, (knob, value) in enumerate(zip(knobs, term.values, strict=True))
+    }
+    if "more_um" in found:  # the constant beside triangular lobes: 0 for Wozniak's law alone
+        more = found.pop("more_um")
+        found["offset_um"] = Estimate(float(table.get("pretravel_um", 0.0)) + more.value, more.u, more.unit)
+    if (total := term.candidate.total) is not None:
+        u = _root(covariance[0, 0] * total.slope**2)
+        found[total.name] = Estimate(total.value(term.values[0]), u, total.unit)
+    return found
+
+
+def _polar(
+    values: Sequence[float], covariance: Array, size: str, angle: str, unit: str, lobes: float
+) -> dict[str, Estimate]:
+    """Size and direction of two components, uncertainties by linear propagation."""
+    x, y = values
+    r = max(float(np.hypot(x, y)), 1e-12)
+    along, across = np.array([x, y]) / r, np.array([-y, x]) / r**2
+    degrees = float(np.degrees(np.arctan2(y, x)) / lobes)
+    return {
+        size: Estimate(r, _root(along @ covariance @ along), unit),
+        angle: Estimate(degrees, _root(np.degrees(1.0) ** 2 * across @ covariance @ across / lobes**2), "deg"),
+    }
+
+
+def _root(variance: Any) -> float | None:
+    """Square root of a variance; None if there is none."""
+    return float(np.sqrt(variance)) if np.isfinite(variance) and variance >= 0.0 else None
 
 
 # -- structure without a law -------------------------------------------------------------------------------------------

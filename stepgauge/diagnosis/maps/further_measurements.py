@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from stepgauge.diagnosis.maps.candidates import Table
-from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel, build_probe, changed_table, predict, read_gauge
+from stepgauge.diagnosis.maps.model import MapModel, changed_table, predict, read_force_gauge
 from stepgauge.diagnosis.maps.stated_map import FittedChanges
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
@@ -26,59 +26,30 @@ GRIDS = (
     ("map more polar angles", (20.0, 40.0, 60.0, 90.0), range(0, 120, 15)),
     ("map all azimuths at 60 and 90 deg", (60.0, 90.0), range(0, 360, 15)),
 )
-
-REASONS = {
-    frozenset(
-        {"lever_arm", "stylus_length"}
-    ): "the lever of a force at the tip is the stylus and what it is held by; only "
-    "how far the stylus bends tells them apart",
-    frozenset({"lever_arm", "contact_radius"}): "a force at the tip reaches the contacts through the ratio of lever to "
-    "contact radius alone",
-    frozenset({"preload", "force_gauge_scale"}): "every trigger force is proportional to the spring's force, so a "
-    "gauge that reads too much looks like a stronger spring",
-    frozenset({"lever_arm", "preload"}): "square to the stylus the force is about preload times contact radius over "
-    "lever; only oblique directions tell the three apart",
-    frozenset({"contact_radius", "preload"}): "square to the stylus the force is about preload times contact radius "
-    "over lever; only oblique directions tell the three apart",
-    frozenset({"lever_arm", "force_gauge_scale"}): "square to the stylus the lever scales all forces alike, as a "
-    "force gauge does",
-    frozenset({"contact_radius", "force_gauge_scale"}): "square to the stylus the contact radius scales all forces "
-    "alike, as a force gauge does",
-}
-
-
 Predicted = Mapping[str, Array]
 """Values of quantities by name."""
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """A feasible further measurement: in words, and what a changed table and its changes predict for it.
+    """A feasible further measurement: in words, and what a changed table predicts for it.
 
     ``command``: the one that predicts it.
     """
 
     words: str
-    values: Callable[[Table, Sequence[ChangeTerm]], Predicted]
+    values: Callable[[Table], Predicted]
     command: str = ""
-
-
-def reason(first: str, second: str) -> str:
-    """Why two changes have the same signature, in words."""
-    known = REASONS.get(frozenset({first, second}))
-    return known or f"over the directions measured, {first} and {second} change the values in the same way"
 
 
 def best_measurement(
     model: MapModel, sigma: Sequence[Array], rivals: Sequence[FittedChanges], weights: Sequence[float]
 ) -> str:
     """The measurement that is expected to tell most about which of several rivals holds, with the command that predicts
-    it; empty for a single one.
+    it.
 
     ``weights``: in proportion to the probability of each rival.
     """
-    if len(rivals) < 2:
-        return ""
     p = np.array(weights) / sum(weights)
     scatter = COARSE | {m.name: float(np.median(s)) for m, s in zip(model.data.measured, sigma, strict=True)}
     feasible = list(_feasible(model))
@@ -96,7 +67,7 @@ def _distances(
 ) -> Array:
     """Chi-square distances ``(h, h)`` of what the rivals predict; 0 if one has no prediction."""
     try:
-        every = [measurement.values(changed_table(table, one.terms), one.terms) for one in rivals]
+        every = [measurement.values(changed_table(table, one.terms)) for one in rivals]
     except InputError:
         return np.zeros((len(rivals), len(rivals)))
     over = [np.concatenate([values.ravel() / scatter[name] for name, values in one.items()]) for one in every]
@@ -113,7 +84,7 @@ def _feasible(model: MapModel) -> Iterator[Measurement]:
         command = f"stepgauge probe map probe.diagnosed.toml {angles} -o planned-map.csv"
         yield Measurement(words, partial(_at, model, names, normals_of(list(polar), list(azimuth)), 0.0), command)
     if seat:
-        yield Measurement("load the force gauge with a known weight of about 1 N", lambda _, terms: _force(terms, 1.0))
+        yield Measurement("load the force gauge with a known weight of about 1 N", partial(_force, force_N=1.0))
         yield Measurement("measure the force that lifts the stylus along its axis", _lifting)
         for name in sorted({*OTHERS} - {*names}):
             yield Measurement(f"measure the {OTHERS[name]} too", partial(_at, model, [name], model.data.normals, 0.0))
@@ -122,20 +93,18 @@ def _feasible(model: MapModel) -> Iterator[Measurement]:
         yield Measurement(words, partial(_at, model, names, model.data.normals, length))
 
 
-def _at(
-    model: MapModel, names: Sequence[str], normals: Array, longer_mm: float, table: Table, terms: Sequence[ChangeTerm]
-) -> Predicted:
+def _at(model: MapModel, names: Sequence[str], normals: Array, longer_mm: float, table: Table) -> Predicted:
     """What the probe gives in some directions, with a stylus that is longer."""
     if longer_mm:
         table = deepcopy(table)
         table["stylus"][-1]["length_mm"] += longer_mm
         table.pop("stylus_length_mm", None)
-    return dict(zip(names, predict(build_probe(table, model.where), terms, normals, names), strict=True))
+    return dict(zip(names, predict(table, model.where, normals, names), strict=True))
 
 
-def _lifting(table: Table, terms: Sequence[ChangeTerm]) -> Predicted:
-    return _force(terms, float(table["seat"]["preload_N"]))
+def _lifting(table: Table) -> Predicted:
+    return _force(table, float(table["seat"]["preload_N"]))
 
 
-def _force(terms: Sequence[ChangeTerm], force_N: float) -> Predicted:
-    return {"trigger_force_N": read_gauge(terms, np.array([force_N]))}
+def _force(table: Table, force_N: float) -> Predicted:
+    return {"trigger_force_N": read_force_gauge(table, np.array([force_N]))}

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS, ProbeChange, Table
+from stepgauge.diagnosis.maps.candidates import FORCE_GAUGE, ProbeChange, Table
 from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
@@ -58,7 +58,7 @@ def build_probe(table: Mapping[str, Any], where: str) -> Probe:
     Raises :class:`InputError` for an impossible construction.
     """
     if table.get("model") != "triangular":
-        return probe_from_table(dict(table), where)
+        return probe_from_table({key: value for key, value in table.items() if key != FORCE_GAUGE}, where)
     return add_laws(_triangular(table), [EmpiricalTable.model_validate(law) for law in table.get("empirical", [])])
 
 
@@ -74,14 +74,10 @@ def _triangular(table: Mapping[str, Any]) -> TriangularProbe:
     )
 
 
-def read_gauge(terms: Sequence[ChangeTerm], force_N: Array) -> Array:
+def read_force_gauge(table: Mapping[str, Any], force_N: Array) -> Array:
     """Indication of the force gauge for forces."""
-    for term in terms:
-        if term.candidate.kind == GAUGE_KINDS[0]:
-            force_N = force_N * term.values[0]
-        elif term.candidate.kind == GAUGE_KINDS[1]:
-            force_N = force_N + term.values[0]
-    return force_N
+    errors = table.get(FORCE_GAUGE, {})
+    return np.asarray(force_N * errors.get("factor", 1.0) + errors.get("N", 0.0))
 
 
 class MapModel:
@@ -100,9 +96,8 @@ class MapModel:
         return self._lately(tuple(terms))
 
     def _predict(self, terms: Terms) -> list[Array]:
-        probe = build_probe(changed_table(self.table, terms), self.where)
-        values = predict(probe, terms, self._normals, [m.name for m in self.data.measured])
-        return [one[self._direction] for one in values]
+        table, quantities = changed_table(self.table, terms), [m.name for m in self.data.measured]
+        return [one[self._direction] for one in predict(table, self.where, self._normals, quantities)]
 
     def residuals(self, terms: Sequence[ChangeTerm]) -> list[Array]:
         """Recorded minus simulated, (n,) for each quantity, in its unit."""
@@ -110,11 +105,12 @@ class MapModel:
         return [m.values - p for m, p in zip(self.data.measured, predicted, strict=True)]
 
 
-def predict(probe: Probe, terms: Sequence[ChangeTerm], normals: Array, quantities: Sequence[str]) -> list[Array]:
-    """Values of quantities for contact normals (n, 3) in the probe's frame."""
+def predict(table: Mapping[str, Any], where: str, normals: Array, quantities: Sequence[str]) -> list[Array]:
+    """Values of quantities for contact normals (n, 3) in the probe's frame; errors as :func:`build_probe`."""
+    probe = build_probe(table, where)
     approach = probe.approaches(normals)
     asked = {
-        "trigger_force_N": lambda: read_gauge(terms, probe.trigger_force_N(approach)),
+        "trigger_force_N": lambda: read_force_gauge(table, probe.trigger_force_N(approach)),
         "deflection_um": lambda: probe.deflection_um(approach),
         "pretravel_um": lambda: probe.pretravel_um(approach),
     }

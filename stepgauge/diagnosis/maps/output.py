@@ -12,7 +12,8 @@ import tomli_w
 
 from stepgauge import __version__
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS
+from stepgauge.diagnosis.maps.candidates import FORCE_GAUGE, GAUGE_KINDS
+from stepgauge.diagnosis.maps.data import ANGLES
 from stepgauge.diagnosis.maps.model import build_probe
 from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.output.files import FORMAT, estimate_json, evidence_json, finding_json
@@ -23,7 +24,7 @@ from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_json, write_sealed
-from stepgauge.probes.directions_map import map_directions
+from stepgauge.probes.directions_map import map_directions, map_rows
 
 PROBE_FILE = "probe.diagnosed.toml"
 PRETRAVEL_FILE = "probe.diagnosed.csv"
@@ -201,7 +202,7 @@ def _rows(fit: QuantityFit, number: int, found: MapDiagnosis) -> pd.DataFrame:
 
 def _probe_files(found: MapDiagnosis) -> dict[str, str]:
     """The changed probe file, and a map file if it needs one, by name."""
-    table, beside = _plain(found.table), {}
+    table, beside = _plain({key: one for key, one in found.table.items() if key != FORCE_GAUGE}), {}
     if table.get("model") == "triangular":
         table, beside[PRETRAVEL_FILE] = _map_table(table)
     return {PROBE_FILE: _head(found) + tomli_w.dumps({"probe": table}), **beside}
@@ -228,13 +229,9 @@ def _map_table(table: dict[str, Any]) -> tuple[dict[str, Any], str]:
     """A law that probe files do not have, as a map file; empirical laws stay formulas."""
     named = {key: value for key, value in table.items() if key != "empirical"}
     found = map_directions(build_probe(named, ""), np.arange(0.0, 181.0, 5.0), np.arange(0.0, 360.0, 3.0))
-    polar, azimuth, _, _, pretravel = found.columns()
-    rows = [
-        [f"{cell:.6g}" for cell in row] for row in zip(polar.ravel(), azimuth.ravel(), pretravel.ravel(), strict=True)
-    ]
     kept = {key: value for key, value in table.items() if key not in OF_LAWS}
-    text = csv_text(("polar_deg", "azimuth_deg", "pretravel_um"), rows)
-    return {**kept, "model": "table", "map": PRETRAVEL_FILE}, text
+    rows = [(polar, azimuth, pretravel) for polar, azimuth, _, _, pretravel in map_rows(found)]
+    return {**kept, "model": "table", "map": PRETRAVEL_FILE}, csv_text((*ANGLES, "pretravel_um"), rows)
 
 
 def _plain(value: Any) -> Any:
