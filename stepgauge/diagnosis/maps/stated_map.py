@@ -6,8 +6,8 @@ does alone is subtracted, and the search repeated until that does not change.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -70,10 +70,10 @@ class StatedMap:
     rows: MapRows
     answer: Posterior
     state: Hypothesis
-    laws: tuple[StatedTerm, ...]
-    forms: tuple[StatedTerm, ...]
-    vague: tuple[StatedTerm, ...]
-    slight: tuple[StatedTerm, ...]
+    laws: Sequence[StatedTerm]
+    forms: Sequence[StatedTerm]
+    vague: Sequence[StatedTerm]
+    slight: Sequence[StatedTerm]
     fitted: FittedChanges
     moved_by_slight: Array
     metric: Metric
@@ -139,74 +139,45 @@ def _stated(rows: MapRows, search: Search, priors: Priors) -> StatedMap:
     plain = _metric(search, state)
     checks = predictive_checks(search.problem, state, plain)
     wider = widening(checks, search.problem, state, plain)
-    roles = _Roles([one for one in every if one.named], [one for one in every if not one.named])
-    roles.take_from_laws(roles.vague, lambda one: not sign_is_sure(one, state, answer, priors.decision, wider))
+    forms, laws = ([one for one in every if one.named is named] for named in (False, True))
+    vague = [one for one in laws if not sign_is_sure(one, state, answer, priors.decision, wider)]
+    laws = [one for one in laws if one not in vague]
+    slight: list[StatedTerm] = []
     least = priors.maps.slight * _square(plain(rows.um))
-    fitted = _fit_determined(roles, rows, search, state, priors, least)
-    metric = _metric(search, state, (*roles.forms, *roles.vague))
-    factor = _moved_by_slight(fitted, roles, rows, search, state, priors)
-    roles.slight += [one for one in roles.forms if _square(plain(_contribution(one, state))) < least]
-    forms = tuple(one for one in roles.forms if one not in roles.slight)
-    others = (tuple(roles.laws), forms, tuple(roles.vague), tuple(roles.slight))
-    return StatedMap(rows, answer, state, *others, fitted, factor, metric, priors, checks, wider)
-
-
-@dataclass
-class _Roles:
-    """What each term of the hypothesis is: see :class:`StatedMap`."""
-
-    laws: list[StatedTerm]
-    forms: list[StatedTerm]
-    vague: list[StatedTerm] = field(default_factory=list)
-    slight: list[StatedTerm] = field(default_factory=list)
-
-    def take_from_laws(self, other: list[StatedTerm], which: Callable[[StatedTerm], bool]) -> None:
-        """Laws that are another thing."""
-        other += [one for one in self.laws if which(one)]
-        self.laws = [one for one in self.laws if one not in other]
-
-
-def _fit_determined(
-    roles: _Roles, rows: MapRows, search: Search, state: Hypothesis, priors: Priors, least: float
-) -> FittedChanges:
-    """The fit of the laws, without those that are not determined beside the others, or slight."""
-    while True:
-        metric = _metric(search, state, (*roles.forms, *roles.vague))
-        changes = [_change(state, one.lead.candidate.label, one.term) for one in roles.laws]
+    while True:  # the laws together, without those that are not determined beside the others, or slight
+        metric = _metric(search, state, (*forms, *vague))
+        changes = [_change(state, one.lead.candidate.label, one.term) for one in laws]
         fitted = fitted_together(changes, rows, metric, priors)
-        if not roles.laws:
-            return fitted
-        first = int(np.argmin(fitted.significance))
-        if fitted.significance[first] < priors.decision.determined**2:
-            roles.vague.append(roles.laws.pop(first))
-        elif len(roles.laws) > 1 and fitted.significance[first] < least:
-            roles.slight.append(roles.laws.pop(first))
+        first, smallest = min(enumerate(fitted.significance), key=lambda one: one[1], default=(0, np.inf))
+        if smallest < priors.decision.determined**2:
+            vague.append(laws.pop(first))
+        elif smallest < least and len(laws) > 1:
+            slight.append(laws.pop(first))
         else:
-            return fitted
+            break
+    factor = np.ones(len(laws))
+    if slight:
+        beside = _metric(search, state, (*forms, *vague, *slight))
+        factor = _moved(fitted, fitted_together(fitted.terms, rows, beside, priors))
+    moved = [_square(plain(state.contribution_um(state.index(one.term.candidate)))) for one in forms]
+    slight += [one for one, square in zip(forms, moved, strict=True) if square < least]
+    others = ([one for one in forms if one not in slight], vague, slight)
+    return StatedMap(rows, answer, state, laws, *others, fitted, factor, metric, priors, checks, wider)
 
 
 def _metric(search: Search, state: Hypothesis, nuisances: Sequence[StatedTerm] = ()) -> Metric:
+    """That of the scatter, beside other terms."""
     beside = [one.term.nuisance for one in nuisances]
     return Metric(search.problem, state.noise, search.noise_models, state.sigma_um, beside)
 
 
-def _moved_by_slight(
-    fitted: FittedChanges, roles: _Roles, rows: MapRows, search: Search, state: Hypothesis, priors: Priors
-) -> Array:
-    """Factors on uncertainties for the shift of the values if slight laws are included, one to a term."""
-    if not roles.slight:
-        return np.ones(len(fitted.terms))
-    beside = _metric(search, state, (*roles.forms, *roles.vague, *roles.slight))
-    other = fitted_together(fitted.terms, rows, beside, priors)
+def _moved(fitted: FittedChanges, other: FittedChanges) -> Array:
+    """Factors on uncertainties for the shift of the values in another fit, one to a term."""
     found = []
     for place, (one, two) in enumerate(zip(fitted.terms, other.terms, strict=True)):
         variance = np.maximum(np.diag(fitted.covariance_of(place)), 1e-300)
         found.append(float(np.sqrt(1.0 + (np.subtract(one.values, two.values) ** 2 / variance).max())))
     return np.array(found)
-
-
-def _contribution(said: StatedTerm, state: Hypothesis) -> Array:
-    return state.contribution_um(state.index(said.term.candidate))
 
 
 def _square(values: Array) -> float:
