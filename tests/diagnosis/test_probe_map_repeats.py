@@ -159,6 +159,11 @@ class TestUnknown:
         assert found.findings[0].parameters["um"].value == pytest.approx(2.0, abs=0.1)
         assert "two lobes" in found.unexplained[0].where
 
+    def test_lobes_without_height_are_no_rival_of_another_mean(self):
+        (found,) = diagnosed(made(lambda p, a: 1.0 + two_lobes(p, a))).findings
+        assert found.kind == "effective_radius"
+        assert not found.confounded_with
+
     def test_small_structure_is_not_swallowed_by_a_large_named_change(self):
         found = diagnosed(made(lambda p, a: 8.0 + two_lobes(p, a)))
         assert found.verdict == "unknown"

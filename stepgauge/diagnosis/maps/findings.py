@@ -33,8 +33,11 @@ COMPONENTS = {"x_mm": ("mm", "azimuth_deg", "mm", 1.0), "cos_um": ("amplitude_um
 def map_findings(found: StatedMap, by_row: Sequence[Array]) -> Iterator[Finding]:
     """The changes that are stated, then the outliers; ``by_row (n,)``: scatter of the rows of each quantity."""
     for place, said in enumerate(found.laws):
-        every = credible_laws(said, found.priors.decision)
-        fits = [found.fitted, *(found.substitute_rival(place, one) for one in every[1:])]
+        lead, *others = credible_laws(said, found.priors.decision)
+        instead = [(one, found.substitute_rival(place, one)) for one in others]
+        # lobes without height are another mean pre-travel by another name
+        real = [(one, fitted) for one, fitted in instead if fitted.terms[place].has_size]
+        every, fits = [lead, *(one for one, _ in real)], [found.fitted, *(fitted for _, fitted in real)]
         causes = [_cause(found, fitted, place) for fitted in fits]
         by_label = {one.candidate.label: cause for one, cause in zip(every, causes, strict=True)}
         slight = float(found.moved_by_slight[place])

@@ -33,12 +33,22 @@ class TriangularProbe(Probe):
         return law.pretravel_um(self.normals(approach), self.constant_um) + self.added_um
 
 
+NOTHING = 1e-9
+"""Share of the range of a knob that is as good as no change."""
+
+
 @dataclass(frozen=True)
 class ChangeTerm:
     """A candidate in the model, with the values of its knobs."""
 
     candidate: ProbeChange
     values: tuple[float, ...]
+
+    @property
+    def has_size(self) -> bool:
+        """Whether it changes anything of its own, by the first knob."""
+        knob = self.candidate.knobs[0]
+        return abs(self.values[0] - knob.none) > NOTHING * (knob.high - knob.low)
 
 
 Terms = tuple[ChangeTerm, ...]
