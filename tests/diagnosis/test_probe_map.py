@@ -271,7 +271,7 @@ def test_files_agree_with_each_other(tmp_path, probe_file, table):
     assert said["verdict"] == found.verdict == "effects"
     assert said["effects"][0]["kind"] == "preload"
     assert set(said["effects"][0]) >= {"parameters", "probability", "confounded_with", "separate_by"}
-    assert said["fit"]["rms_after_N"] == pytest.approx(0.01, rel=0.2)
+    assert said["fit"]["quantities"]["trigger_force_N"]["rms_after"] == pytest.approx(0.01, rel=0.2)
     probe = read_probe(tmp_path / "out" / "probe.diagnosed.toml")
     assert probe.tripod.preload_N == pytest.approx(said["effects"][0]["parameters"]["preload_N"]["value"], rel=1e-5)
     report = (tmp_path / "out" / "diagnosis.md").read_text()

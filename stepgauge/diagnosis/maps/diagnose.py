@@ -19,7 +19,7 @@ from stepgauge.diagnosis.maps.findings import (
     map_remarks,
     map_structure,
 )
-from stepgauge.diagnosis.maps.model import MapModel, changed_table, check_model
+from stepgauge.diagnosis.maps.model import MapModel, changed_table, check_model, without_force_gauge
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.maps.scatter import MapScatter, estimate_scatter
 from stepgauge.diagnosis.maps.signatures import MapRows
@@ -107,7 +107,7 @@ def _diagnosis_of(found: StatedMap, scatter: MapScatter) -> MapDiagnosis:
         model.data,
         kept,
         model.table,
-        changed_table(model.table, terms),
+        without_force_gauge(changed_table(model.table, terms)),
         terms,
         concluded.findings,
         tuple(located_alone(found, concluded.structure)),

@@ -62,13 +62,18 @@ def changed_table(table: Mapping[str, Any], terms: Sequence[ChangeTerm]) -> Tabl
     return changed
 
 
+def without_force_gauge(table: Mapping[str, Any]) -> Table:
+    """What of a changed table is of the probe."""
+    return {key: value for key, value in table.items() if key != FORCE_GAUGE}
+
+
 def build_probe(table: Mapping[str, Any], where: str) -> Probe:
     """The probe of a table, which may be of the model ``triangular`` that probe files do not have.
 
     Raises :class:`InputError` for an impossible construction.
     """
     if table.get("model") != "triangular":
-        return probe_from_table({key: value for key, value in table.items() if key != FORCE_GAUGE}, where)
+        return probe_from_table(without_force_gauge(table), where)
     return add_laws(_triangular(table), [EmpiricalTable.model_validate(law) for law in table.get("empirical", [])])
 
 

@@ -12,7 +12,7 @@ import tomli_w
 
 from stepgauge import __version__
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.maps.candidates import FORCE_GAUGE, GAUGE_KINDS
+from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS
 from stepgauge.diagnosis.maps.data import ANGLES
 from stepgauge.diagnosis.maps.model import build_probe
 from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis, QuantityFit
@@ -202,7 +202,7 @@ def _rows(fit: QuantityFit, number: int, found: MapDiagnosis) -> pd.DataFrame:
 
 def _probe_files(found: MapDiagnosis) -> dict[str, str]:
     """The changed probe file, and a map file if it needs one, by name."""
-    table, beside = _plain({key: one for key, one in found.table.items() if key != FORCE_GAUGE}), {}
+    table, beside = _plain(found.table), {}
     if table.get("model") == "triangular":
         table, beside[PRETRAVEL_FILE] = _map_table(table)
     return {PROBE_FILE: _head(found) + tomli_w.dumps({"probe": table}), **beside}
