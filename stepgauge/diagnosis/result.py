@@ -262,8 +262,23 @@ def _files(inputs: Any) -> Iterator[tuple[str, str]]:
         yield from _files(one)
 
 
+class ComputedDiagnosis(Diagnosis):
+    """A diagnosis with its readings: of a gauge, an axis, or the map of a probe."""
+
+    def outputs(self, folder: Path) -> tuple[Mapping[str, Any], Mapping[str, str]]:
+        """The contents for a folder, for the commands that name its files, and the texts beside them by file name."""
+        raise NotImplementedError
+
+    def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
+        """Write ``diagnosis.json``, ``diagnosis.md``, ``residuals.csv``, the diagnosed files and the figures."""
+        from stepgauge.diagnosis.output.files import write_diagnosis
+
+        with open_set():
+            return write_diagnosis(folder, self, figure)
+
+
 @dataclass(frozen=True, repr=False)
-class GaugeDiagnosis(Diagnosis):
+class GaugeDiagnosis(ComputedDiagnosis):
     """The diagnosis of a recording of a gauge on a machine.
 
     ``before_um`` and ``after_um``: the residuals without origins; ``placements``: texts of placement files for the runs
@@ -331,12 +346,10 @@ class GaugeDiagnosis(Diagnosis):
 
         return figures_of(self)
 
-    def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
-        """Write ``diagnosis.json``, ``diagnosis.md``, the diagnosed machine file and the figures; returns the paths."""
-        from stepgauge.diagnosis.output.files import write_diagnosis
+    def outputs(self, folder: Path) -> tuple[Mapping[str, Any], Mapping[str, str]]:
+        from stepgauge.diagnosis.output.files import gauge_outputs
 
-        with open_set():
-            return write_diagnosis(folder, self, figure)
+        return gauge_outputs(self, folder)
 
 
 def rms(values: Sequence[float] | Array) -> float:

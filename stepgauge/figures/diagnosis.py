@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,7 +27,7 @@ from stepgauge.figures.effect_panels import (
     panels,
     sides,
 )
-from stepgauge.figures.style import COLORS, FORMATS, draw_before_and_after, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, draw_before_and_after, figure_style, new_figure
 from stepgauge.files.arrays import Array
 
 if TYPE_CHECKING:
@@ -49,31 +48,6 @@ TITLE_CHARACTERS = {1: 66, 2: 48}
 """Longest line of a title, by the number of panels side by side."""
 GRAIN = 1e-3
 """Share of the axis within which positions count as the same."""
-
-
-def figure_names(diagnosis: GaugeDiagnosis, suffix: str = "png") -> list[str]:
-    """Names of the figures of a diagnosis; the last exists only if there is an effect or a form."""
-    names = [OVERVIEW, RESIDUALS, *([EFFECTS] if panels(diagnosis) else [])]
-    return [f"{name}.{suffix}" for name in names]
-
-
-def draw_diagnosis(
-    folder: str | Path,
-    diagnosis: GaugeDiagnosis,
-    suffix: str = "png",
-    simulated: bool = False,
-) -> list[Path]:
-    """Draw the figures of a diagnosis into a folder; outdated ones of an earlier diagnosis are removed."""
-    target = Path(folder)
-    drawn = figures_of(diagnosis)
-    paths = [target / f"{name}.{suffix}" for name in drawn]
-    for figure, path in zip(drawn.values(), paths, strict=True):
-        save_figure(figure, path, simulated)
-    for stale in {target / f"{name}.{kind}" for name in (OVERVIEW, RESIDUALS, EFFECTS) for kind in FORMATS} - set(
-        paths
-    ):
-        stale.unlink(missing_ok=True)
-    return paths
 
 
 def figures_of(diagnosis: GaugeDiagnosis) -> dict[str, Figure]:

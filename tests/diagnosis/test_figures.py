@@ -21,9 +21,7 @@ from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.errors import InputError
 from stepgauge.figures.diagnosis import (
     MOST_POINTS,
-    draw_diagnosis,
     effect_figure,
-    figure_names,
     residual_figure,
 )
 from stepgauge.figures.effect_panels import covariate_values, label_of, panels
@@ -282,21 +280,22 @@ def test_many_points_are_thinned_evenly() -> None:
 )
 def test_files(name: str, expected: list[str], suffix: str, tmp_path: Path) -> None:
     _, found = made_insufficient() if name == "insufficient" else made(name)
-    paths = draw_diagnosis(tmp_path, found, suffix)
-    assert [path.name for path in paths] == [f"{one}.{suffix}" for one in expected] == figure_names(found, suffix)
+    paths = [path for path in found.write(tmp_path, suffix) if path.suffix == f".{suffix}"]
+    assert [path.name for path in paths] == [f"{one}.{suffix}" for one in expected]
     assert all(path.stat().st_size > 1000 for path in paths)
 
 
 def test_figures_of_an_earlier_diagnosis_do_not_stay(tmp_path: Path) -> None:
-    draw_diagnosis(tmp_path, made("scale")[1])
+    made("scale")[1].write(tmp_path)
     (tmp_path / "mine.png").write_text("mine")
-    draw_diagnosis(tmp_path, made("null")[1], "svg")
-    assert {path.name for path in tmp_path.iterdir()} == {"overview.svg", "residuals.svg", "mine.png"}
+    made("null")[1].write(tmp_path, "svg")
+    pictures = {path.name for path in tmp_path.iterdir() if path.suffix in (".png", ".svg")}
+    assert pictures == {"overview.svg", "residuals.svg", "mine.png"}
 
 
 def test_other_formats_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"\.gif"):
-        draw_diagnosis(tmp_path, made("null")[1], "gif")
+        made("null")[1].write(tmp_path, "gif")
     assert list(tmp_path.iterdir()) == []
 
 

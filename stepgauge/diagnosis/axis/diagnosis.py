@@ -25,15 +25,13 @@ from stepgauge.diagnosis.kinds import kind_probabilities, possible_kinds, stated
 from stepgauge.diagnosis.output.files import statements_to_dict
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.priors import Priors, shipped_priors
-from stepgauge.diagnosis.result import Diagnosis, GaugeDiagnosis
+from stepgauge.diagnosis.result import ComputedDiagnosis, GaugeDiagnosis
 from stepgauge.diagnosis.wording.aliases import EvenSpacing, even, uneven_targets
 from stepgauge.diagnosis.wording.findings import Subject, meaning, subject
 from stepgauge.diagnosis.wording.limits import limits
 from stepgauge.diagnosis.wording.phrases import covariate_name, worded, worded_all
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
-from stepgauge.files.outputs import open_set
-from stepgauge.files.text import write_json, write_text
 from stepgauge.recording.simulated import is_simulated
 
 if TYPE_CHECKING:
@@ -44,7 +42,7 @@ SOUGHT: tuple[Name, ...] = ("outliers", "drift")
 
 
 @dataclass(frozen=True, repr=False)
-class AxisDiagnosis(Diagnosis):
+class AxisDiagnosis(ComputedDiagnosis):
     """The diagnosis of an axis, a spot or distances: as it was computed, with its data, and in the user's units.
 
     ``recordings``: as they were read; ``kinds``: probability of each kind of axis that it may be of.
@@ -74,10 +72,8 @@ class AxisDiagnosis(Diagnosis):
 
         return {"residuals": axis_figure(self.found, self.data)}
 
-    def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
-        """Write ``diagnosis.json``, ``diagnosis.md`` and the figure; returns the paths."""
-        with open_set():
-            return write_axis_diagnosis(folder, self, figure)
+    def outputs(self, folder: Path) -> tuple[Mapping[str, Any], Mapping[str, str]]:
+        return self.contents, {ROWS_FILE: rows_csv(_rows(self))}
 
 
 def diagnose_axis(
@@ -122,21 +118,6 @@ def diagnose_axes(
     """Recordings of one axis together, as its settings up."""
     whole = recordings[0] if len(recordings) == 1 else join_axis_recordings(recordings)
     return replace(diagnose_axis(whole, without, priors, kind), recordings=tuple(recordings))
-
-
-def write_axis_diagnosis(output: str | Path, told: AxisDiagnosis, suffix: str = "png") -> list[Path]:
-    """Write ``diagnosis.json``, ``diagnosis.md`` and the figure into a folder (made if missing)."""
-    from stepgauge.figures.style import save_figure
-    from stepgauge.reports.diagnosis import diagnosis_story
-    from stepgauge.reports.render import markdown
-
-    target, figure = Path(output), f"residuals.{suffix}"
-    said = told.contents
-    write_json(target / "diagnosis.json", said)
-    write_text(target / ROWS_FILE, rows_csv(_rows(told)))
-    write_text(target / "diagnosis.md", markdown(diagnosis_story(said, [figure])))
-    save_figure(told.figures()["residuals"], target / figure, bool(said["inputs"]["simulated"]))
-    return [target / name for name in ("diagnosis.json", "diagnosis.md", ROWS_FILE, figure)]
 
 
 def _rows(told: AxisDiagnosis) -> pd.DataFrame:

@@ -23,7 +23,6 @@ from stepgauge.diagnosis.wording.findings import MAP, meaning
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
 from stepgauge.files.tables import csv_text
-from stepgauge.files.text import write_json, write_sealed
 from stepgauge.probes.directions_map import map_directions, map_rows
 
 PROBE_FILE = "probe.diagnosed.toml"
@@ -33,28 +32,13 @@ UNIT = "sd"
 """Residuals of forces and lengths beside each other: over the standard deviation of one reading."""
 
 
-def write_map_diagnosis(found: MapDiagnosis, folder: str | Path, suffix: str = "png") -> list[Path]:
-    """Write all files into a folder, which is made if it is missing; returns their paths, the JSON first.
-
-    Nothing is written before all is computed, and every file appears only when complete.
-    """
-    from stepgauge.figures.style import save_figure
-    from stepgauge.reports.diagnosis import diagnosis_story
-    from stepgauge.reports.render import markdown
-
-    target, drawn = Path(folder), {f"{name}.{suffix}": figure for name, figure in found.figures().items()}
-    said = map_to_dict(found, target)
-    texts = {
-        "diagnosis.md": markdown(diagnosis_story(said, list(drawn))),
-        ROWS_FILE: rows_csv(map_row_table(found)),
-        **_probe_files(found),
-    }
-    write_json(target / "diagnosis.json", said)
-    for name, text in texts.items():
-        write_sealed(target / name, text)
-    for name, figure in drawn.items():
-        save_figure(figure, target / name, found.data.simulated)
-    return [target / name for name in ("diagnosis.json", *texts, *drawn)]
+def map_outputs(found: MapDiagnosis, folder: Path) -> tuple[dict[str, Any], dict[str, str]]:
+    """See :meth:`.ComputedDiagnosis.outputs`: the changed probe file, and a map file if it needs one."""
+    table, beside = _plain(found.table), {}
+    if table.get("model") == "triangular":
+        table, beside[PRETRAVEL_FILE] = _map_table(table)
+    probe = _head(found) + tomli_w.dumps({"probe": table})
+    return map_to_dict(found, folder), {ROWS_FILE: rows_csv(map_row_table(found)), PROBE_FILE: probe, **beside}
 
 
 def map_to_dict(found: MapDiagnosis, folder: str | Path = ".") -> dict[str, Any]:
@@ -198,14 +182,6 @@ def _rows(fit: QuantityFit, number: int, found: MapDiagnosis) -> pd.DataFrame:
     for name, share in told.items():
         frame[f"{name}_{UNIT}"] = np.split(share, len(found.fits))[number - 1] / fit.scale
     return frame
-
-
-def _probe_files(found: MapDiagnosis) -> dict[str, str]:
-    """The changed probe file, and a map file if it needs one, by name."""
-    table, beside = _plain(found.table), {}
-    if table.get("model") == "triangular":
-        table, beside[PRETRAVEL_FILE] = _map_table(table)
-    return {PROBE_FILE: _head(found) + tomli_w.dumps({"probe": table}), **beside}
 
 
 def _head(found: MapDiagnosis) -> str:

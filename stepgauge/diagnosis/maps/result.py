@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -13,9 +14,8 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.maps.data import MapData, Measured
 from stepgauge.diagnosis.maps.model import Terms
 from stepgauge.diagnosis.maps.scatter import MapScatter
-from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Verdict, rms
+from stepgauge.diagnosis.result import Check, ComputedDiagnosis, Finding, Located, Verdict, rms
 from stepgauge.files.arrays import Array
-from stepgauge.files.outputs import open_set
 from stepgauge.inference.search import Step
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class QuantityFit:
 
 
 @dataclass(frozen=True, repr=False)
-class MapDiagnosis(Diagnosis):
+class MapDiagnosis(ComputedDiagnosis):
     """The diagnosis of the map of a probe.
 
     ``share_um`` of the findings has all quantities one after the other, each in its own unit. ``data`` has all rows,
@@ -126,9 +126,7 @@ class MapDiagnosis(Diagnosis):
 
         return figures_of(self)
 
-    def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
-        """Write ``diagnosis.json``, ``diagnosis.md``, the changed probe file and the figures; returns the paths."""
-        from stepgauge.diagnosis.maps.output import write_map_diagnosis
+    def outputs(self, folder: Path) -> tuple[Mapping[str, Any], Mapping[str, str]]:
+        from stepgauge.diagnosis.maps.output import map_outputs
 
-        with open_set():
-            return write_map_diagnosis(self, folder, figure)
+        return map_outputs(self, folder)

@@ -20,7 +20,7 @@ from stepgauge.diagnosis.output.machine_text import effect_table, machine_text
 from stepgauge.diagnosis.output.probe_file import probe_file
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Finding, GaugeDiagnosis, Located, rms
+from stepgauge.diagnosis.result import FILE, ComputedDiagnosis, Finding, GaugeDiagnosis, Located, rms
 from stepgauge.diagnosis.wording.aliases import aliases_of, even_steps_mm
 from stepgauge.diagnosis.wording.findings import meaning
 from stepgauge.diagnosis.wording.phrases import worded, worded_all
@@ -36,36 +36,36 @@ HEADLINE_FOLDS = ("cycles", "placements", "faces")
 does not know its error against the certificate, which adds the uncertainty of the certificate to the noise."""
 
 
-def write_diagnosis(folder: str | Path, diagnosis: GaugeDiagnosis, suffix: str = "png") -> list[Path]:
+def write_diagnosis(folder: str | Path, diagnosis: ComputedDiagnosis, suffix: str = "png") -> list[Path]:
     """Write a diagnosis into a folder (made if missing); returns the paths written, the JSON first.
 
-    ``diagnosis.json``, ``diagnosis.md``, ``residuals.csv``, ``machine.diagnosed.toml``, ``probe.diagnosed.toml`` for a
-    tripod, placements of the proposed runs, figures (``suffix``: png, svg or pdf). Nothing is written before all is
-    computed; every file appears only when complete.
+    ``diagnosis.json``, ``diagnosis.md``, ``residuals.csv``, what else stands beside it, and the figures (``suffix``:
+    png, svg or pdf). Nothing is written before all is computed; every file appears only when complete.
     """
-    from stepgauge.figures.diagnosis import draw_diagnosis, figure_names
+    from stepgauge.figures.style import save_figure
     from stepgauge.reports.diagnosis import diagnosis_story
     from stepgauge.reports.render import markdown
 
     target = Path(folder)
-    machine, remarks = machine_text(diagnosis, target)
-    said = diagnosis_to_dict(diagnosis, target)
-    probe, more = probe_file(diagnosis)
-    said["remarks"] += remarks + more
-    names = figure_names(diagnosis, suffix)
-    texts = {
-        "diagnosis.md": markdown(diagnosis_story(said, names)),
-        ROWS_FILE: rows_csv(row_table(diagnosis)),
-        MACHINE_FILE: machine,
-        **probe,
-        **diagnosis.placements,
-    }
-    write_json(target / "diagnosis.json", said)
+    said, texts = diagnosis.outputs(target)
+    drawn = {f"{name}.{suffix}": figure for name, figure in diagnosis.figures().items()}
+    texts = {"diagnosis.md": markdown(diagnosis_story(said, list(drawn))), **texts}
+    write_json(target / FILE, said)
     for name, text in texts.items():
         write_sealed(target / name, text)
-    written = [target / name for name in ("diagnosis.json", *texts)]
-    simulated = bool(said["inputs"]["simulated"])
-    return [*written, *draw_diagnosis(target, diagnosis, suffix, simulated)]
+    for name, figure in drawn.items():
+        save_figure(figure, target / name, bool(said["inputs"]["simulated"]))
+    return [target / name for name in (FILE, *texts, *drawn)]
+
+
+def gauge_outputs(diagnosis: GaugeDiagnosis, folder: Path) -> tuple[dict[str, Any], dict[str, str]]:
+    """See :meth:`.ComputedDiagnosis.outputs`: the machine file, the probe file of a tripod, placements of runs."""
+    machine, remarks = machine_text(diagnosis, folder)
+    said = diagnosis_to_dict(diagnosis, folder)
+    probe, more = probe_file(diagnosis)
+    said["remarks"] += remarks + more
+    rows = rows_csv(row_table(diagnosis))
+    return said, {ROWS_FILE: rows, MACHINE_FILE: machine, **probe, **diagnosis.placements}
 
 
 def diagnosis_to_dict(diagnosis: GaugeDiagnosis, folder: str | Path = ".") -> dict[str, Any]:
