@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FILE = "diagnosis.json"
+OUTLIERS = "outliers"
+"""Kind of the finding that lists single rows."""
 NEEDED = ("verdict", "effects", "unexplained", "fit", "inputs")
 """Keys that every diagnosis has."""
 OF_THE_FILE = {"format", "stepgauge", "inputs", "checksum"}

@@ -159,7 +159,8 @@ def _off(row: Said, said: Said) -> str:
 
 def _facts(effect: Said, said: Said) -> Iterator[str]:
     for name, p in effect["parameters"].items():
-        yield f"{name} = {plus_minus(p)}{' (k = 2)' if p['u'] else ''}"
+        if "unit" in p:
+            yield f"{name} = {plus_minus(p)}{' (k = 2)' if p['u'] else ''}"
     for name, value in effect["rms"].items():
         if value:
             unit = said["noise"]["quantities"][name]["unit"]

@@ -15,9 +15,8 @@ from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS, Table
 from stepgauge.diagnosis.maps.direction_functions import DIRECTION, HARMONIC, DirectionFunction
 from stepgauge.diagnosis.maps.further_measurements import best_measurement
 from stepgauge.diagnosis.maps.model import ChangeTerm
-from stepgauge.diagnosis.maps.result import OUTLIERS
 from stepgauge.diagnosis.maps.stated_map import FittedChanges, StatedMap
-from stepgauge.diagnosis.result import Finding, Located
+from stepgauge.diagnosis.result import OUTLIERS, Finding, Located
 from stepgauge.diagnosis.stating_rules import SURE_OUTLIER, StatedTerm, credible_laws, structure_alone
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import name_of

@@ -10,16 +10,15 @@ import numpy as np
 import pandas as pd
 import tomli_w
 
-from stepgauge import __version__
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS
 from stepgauge.diagnosis.maps.data import ANGLES
 from stepgauge.diagnosis.maps.model import build_probe
-from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis, QuantityFit
-from stepgauge.diagnosis.output.files import FORMAT, estimate_json, evidence_json, finding_json
+from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
+from stepgauge.diagnosis.output.files import common_json
 from stepgauge.diagnosis.output.rows import FINDING, FORM, ROWS_FILE, rows_csv
-from stepgauge.diagnosis.result import Finding, Located, rms
-from stepgauge.diagnosis.wording.findings import MAP, meaning
+from stepgauge.diagnosis.result import OUTLIERS, Finding, Located, rms
+from stepgauge.diagnosis.wording.findings import MAP
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
 from stepgauge.files.tables import csv_text
@@ -47,12 +46,13 @@ def map_to_dict(found: MapDiagnosis, folder: str | Path = ".") -> dict[str, Any]
     ``folder`` is the folder of the diagnosed probe file, for the commands that name it.
     """
     data, noise = found.data, found.noise
+
+    def renamed(text: str) -> str:
+        return text.replace(f" {PROBE_FILE}", f" {(Path(folder) / PROBE_FILE).as_posix()}")
+
     probe = {"name": found.table.get("name", ""), "model": found.table.get("model", "constant")}
     said = {
-        "format": FORMAT,
-        "stepgauge": __version__,
-        "verdict": found.verdict,
-        "effects": [_effect(each, found, Path(folder)) for each in found.findings],
+        **common_json(found, lambda one: _details(one, found), renamed, MAP),
         "fit": {
             "chi2_dof_after": found.chi2_dof_after,
             "chi2_dof_before": found.chi2_dof_before,
@@ -74,7 +74,6 @@ def map_to_dict(found: MapDiagnosis, folder: str | Path = ".") -> dict[str, Any]
             "azimuth_deg": _range(data.azimuth_deg % 360.0, int(data.spokes.max()) + 1),
             "quantities": [m.name for m in data.measured],
         },
-        **evidence_json(found),
         "remarks": list(found.remarks),
         "lacking": list(found.lacking),
         "inputs": {
@@ -83,50 +82,22 @@ def map_to_dict(found: MapDiagnosis, folder: str | Path = ".") -> dict[str, Any]
             "probe": {"path": found.probe_path, "sha256": file_sha256(found.probe_path), **probe},
         },
     }
-    for one, told in zip(found.unexplained, said["unexplained"], strict=True):
-        told |= _form(one, found) if len(one.share_um) else {}
     return dict(json_types(said))
 
 
-def _effect(finding: Finding, found: MapDiagnosis, folder: Path) -> dict[str, Any]:
-    """A finding; commands are for the folder in which the diagnosis was started."""
-    how = finding.separate_by.replace(f" {PROBE_FILE}", f" {(folder / PROBE_FILE).as_posix()}")
-    said: dict[str, Any] = {
-        **finding_json(finding, _estimates(finding), [_member(one) for one in finding.members], how),
-        **_sizes(finding, found),
-    }
-    if finding.kind == OUTLIERS:
-        said["rows"] = [_outlier(int(row), found) for row in np.flatnonzero(~found.kept)]
-    return {**said, "meaning": meaning(said, MAP)}
-
-
-def _member(one: Finding) -> dict[str, Any]:
-    said = {
-        "kind": one.kind,
-        "label": one.label,
-        "conditional_probability": one.probability,
-        "parameters": _estimates(one),
-    }
-    return {**said, "meaning": meaning(said, MAP)}
-
-
-def _estimates(one: Finding) -> dict[str, Any]:
-    return {name: estimate_json(p) for name, p in one.parameters.items()}
-
-
-def _sizes(one: Finding | Located, found: MapDiagnosis) -> dict[str, Any]:
-    """How large what is found is in each quantity."""
+def _details(one: Finding | Located, found: MapDiagnosis) -> dict[str, Any]:
+    """How large what is found is in each quantity, and in all over the scatter of a reading."""
+    if not len(one.share_um):
+        return {}
     shares = found.shares(one)
+    over = np.concatenate([shares[fit.name] / fit.scale for fit in found.fits])
+    rows = np.flatnonzero(~found.kept) if isinstance(one, Finding) and one.kind == OUTLIERS else ()
     return {
         "rms": {name: rms(share) for name, share in shares.items()},
         "largest": {name: float(np.abs(share).max(initial=0.0)) for name, share in shares.items()},
+        f"rms_{UNIT}": rms(over),
+        **({"rows": [_outlier(int(row), found) for row in rows]} if len(rows) else {}),
     }
-
-
-def _form(form: Located, found: MapDiagnosis) -> dict[str, Any]:
-    """The same of structure without a law, and over the scatter of a reading."""
-    over = np.concatenate([found.shares(form)[fit.name] / fit.scale for fit in found.fits])
-    return {**_sizes(form, found), f"rms_{UNIT}": rms(over)}
 
 
 def _outlier(row: int, found: MapDiagnosis) -> dict[str, Any]:

@@ -21,8 +21,6 @@ from stepgauge.inference.search import Step
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-OUTLIERS = "outliers"
-
 
 @dataclass(frozen=True)
 class QuantityFit:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +19,9 @@ from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.output.machine_text import effect_table, machine_text
 from stepgauge.diagnosis.output.probe_file import probe_file
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
-from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import FILE, ComputedDiagnosis, Finding, GaugeDiagnosis, Located, rms
+from stepgauge.diagnosis.result import FILE, OUTLIERS, ComputedDiagnosis, Finding, GaugeDiagnosis, Located, rms
 from stepgauge.diagnosis.wording.aliases import aliases_of, even_steps_mm
-from stepgauge.diagnosis.wording.findings import meaning
+from stepgauge.diagnosis.wording.findings import GAUGE, Subject, meaning
 from stepgauge.diagnosis.wording.phrases import worded, worded_all
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
@@ -80,24 +79,34 @@ def diagnosis_to_dict(diagnosis: GaugeDiagnosis, folder: str | Path = ".") -> di
 def statements_to_dict(diagnosis: GaugeDiagnosis, folder: str | Path = ".") -> dict[str, Any]:
     """The same without the files that it was made from; parameters as :func:`diagnosis_to_dict`."""
     said = {
-        "format": FORMAT,
-        "stepgauge": __version__,
-        "verdict": diagnosis.verdict,
-        "effects": [_finding(finding, diagnosis, Path(folder)) for finding in diagnosis.findings],
+        **common_json(
+            diagnosis,
+            lambda one: _details(one, diagnosis),
+            lambda text: _command_in_folder(text, diagnosis.placements, Path(folder)),
+        ),
         "fit": _fit(diagnosis),
         "noise": _noise(diagnosis),
         "measured": _measured(diagnosis),
-        **evidence_json(diagnosis, lambda text: _command_in_folder(text, diagnosis.placements, Path(folder))),
         "remarks": worded_all(diagnosis.remarks),
     }
     return json_types(said)
 
 
-def evidence_json(diagnosis: Any, renamed: Callable[[str], str] = str) -> dict[str, Any]:
-    """Forms, search and predictive check of any diagnosis; ``renamed``: from a proposal to it with its folder."""
+Details = Callable[[Finding | Located], Mapping[str, Any]]
+"""How large what a finding or a form moves is, in the units of the diagnosis, and whatever else is known of it."""
+Renamed = Callable[[str], str]
+"""From the text of a proposal to that with the folder of the files that it names."""
+
+
+def common_json(diagnosis: Any, details: Details, renamed: Renamed, at: Subject = GAUGE) -> dict[str, Any]:
+    """What the diagnosis of a gauge and of a probe's map have in common: statements, search and predictive check."""
     return {
-        "located": [_located(one, one in diagnosis.unexplained, renamed) for one in diagnosis.located],
-        "unexplained": [_located(one, True, renamed) for one in diagnosis.unexplained],
+        "format": FORMAT,
+        "stepgauge": __version__,
+        "verdict": diagnosis.verdict,
+        "effects": [_finding(one, details, renamed, at) for one in diagnosis.findings],
+        "located": [_located(one, one in diagnosis.unexplained, details, renamed) for one in diagnosis.located],
+        "unexplained": [_located(one, True, details, renamed) for one in diagnosis.unexplained],
         "trail": [
             {
                 "action": step.action,
@@ -120,17 +129,17 @@ def evidence_json(diagnosis: Any, renamed: Callable[[str], str] = str) -> dict[s
     }
 
 
-def finding_json(finding: Finding, parameters: Mapping[str, Any], members: Sequence[Any], how: str) -> dict[str, Any]:
-    """A finding of any diagnosis; ``how``: its ``separate_by`` with the folder of the files that it names."""
-    return {
+def _finding(finding: Finding, details: Details, renamed: Renamed, at: Subject) -> dict[str, Any]:
+    how = renamed(finding.separate_by)
+    said = {
         "kind": finding.kind,
         "label": finding.label,
-        "parameters": dict(parameters),
+        "parameters": _parameters(finding),
         "probability": float(np.clip(finding.probability, 0.0, 1.0)),
         "own_probability": float(np.clip(finding.own, 0.0, 1.0)),
         "confounded_with": list(finding.confounded_with),
         "alternatives": list(finding.alternatives),
-        "set": list(members),
+        "set": [_member(one, details, at) for one in finding.members],
         "several": [
             {"labels": list(one.laws), "others": list(one.others), "odds": one.odds} for one in finding.several
         ],
@@ -138,40 +147,38 @@ def finding_json(finding: Finding, parameters: Mapping[str, Any], members: Seque
         "reason": finding.reason,
         "separate_by": how,
         "commands": commands_in(how),
+        **details(finding),
     }
+    return {**said, "meaning": meaning(said, at)}
 
 
-def _finding(finding: Finding, diagnosis: GaugeDiagnosis, folder: Path) -> dict[str, Any]:
-    share = finding.share_um
-    how = _command_in_folder(finding.separate_by, diagnosis.placements, folder)
-    members = [_member(one, diagnosis.data) for one in finding.members]
-    said = {
-        **finding_json(finding, _parameters(finding), members, how),
-        "aliases": aliases_of(finding, diagnosis.data),
-        "rms_um": float(np.sqrt((share**2).mean())),
-        "largest_um": float(np.abs(share).max(initial=0.0)),
-    }
-    if finding.kind == "outliers":
-        said["rows"] = [_outlier(row, diagnosis) for row in json_types(finding.choices["rows"])]
-    return {**said, "meaning": meaning(said)}
-
-
-def commands_in(text: str) -> list[str]:
-    """The commands that plan the measurements of a proposal."""
-    return re.findall(r"stepgauge plan .+? -o .*?separate-\d+\.\w+|stepgauge probe map .+", text)
-
-
-def _member(member: Finding, data: Residuals) -> dict[str, Any]:
-    """One law of a set with its own values and its meaning at the machine."""
+def _member(member: Finding, details: Details, at: Subject) -> dict[str, Any]:
+    """One law of a set with its own values and its meaning."""
     said = {
         "kind": member.kind,
         "label": member.label,
         "conditional_probability": member.probability,
         "parameters": _parameters(member),
-        "aliases": aliases_of(member, data),
-        "largest_um": float(np.abs(member.share_um).max(initial=0.0)),
+        **details(member),
     }
-    return {**said, "meaning": meaning(said)}
+    return {**said, "meaning": meaning(said, at)}
+
+
+def _details(one: Finding | Located, diagnosis: GaugeDiagnosis) -> dict[str, Any]:
+    if isinstance(one, Located):
+        return {"rms_um": rms(one.share_um)} if len(one.share_um) else {}
+    rows = json_types(one.choices["rows"]) if one.kind == OUTLIERS else []
+    return {
+        "aliases": aliases_of(one, diagnosis.data),
+        "rms_um": rms(one.share_um),
+        "largest_um": float(np.abs(one.share_um).max(initial=0.0)),
+        **({"rows": [_outlier(row, diagnosis) for row in rows]} if rows else {}),
+    }
+
+
+def commands_in(text: str) -> list[str]:
+    """The commands that plan the measurements of a proposal."""
+    return re.findall(r"stepgauge plan .+? -o .*?separate-\d+\.\w+|stepgauge probe map .+", text)
 
 
 def _outlier(row: int, diagnosis: GaugeDiagnosis) -> dict[str, Any]:
@@ -208,7 +215,7 @@ def _command_in_folder(text: str, placements: Mapping[str, str], folder: Path) -
     return text
 
 
-def _located(one: Located, left: bool, renamed: Callable[[str], str]) -> dict[str, Any]:
+def _located(one: Located, left: bool, details: Details, renamed: Renamed) -> dict[str, Any]:
     """A form; ``left``: it remains beside the named effects; else it describes the residuals before these."""
     separate_by = renamed(one.separate_by)
     proposal = {"separate_by": separate_by, "commands": commands_in(separate_by)}
@@ -221,7 +228,7 @@ def _located(one: Located, left: bool, renamed: Callable[[str], str]) -> dict[st
         "probability" if left else "probability_if_alone": one.probability,
         "form": one.form,
         **({"beside": one.beside} if one.beside else {}),
-        **({"rms_um": rms(one.share_um)} if len(one.share_um) else {}),
+        **details(one),
         **({"laws": [{"labels": list(law.laws), "odds": law.odds} for law in one.laws]} if left else {}),
         **(proposal if separate_by else {}),
     }
