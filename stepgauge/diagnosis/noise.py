@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import special
 
 from stepgauge.diagnosis.checks import noiseless
@@ -13,7 +14,7 @@ from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Finding, Located, Noise
+from stepgauge.diagnosis.result import OUTLIERS, Finding, Located, Noise
 from stepgauge.diagnosis.stated_model import Model
 from stepgauge.diagnosis.stating_rules import SURE_OUTLIER
 from stepgauge.diagnosis.wording.phrases import number
@@ -72,9 +73,7 @@ def stated_scatter(
     left: list[Located] = []
     p = answer.probability_of_scatter(OUTLYING)
     if p >= stated and noise.outliers.size:
-        rows = tuple(int(row) + 1 for row in data.row[noise.outliers])
-        estimate = {"rows": Estimate(float(len(rows)), None, "count")}
-        named.append(Finding("outliers", "outliers", None, {"rows": rows}, estimate, p, np.zeros(len(data)), own=p))
+        named.append(outlier_finding(data.row[noise.outliers] + 1, p, len(data)))
     p = answer.probability_of_scatter("growth")
     grown = scatter if scatter.growth is not None else answer.likeliest_scatter("growth")
     if p >= stated and grown is not None:
@@ -85,10 +84,16 @@ def stated_scatter(
         name = "time" if data.has_time else "order"
         left.append(Located(name, "both", CORRELATED, [{"say": "flicker"} if scatter.flicker else how], 0.0, p))
     for one in [one for one in named if one.kind in without]:
-        covariate = "order" if one.kind == "outliers" else str(one.choices["per"])
+        covariate = "order" if one.kind == OUTLIERS else str(one.choices["per"])
         phrase = {"say": "excluded_kind", "law": one.kind, "covariate": covariate}
         left.append(Located(covariate, "both", GROWING, [phrase], 0.0, one.probability))
     return [one for one in named if one.kind not in without], left
+
+
+def outlier_finding(rows: NDArray[np.intp], p: float, size: int) -> Finding:
+    """Rows that are not used, by their numbers from 1; ``size``: number of residuals."""
+    count = {"rows": Estimate(float(len(rows)), None, "count")}
+    return Finding(OUTLIERS, OUTLIERS, None, {"rows": tuple(map(int, rows))}, count, p, np.zeros(size), own=p)
 
 
 def disturbed(

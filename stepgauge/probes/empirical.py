@@ -1,4 +1,4 @@
-"""A probe model plus empirical laws, such as those from the diagnosis of its map."""
+"""A probe model plus empirical laws: fitted functions of the direction without a known cause."""
 
 from __future__ import annotations
 

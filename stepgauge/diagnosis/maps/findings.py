@@ -16,7 +16,8 @@ from stepgauge.diagnosis.maps.direction_functions import DIRECTION, HARMONIC, Di
 from stepgauge.diagnosis.maps.further_measurements import best_measurement
 from stepgauge.diagnosis.maps.model import ChangeTerm
 from stepgauge.diagnosis.maps.stated_map import FittedChanges, StatedMap
-from stepgauge.diagnosis.result import OUTLIERS, Finding, Located
+from stepgauge.diagnosis.noise import outlier_finding
+from stepgauge.diagnosis.result import Finding, Located
 from stepgauge.diagnosis.stating_rules import SURE_OUTLIER, StatedTerm, credible_laws, structure_alone
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import name_of
@@ -46,7 +47,9 @@ def map_findings(found: StatedMap, by_row: Sequence[Array]) -> Iterator[Finding]
         kinds = [cause.kind for cause in causes]
         why, further = _why_and_next(found, kinds, fits, [member.probability for member in every], by_row)
         yield replace(one, reason=why, separate_by=further)
-    yield from _outliers(found)
+    if not kept_rows(found).all():
+        rows, p = found.rows.data.row_numbers[~kept_rows(found)], found.answer.probability_of_scatter(OUTLYING)
+        yield outlier_finding(rows, p, len(found.rows.um))
 
 
 def _cause(found: StatedMap, fitted: FittedChanges, place: int) -> Finding:
@@ -85,15 +88,6 @@ def kept_rows(found: StatedMap) -> NDArray[np.bool_]:
         return np.ones(len(found.rows.data), bool)
     off = np.array(np.split(outlying, len(found.rows.sigma))) > SURE_OUTLIER
     return np.asarray(~off.any(axis=0))
-
-
-def _outliers(found: StatedMap) -> Iterator[Finding]:
-    rows = found.rows.data.row_numbers[~kept_rows(found)]
-    if rows.size:
-        p = found.answer.probability_of_scatter(OUTLYING)
-        count = {"rows": Estimate(float(rows.size), None, "count")}
-        none = np.zeros(len(found.rows.um))
-        yield Finding(OUTLIERS, OUTLIERS, None, {"rows": tuple(map(int, rows))}, count, p, none, own=p)
 
 
 def _parameters(table: Table, term: ChangeTerm, covariance: Array) -> dict[str, Estimate]:
