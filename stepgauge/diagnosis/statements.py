@@ -4,10 +4,10 @@ Probabilities are averages over all hypotheses that were computed. The rules, fo
 
 1. A statement (a law with its set, structure without a law, a property of the scatter) is made if its probability is at
    least ``stated``.
-2. The verdict is ``unknown`` if structure is stated, or if some structure without a law, or anything systematic at all,
-   is as probable as that though no single one is; else ``effects`` if a law or a property of the scatter is stated;
-   else ``adequate`` if the probability that there is nothing is at least ``stated``; else ``insufficient``: the
-   recording cannot tell.
+2. The verdict is ``unknown`` if structure is stated, or if some structure without a law is as probable as that though
+   no single one is, or if the readings exclude that there is nothing (odds of ``excluded``); else ``effects`` if a law
+   or a property of the scatter is stated; else ``adequate`` if the probability that there is nothing is at least
+   ``stated``; else ``insufficient``: the recording cannot tell.
 3. That known physics explains the recording is said if the probability of the stated findings together, with no
    structure besides, is at least ``stated``.
 """
@@ -74,13 +74,16 @@ def undecided(answer: Posterior, stated: Sequence[Finding], decision: Decision) 
     """What is likelier than not though no single one is, where no structure is stated: structure, or anything at all.
 
     ``stated``: the findings. Two laws may be as probable as two others or as one random function, so that none of these
-    is a statement: what they are is told with the odds of the laws.
+    is a statement: what they are is told with the odds of the laws. That there is anything is not said where only the
+    priors make it likelier than not, but where nothing is excluded.
     """
     unnamed = _probability(answer, _has_structure)
     any_term = _probability(answer, lambda one: bool(one.candidates))
     if unnamed >= decision.stated:
         yield _open_structure(answer, unnamed)
-    elif any_term >= decision.stated and not any(one.probability >= decision.stated for one in stated):
+    elif any_term >= decision.excluded * (1.0 - any_term) and not any(
+        one.probability >= decision.stated for one in stated
+    ):
         names = _covariates(answer) or ["position"]
         found = Located(names[0], "both", UNDECIDED, [{"say": UNDECIDED}], 1.0, any_term)
         yield replace(found, laws=tuple(_together(answer)))

@@ -65,10 +65,12 @@ class Search(Moves):
     def _grown_from_nothing(self) -> Iterator[Hypothesis]:
         """Correlated noise may stand for a cause, and a cause for noise: one is chosen first once, and once last.
 
-        A random function may stand for several laws at once: it comes when no law is left.
+        A random function may stand for several laws at once: it comes when no law is left. Noise that
+        comes last comes after it, too: a few readings that a function explains are no outliers.
         """
         functions = frozenset(one.label for one in self.problem.candidates if not one.named)
-        yield self.grow(self.reshaped(self.grow(self.start, functions, with_noise=False)))
+        laws = self.grow(self.start, functions, with_noise=False)
+        yield self.grow(self.reshaped(self.grow(laws, with_noise=False)))
         noisy = self.reshaped(self.start)
         if noisy is not self.start:
             yield self.grow(noisy)
