@@ -124,10 +124,18 @@ def test_what_to_enter_is_told_with_its_number_and_no_other_verb_takes_a_diagnos
 def test_a_machine_file_that_states_another_tip_or_no_kind_is_told(
     um: float, kind: str | None, verdict: str, noted: str
 ) -> None:
-    effect = {"kind": "effective_radius", "parameters": {"um": {"value": um, "u": 1.5, "unit": "um"}}}
+    parameters = {"um": {"value": um, "u": 1.5, "unit": "um"}}
+    effect = {"kind": "effective_radius", "parameters": parameters, "confounded_with": []}
     stated = {"machine": {"kind": kind, "tip_radius_mm": 2.0}}
     doubts = list(machine_doubts({"verdict": verdict, "effects": [effect], "inputs": stated}))
     assert [noted in one for one in doubts] == ([True] if noted else [])
+
+
+def test_all_errors_of_the_guides_as_a_rival_say_where_they_can_be_left_out() -> None:
+    scale = {"kind": "scale_error", "parameters": {}, "confounded_with": ["geometric_errors"]}
+    said = {"verdict": "effects", "effects": [scale], "inputs": {"machine": {"kind": "machine tool"}}}
+    (doubt,) = machine_doubts(said)
+    assert "--without geometric_errors" in doubt
 
 
 @pytest.mark.parametrize(("option", "name"), [("--kind", "mill"), ("--without", "geometric")])

@@ -126,6 +126,8 @@ def machine_doubts(said: Mapping[str, Any], language: str = "en") -> Iterator[st
         yield say("tip", language, fits=fits, stated=f"{stated_mm:g}")
     if machine.get("kind", "") is None and (said["verdict"] == "unknown" or "geometric_errors" in effects):
         yield say("no_kind", language)
+    if "geometric_errors" not in effects and any("geometric_errors" in one["confounded_with"] for one in said["effects"]):
+        yield say("all_geometry", language)
 
 
 def misfits(said: Mapping[str, Any], language: str = "en") -> list[str]:
