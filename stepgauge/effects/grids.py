@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stepgauge.effects.base import Grid
 from stepgauge.effects.probings import Probings
@@ -35,6 +36,8 @@ GRADUAL = 0.1
 """Part of a period from touch to touch below which an oscillation is seen as a gradual change."""
 MOST_SPREAD = 1e-3
 """Share of the span within which touches of one face lie."""
+CLOSE = 0.1
+"""Share of the mean distance between readings below which neighbours may be of one place."""
 EVEN = 1e-3
 """Share of a step by which equal steps may differ."""
 LEVEL = np.sin(np.radians(2.0))
@@ -85,10 +88,19 @@ def most_periods(places: Array, step: float | None = None) -> float:
 
 
 def _places(found: Array) -> Array:
-    """Places that are met, ``(m,)``: what lies together within a thousandth of the span is one."""
+    """Places that are met, ``(m,)``."""
     met = np.unique(found)
-    apart = np.diff(met, prepend=-np.inf) > MOST_SPREAD * max(float(np.ptp(met)), 1e-300)
+    apart = np.r_[True, _are_apart(met)]
     return met if apart.mean() > 0.5 else met[apart]
+
+
+def _are_apart(met: Array) -> NDArray[np.bool_]:
+    """Whether neighbours of sorted places are two, ``(m - 1,)``.
+
+    What lies together within a thousandth of the span is one, but not the neighbours of a scan, which are as near.
+    """
+    gaps = np.diff(met)
+    return gaps > min(MOST_SPREAD * gaps.sum(), CLOSE * gaps.mean()) if gaps.size else gaps > 0.0
 
 
 def periods_along(probings: Probings, choices: Choices) -> Array:
@@ -192,7 +204,7 @@ def joints_mm(probings: Probings, choices: Choices) -> Array:
     if choices["order"] == 1:
         return inside
     met = np.sort(x)
-    apart = np.flatnonzero(np.diff(met) > MOST_SPREAD * max(float(np.ptp(x)), 1e-300))
+    apart = np.flatnonzero(_are_apart(met))
     between = (met[apart] + met[apart + 1]) / 2.0
     return np.asarray(between[(between > low) & (between < high)])
 

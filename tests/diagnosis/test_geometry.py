@@ -101,7 +101,7 @@ def test_the_uncertainties_of_all_errors_hold_where_each_is_drawn_from_its_prior
     geometry: Geometry = law.source
     drawn = np.random.default_rng(22).normal(0.0, 5.0, len(geometry.families))
     true = dict(zip([one.label for one in geometry.families], (geometry.usual * drawn).tolist(), strict=True))
-    every = replace(geometry, turn=np.eye(len(drawn))).effects(drawn)
+    every = geometry.made(geometry.usual * drawn)
     seen = make_residuals(empty, gauge(), machine()).probings
     found = told(moved(empty, np.sum([along_approach_um(one, seen) for one in every], axis=0)))
     finding = next(one for one in found.findings if one.kind == KIND)
