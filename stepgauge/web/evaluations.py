@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 ERRORS = ("xm", "xf", "xb", "xr")
 MOST_OVER = 4
 MOST_LISTED = 200
+PLACEMENTS = "placement*.toml"
+"""Where the placements of a project lie: a new one does not replace that of readings that were taken."""
 
 
 def evaluation_folders(site: Site) -> list[str]:
@@ -133,6 +136,43 @@ def budget_words(site: Site, name: str) -> list[str]:
         return []
     found = budget_file(site, name, read_evaluation(site, name))
     return [] if found is None else ["--budget", str(found)]
+
+
+def placement_files(site: Site, data: Mapping[str, Any]) -> list[str]:
+    """The placement file of each placement of an evaluation, that whose axis is nearest; none if one is not there."""
+    files = [site.placement, *(str(path) for path in sorted(site.folder.glob(PLACEMENTS), reverse=True))]
+    found = []
+    for placed in data["placements"]:
+        turned = {one: _turned_rad(site, one, placed) for one in files}
+        nearest = min(turned, key=lambda one: turned[one])
+        if not math.isfinite(turned[nearest]):
+            return []
+        found.append(relative(site.folder, nearest))
+    return found
+
+
+def placement_words(site: Site, name: str) -> list[str]:
+    """The words by which a verb is given the placements of an evaluation."""
+    if not (site.folder / name / "evaluation.json").is_file():
+        return []
+    found = placement_files(site, read_evaluation(site, name))
+    return [word for one in found for word in ("--placement", one)]
+
+
+def _turned_rad(site: Site, file: str, placed: Mapping[str, Any]) -> float:
+    """How far the axis of a placement file is from that of the readings; infinite where it is another placement."""
+    import numpy as np
+
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placement
+    from stepgauge.reports.reading import check_placements
+
+    try:
+        placement = read_placement(file, read_gauge(site.stated("gauge")))
+        check_placements({"placements": [placed]}, [placement], [file])
+    except InputError:
+        return math.inf
+    return float(np.linalg.norm(np.cross(placement.axis, placed["axis"])))
 
 
 def stored_budget(site: Site, shown: EvaluationView) -> StoredBudget | None:

@@ -20,12 +20,14 @@ from stepgauge.standards.conformity import conformity
 from stepgauge.standards.mpe import Mpe
 from stepgauge.verbs.catalogue import VERBS
 from stepgauge.web.app import make_app
-from stepgauge.web.pages import report
+from stepgauge.web.evaluations import placement_files, placement_words, read_evaluation
+from stepgauge.web.pages import locate, report
 from stepgauge.web.pages.result import errors, errors_chart
 from stepgauge.web.site import Site
 from stepgauge.web.work import WorkList
+from tests.conftest import ROOT
 from tests.dcc.made import evaluated, one_recording
-from tests.measured import shipped
+from tests.measured import lay, shipped
 from tests.web.conftest import Asked, make_project
 
 MACHINE = "machine/bridge-cmm.toml"
@@ -164,3 +166,18 @@ def test_a_budget_of_another_measurement_is_not_taken(folder: Path) -> None:
     path = folder / "results/budget-0/budget.json"
     path.write_text(path.read_text("utf-8").replace('"value_um": ', '"value_um": 1'), "utf-8")
     assert "compute the uncertainty first" in page(folder)
+
+
+def test_another_placement_does_not_replace_that_of_readings_that_were_taken(folder: Path) -> None:
+    """The certificate of the first was refused, and its result lost its uncertainty."""
+    gauge, site = sg.read_gauge("gauge/step-gauge-420.toml"), Site(folder, VERBS, 8420, "token")
+    placed = sg.read_evaluation("results/evaluation", gauge).results[0]
+    lay(gauge, placed.axis).write("placement.toml")
+    before = (folder / "placement.toml").read_bytes()
+    data = read_evaluation(site, "results/evaluation")
+    assert placement_files(site, data) == ["placement.toml"]
+    points = (ROOT / "examples/demo/points.csv").read_text("utf-8")
+    assert "The gauge is located" in Asked(folder).post(locate.locate, {"pasted": points})
+    assert (folder / "placement.toml").read_bytes() == before
+    assert 'placement = "placement-2.toml"' in (folder / "stepgauge.toml").read_text("utf-8")
+    assert placement_words(site, "results/evaluation") == ["--placement", "placement.toml"]

@@ -126,7 +126,8 @@ def machine_doubts(said: Mapping[str, Any], language: str = "en") -> Iterator[st
         yield say("tip", language, fits=fits, stated=f"{stated_mm:g}")
     if machine.get("kind", "") is None and (said["verdict"] == "unknown" or "geometric_errors" in effects):
         yield say("no_kind", language)
-    if "geometric_errors" not in effects and any("geometric_errors" in one["confounded_with"] for one in said["effects"]):
+    rivals = {kind for one in said["effects"] for kind in one["confounded_with"]}
+    if "geometric_errors" in rivals - set(effects):
         yield say("all_geometry", language)
 
 

@@ -13,7 +13,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import LONGEST, InputError, naming
-from stepgauge.web.evaluations import budget_words, read_evaluation
+from stepgauge.web.evaluations import budget_words, placement_words, read_evaluation
 from stepgauge.web.fields import Field, fields_of, read_fields
 from stepgauge.web.folder import existing, relative
 from stepgauge.web.forms import Form, form_endpoint
@@ -142,6 +142,7 @@ def make(request: Request, form: Form) -> Response:
         "--certificate",
         FILE,
         *budget_words(site, result),
+        *placement_words(site, result),
         "-o",
         relative(site.folder, target),
     ]

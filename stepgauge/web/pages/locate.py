@@ -13,10 +13,12 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError, naming
+from stepgauge.web.evaluations import recording_files
 from stepgauge.web.fields import Field
 from stepgauge.web.folder import existing, free_name, listed, relative
 from stepgauge.web.forms import Form, asked_form, form_endpoint
 from stepgauge.web.pasting import HEADER, complete_points_text
+from stepgauge.web.project_file import state
 from stepgauge.web.render import json_answer, render, run_verb, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.uploads import read_upload
@@ -170,8 +172,20 @@ def _write_placement(site: Site, asked: PointSet) -> None:
     import stepgauge as sg
 
     placement = sg.locate(asked.points, site.stated("gauge"), machine=site.stated("machine"), **asked.keywords)
+    place = Path(site.placement)
+    if place.exists() and recording_files(site):
+        place = _new_place(site)
     with site.writing():
-        placement.write(site.placement)
+        placement.write(place)
+
+
+def _new_place(site: Site) -> Path:
+    """A file for another placement, stated in the project: that of readings that were taken stays theirs."""
+    from stepgauge.project.create import OUTPUTS
+
+    place = free_name(site.folder, OUTPUTS["locate"])
+    state(site, {"placement": relative(site.folder, str(place))})
+    return place
 
 
 def _tip_centres(site: Site, asked: PointSet, gauge: Gauge, blocks: tuple[int, int]) -> Array:

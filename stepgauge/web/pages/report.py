@@ -9,7 +9,7 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web.evaluations import budget_words
+from stepgauge.web.evaluations import budget_words, placement_words
 from stepgauge.web.folder import existing, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import render, run_verb, site_of
@@ -60,7 +60,7 @@ def make(request: Request, form: Form) -> Response:
     words = options(verb_fields("report", only=SAID), form.texts) if of_evaluation else []
     return run_verb(
         request,
-        ["report", result, *words, *budget_words(site, result), "-o", target],
+        ["report", result, *words, *budget_words(site, result), *placement_words(site, result), "-o", target],
         "/report",
         result=result,
         paper=target,

@@ -19,6 +19,7 @@ from stepgauge.web.evaluations import (
     evaluation_file,
     evaluation_folders,
     joined_recording,
+    placement_words,
     read_evaluation,
     recording_files,
     recording_names,
@@ -241,7 +242,8 @@ def write_budget(request: Request, form: Form) -> Response:
     name = relative(site.folder, form.text("evaluation"))
     recordings = recording_names(site, name)
     output = _own_folder(site, "budget", "budget", recordings[0])
-    return run_verb(request, ["budget", *recordings, "-o", output], "/result", evaluation=name)
+    lies = placement_words(site, name)
+    return run_verb(request, ["budget", *recordings, *lies, "-o", output], "/result", evaluation=name)
 
 
 ROUTES = [

@@ -12,7 +12,14 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web.evaluations import ERRORS, EvaluationView, joined_recording, recording_names, recordings_and_gauge
+from stepgauge.web.evaluations import (
+    ERRORS,
+    EvaluationView,
+    joined_recording,
+    placement_files,
+    recording_names,
+    recordings_and_gauge,
+)
 from stepgauge.web.folder import existing, relative
 from stepgauge.web.forms import Form, asked_form, form_endpoint
 from stepgauge.web.judgement import source_name
@@ -44,8 +51,8 @@ def _trial(
 def _trial_of(site: Site, shown: EvaluationView) -> BudgetTrial:
     recordings, gauge = recordings_and_gauge(site, shown.name)
     machine = site.stated("machine")
-    one_placement = len(shown.data["placements"]) == 1 and Path(site.placement).exists()
-    placement = site.placement if one_placement else ""
+    found = placement_files(site, shown.data)
+    placement = str(site.folder / found[0]) if len(found) == 1 else ""
     first, last = shown.data["blocks"]
     choice = f"{first}:{last}", str(shown.data["r_eff_origin"])
     files: list[str | Path] = [*recordings, gauge, machine, *([placement] if placement else [])]
