@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
-from stepgauge.files.notation import printed
+from stepgauge.files.notation import DEGREES
 
 DEEPEST = 5
 """Messages in the gaps of messages in the gaps."""
@@ -20,6 +20,7 @@ OWN_SHARE = 0.35
 """So much of a message is a template's own words, or it may be a list of messages."""
 _POINT = re.compile(r"(?<![\w./:'\"=-])(?<!= )([-+−]?\d+)\.(\d+)(?![\w./'\"])")
 _QUOTED = re.compile(r"""('[^']*'|"[^"]*")""")
+_MICRO = re.compile(r"(?<=\d )u(?=m\b|rad\b)")
 _ROW = re.compile(r"\brow (?=\d)")
 _JOINTS = ("; ", ": ", ", ", " (")
 
@@ -164,8 +165,8 @@ def _decimal_commas(text: str) -> str:
 
 
 def print_units(text: str) -> str:
-    """Units and minus signs as they are printed, outside of quotation marks."""
-    return _outside_quotes(printed, text)
+    """Units behind numbers as they are printed, outside of quotation marks: a bracket may begin with a German word."""
+    return _outside_quotes(lambda one: DEGREES.sub("°C", _MICRO.sub("µ", one)), text)
 
 
 def _outside_quotes(change: Callable[[str], str], text: str) -> str:

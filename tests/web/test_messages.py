@@ -63,6 +63,7 @@ def test_a_number_gets_its_comma_and_what_was_written_stays() -> None:
     assert translate_message("2.5 mm stated") == "angegeben sind 2,5 mm"
     assert translate_message("column 'x.1' is not a number") == "Spalte 'x.1' ist keine Zahl"
     assert Words("de").message("drift; 0.25 um") == "drift; 0,25 µm"
+    assert "(um z)" in Words("de").message("yaw (about z) 89.6 deg, u 0.8 um per m")
     assert Words("en").message("at 20.30 deg C, 'x um'; 0.25 um") == "at 20.30 °C, 'x um'; 0.25 µm"
     assert translate_message("version 1.2.3 of 20.4 deg C") == "version 1.2.3 of 20,4 °C"
 
