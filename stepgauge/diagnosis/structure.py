@@ -25,6 +25,7 @@ from stepgauge.diagnosis.stating_rules import (
 )
 from stepgauge.diagnosis.wording.phrases import Phrase, number
 from stepgauge.diagnosis.wording.structure import UNDETERMINED, located, regime
+from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.inference.posterior import AlternativeHypothesis, Member, Posterior
 from stepgauge.inference.problem import Candidate
@@ -75,11 +76,20 @@ def structure(model: Model, answer: Posterior, data: Residuals, priors: Priors, 
     expected = _terms_of_another_axis(doubtful, model, answer, priors.decision)
     yield from (_undetermined(one, model, answer, data) for one in doubtful if one not in expected)
     several = answer.alternatives(LEAST_ODDS)
+    within = [one for one in model.forms if one.named and one not in doubtful]
     for statement in (one for one in model.forms if not one.named):
-        place = model.state.index_of(statement.term)
-        moved_um = np.zeros(0) if place is None else data.without_origins(model.state.contribution_um(place))
+        moved_um = _expected_um([statement, *within], model, data)
+        within = []  # the laws that structure may contain (rule 3) are told in its first curve, and nowhere else
         form = _described(statement, model, answer, data, priors)
         yield replace(form, laws=_nearest(statement, several), share_um=moved_um)
+
+
+def _expected_um(statements: Sequence[StatedTerm], model: Model, data: Residuals) -> Array:
+    """What terms move together, by their expectation in the search ``(n,)``; empty where they have none there."""
+    places = [place for one in statements if (place := model.state.index_of(one.term)) is not None]
+    if not places:
+        return np.zeros(0)
+    return data.without_origins(np.sum([model.state.contribution_um(place) for place in places], axis=0))
 
 
 def _described(statement: StatedTerm, model: Model, answer: Posterior, data: Residuals, priors: Priors) -> Located:

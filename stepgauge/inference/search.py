@@ -70,7 +70,10 @@ class Search(Moves):
         """
         functions = frozenset(one.label for one in self.problem.candidates if not one.named)
         laws = self.grow(self.start, functions, with_noise=False)
-        yield self.grow(self.reshaped(self.grow(laws, with_noise=False)))
+        found = self.grow(self.reshaped(self.grow(laws, with_noise=False)))
+        yield found
+        if any(term.candidate.label in functions for term in found.terms):  # laws that came first may be parts of it
+            yield self.grow(self.reshaped(self.grow(self.start, with_noise=False)))
         noisy = self.reshaped(self.start)
         if noisy is not self.start:
             yield self.grow(noisy)

@@ -15,6 +15,8 @@ from typing import Any, ClassVar
 from stepgauge.errors import naming
 from stepgauge.verbs.kind import Kind, is_array, is_number, is_pair, several
 
+NO_FILE = "neither a file nor what is read from one"
+
 
 @dataclass(eq=False)
 class Flag(Kind):
@@ -298,8 +300,8 @@ class Reads(Kind):
             return None
         expected = f"{self.metavar}: a path, a DataFrame or a result of stepgauge"
         if value is None:
-            return "there is none: an import that leaves questions open has no recording", "the import: it asks them"
-        return "neither a file nor what is read from one", expected
+            return f"{NO_FILE}: an import that leaves questions open has no recording", f"{expected}, or the import"
+        return NO_FILE, expected
 
     def taken(self, parameter: str, given: Any) -> Any:
         settled = getattr(given, "settled", None)  # of an import: its recording, or the questions that it leaves open

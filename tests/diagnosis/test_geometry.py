@@ -192,7 +192,8 @@ def test_a_geometry_is_the_sum_of_its_laws_and_as_uncertain_as_its_prior_where_n
     assert isinstance(law.source, Geometry)
     geometry: Geometry = law.source
     mean = np.random.default_rng(5).normal(size=law.dimension)
-    moved_um = np.sum([along_approach_um(one, data.probings) for one in geometry.effects(mean)], axis=0)
+    every = geometry.made(geometry.usual * (geometry.turn @ mean))
+    moved_um = np.sum([along_approach_um(one, data.probings) for one in every], axis=0)
     left = data.without_origins(moved_um - mean @ law.columns(0))
     assert rms(left) < 1e-3 * rms(data.without_origins(moved_um))
     nothing = np.zeros((len(geometry.families), len(geometry.families)))
