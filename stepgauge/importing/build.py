@@ -48,7 +48,8 @@ class ImportOptions:
 
     ``placement``: number in the recording; ``gauge_temperature_C``: of the gauge during the run; ``tip_radius_mm``;
     ``surface``: True for points that are compensated by the tip radius, False for tip centres, None for what the log
-    says; ``accept``: departures from the program (:data:`stepgauge.correspondence.pairing.KINDS`).
+    says; ``accept``: departures from the program (:data:`stepgauge.correspondence.pairing.KINDS`);
+    ``nominal_radius_mm``: of the machine file, the same for all placements, each of which has an effective one.
     """
 
     placement: int = 1
@@ -56,6 +57,7 @@ class ImportOptions:
     tip_radius_mm: float | None = None
     surface: bool | None = None
     accept: Sequence[str] = ()
+    nominal_radius_mm: float | None = None
 
 
 def build_recording(
@@ -99,7 +101,7 @@ def _build_matched(
             found=f"{before_mm:.4f} mm before the certified faces on average",
             expected=naming("points", words="0 or the tip radius; or {} centres or surface"),
         )
-    radius = stated or placement.tip_radius_mm if surface else stated  # that of a placement is an effective one
+    radius = stated or options.nominal_radius_mm or placement.tip_radius_mm if surface else stated
     log = replace(log, surface=surface)
     if program is None:
         _check_end(log, options)

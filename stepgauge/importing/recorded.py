@@ -110,7 +110,8 @@ def import_recording(
             ran, stated = read_run_program(program, known)
             radius = tip_radius_mm or stated
         surface = None if points is None else points == "surface"
-        options = ImportOptions(placement_number, gauge_temperature_C, radius, surface, tuple(accept))
+        nominal = cmm.probe.tip_radius_mm if cmm else None
+        options = ImportOptions(placement_number, gauge_temperature_C, radius, surface, tuple(accept), nominal)
         known_layout = replace(layout, columns=parse_columns(chosen))
         kind = format or recognise_log(content)
         found = import_log(content, kind, steps, lies, ran, options, known_layout, decisions)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,8 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.axis.recording import read_axis_recording
+from stepgauge.recording import POSITION
+from stepgauge.recording.columns import CORRECTED
 from stepgauge.web.pages import importing
 from stepgauge.web.texts import Words
 from tests.web.conftest import Asked, make_project
@@ -228,3 +231,19 @@ def test_a_question_and_its_choice_are_german_throughout(folder: Path) -> None:
     assert "Dezimalzeichen Komma" in settled
     said = Words("de").message("axis by touch-trigger probe: 120 readings at 40 targets, 3 cycles")
     assert said.startswith("Achse mit Taster: 120 Messwerte")
+
+
+def test_compensated_points_of_two_placements_are_turned_back_by_the_radius_of_the_machine() -> None:
+    """Each was by the effective radius of its own placement, and a diagnosis of both was refused."""
+    gauge, machine = sg.read_gauge("step-gauge-420"), sg.read_machine("bridge-cmm")
+    placement = sg.locate(Path("examples/demo/points.csv"), gauge, machine=machine)
+    plan = sg.plan(placement, gauge, machine, cycles=3, blocks="1:4")
+    centres = sg.simulate(plan, machine, gauge, placement, seed=1).recording
+    tip = centres.frame[list(POSITION)].to_numpy()
+    points = tip + machine.probe.tip_radius_mm * centres.approach
+    table = pd.DataFrame(points, columns=["X", "Y", "Z"])
+    for radius_mm in (2.0012859, 2.0012095):
+        lies = replace(placement, tip_radius_mm=radius_mm)
+        found = sg.import_recording(table, gauge=gauge, placement=lies, machine=machine, points="surface").recording
+        assert float(found.comments[CORRECTED]) == machine.probe.tip_radius_mm
+        np.testing.assert_allclose(found.frame[list(POSITION)], tip, atol=1e-9)
