@@ -20,6 +20,7 @@ from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
 
 if TYPE_CHECKING:
+    from stepgauge.gauge.certified import Gauge
     from stepgauge.recording import Recording
     from stepgauge.standards.budget_files import StoredBudget
 
@@ -140,10 +141,13 @@ def budget_words(site: Site, name: str) -> list[str]:
 
 def placement_files(site: Site, data: Mapping[str, Any]) -> list[str]:
     """The placement file of each placement of an evaluation, that whose axis is nearest; none if one is not there."""
+    from stepgauge.gauge.certified import read_gauge
+
+    gauge = read_gauge(site.stated("gauge"))
     files = [site.placement, *(str(path) for path in sorted(site.folder.glob(PLACEMENTS), reverse=True))]
     found = []
     for placed in data["placements"]:
-        turned = {one: _turned_rad(site, one, placed) for one in files}
+        turned = {one: _turned_rad(one, gauge, placed) for one in files}
         nearest = min(turned, key=lambda one: turned[one])
         if not math.isfinite(turned[nearest]):
             return []
@@ -159,16 +163,15 @@ def placement_words(site: Site, name: str) -> list[str]:
     return [word for one in found for word in ("--placement", one)]
 
 
-def _turned_rad(site: Site, file: str, placed: Mapping[str, Any]) -> float:
+def _turned_rad(file: str, gauge: Gauge, placed: Mapping[str, Any]) -> float:
     """How far the axis of a placement file is from that of the readings; infinite where it is another placement."""
     import numpy as np
 
-    from stepgauge.gauge.certified import read_gauge
     from stepgauge.gauge.placement import read_placement
     from stepgauge.reports.reading import check_placements
 
     try:
-        placement = read_placement(file, read_gauge(site.stated("gauge")))
+        placement = read_placement(file, gauge)
         check_placements({"placements": [placed]}, [placement], [file])
     except InputError:
         return math.inf
