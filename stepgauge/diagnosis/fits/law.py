@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stepgauge.diagnosis.laws.library import Family, fixed_values, stated
 from stepgauge.diagnosis.residuals import Residuals
@@ -12,11 +13,8 @@ from stepgauge.effects import along_approach_um
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 
-UNBOUNDED = 1e300
-BEYOND = 0.02
-"""Standard deviation by which a non-linear parameter may lie outside its grid, as a share of the grid."""
 SMALLEST_SHARE = 0.01
-"""Share of the least value of the grid below which all values count as equal: a logarithm needs a positive one."""
+"""Share of what is usual below which a shape does not come: a logarithm needs a positive one."""
 
 
 class FittedLaw:
@@ -41,14 +39,14 @@ class FittedLaw:
         self.names = [*(components or self.linear), *moving, *phase]
         self.units = {name: known[name].unit for name in known}
         self.sized = self.free or len(self.linear)
-        ranges = [self.family.ranges.get(name, (-UNBOUNDED, UNBOUNDED)) for name in self.names]
-        self.range = np.array([(low, high) if low < high else (-UNBOUNDED, UNBOUNDED) for low, high in ranges]).T
         # of what is usual nothing is known where a name has no prior: infinitely wide about one
         about = [family.about.get(name, (1.0, np.inf)) for name in self.names]
         self.usual, self.spread = np.array(about).reshape(-1, 2).T
-        # a step of the search may end where a time would run backwards, which no law can compute
-        low = np.where(np.isfinite(self.spread), self.usual, self.range[0])
-        self.least = np.where(low > 0.0, SMALLEST_SHARE * low, -UNBOUNDED)
+        ranges = np.array([family.ranges.get(name, (-np.inf, np.inf)) for name in self.names]).reshape(-1, 2)
+        ranges[ranges[:, 0] == ranges[:, 1]] = -np.inf, np.inf
+        # a step may not end where a time would run backwards, which no law can compute
+        low = np.where(np.isfinite(self.spread), SMALLEST_SHARE * self.usual, ranges[:, 0])
+        self.bounds = low, ranges[:, 1]
         self._shapes: dict[bytes, Array] = {}
 
     @property
@@ -101,7 +99,7 @@ class FittedLaw:
 
         Shape ``(m, k, n)``; for a law without a size it is the displacement itself.
         """
-        sets = np.maximum(np.atleast_2d(parameters), self.least)[:, self.sized :]
+        sets = np.atleast_2d(parameters)[:, self.sized :]
         key = sets.tobytes()
         if key not in self._shapes:
             self._shapes = {key: self._shape(sets, data)}
@@ -155,37 +153,21 @@ class FittedLaw:
 
     def known(self, parameters: Array) -> Array:
         """Distance of sizes and shapes from the medians of their priors, in standard deviations."""
-        sizes = parameters[: self.sized] / self.family.prior
-        value, inside = self._positive(parameters)
-        far = np.log(value / self.usual) + (inside - value) / value  # below the least value on a straight line
-        return np.concatenate([sizes, far / self.spread])
+        known = np.isfinite(self.spread)
+        far = np.log(np.where(known, parameters, 1.0) / self.usual) / self.spread
+        return np.concatenate([parameters[: self.sized] / self.family.prior, far])
 
     def known_slopes(self, parameters: Array) -> Array:
         """Slope of :meth:`known` in every parameter."""
         sizes = np.eye(self.sized, len(self.names)) / self.family.prior
-        return np.vstack([sizes, np.diag(1.0 / (self._positive(parameters)[0] * self.spread))])
+        return np.vstack([sizes, np.diag(1.0 / (np.where(np.isfinite(self.spread), parameters, 1.0) * self.spread))])
 
-    def _positive(self, parameters: Array) -> tuple[Array, Array]:
-        """Shapes of which something is usual, not below their least value and as they are; one for all others."""
-        known = np.isfinite(self.spread)
-        return np.where(known, np.maximum(parameters, self.least), 1.0), np.where(known, parameters, 1.0)
+    def bound(self, parameters: Array) -> NDArray[np.bool_]:
+        """Parameters at the end of their grid.
 
-    def strays(self, parameters: Array) -> tuple[Array, Array]:
-        """Distance of parameters beyond their grid, in standard deviations, and the derivative of each.
-
-        A period of many times the span is a parabola, a decay over many times the touches a constant: other laws. As a
-        ratio if the grid has only positive values.
+        A period of many times the span is a parabola, a decay over many times the touches a constant: other laws.
         """
-        low, high = self.range
-        if ((parameters >= low) & (parameters <= high)).all():
-            return np.zeros(len(parameters)), np.zeros(len(parameters))
-        by_ratio = low > 0.0
-        inside = np.clip(parameters, low, high)
-        positive = np.maximum(parameters, self.least)
-        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            beyond = np.where(by_ratio, np.log(positive / inside), (parameters - inside) / (high - low))
-            slope = np.where(by_ratio, 1.0 / positive, 1.0 / (high - low))
-        return beyond / BEYOND, np.where(parameters != inside, slope, 0.0) / BEYOND
+        return np.asarray((parameters <= self.bounds[0]) | (parameters >= self.bounds[1]))
 
     def spans(self, parameters: Array) -> Array:
         """Standard deviations of the shapes before the recording: of a uniform distribution over their ranges.
@@ -193,11 +175,11 @@ class FittedLaw:
         Of what is positive, by its logarithm, as shapes are tried. Infinite for sizes, whose prior is among the
         residuals.
         """
-        low, high = self.range
-        by_ratio = low > 0.0
-        with np.errstate(divide="ignore"):
+        low, high = self.bounds
+        by_ratio = (low > 0.0) & np.isfinite(high)
+        with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.log(np.where(by_ratio, high / low, 1.0))
-        span = np.where(by_ratio, np.abs(parameters) * ratio, high - low) / np.sqrt(12.0)
+            span = np.where(by_ratio, np.abs(parameters) * ratio, high - low) / np.sqrt(12.0)
         return np.where(np.arange(len(span)) < self.sized, np.inf, np.maximum(span, 1e-300))
 
     def scales(self, parameters: Array) -> Array:

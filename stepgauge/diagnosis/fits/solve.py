@@ -11,13 +11,13 @@ from scipy import special
 from scipy.linalg import block_diag
 
 from stepgauge.diagnosis.fits.law import FittedLaw
-from stepgauge.diagnosis.fits.least_squares import least_squares
 from stepgauge.diagnosis.laws.library import Family
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.inference.metric import Metric
+from stepgauge.inference.nonlinear import least_squares
 from stepgauge.inference.problem import slices
 
 SAME_COST = 1e-6
@@ -88,9 +88,9 @@ def solve(families: Sequence[Family], atoms: Sequence[int], data: Residuals, whi
     slopes = together.slopes(moved)
     fitted = list(zip(together.laws, together.parts(moved), strict=True))
     spans = np.concatenate([law.spans(part) for law, part in fitted])
-    covariance = _covariance(slopes[: len(slopes) - len(moved)], together.scale, spans)
-    strays = np.concatenate([law.strays(part)[0] for law, part in fitted])
-    covariance[strays != 0.0, strays != 0.0] = np.nan  # where a bound holds, the data give no uncertainty
+    covariance = _covariance(slopes, together.scale, spans)
+    bound = np.concatenate([law.bound(part) for law, part in fitted])
+    covariance[bound, bound] = np.nan  # where a bound holds, the data give no uncertainty
     own = slices(len(part) for _, part in fitted)
     solved = tuple(_solved(law, part, covariance[s, s]) for (law, part), s in zip(fitted, own, strict=True))
     slope = slopes[: len(data)]
@@ -108,7 +108,7 @@ def fitted_effect(family: Family, atom: int, data: Residuals, whitening: Metric)
 class _Together:
     """Some laws as a sum of squares of steps ``moved (p,)`` from where their signatures begin.
 
-    Their residuals are those of the rows, then of what is known of the parameters and of their ranges.
+    Their residuals are those of the rows, then of what is known of the parameters.
     """
 
     def __init__(self, families: Sequence[Family], atoms: Sequence[int], data: Residuals, whitening: Metric) -> None:
@@ -125,28 +125,28 @@ class _Together:
     def minimum(self, tolerance: float = SAME_COST) -> Array:
         """The steps that lead to the least sum of squares."""
         none = np.zeros(len(self.start))
-        return least_squares(self.residuals, self.slopes, none, tolerance, 60 * len(none))
+        bounds = (np.concatenate(each) for each in zip(*(law.bounds for law in self.laws), strict=True))
+        low, high = ((each - self.start) / self.scale for each in bounds)
+        return least_squares(self.residuals, self.slopes, none, tolerance, 60 * len(none), (low, high))
 
     def parts(self, moved: Array) -> list[Array]:
         """The parameters of each law."""
         return [(self.start + moved * self.scale)[s] for s in self.own]
 
     def residuals(self, moved: Array) -> Array:
-        """Shape ``(n + 2 p,)``."""
+        """Shape ``(n + k,)``."""
         parts = self.parts(moved)
         known = [law.known(part) for law, part in zip(self.laws, parts, strict=True)]
-        strays = [law.strays(part)[0] for law, part in zip(self.laws, parts, strict=True)]
         left = _unexplained(self.laws, parts, self.data, self.whitening, self.white)
-        return np.concatenate([left, *known, *strays])
+        return np.concatenate([left, *known])
 
     def slopes(self, moved: Array) -> Array:
-        """Shape ``(n + 2 p, p)``."""
+        """Shape ``(n + k, p)``."""
         parts, steps = self.parts(moved), _steps(moved) * self.scale
         laws = list(zip(self.laws, parts, self.own, strict=True))
         um = np.vstack([law.slopes(part, steps[s], self.data) for law, part, s in laws])
         known = block_diag(*(law.known_slopes(part) for law, part, _ in laws))
-        strays = np.diag(np.concatenate([law.strays(part)[1] for law, part, _ in laws]))
-        return np.vstack([-self.whitening(um).T, known, strays]) * self.scale
+        return np.vstack([-self.whitening(um).T, known]) * self.scale
 
 
 def _unexplained(

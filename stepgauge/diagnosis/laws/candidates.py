@@ -26,8 +26,6 @@ OF_THE_PROBE = ("kinematic_pretravel", "seat_defect")
 """Laws of which a recording has one, since it was made with one probe."""
 BESIDE_FIRST, ALONE = 1e-9, 30.0
 """What the log odds of a first wave or step rise by beside a second one: nothing; what a second lacks without it."""
-BEYOND = 1.1
-"""Factor by which a fitted shape may lie beyond the grid."""
 SAME_PERIOD = 1e-9
 """Share of a period by which one on the grid may differ from a whole part of a turn."""
 
@@ -169,7 +167,7 @@ def _has_shape(family: Family) -> bool:
 def _refined(
     family: Family, data: Residuals, metric: Metric, beside: Discrepancy, atom: int, um: Array
 ) -> Refined | None:
-    """The law with its shape fitted, starting from a shape of the grid; None if it leaves the range of the grid."""
+    """The law with its shape fitted, starting from a shape of the grid."""
     if not any(isinstance(v, float | tuple) for v in family.atoms[atom].values()):
         return None
     try:
@@ -177,14 +175,6 @@ def _refined(
     except (ValueError, FloatingPointError, np.linalg.LinAlgError):
         return None
     shape = {name: getattr(effect, name) for name in family.atoms[0]}
-    for name, (low, high) in family.ranges.items():
-        value = shape[name]
-        if isinstance(value, float) and not (
-            min(low / BEYOND, low * BEYOND) <= value <= max(high / BEYOND, high * BEYOND)
-        ):
-            return None
-    if any(shape[name] <= 0.0 for name in family.about):
-        return None
     gain = family.log_prior(shape) - family.log_prior(family.atoms[atom])
     columns = np.concatenate([usual_signature(family, shape, data), beside(atom, shape)])
     return Refined(columns, shape, gain)

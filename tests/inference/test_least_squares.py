@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import optimize
 
-from stepgauge.diagnosis.fits.least_squares import least_squares
+from stepgauge.inference.nonlinear import least_squares
 
 Array = NDArray[np.float64]
 TURNS = np.linspace(0.0, 4.0, 80)
@@ -66,3 +66,11 @@ def test_the_diagnosis_loads_neither_an_optimiser_nor_the_dialects_of_programs()
     code = "import sys, stepgauge.diagnosis.engine; print({'scipy.optimize', 'stepgauge.programs'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"
+
+
+def test_a_bound_is_kept_and_the_other_parameters_go_on_along_it() -> None:
+    high = np.array([0.5, 2.0])
+    found = least_squares(valley, valley_slopes, np.array([-1.2, 1.0]), 1e-12, 500, (np.full(2, -2.0), high))
+    np.testing.assert_allclose(found, [0.5, 0.25], rtol=1e-6)
+    expected = optimize.least_squares(valley, [-1.2, 1.0], valley_slopes, bounds=([-2.0, -2.0], high)).x
+    np.testing.assert_allclose(found, expected, rtol=1e-4)
