@@ -9,13 +9,13 @@ from starlette.responses import RedirectResponse, Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError, naming
+from stepgauge.languages.messages import LANGUAGES
 from stepgauge.web import assets
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.guard import Guard
 from stepgauge.web.pages import all_routes
 from stepgauge.web.render import LOOKS, error_answer, render, site_of
 from stepgauge.web.site import Site
-from stepgauge.web.texts import LANGUAGES
 
 YEAR_S = 365 * 24 * 3600
 

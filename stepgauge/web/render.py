@@ -17,9 +17,10 @@ from starlette.responses import HTMLResponse, Response
 from stepgauge import __version__
 from stepgauge.errors import InputError
 from stepgauge.files.notation import printed, printed_unit
+from stepgauge.languages.messages import LANGUAGES
 from stepgauge.web.assets import plotly_version
 from stepgauge.web.site import Site
-from stepgauge.web.texts import LANGUAGES, Words, best_language
+from stepgauge.web.texts import Words, best_language
 
 LOOKS = ("auto", "light", "dark")
 PARTIAL = "x-part"

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import os
 import re
-import tomllib
-from collections.abc import Mapping
 from functools import cache
 from itertools import takewhile
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError, Naming, one_line, option_of
-from stepgauge.web.messages import print_units, said_in_german, translate_message
+from stepgauge.languages.messages import LANGUAGES, print_units, said_in_german, texts, translate_message
 
 if TYPE_CHECKING:
     from stepgauge.importing.tables.questions import Question
@@ -24,7 +21,6 @@ _KEY = re.compile(r"(?<![\w./'\"=\[-])[a-z]+(?:_[A-Za-z]+)+(?![\w/'\"=\]]|\.\w)"
 _COMMAND = re.compile(r"'?\bstepgauge ([a-z]+)\b(?: (?:[A-Z]{2,}|-{1,2}[a-z][\w-]*|[\w/.-]+\.[a-z]{2,4}))*'?")
 _PAGES = {"evaluate": "result", "budget": "result", "diagnose": "diagnosis", "simulate": "run", "import": "importing"}
 """Pages by the verbs that they do, where their names differ."""
-LANGUAGES = {"en": "English", "de": "Deutsch"}
 
 
 @cache
@@ -33,15 +29,6 @@ def _verbs() -> frozenset[str]:
     from stepgauge.verbs.catalogue import VERBS
 
     return frozenset(name.partition(" ")[0] for name in VERBS)
-
-
-@cache
-def catalogue() -> Mapping[str, tuple[str, ...]]:
-    """Texts by their keys, ``"nav.project"``, in the order of :data:`LANGUAGES`."""
-    with Path(__file__).with_name("texts.toml").open("rb") as file:
-        return {
-            f"{part}.{key}": tuple(texts) for part, keys in tomllib.load(file).items() for key, texts in keys.items()
-        }
 
 
 def best_language(accepted: str) -> str:
@@ -59,12 +46,12 @@ class Words:
 
     def __call__(self, key: str, **values: Any) -> str:
         """A text, with what stands in braces filled in; numbers are given as text, by :meth:`number`."""
-        text = catalogue()[key][self._place]
+        text = texts()[key][self._place]
         return text.format(**values) if values else text
 
     def has(self, key: str) -> bool:
         """Whether the catalogue has a text."""
-        return key in catalogue()
+        return key in texts()
 
     def label(self, name: str) -> str:
         """What a field is called on the page: an argument or a key of a file, with its unit or without."""
@@ -140,8 +127,8 @@ class Words:
 
     def pairs(self, table: str) -> list[tuple[str, str]]:
         """What a table of the catalogue says in English, and in this language; nothing where that is English."""
-        texts = [texts for key, texts in catalogue().items() if key.startswith(f"{table}.")]
-        return [(one[0], one[self._place]) for one in texts] if self._place else []
+        said = [one for key, one in texts().items() if key.startswith(f"{table}.")]
+        return [(one[0], one[self._place]) for one in said] if self._place else []
 
     def number(self, value: float | None, digits: int = 2) -> str:
         """A number with that many decimals, as the language writes it; a dash for none."""

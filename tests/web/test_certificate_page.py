@@ -12,12 +12,13 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.languages.messages import LANGUAGES
 from stepgauge.live.faults import read_faults
 from stepgauge.reports.certificate_file import check_filled, read_laboratory
 from stepgauge.web import concealed
 from stepgauge.web.forms import Form
 from stepgauge.web.pages import certificate, run, sources
-from stepgauge.web.texts import LANGUAGES, Words
+from stepgauge.web.texts import Words
 from stepgauge.web.work import WorkList
 from tests.dcc.made import one_recording
 from tests.web.conftest import Asked, make_project

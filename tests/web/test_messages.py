@@ -9,7 +9,7 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.errors import InputError, naming
-from stepgauge.web.messages import catalogue, said_in_german, translate_message, unchanged
+from stepgauge.languages.messages import catalogue, said_in_german, translate_message, unchanged
 from stepgauge.web.texts import Words
 from tests.web.gathered import gathered
 

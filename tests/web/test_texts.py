@@ -9,9 +9,11 @@ from pathlib import Path
 import pytest
 
 import stepgauge.web
+from stepgauge.languages.messages import LANGUAGES
+from stepgauge.languages.messages import texts as catalogue
 from stepgauge.web.pages import NAVIGATION
 from stepgauge.web.render import json_answer, stated_on
-from stepgauge.web.texts import LANGUAGES, Words, best_language, catalogue
+from stepgauge.web.texts import Words, best_language
 
 ROOM = Path(stepgauge.web.__file__).parent
 FAMILIES = tuple(

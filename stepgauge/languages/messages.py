@@ -14,6 +14,7 @@ from pathlib import Path
 
 from stepgauge.files.notation import DEGREES
 
+LANGUAGES = {"en": "English", "de": "Deutsch"}
 DEEPEST = 5
 """Messages in the gaps of messages in the gaps."""
 OWN_SHARE = 0.35
@@ -23,6 +24,13 @@ _QUOTED = re.compile(r"""('[^']*'|"[^"]*")""")
 _MICRO = re.compile(r"(?<=\d )u(?=m\b|rad\b)")
 _ROW = re.compile(r"\brow (?=\d)")
 _JOINTS = ("; ", ": ", ", ", " (")
+
+
+@cache
+def texts() -> Mapping[str, tuple[str, ...]]:
+    """Texts of the page by their keys, ``"nav.project"``, in the order of :data:`LANGUAGES` (``texts.toml``)."""
+    with Path(__file__).with_name("texts.toml").open("rb") as file:
+        return {f"{part}.{key}": tuple(said) for part, keys in tomllib.load(file).items() for key, said in keys.items()}
 
 
 @cache
@@ -64,9 +72,8 @@ def _sensors() -> Mapping[str, str]:
     """German names of sensors, which the fields of the pages have too."""
     from stepgauge.axis.sensors import SENSORS
 
-    with Path(__file__).with_name("texts.toml").open("rb") as file:
-        german: dict[str, list[str]] = tomllib.load(file)["choice_sensor"]
-    return {sensor.words: german[kind][1] for kind, sensor in SENSORS.items() if kind in german}
+    named = {kind: texts().get(f"choice_sensor.{kind}") for kind in SENSORS}
+    return {SENSORS[kind].words: german[1] for kind, german in named.items() if german}
 
 
 def _one_gap(text: str) -> str:

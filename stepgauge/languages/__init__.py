@@ -1,0 +1,1 @@
+"""What pages, messages and printed reports say in the languages that are spoken here."""
