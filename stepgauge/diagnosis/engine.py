@@ -46,6 +46,7 @@ from stepgauge.inference.metric import Metric
 from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.search import Progress, Search
 from stepgauge.machine.file import Machine
+from stepgauge.probes.schema import USUAL_PRETRAVEL_UM
 from stepgauge.recording import Recording
 
 FEWEST_DOF = 8
@@ -217,7 +218,11 @@ def _make_diagnosis(
         recorded.without_origins(recorded.um - shares),
         tuple(search.trail),
         placements,
-        (*_remarks(replace(found, model=model), data, start_s), *misfit(fit.rms_before_um, fit.rms_after_um)),
+        (
+            *_remarks(replace(found, model=model), data, start_s),
+            *_pretravel(data, data.um - shares),
+            *misfit(fit.rms_before_um, fit.rms_after_um),
+        ),
         concluded.table,
         checks,
     )
@@ -286,6 +291,14 @@ def _fit(data: Residuals, noise: Noise, stated: Sequence[Finding], remainder_um:
         float(before @ before) / dof,
         float(after @ after) / max(dof - free, 1),
     )
+
+
+def _pretravel(data: Residuals, left_um: Array) -> Iterator[Phrase]:
+    """The pre-travel that nobody stated, by what is left of the readings beside the origins: a value, and no fault."""
+    if not data.radius_stated:
+        sizes_um = np.linalg.lstsq(data.origins.T, left_um, rcond=None)[0]
+        found_um = USUAL_PRETRAVEL_UM + sizes_um[len(data.origins) - len(data.radii)]
+        yield {"say": "pretravel", "um": number(float(found_um), "um")}
 
 
 def insufficient(recorded: Residuals) -> GaugeDiagnosis:

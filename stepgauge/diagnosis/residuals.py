@@ -40,6 +40,7 @@ class Residuals:
     not known beforehand; ``ordered``: whether rows are in the order of reading; ``copied``: placements and cycles that
     were left out since they repeat another one; ``of_recording (n,)``: which rows of the recording these are;
     ``program``: file of the program that was run, where it is known;
+    ``radius_stated``: whether the effective radius of the first stylus is known from the file;
     ``grown_um (n,)``: standard deviation that effects in the machine file add to the repeatability; ``latched_um
     (n,)``: that of a latch, which all repeats may have in common.
     """
@@ -60,6 +61,7 @@ class Residuals:
     copied: tuple[tuple[int, int], ...] = ()
     of_recording: NDArray[np.intp] | None = None
     program: str = ""
+    radius_stated: bool = True
 
     def __len__(self) -> int:
         return len(self.um)
@@ -97,7 +99,7 @@ class Residuals:
     def origins(self) -> Array:
         """Columns ``(p, n)`` of which nothing is known: the origin of every placement along the gauge, or others.
 
-        And the effective radius of every stylus but the machine file's: a new one has not been qualified here.
+        And the effective radius of every stylus of which nobody stated it: a new one has not been qualified here.
         """
         if self.unknown is not None:
             return self.unknown
@@ -106,9 +108,9 @@ class Residuals:
 
     @cached_property
     def radii(self) -> Array:
-        """Columns ``(s, n)``: a larger effective radius of each further stylus."""
-        further = np.unique(self.stylus[self.stylus > 1])
-        return (self.stylus == further[:, None]).astype(float)
+        """Columns ``(s, n)``: a larger effective radius of each stylus without a stated one."""
+        unknown = np.unique(self.stylus[self.stylus > int(self.radius_stated)])
+        return (self.stylus == unknown[:, None]).astype(float)
 
     @cached_property
     def _spanned(self) -> Array:
@@ -203,9 +205,12 @@ def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) ->
     simulated = frame.assign(**dict(zip(POSITION, (position - um[:, None] * 1e-3 * approach).T, strict=True)))
     grown_um, late_um = scatter_um(effects, probings, 0.0)[-1], latched_um(effects, probings)
     seen = Probings(simulated, setting)
-    run = recording.comments.get("program", "")
     return Residuals(
-        um, side, placement, face, seen, frame, gauge, machine, grown_um=grown_um, latched_um=late_um, program=run
+        *(um, side, placement, face, seen, frame, gauge, machine),
+        grown_um=grown_um,
+        latched_um=late_um,
+        program=recording.comments.get("program", ""),
+        radius_stated=CORRECTED in recording.comments or machine.probe.states_radius,
     )
 
 

@@ -110,7 +110,7 @@ class Runner:
             points = link.points_by_hand(POINTS, tell)
             link.end()
         gauge, machine = self.case.gauge, self.case.machine
-        sigma_um, radius_mm = machine.table.repeatability_um, machine.probe.tip_radius_mm
+        sigma_um, radius_mm = machine.table.virtual_repeatability_um, machine.probe.tip_radius_mm
         return located_by_points(points, gauge, (1, gauge.n_blocks), sigma_um, radius_mm, link.name)
 
     def make(self, number: int, run: FurtherRun, lies: Placement, placement_number: int) -> CompletedRun | None:
@@ -211,7 +211,7 @@ class Runner:
         recording, began_s = self._points(job, self.folder / f"run-{name}.journal")
         if not run.stays:
             try:
-                check_end_for_end(recording, case.gauge, case.machine.table.repeatability_um)
+                check_end_for_end(recording, case.gauge, case.machine.table.virtual_repeatability_um)
             except NotAsAskedError as error:
                 return {"refused": str(error)}
         path = self.folder / f"run-{name}.csv"

@@ -303,7 +303,7 @@ class LiveCmm:
 
     def _sums(self, probings: Probings) -> tuple[Array, float]:
         """Displacement of the last row and its standard deviation along the approach, um."""
-        sigma = scatter_um(self.effects, probings, self.machine.table.repeatability_um)[-1]
+        sigma = scatter_um(self.effects, probings, self.machine.table.virtual_repeatability_um)[-1]
         return total_displacement_um(self.effects, probings)[-1], float(np.ravel(sigma)[-1])
 
     def _row(self, touch: Touch) -> dict[str, float]:

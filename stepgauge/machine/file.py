@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 TIP_TOLERANCE_MM = 0.05
 """Largest difference between the recorded tip radius and that of the machine file: more means another tip."""
+USUAL_REPEATABILITY_UM = 0.3
+"""Of the probings of a bridge CMM."""
 Range = Annotated[tuple[float, float], Field(strict=False)]
 
 
@@ -89,7 +91,9 @@ class MachineTable(TomlTable):
         None, min_length=1, description='what is usual of it, e.g. "machine tool": a kind of `stepgauge list priors`'
     )
     travel_mm: Travel = Field(description="travel limits, e.g. { x = [0, 700], y = [0, 1000], z = [0, 600] }")
-    repeatability_um: float = Field(ge=0, le=100, description="one sigma of a probing along the approach, um")
+    repeatability_um: float = Field(
+        0.0, ge=0, le=100, description="one sigma of a probing along the approach, um; without it readings tell it"
+    )
     measuring_speed_mm_s: float = Field(gt=0, le=100, description="speed of the measuring moves, mm/s")
     travel_speed_mm_s: float = Field(gt=0, le=2000, description="speed of the moves between, mm/s")
     max_measuring_speed_mm_s: float | None = Field(
@@ -109,6 +113,11 @@ class MachineTable(TomlTable):
     )
     mpe: str | None = Field(None, description='maximum permissible error of a length, e.g. "1.8 + L/350", um, L in mm')
     chain: ChainTable | None = Field(None, description="table [machine.chain]: which axes carry table and probe")
+
+    @property
+    def virtual_repeatability_um(self) -> float:
+        """Of the virtual CMM, which scatters as usual where the file does not say how."""
+        return self.repeatability_um if "repeatability_um" in self.model_fields_set else USUAL_REPEATABILITY_UM
 
     @property
     def virtual_convention(self) -> Convention:
@@ -207,7 +216,7 @@ class Machine(Summarized):
         probe = f"{self.probe.name or self.probe.model}, tip radius {self.probe.tip_radius_mm:g} mm"
         kinds = ", ".join(str(one.get("kind")).replace("_", " ") for one in self.effects) or "none"
         return join_lines(
-            f"{own.name}: travel {travel} mm, repeatability {own.repeatability_um:g} um, {speeds}",
+            f"{own.name}: travel {travel} mm, repeatability {own.virtual_repeatability_um:g} um, {speeds}",
             f"probe: {probe}",
             f"effects: {kinds}; uncertain values: {len(self.uncertain)}",
         )

@@ -71,14 +71,14 @@ def read_out(probings: Probings, machine: Machine, random: np.random.Generator) 
     effects = machine_effects(machine)
     try:
         displacement_um = total_displacement_um(effects, probings)
-        sigma_um = scatter_um(effects, probings, machine.table.repeatability_um)[-1]
+        sigma_um = scatter_um(effects, probings, machine.table.virtual_repeatability_um)[-1]
     except InputError as error:
         raise error.at(f"{machine.path}: {error.where}") from None
     noise = random.standard_normal(len(probings)) if np.any(sigma_um) else np.zeros(len(probings))
     noise_um = sigma_um * noise
     for column, axis in enumerate("xyz"):
         displacement_um[:, column] += noise_um * probings.approach(axis)
-    return ReadOut(displacement_um, effects, probings, machine.table.repeatability_um, noise)
+    return ReadOut(displacement_um, effects, probings, machine.table.virtual_repeatability_um, noise)
 
 
 def rows_beyond(effects: Sequence[Effect], n_rows: int, path: str) -> tuple[str, ...]:

@@ -14,6 +14,8 @@ from stepgauge.probes.table import Symmetry
 
 DEFAULT_STYLUS_MM = 50.0
 """Stylus length where the file does not state one; only collision checks use it."""
+USUAL_PRETRAVEL_UM = 3.0
+"""Pre-travel that is simulated where the file does not state one; usual are 2 to 10 um."""
 SHANK_SHARE = 0.6
 """Shank diameter over ball diameter where the file does not state the shank."""
 Pair = Annotated[tuple[float, float], Field(strict=False)]
@@ -43,6 +45,11 @@ class ProbeTable(TomlTable):
         return self
 
     @property
+    def states_radius(self) -> bool:
+        """Whether tip minus pre-travel, the effective radius, is stated; else readings tell it."""
+        return True
+
+    @property
     def shank_length_mm(self) -> float:
         """From the tip centre to the probe body."""
         return DEFAULT_STYLUS_MM if self.stylus_length_mm is None else self.stylus_length_mm
@@ -57,7 +64,13 @@ class ConstantTable(ProbeTable):
     """``model = "constant"``: the same pre-travel in all directions."""
 
     model: Literal["constant"] = "constant"
-    pretravel_um: float = Field(0.0, ge=0, le=1000, description="travel from contact to trigger, um")
+    pretravel_um: float = Field(
+        USUAL_PRETRAVEL_UM, ge=0, le=1000, description="travel from contact to trigger, um; without it readings tell it"
+    )
+
+    @property
+    def states_radius(self) -> bool:
+        return "pretravel_um" in self.model_fields_set
 
 
 class LobedTable(ProbeTable):

@@ -102,7 +102,7 @@ def locate(
     if machine is not None:
         cmm = resolve_machine(machine)
         tip_radius_mm = cmm.probe.tip_radius_mm if tip_radius_mm is None else tip_radius_mm
-        repeatability_um = cmm.table.repeatability_um if repeatability_um is None else repeatability_um
+        repeatability_um = cmm.table.virtual_repeatability_um if repeatability_um is None else repeatability_um
     sigma_um = UNKNOWN_REPEATABILITY_UM if repeatability_um is None else repeatability_um
     probed = resolve_blocks(blocks, steps) or parse_blocks(":", steps)
     where = str(points) if isinstance(points, File) else "points"

@@ -220,5 +220,5 @@ def _read_or_locate(
 
     if tip_radius_mm is None and machine is not None:
         tip_radius_mm = machine.probe.tip_radius_mm
-    sigma_um = machine.table.repeatability_um if machine else 1.0
+    sigma_um = machine.table.virtual_repeatability_um if machine else 1.0
     return locate(read_sixteen(source), gauge, parse_blocks(points_on or ":", gauge), sigma_um, tip_radius_mm, source)

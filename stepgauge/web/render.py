@@ -80,6 +80,7 @@ def render(request: Request, template: str, code: int = 200, **content: Any) -> 
         "looks": LOOKS,
         "pages": NAVIGATION,
         "here": request.url.path,
+        "back": request.url.path + (f"?{request.url.query}" if request.url.query else ""),
         "site": site_of(request),
         "plotly": _plotly_tag,
         "version": __version__,

@@ -143,6 +143,8 @@ def effect_families(data: Residuals, priors: Priors, without: Collection[str] = 
                 yield from _directed(family, directions)
                 continue
             size = _sizes(columns, [np.ones((1, len(data)))])[0]
+            if len(data.radii) and not _differs(columns, data):
+                continue
             left = columns if law.phase() else _remove_origins(columns, data)
             yield from _shown_shapes(replace(family, pattern=left), size)
 
@@ -168,6 +170,12 @@ def reached_axes(data: Residuals) -> list[str]:
     """The machine axes along which some gauge reaches."""
     reach = np.abs(list(data.probings.setting.axis.values())).max(axis=0)
     return [axis for axis, far in zip("xyz", reach, strict=True) if far > SEEN_SHARE]
+
+
+def _differs(columns: Array, data: Residuals) -> bool:
+    """Whether any shape of a law is more than origins and radii that are not known: no reading tells of others."""
+    left = data.without_origins(columns)
+    return bool((np.linalg.norm(left, axis=2) > ORIGIN_ONLY * np.linalg.norm(columns, axis=2)).any())
 
 
 def _remove_origins(columns: Array, data: Residuals) -> Array:

@@ -109,6 +109,8 @@ def _values(site: Site, said: Laboratory | None) -> dict[str, str]:
             known |= {f"conditions.{key}_{end}": value for end, value in zip(ENDS, pair, strict=True)}
     else:
         known = _machine_values(site)
+    if site.has_project:
+        known["person.name"] = known.get("person.name") or site.project().common.get("operator", "")
     return {one.name: one.shown(known.get(one.name)) for some in groups().values() for one in some}
 
 

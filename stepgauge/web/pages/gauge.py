@@ -26,14 +26,10 @@ if TYPE_CHECKING:
     from stepgauge.gauge.certified import Gauge
 
 FOLDER = "gauge"
-USUAL = {
-    "material": "steel",
-    "expansion_per_K": 11.5e-6,
-    "expansion_uncertainty_per_K": 0.5e-6,
-    "reference_temperature_C": 20.0,
-    "coverage_factor": 2.0,
-}
-"""Of most steel gauges; every one of them is shown, to be changed."""
+USUAL = {"reference_temperature_C": 20.0, "coverage_factor": 2.0}
+"""What holds unless a certificate says otherwise (ISO 1, EA-4/02): filled in, to be changed."""
+OF_STEEL = {"expansion_per_K": 11.5e-6, "expansion_uncertainty_per_K": 0.5e-6}
+"""Shown beside an empty field, for every result is corrected by it."""
 OF_GAUGE = (
     *("name", "serial", "material", "expansion_per_K", "expansion_uncertainty_per_K", "reference_temperature_C"),
     *("block_width_mm", "block_height_mm", "rail_width_mm", "rail_height_mm"),
@@ -76,15 +72,23 @@ def show(request: Request) -> Response:
     site = site_of(request)
     gauge = _stated(site)
     values = _values(gauge)
-    of_gauge, of_certificate = fields()
-    groups = {"gauge": of_gauge, "certificate": of_certificate}
+    words = words_of(request)
+    hints = {
+        one.name: words("gauge.of_steel", value=one.shown(OF_STEEL[one.name]))
+        for one in fields()[0]
+        if one.name in OF_STEEL
+    }
+    groups = {
+        key: [replace(one, default=hints.get(one.name, "")) for one in some]
+        for key, some in zip(("gauge", "certificate"), fields(), strict=True)
+    }
     return render(
         request,
         "gauge.html.j2",
         groups={key: [one for one in some if one.name not in SELDOM] for key, some in groups.items()},
         seldom=[one for some in groups.values() for one in some if one.name in SELDOM],
         values=values,
-        table=words_of(request).decimal(_faces_text(gauge)),
+        table=words.decimal(_faces_text(gauge)),
         gauge=gauge,
         saved=request.query_params.get("saved", ""),
     )
@@ -210,7 +214,7 @@ def _found(form: Form, with_usual: bool = False) -> tuple[GaugeImport, FaceTable
     return GaugeImport(*stated, rows, notes, "the table of a certificate"), table
 
 
-PLACEHOLDERS: Mapping[str, Any] = {"block_width_mm": 20.0, "block_height_mm": 15.0, **USUAL}
+PLACEHOLDERS: Mapping[str, Any] = {"block_width_mm": 20.0, "block_height_mm": 15.0, **OF_STEEL, **USUAL}
 
 
 def _stated_fields(form: Form, some: Mapping[str, Field], with_usual: bool) -> dict[str, Any]:

@@ -23,50 +23,31 @@ if TYPE_CHECKING:
     from stepgauge.web.texts import Words
 
 FOLDER = "machine"
-KINDS: Mapping[str, Mapping[str, Any]] = {
-    "bridge": {
-        "travel": ((0, 700), (0, 1000), (0, 600)),
-        "repeatability_um": 0.3,
-        "measuring_speed_mm_s": 3.0,
-        "travel_speed_mm_s": 50.0,
-        "tip_radius_mm": 2.0,
-        "pretravel_um": 3.0,
-        "stylus_length_mm": 50.0,
-        "stylus_diameter_mm": 2.5,
-    },
-    "gantry": {
-        "travel": ((0, 3000), (0, 5000), (0, 2000)),
-        "repeatability_um": 1.0,
-        "measuring_speed_mm_s": 4.0,
-        "travel_speed_mm_s": 150.0,
-        "tip_radius_mm": 4.0,
-        "pretravel_um": 6.0,
-        "stylus_length_mm": 100.0,
-        "stylus_diameter_mm": 5.0,
-    },
+CHOSEN: Mapping[str, Mapping[str, Any]] = {
+    "bridge": {"travel": ((0, 700), (0, 1000), (0, 600)), "measuring_speed_mm_s": 3.0, "travel_speed_mm_s": 50.0},
+    "gantry": {"travel": ((0, 3000), (0, 5000), (0, 2000)), "measuring_speed_mm_s": 4.0, "travel_speed_mm_s": 150.0},
     "machine_tool": {
         "travel": ((-400, 400), (-250, 250), (0, 500)),
-        "repeatability_um": 0.8,
         "measuring_speed_mm_s": 1.0,
         "travel_speed_mm_s": 80.0,
-        "tip_radius_mm": 3.0,
-        "pretravel_um": 9.0,
-        "stylus_length_mm": 50.0,
-        "stylus_diameter_mm": 4.0,
     },
-    "small_mill": {
-        "travel": ((0, 300), (0, 300), (-80, 0)),
-        "repeatability_um": 5.0,
-        "measuring_speed_mm_s": 1.0,
-        "travel_speed_mm_s": 20.0,
-        "tip_radius_mm": 1.0,
-        "pretravel_um": 10.0,
-        "stylus_length_mm": 30.0,
-        "stylus_diameter_mm": 1.2,
-    },
+    "small_mill": {"travel": ((0, 300), (0, 300), (-80, 0)), "measuring_speed_mm_s": 1.0, "travel_speed_mm_s": 20.0},
 }
-"""Kinds of machines with values as such machines have them, each shown and to be changed; none has a limit: what the
-maker of a machine permits is not that of its kind, and pass or fail would rest on it."""
+"""What a program may do, by the kind of the machine: filled in, for it holds because it was chosen."""
+MEASURED = (
+    *("repeatability_um", "tip_radius_mm", "pretravel_um", "stylus_length_mm", "stylus_diameter_mm"),
+    *("u_gauge_temperature_K", "u_scale_temperature_K", "u_scale_expansion_per_K", "u_probing_um", "resolution_um"),
+)
+TYPICAL: Mapping[str, tuple[float, ...]] = {
+    "bridge": (0.3, 2.0, 3.0, 50.0, 2.5, 0.1, 0.1, 0.5e-6, 0.3, 0.1),
+    "gantry": (1.0, 4.0, 6.0, 100.0, 5.0, 0.3, 0.3, 0.5e-6, 0.8, 0.1),
+    "machine_tool": (0.8, 3.0, 9.0, 50.0, 4.0, 0.5, 0.5, 1e-6, 0.5, 1.0),
+    "small_mill": (5.0, 1.0, 10.0, 30.0, 1.2, 1.0, 1.0, 1e-6, 3.0, 2.5),
+}
+"""Values of :data:`MEASURED` as such machines often have them: shown beside an empty field, never filled in, for what
+nobody stated would be decided by, or found wrong, as if somebody had."""
+PRIOR_KIND = {"bridge": "cmm", "gantry": "cmm", "machine_tool": "machine tool", "small_mill": "machine tool"}
+"""The ``kind`` of a machine file by the kind that was chosen here."""
 OF_MACHINE = ("name", "serial", "repeatability_um", "measuring_speed_mm_s", "travel_speed_mm_s")
 THERMAL = ("temperature_C", "scale_expansion_per_K", "temperature_convention")
 OF_PROBE = ("tip_radius_mm", "pretravel_um", "stylus_length_mm", "stylus_diameter_mm")
@@ -81,14 +62,6 @@ OF_UNCERTAINTY = (
     Field("u_probing_um", "number", "µm", 0.0, 100.0, decides=True),
     Field("resolution_um", "number", "µm", 0.0, 100.0, decides=True),
 )
-TYPICAL = {
-    "bridge": (0.1, 0.1, 0.5e-6, 0.3, 0.1),
-    "gantry": (0.3, 0.3, 0.5e-6, 0.8, 0.1),
-    "machine_tool": (0.5, 0.5, 1e-6, 0.5, 1.0),
-    "small_mill": (1.0, 1.0, 1e-6, 3.0, 2.5),
-}
-"""Values of :data:`OF_UNCERTAINTY` as such machines often have them: shown beside an empty field, never filled in, for
-a decision would rest on them."""
 UNCERTAIN = {"u_scale_temperature_K": "temperature_C", "u_scale_expansion_per_K": "scale_expansion_per_K"}
 """Keys of ``[machine]`` that may have a standard uncertainty beside their value."""
 
@@ -115,28 +88,36 @@ def groups() -> dict[str, tuple[Field, ...]]:
 def show(request: Request) -> Response:
     """The form, with what the project's machine file says, or as machines of a kind usually are."""
     site, kind = site_of(request), asked_form(request).text("kind")
-    machine = None if kind in KINDS else stated(site)
+    machine = None if kind in CHOSEN else stated(site)
     fields = groups()
-    usual = kind if kind in KINDS else "bridge"
-    own = values_of_kind(usual, fields) if machine is None else values_of(machine)
+    usual = kind if kind in CHOSEN else "bridge"
+    own = _chosen_values(usual) if machine is None else values_of(machine)
     if machine is not None and not _is_constant(machine):
         fields = {key: some for key, some in fields.items() if key != "probe"}
     return render(
         request,
         "machine.html.j2",
-        groups=fields | {"uncertainty": _typical_uncertainties(usual, words_of(request))},
+        groups={key: [_hinted(one, usual, words_of(request)) for one in some] for key, some in fields.items()},
         values=own,
-        kinds=tuple(KINDS),
+        kinds=tuple(CHOSEN),
+        chosen=PRIOR_KIND.get(kind, ""),
         kind=usual if machine is None else "",
         machine=machine,
         saved=request.query_params.get("saved", ""),
     )
 
 
-def _typical_uncertainties(kind: str, words: Words) -> tuple[Field, ...]:
-    """The uncertainties with what they typically are, for a person who has to find out what they are here."""
-    typical = zip(OF_UNCERTAINTY, TYPICAL[kind], strict=True)
-    return tuple(replace(one, default=words("machine.typical", value=one.shown(value))) for one, value in typical)
+def _hinted(one: Field, kind: str, words: Words) -> Field:
+    """A field with what it typically is, for a person who has to find out what it is here."""
+    typical = dict(zip(MEASURED, TYPICAL[kind], strict=True)) | {
+        "temperature_C": 20.0,
+        "scale_expansion_per_K": 11.5e-6,
+    }
+    return (
+        replace(one, default=words("machine.typical", value=one.shown(typical[one.name])))
+        if one.name in typical
+        else one
+    )
 
 
 def stated(site: Site) -> Machine | None:
@@ -154,16 +135,23 @@ def _is_constant(machine: Machine) -> bool:
     return machine.probe.model == "constant" and machine.probe_path == machine.path
 
 
-def values_of_kind(kind: str, fields: Mapping[str, tuple[Field, ...]]) -> dict[str, str]:
-    """The fields as machines of a kind usually are."""
-    usual = dict(KINDS[kind])
-    low_high = {
+def _chosen_values(kind: str) -> dict[str, str]:
+    """The fields before anybody stated anything: what a program may do on such a machine."""
+    travel, *speeds = CHOSEN[kind].values()
+    return _shown({**dict(zip(("measuring_speed_mm_s", "travel_speed_mm_s"), speeds, strict=True)), **_ends(travel)})
+
+
+def _ends(travel: Any) -> dict[str, float]:
+    """The travel by the fields of its ends."""
+    return {
         f"{axis}_{end}": value
-        for axis, pair in zip("xyz", usual["travel"], strict=True)
+        for axis, pair in zip("xyz", travel, strict=True)
         for end, value in zip(("low", "high"), pair, strict=True)
     }
-    known = {**usual, **low_high, "temperature_C": 20.0, "scale_expansion_per_K": 11.5e-6}
-    return {one.name: one.shown(known.get(one.name)) for some in fields.values() for one in some}
+
+
+def _shown(known: Mapping[str, Any]) -> dict[str, str]:
+    return {one.name: one.shown(known.get(one.name)) for some in groups().values() for one in some}
 
 
 def values_of(machine: Machine) -> dict[str, str]:
@@ -171,18 +159,12 @@ def values_of(machine: Machine) -> dict[str, str]:
     from stepgauge.standards.mpe import Mpe
 
     limit = Mpe.parse(machine.table.mpe) if machine.table.mpe else None
-    ends = {
-        f"{axis}_{end}": value
-        for axis, pair in zip("xyz", machine.travel_mm.tolist(), strict=True)
-        for end, value in zip(("low", "high"), pair, strict=True)
-    }
     u = {one.key.removeprefix("machine."): one.u for one in machine.uncertain}
     stated_u = machine.stated
     known = {
-        **machine.table.model_dump(),
-        **machine.probe.model_dump(),
-        "name": machine.table.name,
-        **ends,
+        **machine.probe.model_dump(exclude_unset=True),
+        **machine.table.model_dump(exclude_unset=True),
+        **_ends(machine.travel_mm.tolist()),
         "mpe_constant": limit.constant_um if limit else None,
         "mpe_divisor": limit.divisor if limit and limit.um_per_mm else None,
         "u_gauge_temperature_K": stated_u.gauge_temperature_K.u if stated_u.gauge_temperature_K else None,
@@ -190,7 +172,7 @@ def values_of(machine: Machine) -> dict[str, str]:
         "resolution_um": stated_u.resolution_um,
         **{name: u.get(key) for name, key in UNCERTAIN.items()},
     }
-    return {one.name: one.shown(known.get(one.name)) for some in groups().values() for one in some}
+    return _shown(known)
 
 
 def save(request: Request, form: Form) -> Response:
@@ -226,10 +208,12 @@ def _tables(form: Form, machine: Machine | None) -> dict[str, dict[str, Any]]:
     own = {one.name: one.read(form) for key in ("machine", "thermal") for one in fields[key]}
     ends = read_fields(form, fields["travel"])
     own["travel_mm"] = {axis: [ends[f"{axis}_low"], ends[f"{axis}_high"]] for axis in "xyz"}
-    own["mpe"] = _limit(form)
+    own |= {"mpe": _limit(form), **({"kind": form.text("prior_kind")} if form.has("prior_kind") else {})}
     u = read_fields(form, OF_UNCERTAINTY)
     for name, key in UNCERTAIN.items():
-        if name in u and own.get(key) is not None:
+        if name in u and own.get(key) is None:
+            raise InputError(naming(key), naming("not_filled_in"))
+        if name in u:
             own[key] = {"value": own[key], "u": u[name]}
     tables = {"machine": own, "uncertainty": _uncertainty(u, machine)}
     if machine is None or _is_constant(machine):

@@ -77,13 +77,36 @@ async function submit(event) {
   if (button) show(into);
 }
 
+function forget(event) {  // what was wrong with a form is not known of one that has changed
+  const form = event.currentTarget, own = [form.dataset.into, ...[...form.querySelectorAll("button[data-answers]")].map(one => one.dataset.answers)];
+  own.map(one => document.querySelector(one)).filter(place => place?.querySelector("[role=alert]")).forEach(place => place.replaceChildren());
+}
+
+// What was typed and chosen stays when the page comes back in another language or look.
+const fields = () => [...document.querySelectorAll("main [name]")].filter(one => one.type !== "hidden" && one.type !== "file");
+const state = one => one.options ? [...one.options].map(o => o.selected) : one.type === "checkbox" || one.type === "radio" ? one.checked : one.value;
+function keep() { sessionStorage.setItem("kept", JSON.stringify([location.pathname, fields().map(one => [one.name, state(one)])])); }
+function restore() {
+  const [path, values] = JSON.parse(sessionStorage.getItem("kept") || "[]");
+  sessionStorage.removeItem("kept");
+  if (path !== location.pathname) return;
+  for (const one of fields()) {
+    const place = values.findIndex(([name]) => name === one.name), [, value] = place < 0 ? [] : values.splice(place, 1)[0];
+    if (value === undefined) continue;
+    if (one.options) [...one.options].forEach((o, n) => { o.selected = value[n]; });
+    else if (one.type === "checkbox" || one.type === "radio") one.checked = value;
+    else one.value = value;
+  }
+}
+
 const changed = one => one.options ? [...one.options].some(o => o.selected !== o.defaultSelected) && [...one.options].some(o => o.defaultSelected)
   : one.type === "checkbox" || one.type === "radio" ? one.checked !== one.defaultChecked : one.type !== "hidden" && (one.value || "") !== (one.defaultValue || "");
 // before the page was ready, or kept by the browser
 
 export function wire(root) {
   const all = selector => [...(root.matches?.(selector) ? [root] : []), ...root.querySelectorAll(selector)];
-  all("form[data-into]").forEach(form => { form.noValidate = true; form.addEventListener("submit", submit); });
+  all("form[data-into]").forEach(form => { form.noValidate = true; form.addEventListener("submit", submit); form.addEventListener("input", forget); });
+  all("form.preferences").forEach(form => form.addEventListener("submit", keep));
   all("select[data-submits]").forEach(one => one.addEventListener("change", () => one.form.requestSubmit()));
   all("select[data-fetches]").forEach(one => one.addEventListener("change", async () => {
     const into = document.querySelector(one.dataset.answers);
@@ -139,4 +162,5 @@ export async function plot(place, address = place.dataset.plot) {
   } catch (error) { fail(place, error); }
 }
 
-if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", () => wire(document)); else wire(document);
+const begin = () => { restore(); wire(document); };
+if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", begin); else begin();
