@@ -39,11 +39,10 @@ class Parameters:
 
 @dataclass(frozen=True)
 class NonlinearFit:
-    """Values ``(k,)``, their covariance ``(k, k)``, and the derivatives of the model by each ``(k, n)``."""
+    """Values ``(k,)`` and their covariance ``(k, k)``."""
 
     values: Array
     covariance: Array
-    slopes: Array
 
 
 def least_squares(
@@ -126,7 +125,7 @@ def fit_nonlinear(
     found = least_squares(left, slopes, start / known.scale, SAME_COST, steps, (low, high))
     slope = slopes(found)
     covariance = np.linalg.pinv(slope.T @ slope) * np.outer(known.scale, known.scale)
-    return NonlinearFit(found * known.scale, covariance, _slopes(moved, found, high) / known.scale[:, None])
+    return NonlinearFit(found * known.scale, covariance)
 
 
 def _slopes(moved: Response, x: Array, high: Array) -> Array:

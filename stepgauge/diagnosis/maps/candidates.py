@@ -13,6 +13,7 @@ from stepgauge.probes.schema import SectionTable
 
 Table = dict[str, Any]
 Change = Callable[[Table, Sequence[float]], None]
+Told = Callable[[Sequence[float]], dict[str, tuple[float, str]]]
 Shape = Literal["line", "plane", "linear", "lobes"]
 
 _STEEL = {"tip_modulus_GPa": 400.0, "tip_poisson": 0.27, "modulus_GPa": 210.0, "poisson": 0.30}
@@ -34,22 +35,13 @@ class ProbeParameter:
 
 
 @dataclass(frozen=True)
-class Total:
-    """What a change of one knob makes of the probe: name, unit, the value for that of the knob, and its derivative."""
-
-    name: str
-    unit: str
-    value: Callable[[float], float]
-    slope: float = 1.0
-
-
-@dataclass(frozen=True)
 class ProbeChange:
     """A change of the construction, of the force gauge, or of the map only, with its parameters (knobs).
 
     ``shape``: dependence on the knobs: on one (``line``), on two as the components of a vector (``plane``), linear
     (``linear``), linear in the first and by the phase of the lobes (``lobes``). ``prior``: its key among the priors;
-    ``nominal``: the usual size is a share of this. ``total``: what the probe then has.
+    ``nominal``: the usual size is a share of this. ``told``: from the values of the knobs to the parameters in terms of
+    the field, each with its unit; without it the knobs themselves.
     """
 
     kind: str
@@ -59,7 +51,7 @@ class ProbeChange:
     shape: Shape = "line"
     prior: str = ""
     nominal: float = 1.0
-    total: Total | None = None
+    told: Told | None = None
 
     @property
     def label(self) -> str:
@@ -69,6 +61,12 @@ class ProbeChange:
     def none(self) -> tuple[float, ...]:
         """Values of the knobs without the change."""
         return tuple(knob.none for knob in self.knobs)
+
+    def parameters(self, values: Sequence[float]) -> dict[str, tuple[float, str]]:
+        """What is told of it, by name: value and unit."""
+        if self.told is not None:
+            return self.told(values)
+        return {knob.name: (value, knob.unit) for knob, value in zip(self.knobs, values, strict=True)}
 
     def applied(self, table: Mapping[str, Any], values: Sequence[float]) -> Table:
         """A copy of the table with the change in it."""
@@ -115,17 +113,24 @@ def _seat_key(
         table["seat"][key] = before + values[0]
 
     knobs = (ProbeParameter(unit, unit, 0.0, low - before, high - before),)
-    return ProbeChange(kind, knobs, change, nominal=nominal, total=Total(key, unit, lambda v: before + v))
+    return ProbeChange(
+        kind, knobs, change, nominal=nominal, told=lambda v: {unit: (v[0], unit), key: (before + v[0], unit)}
+    )
 
 
 def _lobing_phase(before_deg: float) -> ProbeChange:
     """Three arms repeat after 120 deg."""
-    azimuth = Total("arm_azimuth_deg", "deg", lambda v: (before_deg + v + 60.0) % 120.0 - 60.0)
+
+    def turned(deg: float) -> float:
+        return (before_deg + deg + 60.0) % 120.0 - 60.0
 
     def change(table: Table, values: Sequence[float]) -> None:
-        table["seat"]["arm_azimuth_deg"] = azimuth.value(values[0])
+        table["seat"]["arm_azimuth_deg"] = turned(values[0])
 
-    return ProbeChange("lobing_phase", (ProbeParameter("deg", "deg", 0.0, -90.0, 90.0),), change, total=azimuth)
+    def told(values: Sequence[float]) -> dict[str, tuple[float, str]]:
+        return {"deg": (values[0], "deg"), "arm_azimuth_deg": (turned(values[0]), "deg")}
+
+    return ProbeChange("lobing_phase", (ProbeParameter("deg", "deg", 0.0, -90.0, 90.0),), change, told=told)
 
 
 def _eccentricity(seat: Table) -> ProbeChange:
@@ -137,7 +142,13 @@ def _eccentricity(seat: Table) -> ProbeChange:
         table["seat"]["preload_offset_mm"] = [x + values[0], y + values[1]]
 
     knobs = tuple(ProbeParameter(name, "mm", 0.0, -reach, reach) for name in ("x_mm", "y_mm"))
-    return ProbeChange("eccentricity", knobs, change, shape="plane")
+    return ProbeChange(
+        "eccentricity",
+        knobs,
+        change,
+        shape="plane",
+        told=lambda v: {"mm": (hypot(*v), "mm"), "azimuth_deg": (degrees(atan2(v[1], v[0])), "deg")},
+    )
 
 
 def _seat_friction(before: float) -> ProbeChange:
@@ -176,7 +187,9 @@ def _stylus_length(sections: Sequence[Table]) -> ProbeChange:
 
     whole = sum(float(one["length_mm"]) for one in sections)
     knobs = (ProbeParameter("mm", "mm", 0.0, SHORTEST_STEM_MM - before, LONGEST_STEM_MM - before),)
-    return ProbeChange("stylus_length", knobs, change, total=Total("stylus_length_mm", "mm", lambda v: whole + v))
+    return ProbeChange(
+        "stylus_length", knobs, change, told=lambda v: {"mm": (v[0], "mm"), "stylus_length_mm": (whole + v[0], "mm")}
+    )
 
 
 def _compliance(stem: Sequence[Table]) -> ProbeChange:
@@ -188,8 +201,10 @@ def _compliance(stem: Sequence[Table]) -> ProbeChange:
         for section in table["stylus"]:
             section["modulus_GPa"] = section["modulus_GPa"] / values[0]
 
-    total = Total("lateral_um_per_N", "um/N", lambda v: lateral * v, lateral)
-    return ProbeChange("compliance", (ProbeParameter("factor", "1", 1.0, 0.25, 20.0),), change, total=total)
+    def told(values: Sequence[float]) -> dict[str, tuple[float, str]]:
+        return {"factor": (values[0], "1"), "lateral_um_per_N": (lateral * values[0], "um/N")}
+
+    return ProbeChange("compliance", (ProbeParameter("factor", "1", 1.0, 0.25, 20.0),), change, told=told)
 
 
 def _force_gauge_changes() -> list[ProbeChange]:
@@ -214,12 +229,21 @@ def _pretravel_changes(table: Table) -> list[ProbeChange]:
     def mean(table: Table, values: Sequence[float]) -> None:
         table["pretravel_um"] = nominal + values[0]
 
+    def lobed(values: Sequence[float]) -> dict[str, tuple[float, str]]:
+        return {
+            "amplitude_um": (hypot(*values), "um"),
+            "phase_deg": (degrees(atan2(values[1], values[0])) / 3.0, "deg"),
+        }
+
     def cosine(table: Table, values: Sequence[float]) -> None:
-        phase = degrees(atan2(values[1], values[0])) / 3.0
-        table |= {"model": "lobed", "amplitude_um": hypot(*values), "phase_deg": phase}
+        table |= {"model": "lobed", **{name: value for name, (value, _) in lobed(values).items()}}
 
     def triangle(table: Table, values: Sequence[float]) -> None:
         table |= {"model": "triangular", "constant_um": values[0], "lobe_azimuth_deg": values[1], "more_um": values[2]}
+
+    def wozniak(values: Sequence[float]) -> dict[str, tuple[float, str]]:
+        constant, phase, more = values  # the offset beside triangular lobes: 0 for Wozniak's law alone
+        return {"constant_um": (constant, "um"), "phase_deg": (phase, "deg"), "offset_um": (nominal + more, "um")}
 
     known = {"cos_um": lobes * cos(phase_rad), "sin_um": lobes * sin(phase_rad)}
     amplitudes = tuple(ProbeParameter(name, "um", value, -500.0, 500.0) for name, value in known.items())
@@ -230,6 +254,6 @@ def _pretravel_changes(table: Table) -> list[ProbeChange]:
     )
     return [
         ProbeChange("effective_radius", (ProbeParameter("um", "um", 0.0, -nominal, 1000.0),), mean, shape="linear"),
-        ProbeChange("probe_lobing", amplitudes, cosine, "cosine", "linear"),
-        ProbeChange("probe_lobing", shape, triangle, "triangular", "lobes"),
+        ProbeChange("probe_lobing", amplitudes, cosine, "cosine", "linear", told=lobed),
+        ProbeChange("probe_lobing", shape, triangle, "triangular", "lobes", told=wozniak),
     ]

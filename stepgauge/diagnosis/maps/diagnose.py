@@ -95,14 +95,14 @@ def _diagnosis_of(found: StatedMap, scatter: MapScatter) -> MapDiagnosis:
     slight = [one.lead.candidate.label for one in found.slight]
     findings, left = list(map_findings(found, by_row)), list(map_structure(found))
     concluded = conclude(found.answer, findings, left, found.priors.decision, slight)
-    terms, named = found.fitted.terms, found.rows.um - found.rows.moved(found.fitted.terms)
+    terms, named = found.fitted, found.rows.um - found.rows.moved(found.fitted)
     forms = [one.share_um for one in concluded.structure if len(one.share_um)]
     described = named - sum((found.rows.stacked(np.split(one, len(scatter.sigma))) for one in forms), 0.0 * named)
     return MapDiagnosis(
         concluded.verdict,
         quantity_fits(found.rows, (found.rows.um, named, described), kept, by_row),
         _chi2_dof(found, found.rows.um, 0, kept, by_row),
-        _chi2_dof(found, named, len(found.fitted.slopes), kept, by_row),
+        _chi2_dof(found, named, sum(len(term.values) for term in terms), kept, by_row),
         _grown(found, scatter),
         model.data,
         kept,

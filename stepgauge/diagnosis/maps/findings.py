@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.credible_finding import credible_finding
-from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS, Table
+from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS
 from stepgauge.diagnosis.maps.direction_functions import DIRECTION, HARMONIC, DirectionFunction
 from stepgauge.diagnosis.maps.further_measurements import best_measurement
-from stepgauge.diagnosis.maps.model import ChangeTerm
-from stepgauge.diagnosis.maps.stated_map import FittedChanges, StatedMap
+from stepgauge.diagnosis.maps.model import Terms
+from stepgauge.diagnosis.maps.stated_map import StatedMap
 from stepgauge.diagnosis.noise import outlier_finding
 from stepgauge.diagnosis.result import Finding, Located
 from stepgauge.diagnosis.stating_rules import SURE_OUTLIER, StatedTerm, credible_laws, structure_alone
@@ -26,9 +24,6 @@ from stepgauge.diagnosis.wording.structure import UNDETERMINED
 from stepgauge.files.arrays import Array
 from stepgauge.inference.noise_models import OUTLYING
 
-COMPONENTS = {"x_mm": ("mm", "azimuth_deg", "mm", 1.0), "cos_um": ("amplitude_um", "phase_deg", "um", 3.0)}
-"""First of two components -> names of size and direction, unit of the size, and number of lobes in a turn."""
-
 
 def map_findings(found: StatedMap, by_row: Sequence[Array]) -> Iterator[Finding]:
     """The changes that are stated, then the outliers; ``by_row (n,)``: scatter of the rows of each quantity."""
@@ -36,7 +31,7 @@ def map_findings(found: StatedMap, by_row: Sequence[Array]) -> Iterator[Finding]
         lead, *others = credible_laws(said, found.priors.decision)
         instead = [(one, found.substitute_rival(place, one)) for one in others]
         # lobes without height are another mean pre-travel by another name
-        real = [(one, fitted) for one, fitted in instead if fitted.terms[place].has_size]
+        real = [(one, fitted) for one, fitted in instead if fitted[place].has_size]
         every, fits = [lead, *(one for one, _ in real)], [found.fitted, *(fitted for _, fitted in real)]
         causes = [_cause(found, fitted, place) for fitted in fits]
         by_label = {one.candidate.label: cause for one, cause in zip(every, causes, strict=True)}
@@ -52,16 +47,18 @@ def map_findings(found: StatedMap, by_row: Sequence[Array]) -> Iterator[Finding]
         yield outlier_finding(rows, p, len(found.rows.um))
 
 
-def _cause(found: StatedMap, fitted: FittedChanges, place: int) -> Finding:
-    term = fitted.terms[place]
-    values = _parameters(found.rows.model.table, term, fitted.covariance_of(place))
-    return Finding(term.candidate.kind, term.candidate.label, None, {}, values, 0.0, moved_by(found, fitted, term))
+def _cause(found: StatedMap, fitted: Terms, place: int) -> Finding:
+    """A change with what it does beside the others, in the units of the quantities, one after the other ``(m,)``."""
+    rows, term = found.rows, fitted[place]
+    moved = rows.moved(fitted) - rows.moved((*fitted[:place], *fitted[place + 1 :]))
+    share = np.concatenate(rows.parts(moved))
+    return Finding(term.candidate.kind, term.candidate.label, None, {}, term.estimates, 0.0, share)
 
 
 def _why_and_next(
     found: StatedMap,
     kinds: Sequence[str],
-    fits: Sequence[FittedChanges],
+    fits: Sequence[Terms],
     probability: Sequence[float],
     by_row: Sequence[Array],
 ) -> tuple[str, str]:
@@ -75,12 +72,6 @@ def _why_and_next(
     return why, best_measurement(found.rows.model, by_row, rivals, weights)
 
 
-def moved_by(found: StatedMap, fitted: FittedChanges, term: ChangeTerm) -> Array:
-    """What a change does beside the others, in the units of the quantities, one after the other ``(m,)``."""
-    rows, without = found.rows, tuple(one for one in fitted.terms if one is not term)
-    return np.concatenate(rows.parts(rows.moved(fitted.terms) - rows.moved(without)))
-
-
 def kept_rows(found: StatedMap) -> NDArray[np.bool_]:
     """Rows ``(n,)`` that are not outliers."""
     outlying, stated = found.state.noise.outlying, found.priors.decision.stated
@@ -88,43 +79,6 @@ def kept_rows(found: StatedMap) -> NDArray[np.bool_]:
         return np.ones(len(found.rows.data), bool)
     off = np.array(np.split(outlying, len(found.rows.sigma))) > SURE_OUTLIER
     return np.asarray(~off.any(axis=0))
-
-
-def _parameters(table: Table, term: ChangeTerm, covariance: Array) -> dict[str, Estimate]:
-    """Parameters of a change in the terms of the field, with the standard uncertainties of the fit."""
-    knobs = term.candidate.knobs
-    if knobs[0].name in COMPONENTS:
-        return _polar(term.values, covariance, *COMPONENTS[knobs[0].name])
-    found = {
-        knob.name: Estimate(value, _root(covariance[i, i]), knob.unit)
-        for i, (knob, value) in enumerate(zip(knobs, term.values, strict=True))
-    }
-    if "more_um" in found:  # the constant beside triangular lobes: 0 for Wozniak's law alone
-        more = found.pop("more_um")
-        found["offset_um"] = Estimate(float(table.get("pretravel_um", 0.0)) + more.value, more.u, more.unit)
-    if (total := term.candidate.total) is not None:
-        u = _root(covariance[0, 0] * total.slope**2)
-        found[total.name] = Estimate(total.value(term.values[0]), u, total.unit)
-    return found
-
-
-def _polar(
-    values: Sequence[float], covariance: Array, size: str, angle: str, unit: str, lobes: float
-) -> dict[str, Estimate]:
-    """Size and direction of two components, uncertainties by linear propagation."""
-    x, y = values
-    r = max(float(np.hypot(x, y)), 1e-12)
-    along, across = np.array([x, y]) / r, np.array([-y, x]) / r**2
-    degrees = float(np.degrees(np.arctan2(y, x)) / lobes)
-    return {
-        size: Estimate(r, _root(along @ covariance @ along), unit),
-        angle: Estimate(degrees, _root(np.degrees(1.0) ** 2 * across @ covariance @ across / lobes**2), "deg"),
-    }
-
-
-def _root(variance: Any) -> float | None:
-    """Square root of a variance; None if there is none."""
-    return float(np.sqrt(variance)) if np.isfinite(variance) and variance >= 0.0 else None
 
 
 # -- structure without a law -------------------------------------------------------------------------------------------
@@ -179,7 +133,7 @@ def located_alone(found: StatedMap, left: Sequence[Located]) -> Iterator[Located
 
 def map_remarks(found: StatedMap) -> Iterator[str]:
     """What the reader of the result needs to know besides."""
-    gauge = [name_of(t.candidate.label) for t in found.fitted.terms if t.candidate.kind in GAUGE_KINDS]
+    gauge = [name_of(t.candidate.label) for t in found.fitted if t.candidate.kind in GAUGE_KINDS]
     if gauge:
         yield f"An error of the force gauge ({', '.join(gauge)}) is no property of the probe and not in its file."
     if found.slight:

@@ -10,8 +10,7 @@ from functools import partial
 import numpy as np
 
 from stepgauge.diagnosis.maps.candidates import Table
-from stepgauge.diagnosis.maps.model import MapModel, changed_table, predict, read_force_gauge
-from stepgauge.diagnosis.maps.stated_map import FittedChanges
+from stepgauge.diagnosis.maps.model import MapModel, Terms, changed_table, predict, read_force_gauge
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.inference.design import entropy, expected_information_gain
@@ -42,9 +41,7 @@ class Measurement:
     command: str = ""
 
 
-def best_measurement(
-    model: MapModel, sigma: Sequence[Array], rivals: Sequence[FittedChanges], weights: Sequence[float]
-) -> str:
+def best_measurement(model: MapModel, sigma: Sequence[Array], rivals: Sequence[Terms], weights: Sequence[float]) -> str:
     """The measurement that is expected to tell most about which of several rivals holds, with the command that predicts
     it.
 
@@ -62,12 +59,10 @@ def best_measurement(
     return f"{words}: {chosen.command}" if chosen.command else words
 
 
-def _distances(
-    measurement: Measurement, table: Table, rivals: Sequence[FittedChanges], scatter: Mapping[str, float]
-) -> Array:
+def _distances(measurement: Measurement, table: Table, rivals: Sequence[Terms], scatter: Mapping[str, float]) -> Array:
     """Chi-square distances ``(h, h)`` of what the rivals predict; 0 if one has no prediction."""
     try:
-        every = [measurement.values(changed_table(table, one.terms)) for one in rivals]
+        every = [measurement.values(changed_table(table, one)) for one in rivals]
     except InputError:
         return np.zeros((len(rivals), len(rivals)))
     over = [np.concatenate([values.ravel() / scatter[name] for name, values in one.items()]) for one in every]

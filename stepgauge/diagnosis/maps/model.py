@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.candidates import FORCE_GAUGE, ProbeChange, Table
 from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.errors import InputError
@@ -18,6 +19,9 @@ from stepgauge.physics.wozniak import LobeModel
 from stepgauge.probes import Probe, probe_from_table
 from stepgauge.probes.base import head_frame
 from stepgauge.probes.empirical import EmpiricalTable, add_laws
+
+NOTHING = 1e-9
+"""Share of the range of a knob that is as good as no change, and a step for a derivative."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,22 +37,37 @@ class TriangularProbe(Probe):
         return law.pretravel_um(self.normals(approach), self.constant_um) + self.added_um
 
 
-NOTHING = 1e-9
-"""Share of the range of a knob that is as good as no change."""
-
-
 @dataclass(frozen=True)
 class ChangeTerm:
-    """A candidate in the model, with the values of its knobs."""
+    """A candidate in the model, with the values of its knobs; ``covariance (k, k)``: theirs, where they were fitted."""
 
     candidate: ProbeChange
     values: tuple[float, ...]
+    covariance: Array = field(default_factory=lambda: np.zeros((0, 0)), compare=False)
 
     @property
     def has_size(self) -> bool:
         """Whether it changes anything of its own, by the first knob."""
         knob = self.candidate.knobs[0]
         return abs(self.values[0] - knob.none) > NOTHING * (knob.high - knob.low)
+
+    @property
+    def significance(self) -> float:
+        """What the sum of squares rises by without it, to first order."""
+        off = np.subtract(self.values, self.candidate.none)
+        return float(off @ np.linalg.pinv(self.covariance) @ off)
+
+    @property
+    def estimates(self) -> dict[str, Estimate]:
+        """Parameters in the terms of the field, with standard uncertainties by linear propagation (GUM 5.1.2)."""
+        told, steps = self.candidate.parameters, [NOTHING * (k.high - k.low) for k in self.candidate.knobs]
+        here, beside = told(self.values), [told(np.add(self.values, one)) for one in np.diag(steps)]
+        found = {}
+        for name, (value, unit) in here.items():
+            slope = np.array([one[name][0] - value for one in beside]) / steps
+            variance = float(slope @ self.covariance @ slope)
+            found[name] = Estimate(value, float(np.sqrt(variance)) if 0.0 <= variance < np.inf else None, unit)
+        return found
 
 
 Terms = tuple[ChangeTerm, ...]

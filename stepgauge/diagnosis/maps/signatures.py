@@ -7,7 +7,7 @@ depends on the size, so that the shapes on the grid are sizes, and the size that
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -19,8 +19,8 @@ from stepgauge.diagnosis.maps.scatter import surface
 from stepgauge.diagnosis.priors import KindPrior, Priors
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
-from stepgauge.inference.nonlinear import NonlinearFit, Parameters, Response, fit_nonlinear
-from stepgauge.inference.problem import Law, Problem, Refined
+from stepgauge.inference.nonlinear import Parameters, Response, fit_nonlinear
+from stepgauge.inference.problem import Law, Problem, Refined, slices
 
 SIZES = (0.2, 1.0, 4.0)
 """Sizes of a change on the grid, over the usual size."""
@@ -241,8 +241,8 @@ def _fitted_near(
     point, columns = law.points[atom], law.pattern[atom]
     candidate = point.candidate
     amplitudes = np.linalg.lstsq(metric(columns[: len(point.step)]).T, metric(left), rcond=None)[0]
-    start = (ChangeTerm(candidate, point.values(np.asarray(amplitudes, float))),)
-    found = fit_changes(start, rows, metric, priors, left, STEPS)
+    start = ChangeTerm(candidate, point.values(np.asarray(amplitudes, float)))
+    (found,) = fit_changes((start,), rows, metric, priors, left, STEPS)
     moved = (float(f"{value - none:.{DIGITS}g}") for value, none in zip(found.values, candidate.none, strict=True))
     near = point_of(ChangeTerm(candidate, tuple(none + off for none, off in zip(candidate.none, moved, strict=True))))
     exact = () if near.size == 0.0 else signature(rows, near)
@@ -260,18 +260,18 @@ def point_of(term: ChangeTerm) -> Point:
 
 def fit_changes(
     terms: Sequence[ChangeTerm], rows: MapRows, metric: Response, priors: Priors, left: Array, steps: int = 30
-) -> NonlinearFit:
-    """All knobs of some changes fitted together to residuals ``left (m,)``, from their values."""
+) -> tuple[ChangeTerm, ...]:
+    """All knobs of some changes fitted together to residuals ``left (m,)`` by the statics of the probe."""
+    if not terms:
+        return ()
     knobs = [knob for term in terms for knob in term.candidate.knobs]
     none, low, high = (np.array([getattr(k, name) for k in knobs]) for name in ("none", "low", "high"))
     scale = np.array([usual_of(term.candidate, priors)[1] for term in terms for _ in term.candidate.knobs])
-    start = np.array([value for term in terms for value in term.values])
+    start, own = np.concatenate([term.values for term in terms]), slices(len(term.values) for term in terms)
+
+    def changed(x: Array) -> tuple[ChangeTerm, ...]:
+        return tuple(ChangeTerm(t.candidate, tuple(x[s].tolist())) for t, s in zip(terms, own, strict=True))
+
     known = Parameters(none, low, high, scale)
-    return fit_nonlinear(lambda x: rows.moved(replace_values(terms, x)), left, start, known, metric, steps)
-
-
-def replace_values(terms: Sequence[ChangeTerm], values: Array) -> tuple[ChangeTerm, ...]:
-    """Changes with other values, those of all knobs one after the other ``(k,)``."""
-    cuts = np.cumsum([len(term.values) for term in terms])[:-1]
-    parts = np.split(np.asarray(values, float), cuts)
-    return tuple(ChangeTerm(t.candidate, tuple(map(float, p))) for t, p in zip(terms, parts, strict=True))
+    found = fit_nonlinear(lambda x: rows.moved(changed(x)), left, start, known, metric, steps)
+    return tuple(replace(t, covariance=found.covariance[s, s]) for t, s in zip(changed(found.values), own, strict=True))

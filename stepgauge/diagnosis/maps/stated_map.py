@@ -16,7 +16,7 @@ from stepgauge.diagnosis.checks import predictive_checks, widening
 from stepgauge.diagnosis.maps.candidates import ProbeChange
 from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel, Terms
 from stepgauge.diagnosis.maps.scatter import MapScatter
-from stepgauge.diagnosis.maps.signatures import MapRows, Point, fit_changes, make_problem, replace_values
+from stepgauge.diagnosis.maps.signatures import MapRows, Point, fit_changes, make_problem
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.result import Check, rms
 from stepgauge.diagnosis.stating_rules import StatedTerm, answer_of, sign_is_sure, stated_terms
@@ -24,37 +24,13 @@ from stepgauge.files.arrays import Array
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.posterior import Member, Posterior
-from stepgauge.inference.problem import Term
+from stepgauge.inference.problem import Candidate
 from stepgauge.inference.search import Search
 
 PASSES = 4
 SETTLED = 0.1
 """Rms change of what changes do together, over the scatter of a reading, below which the search is not repeated."""
 SAME_SCATTER = 1.15
-
-
-@dataclass(frozen=True)
-class FittedChanges:
-    """Terms with fitted values, their covariance ``(k, k)`` and the derivatives by each knob, ``(k, m)``."""
-
-    terms: Terms
-    covariance: Array
-    slopes: Array
-
-    def covariance_of(self, place: int) -> Array:
-        """Covariance of the knobs of one term."""
-        first = sum(len(term.values) for term in self.terms[:place])
-        own = slice(first, first + len(self.terms[place].values))
-        return self.covariance[own, own]
-
-    @property
-    def significance(self) -> list[float]:
-        """What the sum of squares rises by without each term, to first order."""
-        return [self._significance(place) for place in range(len(self.terms))]
-
-    def _significance(self, place: int) -> float:
-        off = np.array(self.terms[place].values) - np.array(self.terms[place].candidate.none)
-        return float(off @ np.linalg.pinv(self.covariance_of(place)) @ off)
 
 
 @dataclass(frozen=True)
@@ -74,7 +50,7 @@ class StatedMap:
     forms: Sequence[StatedTerm]
     vague: Sequence[StatedTerm]
     slight: Sequence[StatedTerm]
-    fitted: FittedChanges
+    fitted: Terms
     moved_by_slight: Array
     metric: Metric
     priors: Priors
@@ -89,22 +65,14 @@ class StatedMap:
     @property
     def interaction(self) -> Array:
         """What the changes do together minus the sum of what each does alone ``(m,)``."""
-        alone = (self.rows.moved((term,)) for term in self.fitted.terms)
-        return self.rows.moved(self.fitted.terms) - sum(alone, np.zeros(len(self.rows.um)))
+        alone = (self.rows.moved((term,)) for term in self.fitted)
+        return self.rows.moved(self.fitted) - sum(alone, np.zeros(len(self.rows.um)))
 
-    def substitute_rival(self, place: int, rival: Member) -> FittedChanges:
+    def substitute_rival(self, place: int, rival: Member) -> Terms:
         """All changes fitted together, with a rival in the place of one."""
-        terms = list(self.fitted.terms)
-        terms[place] = _change(rival.hypothesis, rival.candidate.label, rival.proposal.term())
-        return fitted_together(terms, self.rows, self.metric, self.priors)
-
-
-def fitted_together(terms: Sequence[ChangeTerm], rows: MapRows, metric: Metric, priors: Priors) -> FittedChanges:
-    """All knobs of some changes fitted together by the statics of the probe, from their values."""
-    if not terms:
-        return FittedChanges((), np.zeros((0, 0)), np.zeros((0, len(rows.um))))
-    found = fit_changes(terms, rows, metric, priors, rows.um)
-    return FittedChanges(replace_values(terms, found.values), found.covariance, found.slopes)
+        terms = list(self.fitted)
+        terms[place] = _change(rival.hypothesis, rival.candidate, rival.proposal.atom)
+        return fit_changes(terms, self.rows, self.metric, self.priors, self.rows.um)
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")
@@ -146,9 +114,10 @@ def _stated(rows: MapRows, search: Search, priors: Priors) -> StatedMap:
     least = priors.maps.slight * _square(plain(rows.um))
     while True:  # the laws together, without those that are not determined beside the others, or slight
         metric = _metric(search, state, (*forms, *vague))
-        changes = [_change(state, one.lead.candidate.label, one.term) for one in laws]
-        fitted = fitted_together(changes, rows, metric, priors)
-        first, smallest = min(enumerate(fitted.significance), key=lambda one: one[1], default=(0, np.inf))
+        changes = [_change(state, one.lead.candidate, one.term.atom) for one in laws]
+        fitted = fit_changes(changes, rows, metric, priors, rows.um)
+        told = [term.significance for term in fitted]
+        first, smallest = min(enumerate(told), key=lambda one: one[1], default=(0, np.inf))
         if smallest < priors.decision.determined**2:
             vague.append(laws.pop(first))
         elif smallest < least and len(laws) > 1:
@@ -158,7 +127,7 @@ def _stated(rows: MapRows, search: Search, priors: Priors) -> StatedMap:
     factor = np.ones(len(laws))
     if slight:
         beside = _metric(search, state, (*forms, *vague, *slight))
-        factor = _moved(fitted, fitted_together(fitted.terms, rows, beside, priors))
+        factor = _moved(fitted, fit_changes(fitted, rows, beside, priors, rows.um))
     moved = [_square(plain(state.contribution_um(state.index(one.term.candidate)))) for one in forms]
     slight += [one for one, square in zip(forms, moved, strict=True) if square < least]
     others = ([one for one in forms if one not in slight], vague, slight)
@@ -171,25 +140,23 @@ def _metric(search: Search, state: Hypothesis, nuisances: Sequence[StatedTerm] =
     return Metric(search.problem, state.noise, search.noise_models, state.sigma_um, beside)
 
 
-def _moved(fitted: FittedChanges, other: FittedChanges) -> Array:
+def _moved(fitted: Terms, other: Terms) -> Array:
     """Factors on uncertainties for the shift of the values in another fit, one to a term."""
-    found = []
-    for place, (one, two) in enumerate(zip(fitted.terms, other.terms, strict=True)):
-        variance = np.maximum(np.diag(fitted.covariance_of(place)), 1e-300)
-        found.append(float(np.sqrt(1.0 + (np.subtract(one.values, two.values) ** 2 / variance).max())))
-    return np.array(found)
+    shifts = (np.subtract(one.values, two.values) for one, two in zip(fitted, other, strict=True))
+    variances = (np.maximum(np.diag(one.covariance), 1e-300) for one in fitted)
+    return np.sqrt([1.0 + (off**2 / own).max() for off, own in zip(shifts, variances, strict=True)])
 
 
 def _square(values: Array) -> float:
     return float(values @ values)
 
 
-def _change(state: Hypothesis | None, label: str, term: Term) -> ChangeTerm:
-    """A law of a hypothesis as a change of the probe, with its amplitudes there; of its own size without one."""
-    place = None if state is None else next((i for i, t in enumerate(state.terms) if t.candidate.label == label), None)
-    if state is None or place is None:
-        point: Point = term.candidate.source.points[term.atom]
+def _change(state: Hypothesis | None, candidate: Candidate, atom: int) -> ChangeTerm:
+    """A law as a change of the probe, with its amplitudes in a hypothesis; of the size of its shape without one."""
+    point: Point = candidate.source.points[atom]
+    if state is None:
         return ChangeTerm(point.candidate, point.values(np.full(len(point.step), point.size)))
+    place = state.index(candidate)
     chosen = state.terms[place]
-    point = chosen.shape if isinstance(chosen.shape, Point) else chosen.candidate.source.points[chosen.atom]
+    point = chosen.shape if isinstance(chosen.shape, Point) else candidate.source.points[chosen.atom]
     return ChangeTerm(point.candidate, point.values(state.amplitudes(place)[0][: len(point.step)]))
