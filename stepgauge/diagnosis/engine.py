@@ -206,25 +206,26 @@ def _make_diagnosis(
     remainder_um = model.remainder_um if len(found.data) == len(data) else np.zeros(len(data))
     shares = np.sum([remainder_um, *(one.share_um for one in concluded.findings)], axis=0)
     fit = _fit(data, noise, concluded.findings, remainder_um)
+    remarks = (
+        *_remarks(replace(found, model=model), data, start_s),
+        *_pretravel(data, data.um - shares),
+        *misfit(fit.rms_before_um, fit.rms_after_um),
+    )
     return GaugeDiagnosis(
-        concluded.verdict,
-        concluded.findings,
-        tuple(_where(search, model, concluded.structure, priors)),
-        concluded.structure,
-        fit,
-        noise,
-        recorded,
-        recorded.without_origins(recorded.um),
-        recorded.without_origins(recorded.um - shares),
-        tuple(search.trail),
-        placements,
-        (
-            *_remarks(replace(found, model=model), data, start_s),
-            *_pretravel(data, data.um - shares),
-            *misfit(fit.rms_before_um, fit.rms_after_um),
-        ),
-        concluded.table,
-        checks,
+        verdict=concluded.verdict,
+        findings=concluded.findings,
+        located=tuple(_where(search, model, concluded.structure, priors)),
+        unexplained=concluded.structure,
+        fit=fit,
+        noise=noise,
+        data=recorded,
+        before_um=recorded.without_origins(recorded.um),
+        after_um=recorded.without_origins(recorded.um - shares),
+        trail=tuple(search.trail),
+        placements=placements,
+        remarks=remarks,
+        probabilities=concluded.table,
+        checks=checks,
     )
 
 
@@ -309,7 +310,7 @@ def insufficient(recorded: Residuals) -> GaugeDiagnosis:
     by_row, none = row_scatter_um(data, sigma), np.zeros(0, np.intp)
     noise = Noise(sigma * problem.typical, by_row, max(degrees(data), 0), none, is_repeated(data))
     fit = _fit(data, noise, [], np.zeros(len(data)))
-    return GaugeDiagnosis("insufficient", (), (), (), fit, noise, data, data.um, data.um, ())
+    return GaugeDiagnosis(verdict="insufficient", fit=fit, noise=noise, data=data, before_um=data.um, after_um=data.um)
 
 
 def _remarks(found: Searched, data: Residuals, start_s: float) -> Iterator[Phrase]:

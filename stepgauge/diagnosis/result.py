@@ -279,37 +279,47 @@ class ComputedDiagnosis(Diagnosis):
             return write_diagnosis(folder, self, figure)
 
 
-@dataclass(frozen=True, repr=False)
-class GaugeDiagnosis(ComputedDiagnosis):
-    """The diagnosis of a recording of a gauge on a machine.
+@dataclass(frozen=True, repr=False, kw_only=True)
+class StatedDiagnosis(ComputedDiagnosis):
+    """What is stated of a gauge or of a map, and the verdict that follows.
 
-    ``before_um`` and ``after_um``: the residuals without origins; ``placements``: texts of placement files for the runs
-    that ``separate_by`` of the findings proposes, by file name; ``probabilities``: those of all statements;
-    ``checks``: the posterior predictive checks.
+    ``unexplained``: structure that is stated, ``located``: this and where residuals are systematic before any law is
+    named; ``trail``: steps of the search; ``probabilities``: those of all statements in JSON types; ``checks``: the
+    posterior predictive checks.
     """
 
-    drawn_by: ClassVar[str] = "diagnosis.draw_residuals"
     verdict: Verdict
-    findings: tuple[Finding, ...]
-    located: tuple[Located, ...]
-    unexplained: tuple[Located, ...]
-    fit: Fit
-    noise: Noise
-    data: Residuals
-    before_um: Array
-    after_um: Array
-    trail: tuple[Step, ...]
-    placements: dict[str, str] = field(default_factory=dict)
+    findings: tuple[Finding, ...] = ()
+    located: tuple[Located, ...] = ()
+    unexplained: tuple[Located, ...] = ()
+    trail: tuple[Step, ...] = ()
     remarks: tuple[Mapping[str, Any] | str, ...] = ()
     probabilities: dict[str, Any] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()
-    recordings: tuple[Recording, ...] = ()
     path: str = ""
 
     @property
     def forms(self) -> list[Located]:
         """The structure without a law of which it is known what it moves."""
         return [one for one in self.unexplained if len(one.share_um)]
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class GaugeDiagnosis(StatedDiagnosis):
+    """The diagnosis of a recording of a gauge on a machine.
+
+    ``before_um`` and ``after_um``: the residuals without origins; ``placements``: texts of placement files for the runs
+    that ``separate_by`` of the findings proposes, by file name.
+    """
+
+    drawn_by: ClassVar[str] = "diagnosis.draw_residuals"
+    fit: Fit
+    noise: Noise
+    data: Residuals
+    before_um: Array
+    after_um: Array
+    placements: dict[str, str] = field(default_factory=dict)
+    recordings: tuple[Recording, ...] = ()
 
     @cached_property
     def rest_um(self) -> Array:

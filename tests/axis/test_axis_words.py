@@ -43,7 +43,7 @@ def test_every_form_is_told_in_the_words_of_an_axis(form: str, shape: str, numbe
         return  # one line has no directions about a stylus
     at = Subject("axis", "deg", "arcsec", form, both_ways=form == "axis")
     for covariate in COVARIATES:
-        phrase = words._phrase(RandomFunction(covariate, "mm", shape, side, (number,)), shape, number)
+        phrase = words._phrase(RandomFunction(covariate, "mm", shape, (), (number,), (), side=side), shape, number)
         above = {"say": "above", "edge": {"value": -12.5, "unit": "mm"}}
         told = conversion().converted([phrase, words._moved(side), above])
         said = worded(told, at)

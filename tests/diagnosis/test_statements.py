@@ -138,7 +138,7 @@ def test_the_headline_says_what_the_probabilities_support() -> None:
 
 def wave(far: dict[int, float]) -> tuple[StatedTerm, Any]:
     """A wave of period 4 mm with some harmonics, in standard deviations."""
-    form = RandomFunction("position", "mm", WAVE, "gauge", (4.0,))
+    form = RandomFunction("position", "mm", WAVE, (), (4.0,), (), side="gauge")
     term = SimpleNamespace(candidate=SimpleNamespace(source=form))
     mean = np.array([far.get(k % 5 + 1, 0.0) * (k < 5) for k in range(10)])
     state = SimpleNamespace(index_of=lambda _term: 0, amplitudes=lambda _place: (mean, np.eye(10)))

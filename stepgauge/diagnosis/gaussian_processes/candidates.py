@@ -35,7 +35,6 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
     TREND,
     WANDERING,
     RandomFunction,
-    RandomFunctionFeatures,
 )
 from stepgauge.diagnosis.gaussian_processes.smooth_functions import changing, functions, volumes
 from stepgauge.diagnosis.laws.grids import goes_both_ways
@@ -84,10 +83,10 @@ def _apart(names: Sequence[str], sides: Mapping[str, Array]) -> list[str]:
 
 
 def _candidate(
-    one: RandomFunctionFeatures, side: str, share: Array, odds: float, sizes: AmplitudePrior, data: Residuals
+    one: RandomFunction, side: str, share: Array, odds: float, sizes: AmplitudePrior, data: Residuals
 ) -> Iterator[Candidate]:
     """A function on one side; none where nothing of it is seen."""
-    function = RandomFunction(one.covariate, one.unit, one.shape, side, one.kernels, one.beside, one.of)
+    function = replace(one, side=side, features=())
     label = f"{one.shape} {one.covariate} {one.beside} {side}"
     if isinstance(one.features, np.ndarray):
         flat = np.full(len(one.features), -np.log(len(one.features)))
@@ -110,13 +109,13 @@ def _candidate(
         yield GaussianProcess(one.covariate, label, False, odds, sizes, function, features=features)
 
 
-def _beside(one: RandomFunctionFeatures, share: Array, atom: int) -> Array:
+def _beside(one: RandomFunction, share: Array, atom: int) -> Array:
     """What a shape of a function may do beside its signature, ``(p, n)``."""
     assert one.unread is not None
     return one.unread(one.kernels[atom]) * share
 
 
-def _own(one: RandomFunctionFeatures, side: str, laws: Collection[str], one_way: bool) -> RandomFunctionFeatures:
+def _own(one: RandomFunction, side: str, laws: Collection[str], one_way: bool) -> RandomFunction:
     """A function without what a law says as well: that the origin follows a temperature, or drifts.
 
     An origin moves along a direction of the machine; ``one_way``: one moves all gauges alike.
@@ -143,7 +142,7 @@ def _shown(columns: Array) -> Array:
     return columns[np.abs(columns).max(axis=1) > 1e-9]
 
 
-def _every(data: Residuals, priors: Priors, known: int | None) -> Iterator[RandomFunctionFeatures]:
+def _every(data: Residuals, priors: Priors, known: int | None) -> Iterator[RandomFunction]:
     measured = (replace(one, known=known) for one in covariates(data))
     told = _different([one for one in measured if is_usable(one)])
     slow = next((one for one in told if one.name in WANDERING), None)
@@ -178,26 +177,24 @@ def _different(found: Sequence[Covariate]) -> list[Covariate]:
     return [one for one, _ in kept]
 
 
-def _levels(data: Residuals, priors: Priors) -> Iterator[RandomFunctionFeatures]:
+def _levels(data: Residuals, priors: Priors) -> Iterator[RandomFunction]:
     """Separate levels of cycles, faces, placements; harmonics of the azimuth of the approach about the stylus."""
     both = ("approach", "gauge")
     run = runs_of(data)[1]
     if 1 < run.max() < len(data) / FEWEST_IN_CYCLE:
-        yield RandomFunctionFeatures("cycle", "", LEVELS, [_indicators(run)], (LEVELS,), both)
+        yield RandomFunction("cycle", "", LEVELS, [_indicators(run)], (LEVELS,), both)
         if (position := data.probings.certified_mm()).std() > 0.0:
             lengths = [_indicators(run) * standard(position)]
-            yield RandomFunctionFeatures(
-                "cycle", "", LENGTH, lengths, (LEVELS,), ("gauge",), priors.forms.product, "position"
-            )
+            yield RandomFunction("cycle", "", LENGTH, lengths, (LEVELS,), ("gauge",), priors.forms.product, "position")
     if (data.group.max() + 1) * FEWEST_OF_A_LEVEL <= len(data):
-        yield RandomFunctionFeatures("face", "", LEVELS, [_indicators(data.group)], (LEVELS,), both)
+        yield RandomFunction("face", "", LEVELS, [_indicators(data.group)], (LEVELS,), both)
     if data.placement.max() > 0:
-        yield RandomFunctionFeatures("placement", "", LEVELS, [_indicators(data.placement)], (LEVELS,), ("approach",))
+        yield RandomFunction("placement", "", LEVELS, [_indicators(data.placement)], (LEVELS,), ("approach",))
     c, s = data.probings.lateral_share()
     azimuth = np.arctan2(s, c)
     if len(np.unique(azimuth.round(3))) >= FEWEST_DIRECTIONS:
         orders = [np.array([np.cos(k * azimuth), np.sin(k * azimuth)]) for k in range(2, 7)]
-        yield RandomFunctionFeatures(
+        yield RandomFunction(
             "azimuth", "rad", HARMONICS, [*orders, np.vstack(orders) / 2.0], tuple(range(2, 8)), ("approach",)
         )
 

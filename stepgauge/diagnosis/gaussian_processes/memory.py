@@ -17,7 +17,7 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
     RESTS,
     SMOOTH,
     TREND,
-    RandomFunctionFeatures,
+    RandomFunction,
 )
 from stepgauge.diagnosis.gaussian_processes.smooth_functions import sides_of
 from stepgauge.diagnosis.priors import Priors
@@ -37,13 +37,13 @@ KEPT = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0)
 
 def lagged(
     told: Sequence[Covariate], position: Covariate | None, data: Residuals, priors: Priors
-) -> Iterator[RandomFunctionFeatures]:
+) -> Iterator[RandomFunction]:
     """Recorded columns that act through a lag, and length errors proportional to them."""
     length = None if position is None else position.standard
     for one in told:
         if one.name == "speed" and length is not None:
             grown = [(length * one.standard)[None]]
-            yield RandomFunctionFeatures(
+            yield RandomFunction(
                 one.name, one.unit, LENGTH, grown, (0.0,), ("gauge",), priors.forms.product, "position"
             )
         if not one.further:
@@ -62,7 +62,7 @@ def _following(
     data: Residuals,
     priors: Priors,
     length: Array | None = None,
-) -> RandomFunctionFeatures:
+) -> RandomFunction:
     """What follows a column after one of some lags, or one between them; a length error where ``length`` is given."""
     times = np.ones(len(data)) if length is None else length
 
@@ -80,7 +80,7 @@ def _following(
     if length is not None:
         shape, odds, beside = LENGTH, priors.forms.product, "position"
     nearer = (partial(near, part=1.0), partial(near, part=2.0 / FINER))
-    return RandomFunctionFeatures(one.name, one.unit, shape, of(lags), lags, sides, odds, beside, of, nearer, unread)
+    return RandomFunction(one.name, one.unit, shape, of(lags), lags, sides, odds, beside, of, nearer, unread)
 
 
 def _late(one: Covariate, lag_s: float, data: Residuals) -> Array:
@@ -102,17 +102,17 @@ def _duration_s(data: Residuals, known: int | None) -> float:
     return float(np.ptp(data.frame["time_s"].to_numpy(float)[:known]))
 
 
-def rests(data: Residuals, known: int | None) -> RandomFunctionFeatures:
+def rests(data: Residuals, known: int | None) -> RandomFunction:
     """What friction or a seat keeps of the rests before the last touches, as roots of their times.
 
     Contacts at rest strengthen with time, but less than in proportion (Rabinowicz, Proc. Phys. Soc. 71, 1958: 668;
     Dieterich, Pure Appl. Geophys. 116, 1978: 790), and a touch wipes out part of that. The root stands for such laws.
     """
     kept = standard(np.array([data.probings.rested(touches)[None] for touches in KEPT]), known)
-    return RandomFunctionFeatures(REST, "s", RESTS, kept, KEPT, ("approach", "gauge"))
+    return RandomFunction(REST, "s", RESTS, kept, KEPT, ("approach", "gauge"))
 
 
-def hysteresis(one: Covariate, data: Residuals, priors: Priors) -> Iterator[RandomFunctionFeatures]:
+def hysteresis(one: Covariate, data: Residuals, priors: Priors) -> Iterator[RandomFunction]:
     """Loops with inner loops: what friction holds back follows once it has been drawn far enough.
 
     A spring with a slider holds by the way since the last turn, at most by its own way (stop operator); with several
@@ -123,17 +123,17 @@ def hysteresis(one: Covariate, data: Residuals, priors: Priors) -> Iterator[Rand
     held_um = tuple(max(round(1e3 * way * one.span), 1) for way in HELD.tolist())
     loops = np.array([data.probings.held_mm(NAMES[one.name], um * 1e-3) / (um * 1e-3) for um in held_um])
     sides, alike = wave_sides(one, data), [loops / np.sqrt(len(loops)), *(loop[None] for loop in loops)]
-    yield RandomFunctionFeatures(one.name, one.unit, HYSTERESIS, alike, (held_um, *((um,) for um in held_um)), sides)
+    yield RandomFunction(one.name, one.unit, HYSTERESIS, alike, (held_um, *((um,) for um in held_um)), sides)
     places = [matern(one.values, length) for length in PLACES]
     some, few = loops[::FEWER] / np.sqrt(len(loops[::FEWER])), held_um[::FEWER]
     differing = [(some[:, None] * place).reshape(-1, len(one.values)) for place in places]
     kernels, share = (few,) * len(places), priors.forms.product
-    yield RandomFunctionFeatures(one.name, one.unit, HYSTERESIS, differing, kernels, sides, share, one.name)
+    yield RandomFunction(one.name, one.unit, HYSTERESIS, differing, kernels, sides, share, one.name)
 
 
-def direction_differences(position: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeatures:
+def direction_differences(position: Covariate, data: Residuals, priors: Priors) -> RandomFunction:
     """Differences between the directions of travel: a constant, or a separate function along the gauge for each."""
     way = data.probings.way()
     loops = [way[None], *(way * matern(position.values, length) for length in priors.forms.lengths)]
     kernels = (TREND, *[SMOOTH] * len(priors.forms.lengths))
-    return RandomFunctionFeatures(WAY, "", LOOP, loops, kernels, ("approach", "gauge", *axes_shown(data)))
+    return RandomFunction(WAY, "", LOOP, loops, kernels, ("approach", "gauge", *axes_shown(data)))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import Covariate, axes_shown
-from stepgauge.diagnosis.gaussian_processes.random_function import BEAT, SAWTOOTH, WAVE, RandomFunctionFeatures
+from stepgauge.diagnosis.gaussian_processes.random_function import BEAT, SAWTOOTH, WAVE, RandomFunction
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.files.arrays import Array
@@ -31,7 +31,7 @@ FINER = 17
 """Number of periods, and of phases, that are tried about those of the grid."""
 
 
-def waves(one: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeatures:
+def waves(one: Covariate, data: Residuals, priors: Priors) -> RandomFunction:
     """Periodic functions of any shape: a fundamental and its harmonics."""
     span, turns, passed = one.span, _turns(one, MOST_PERIODS, PERIODS_PER_SPAN), _passed(one)
 
@@ -43,7 +43,7 @@ def waves(one: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeat
 
     features = _grid(lambda some: _harmonics(passed, some), turns, (2 * OVERTONES, len(passed)))
     periods, share = tuple((span / turns).tolist()), priors.forms.wave
-    return RandomFunctionFeatures(
+    return RandomFunction(
         one.name, one.unit, WAVE, features, periods, wave_sides(one, data), share, of=of, near=(near,)
     )
 
@@ -66,7 +66,7 @@ def _harmonics(passed: Array, turns: Array) -> Array:
     return np.concatenate([shrunk.imag, shrunk.real], axis=1)
 
 
-def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeatures:
+def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> RandomFunction:
     """What creeps and is thrown back, over and over: a control with hysteresis, a table that is applied in steps."""
     span, turns, passed = one.span, _turns(one, MOST_TEETH, TEETH_PER_SPAN), _passed(one)
     grid = [(f, phase) for f in turns.tolist() for phase in (np.arange(PHASES) / PHASES).tolist()]
@@ -82,7 +82,7 @@ def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> RandomFunctionF
     sides = tuple(side for side in wave_sides(one, data) if side != "approach")  # no probe does that
     features = _grid(lambda some: _teeth(passed, some, THROWN_BACK), grid, (1, len(passed)))
     share = priors.forms.wave
-    return RandomFunctionFeatures(one.name, one.unit, SAWTOOTH, features, shapes, sides, share, of=of, near=(near,))
+    return RandomFunction(one.name, one.unit, SAWTOOTH, features, shapes, sides, share, of=of, near=(near,))
 
 
 def _teeth(passed: Array, shapes: Sequence[tuple[float, float]], fall: float = 0.0) -> Array:
@@ -114,7 +114,7 @@ def wave_sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
     return ("gauge",) if one.name == "position" else ("approach", "gauge", *axes_shown(data))
 
 
-def beats(position: Covariate, slow: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeatures:
+def beats(position: Covariate, slow: Covariate, data: Residuals, priors: Priors) -> RandomFunction:
     """Periodic errors along the gauge whose size and place change periodically with time or order, or once in it."""
     of_x, of_y = np.arange(1.0, 6.1, 0.5), np.array([0.25, *np.arange(0.5, 8.1, 0.5)])
     shapes = tuple((position.span / f, slow.span / g) for f in of_x.tolist() for g in of_y.tolist())
@@ -130,9 +130,7 @@ def beats(position: Covariate, slow: Covariate, data: Residuals, priors: Priors)
         return [(position.span / (f + 0.5 * a), shape[1] * 2.0**-b) for a in finer for b in finer]
 
     both, share = ("approach", "gauge"), priors.forms.product
-    return RandomFunctionFeatures(
-        slow.name, slow.unit, BEAT, of(shapes), shapes, both, share, "position", of=of, near=(near,)
-    )
+    return RandomFunction(slow.name, slow.unit, BEAT, of(shapes), shapes, both, share, "position", of=of, near=(near,))
 
 
 def _oscillations(one: Covariate, turns: Array) -> Array:

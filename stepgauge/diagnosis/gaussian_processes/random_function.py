@@ -1,9 +1,9 @@
-"""Random functions of a covariate: names of their shapes, before and after the choice of the side on which they act."""
+"""Random functions of a covariate, and names of their shapes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,29 +25,13 @@ DRIFTING = (*WANDERING, "cycle")
 
 @dataclass(frozen=True)
 class RandomFunction:
-    """A random function of a covariate, as it is stated: ``shape``, side and kernels.
+    """A random function of a covariate, on all the sides on which it may act, or on its ``side`` as it is stated.
 
     ``kernels``: for each of its shapes ``trend``, ``smooth`` or ``rough``, or its numbers: a lag in s, a period;
-    ``of``: from such numbers of some shapes, of the grid or not, to their signatures ``(k, d, n)``, before the share of
-    each row.
-    """
-
-    covariate: str
-    unit: str
-    shape: str
-    side: str
-    kernels: tuple[object, ...]
-    beside: str = ""
-    of: Callable[[Sequence[Any]], Array] | None = field(default=None, compare=False)
-
-
-@dataclass(frozen=True)
-class RandomFunctionFeatures:
-    """The features of a random function on all the sides on which it may act.
-
-    ``share``: its prior odds over those of an ordinary one; ``of``: as of :class:`RandomFunction`; ``near``: the shapes
-    about one, tried one after the other to fit what lies between those of the grid; ``unread``: from the numbers of a
-    shape to what it may do beside its signature, ``(p, n)`` before the share of each row.
+    ``share``: its prior odds over those of an ordinary one; ``of``: from such numbers of some shapes, of the grid or
+    not, to their signatures ``(k, d, n)``, before the share of each row; ``near``: the shapes about one, tried one
+    after the other to fit what lies between those of the grid; ``unread``: from the numbers of a shape to what it may
+    do beside its signature, ``(p, n)`` before the share of each row.
     """
 
     covariate: str
@@ -61,6 +45,7 @@ class RandomFunctionFeatures:
     of: Callable[[Sequence[Any]], Array] | None = None
     near: tuple[Callable[[Any], Sequence[Any]], ...] = ()
     unread: Callable[[Any], Array] | None = None
+    side: str = ""
 
     def refined(self, data: Residuals, share: Array, atom: int, um: Array) -> Refined:
         """Of the shapes near one of the grid that which explains most beside the origins; ``share (n,)``: by row."""

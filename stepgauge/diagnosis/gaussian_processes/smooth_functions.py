@@ -17,7 +17,7 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
     SMOOTH,
     TREND,
     WANDERING,
-    RandomFunctionFeatures,
+    RandomFunction,
 )
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
@@ -32,7 +32,7 @@ VOLUME_LENGTHS = (0.25, 0.6)
 """Correlation lengths of what changes with two coordinates, over the span of each."""
 
 
-def functions(one: Covariate, data: Residuals, priors: Priors) -> RandomFunctionFeatures:
+def functions(one: Covariate, data: Residuals, priors: Priors) -> RandomFunction:
     """Smooth functions of several lengths, rough ones of covariates such as time, and a trend.
 
     The trend is the last one: where it is a law's, the numbers of the others stay. A relaxation after a pause
@@ -44,7 +44,7 @@ def functions(one: Covariate, data: Residuals, priors: Priors) -> RandomFunction
     kernels = (*[SMOOTH] * len(smooth), *[ROUGH] * len(rough), TREND)
     features = [*smooth, *rough, standard(values, one.known)[None]]
     share = priors.forms.own_column if one.further and one.name not in OPTIONAL else 1.0
-    return RandomFunctionFeatures(one.name, one.unit, SMOOTH, features, kernels, sides_of(one, data), share)
+    return RandomFunction(one.name, one.unit, SMOOTH, features, kernels, sides_of(one, data), share)
 
 
 def sides_of(one: Covariate, data: Residuals) -> tuple[str, ...]:
@@ -53,25 +53,23 @@ def sides_of(one: Covariate, data: Residuals) -> tuple[str, ...]:
     return ("approach", "gauge", *axes)
 
 
-def changing(position: Covariate, slow: Covariate, priors: Priors) -> Iterator[RandomFunctionFeatures]:
+def changing(position: Covariate, slow: Covariate, priors: Priors) -> Iterator[RandomFunction]:
     """Length errors, and errors along the gauge, that change smoothly with time or order."""
     both, share = ("approach", "gauge"), priors.forms.product
     length = position.standard
     grown = [matern(slow.values, at) * (length - zero) for at in priors.forms.lengths[1:3] for zero in
              (0.0, length.min(), length.max())]  # fmt: skip
-    yield RandomFunctionFeatures(slow.name, slow.unit, LENGTH, grown, (SMOOTH,) * len(grown), both, share, "position")
+    yield RandomFunction(slow.name, slow.unit, LENGTH, grown, (SMOOTH,) * len(grown), both, share, "position")
     surface = [_product(matern(position.values, a), matern(slow.values, b)) for a, b in ((0.15, 0.08), (0.3, 0.25))]
-    yield RandomFunctionFeatures(slow.name, slow.unit, SMOOTH, surface, (SMOOTH, SMOOTH), both, share, "position")
+    yield RandomFunction(slow.name, slow.unit, SMOOTH, surface, (SMOOTH, SMOOTH), both, share, "position")
 
 
-def volumes(places: Sequence[Covariate], data: Residuals, priors: Priors) -> Iterator[RandomFunctionFeatures]:
+def volumes(places: Sequence[Covariate], data: Residuals, priors: Priors) -> Iterator[RandomFunction]:
     """Errors of the volume: smooth functions of two coordinates together, as of a spoilt corner."""
     sides, share = ("gauge", *axes_shown(data)), priors.forms.product
     for one, other in combinations(places, 2):
         surface = [_product(matern(one.values, length), matern(other.values, length)) for length in VOLUME_LENGTHS]
-        yield RandomFunctionFeatures(
-            one.name, one.unit, SMOOTH, surface, (SMOOTH,) * len(surface), sides, share, other.name
-        )
+        yield RandomFunction(one.name, one.unit, SMOOTH, surface, (SMOOTH,) * len(surface), sides, share, other.name)
 
 
 def _product(one: Array, other: Array, most: int = 200) -> Array:

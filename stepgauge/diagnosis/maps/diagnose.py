@@ -87,7 +87,18 @@ def _unchanged(verdict: Verdict, model: MapModel, scatter: MapScatter, missing: 
     by_row = [np.full(len(kept), s if known else np.nan) for s in scatter.sigma]
     fits = quantity_fits(rows, [rows.um] * 3, kept, by_row)
     chi2 = float(np.mean(rows.um**2)) if known else np.nan
-    return MapDiagnosis(verdict, fits, chi2, chi2, scatter, model.data, kept, model.table, model.table, lacking=missing)
+    return MapDiagnosis(
+        verdict=verdict,
+        fits=fits,
+        chi2_dof_before=chi2,
+        chi2_dof_after=chi2,
+        noise=scatter,
+        data=model.data,
+        kept=kept,
+        probe=model.table,
+        table=model.table,
+        lacking=missing,
+    )
 
 
 def _diagnosis_of(found: StatedMap, scatter: MapScatter) -> MapDiagnosis:
@@ -99,21 +110,21 @@ def _diagnosis_of(found: StatedMap, scatter: MapScatter) -> MapDiagnosis:
     forms = [one.share_um for one in concluded.structure if len(one.share_um)]
     described = named - sum((found.rows.stacked(np.split(one, len(scatter.sigma))) for one in forms), 0.0 * named)
     return MapDiagnosis(
-        concluded.verdict,
-        quantity_fits(found.rows, (found.rows.um, named, described), kept, by_row),
-        _chi2_dof(found, found.rows.um, 0, kept, by_row),
-        _chi2_dof(found, named, sum(len(term.values) for term in terms), kept, by_row),
-        _grown(found, scatter),
-        model.data,
-        kept,
-        model.table,
-        without_force_gauge(changed_table(model.table, terms)),
-        terms,
-        concluded.findings,
-        tuple(located_alone(found, concluded.structure)),
-        concluded.structure,
-        tuple(found.search.trail),
-        tuple(map_remarks(found)),
+        verdict=concluded.verdict,
+        findings=concluded.findings,
+        located=tuple(located_alone(found, concluded.structure)),
+        unexplained=concluded.structure,
+        fits=quantity_fits(found.rows, (found.rows.um, named, described), kept, by_row),
+        chi2_dof_before=_chi2_dof(found, found.rows.um, 0, kept, by_row),
+        chi2_dof_after=_chi2_dof(found, named, sum(len(term.values) for term in terms), kept, by_row),
+        noise=_grown(found, scatter),
+        data=model.data,
+        kept=kept,
+        probe=model.table,
+        table=without_force_gauge(changed_table(model.table, terms)),
+        terms=terms,
+        trail=tuple(found.search.trail),
+        remarks=tuple(map_remarks(found)),
         probabilities=concluded.table,
         checks=found.checks,
     )

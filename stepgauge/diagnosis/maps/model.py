@@ -61,7 +61,7 @@ class ChangeTerm:
     def estimates(self) -> dict[str, Estimate]:
         """Parameters in the terms of the field, with standard uncertainties by linear propagation (GUM 5.1.2)."""
         told, steps = self.candidate.parameters, [NOTHING * (k.high - k.low) for k in self.candidate.knobs]
-        here, beside = told(self.values), [told(np.add(self.values, one)) for one in np.diag(steps)]
+        here, beside = told(self.values), [told(np.add(self.values, one).tolist()) for one in np.diag(steps)]
         found = {}
         for name, (value, unit) in here.items():
             slope = np.array([one[name][0] - value for one in beside]) / steps

@@ -16,6 +16,7 @@ from stepgauge.diagnosis.maps.data import ANGLES
 from stepgauge.diagnosis.maps.model import build_probe
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.output.files import common_json
+from stepgauge.diagnosis.output.machine_text import toml_types
 from stepgauge.diagnosis.output.rows import FINDING, FORM, ROWS_FILE, rows_csv
 from stepgauge.diagnosis.result import OUTLIERS, Finding, Located, rms
 from stepgauge.diagnosis.wording.findings import MAP
@@ -33,7 +34,7 @@ UNIT = "sd"
 
 def map_outputs(found: MapDiagnosis, folder: Path) -> tuple[dict[str, Any], dict[str, str]]:
     """See :meth:`.ComputedDiagnosis.outputs`: the changed probe file, and a map file if it needs one."""
-    table, beside = _plain(found.table), {}
+    table, beside = toml_types(found.table), {}
     if table.get("model") == "triangular":
         table, beside[PRETRAVEL_FILE] = _map_table(table)
     probe = _head(found) + tomli_w.dumps({"probe": table})
@@ -179,12 +180,3 @@ def _map_table(table: dict[str, Any]) -> tuple[dict[str, Any], str]:
     kept = {key: value for key, value in table.items() if key not in OF_LAWS}
     rows = [(polar, azimuth, pretravel) for polar, azimuth, _, _, pretravel in map_rows(found)]
     return {**kept, "model": "table", "map": PRETRAVEL_FILE}, csv_text((*ANGLES, "pretravel_um"), rows)
-
-
-def _plain(value: Any) -> Any:
-    """Plain TOML types, floats with nine significant digits."""
-    if isinstance(value, dict):
-        return {key: _plain(part) for key, part in value.items() if part is not None}
-    if isinstance(value, (list, tuple)):
-        return [_plain(part) for part in value]
-    return float(f"{value:.9g}") if isinstance(value, float) else value

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.maps.data import MapData, Measured
 from stepgauge.diagnosis.maps.model import Terms
 from stepgauge.diagnosis.maps.scatter import MapScatter
-from stepgauge.diagnosis.result import Check, ComputedDiagnosis, Finding, Located, Verdict, rms
+from stepgauge.diagnosis.result import Finding, Located, StatedDiagnosis, rms
 from stepgauge.files.arrays import Array
-from stepgauge.inference.search import Step
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,8 +68,8 @@ class QuantityFit:
         return float(np.max(np.abs(self.stages[stage][positive]) / values[positive], initial=0.0))
 
 
-@dataclass(frozen=True, repr=False)
-class MapDiagnosis(ComputedDiagnosis):
+@dataclass(frozen=True, repr=False, kw_only=True)
+class MapDiagnosis(StatedDiagnosis):
     """The diagnosis of the map of a probe.
 
     ``share_um`` of the findings has all quantities one after the other, each in its own unit. ``data`` has all rows,
@@ -79,7 +78,6 @@ class MapDiagnosis(ComputedDiagnosis):
     """
 
     drawn_by: ClassVar[str] = "probe_diagnosis.draw_residuals"
-    verdict: Verdict
     fits: tuple[QuantityFit, ...]
     chi2_dof_before: float
     chi2_dof_after: float
@@ -89,22 +87,8 @@ class MapDiagnosis(ComputedDiagnosis):
     probe: dict[str, Any]
     table: dict[str, Any]
     terms: Terms = ()
-    findings: tuple[Finding, ...] = ()
-    located: tuple[Located, ...] = ()
-    unexplained: tuple[Located, ...] = ()
-    trail: tuple[Step, ...] = ()
-    remarks: tuple[str, ...] = ()
     lacking: tuple[str, ...] = ()
-    probabilities: dict[str, Any] = field(default_factory=dict)
-    checks: tuple[Check, ...] = ()
     probe_path: str = ""
-
-    path: str = ""
-
-    @property
-    def forms(self) -> list[Located]:
-        """The structure without a law of which it is known what it moves."""
-        return [one for one in self.unexplained if len(one.share_um)]
 
     def shares(self, finding: Finding | Located) -> dict[str, Array]:
         """What a finding or a form adds to each quantity, ``(n,)`` by name, in the unit of the quantity."""

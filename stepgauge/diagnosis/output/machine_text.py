@@ -53,7 +53,7 @@ def effect_table(effect: Effect) -> dict[str, Any]:
     """An effect as a machine file has it: plain numbers, words and lists, without keys that are not set."""
     values = {p.name: getattr(effect, p.name) for p in effect.parameters()}
     values["when"] = effect.when
-    return {"kind": effect.kind, **{name: _plain(value) for name, value in values.items() if value is not None}}
+    return {"kind": effect.kind, **toml_types(values)}
 
 
 def scatter_effect(finding: Finding) -> NoiseGrowth | None:
@@ -101,9 +101,12 @@ def _uncertainty(estimate: Estimate | None) -> str:
     return f"  # u = {rounded(estimate.u, 2)} {estimate.unit}".rstrip()
 
 
-def _plain(value: object) -> Any:
+def toml_types(value: Any) -> Any:
+    """Types that TOML has: without keys that are not set, floats to nine significant digits."""
+    if isinstance(value, Mapping):
+        return {name: toml_types(one) for name, one in value.items() if one is not None}
     if isinstance(value, tuple | list):
-        return [_plain(one) for one in value]
+        return [toml_types(one) for one in value]
     if isinstance(value, np.generic):
         value = value.item()
     return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value

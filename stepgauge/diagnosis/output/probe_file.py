@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from stepgauge.diagnosis.output.machine_text import toml_types
 from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
 from stepgauge.effects.tripod import QUALIFIED, KinematicPretravel
 from stepgauge.machine.file import Machine
 from stepgauge.physics import stylus
 
 PROBE_FILE = "probe.diagnosed.toml"
-DIGITS = 9
 THINNEST_MM, THICKEST_MM = 0.1, 50.0
 """Diameters that a section of a probe file may have."""
 
@@ -33,7 +33,7 @@ def _text(finding: Finding, machine: Machine) -> str:
         "# The stylus is one section that stands for stylus, module and contact: it gives way as much as was found.",
     )
     assert isinstance(finding.effect, KinematicPretravel)
-    return "\n".join([*heading, tomli_w.dumps({"probe": _table(finding.effect, machine)})])
+    return "\n".join([*heading, tomli_w.dumps({"probe": toml_types(_table(finding.effect, machine))})])
 
 
 def _table(tripod: KinematicPretravel, machine: Machine) -> dict[str, Any]:
@@ -41,7 +41,7 @@ def _table(tripod: KinematicPretravel, machine: Machine) -> dict[str, Any]:
     length = min(probe.shank_length_mm, tripod.lever_mm)
     section = giving_way(length, tripod.um_per_N * 1e-3, tripod.along)
     seat = {name: getattr(tripod, name) for name in ("preload_N", "contact_radius_mm", "contact_angle_deg", "friction")}
-    table: dict[str, Any] = {
+    return {
         "model": "kinematic",
         "name": f"{probe.name or machine.table.name}, as diagnosed",
         "tip_radius_mm": probe.tip_radius_mm,
@@ -50,24 +50,9 @@ def _table(tripod: KinematicPretravel, machine: Machine) -> dict[str, Any]:
         "stylus_diameter_mm": 2.0 * probe.shank_radius_mm,
         "body_diameter_mm": probe.body_diameter_mm,
         "body_length_mm": probe.body_length_mm,
-        "seat": {
-            **seat,
-            "carrier_mm": _short(tripod.lever_mm - length),
-            "arm_azimuth_deg": _short(tripod.arm_azimuth_deg),
-        },
-        "stylus": [
-            {
-                "length_mm": _short(section.length_mm),
-                "diameter_mm": _short(section.diameter_mm),
-                "modulus_GPa": _short(section.modulus_GPa),
-            }
-        ],
+        "seat": {**seat, "carrier_mm": tripod.lever_mm - length, "arm_azimuth_deg": tripod.arm_azimuth_deg},
+        "stylus": [{name: getattr(section, name) for name in ("length_mm", "diameter_mm", "modulus_GPa")}],
     }
-    return table
-
-
-def _short(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")
 
 
 def giving_way(length_mm: float, lateral_mm_per_N: float, along: float) -> stylus.StylusSection:
