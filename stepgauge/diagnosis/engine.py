@@ -9,7 +9,6 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stepgauge.axis.sensors import without_probe
-from stepgauge.diagnosis.checks import predictive_checks, widening
 from stepgauge.diagnosis.clock import clock_start_s, counted_from, on_recording_clock
 from stepgauge.diagnosis.design import add_placements, add_separations
 from stepgauge.diagnosis.findings import findings
@@ -31,7 +30,7 @@ from stepgauge.diagnosis.priors import Priors, nearest_name, shipped_priors
 from stepgauge.diagnosis.problem import bare_problem, make_problem, plain_metric
 from stepgauge.diagnosis.residuals import Residuals, make_residuals, without_copies
 from stepgauge.diagnosis.result import Finding, Fit, GaugeDiagnosis, Located, Noise, rms
-from stepgauge.diagnosis.stated_model import Model, drop_doubtful, make_model
+from stepgauge.diagnosis.stated_model import Model, make_model
 from stepgauge.diagnosis.statements import conclude, undecided
 from stepgauge.diagnosis.stating_rules import answer_of, structure_alone
 from stepgauge.diagnosis.structure import inexact_laws, structure
@@ -42,7 +41,6 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.inference.hypothesis import Hypothesis, log_posterior
-from stepgauge.inference.metric import Metric
 from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.search import Progress, Search
 from stepgauge.machine.file import Machine
@@ -181,12 +179,8 @@ def _make_diagnosis(
 ) -> GaugeDiagnosis:
     search, answer, model = found.search, found.answer, found.model
     data = found.data if len(found.data) == len(recorded) else counted_from(recorded, start_s)
-    plain = Metric(search.problem, model.state.noise, search.noise_models, model.state.sigma_um)
-    checks = predictive_checks(search.problem, model.state, plain)
-    wider = widening(checks, search.problem, model.state, plain)
-    model = drop_doubtful(model, search, answer, found.data, priors, wider)
-    told = list(findings(model, answer, found.data, priors, wider))
-    left = list(structure(model, answer, found.data, priors, wider))
+    told = list(findings(model, answer, found.data, priors))
+    left = list(structure(model, answer, found.data, priors))
     if len(found.data) < len(data):
         told = _on_all_rows(told, model, data)
         left = [replace(one, share_um=np.zeros(0)) for one in left]
@@ -207,7 +201,7 @@ def _make_diagnosis(
     shares = np.sum([remainder_um, *(one.share_um for one in concluded.findings)], axis=0)
     fit = _fit(data, noise, concluded.findings, remainder_um)
     remarks = (
-        *_remarks(replace(found, model=model), data, start_s),
+        *_remarks(found, data, start_s),
         *_pretravel(data, data.um - shares),
         *misfit(fit.rms_before_um, fit.rms_after_um),
     )
@@ -225,7 +219,7 @@ def _make_diagnosis(
         placements=placements,
         remarks=remarks,
         probabilities=concluded.table,
-        checks=checks,
+        checks=model.checks,
     )
 
 

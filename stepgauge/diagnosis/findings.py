@@ -28,8 +28,8 @@ ANYWHERE, SAME = 60, 1.0 - 1e-9
 """Made-up probings, and the cosine between displacements at them from which two laws are one."""
 
 
-def findings(model: Model, answer: Posterior, data: Residuals, priors: Priors, wider: float) -> Iterator[Finding]:
-    """The laws that are stated; ``wider``: factor on uncertainties from the predictive check."""
+def findings(model: Model, answer: Posterior, data: Residuals, priors: Priors) -> Iterator[Finding]:
+    """The laws that are stated."""
     for statement in model.laws:
         every = credible_laws(statement, priors.decision)
         fits = {
@@ -45,8 +45,8 @@ def findings(model: Model, answer: Posterior, data: Residuals, priors: Priors, w
         ]
         causes = {label: _cause(solved, data) for label, solved in fits.items()}
         different = _different(rivals, fits, data)
-        yield credible_finding(statement, causes, different, answer, model.state, priors.decision, wider)
-    yield from (_geometry_finding(one, model, answer, data, priors, wider) for one in model.geometry)
+        yield credible_finding(statement, causes, different, answer, model.state, priors.decision, model.wider)
+    yield from (_geometry_finding(one, model, answer, data, priors) for one in model.geometry)
 
 
 def _cause(solved: Solved, data: Residuals) -> Finding:
@@ -98,7 +98,7 @@ def _scattered(data: Residuals) -> Probings:
 
 
 def _geometry_finding(
-    statement: StatedTerm, model: Model, answer: Posterior, data: Residuals, priors: Priors, wider: float
+    statement: StatedTerm, model: Model, answer: Posterior, data: Residuals, priors: Priors
 ) -> Finding:
     """All geometric errors at once, as the readings without the other laws tell them."""
     term, state, geometry = statement.term, model.state, statement.source
@@ -110,7 +110,7 @@ def _geometry_finding(
     label = term.candidate.label
     cause = {label: Finding(geometry.kind, label, None, {}, estimates, 0.0, moved_um(effects, data))}
     rivals = credible_laws(statement, priors.decision)
-    found = credible_finding(statement, cause, rivals, answer, state, priors.decision, wider)
+    found = credible_finding(statement, cause, rivals, answer, state, priors.decision, model.wider)
     return replace(found, effects=effects, members=(), several=())
 
 

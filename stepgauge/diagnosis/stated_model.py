@@ -6,19 +6,20 @@ may contain a step or a drift.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from stepgauge.diagnosis.checks import predictive_checks, widening
 from stepgauge.diagnosis.fits.marginals import marginalise
 from stepgauge.diagnosis.fits.solve import Fitted, Solved, solve
 from stepgauge.diagnosis.laws.geometry import Geometry
 from stepgauge.diagnosis.laws.library import PLACE, Family
 from stepgauge.diagnosis.laws.usual import size_of_shape
-from stepgauge.diagnosis.priors import Decision, Priors
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import rms
+from stepgauge.diagnosis.result import Check, rms
 from stepgauge.diagnosis.stating_rules import (
     LEAST_ODDS,
     StatedTerm,
@@ -47,10 +48,11 @@ MISFIT = 2.0
 class Model:
     """The hypothesis that is stated: laws, forms, and the fit of the laws beside the forms.
 
-    ``vague``: those of the forms that are laws whose size is not determined, or is none that they can have
-    (``impossible``), or that are less probable than what is stated (``weak``), or waves whose amplitude changes
-    (``modulated``); ``geometry``: all geometric errors at
-    once, if they are stated: none of them has a fit of its own.
+    ``doubts``: of those of the forms that are laws which fit and are not stated, by their labels, how a phrase says
+    why: their size is not determined (``similar``) or none that they can have (``impossible``), they are less probable
+    than what is stated (``weak``), or waves whose amplitude changes (``modulated``); ``geometry``: all geometric errors
+    at once, if they are stated: none of them has a fit of its own; ``checks``: the posterior predictive checks, and
+    ``wider``: the factor on uncertainties that follows from them.
     """
 
     state: Hypothesis
@@ -58,11 +60,10 @@ class Model:
     forms: tuple[StatedTerm, ...]
     fitted: Fitted
     metric: Metric
-    vague: tuple[StatedTerm, ...] = ()
-    geometry: tuple[StatedTerm, ...] = ()
-    impossible: tuple[StatedTerm, ...] = ()
-    weak: tuple[StatedTerm, ...] = ()
-    modulated: tuple[StatedTerm, ...] = ()
+    geometry: tuple[StatedTerm, ...]
+    checks: tuple[Check, ...]
+    wider: float
+    doubts: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def remainder_um(self) -> Array:
@@ -72,20 +73,33 @@ class Model:
 
 
 def make_model(search: Search, answer: Posterior, data: Residuals, priors: Priors) -> Model:
-    """The hypothesis that is stated, by rules 1 to 3."""
+    """The hypothesis that is stated, by rules 1 to 3: with the laws that are determined, possible and probable."""
     state, every = stated_terms(search, answer, priors.decision.stated)
     laws, forms = ([one for one in every if one.named is named] for named in (True, False))
-    model = fit_laws(search, state, laws, forms, data)
     vague = [one for one in laws if not is_determined(state, one.term, priors.decision.determined)]
-    apart = [*vague, *_within_forms(laws, forms, state)]
-    if apart:
-        kept = [one for one in laws if one not in apart]
-        model = fit_laws(search, state, kept, [*forms, *apart], data)
-    return replace(model, vague=tuple(vague))
+    within = _within_forms(laws, forms, state)
+    apart = [one for one in laws if one in vague or one in within]
+    kept = [one for one in laws if one not in apart]
+    plain = Metric(search.problem, state.noise, search.noise_models, state.sigma_um)
+    checks = predictive_checks(search.problem, state, plain)
+    wider = widening(checks, search.problem, state, plain)
+    model = _fit_laws(search, state, kept, [*forms, *apart], data, checks, wider)
+    doubts = dict(_doubts(model, search, answer, data, priors))
+    if doubts:
+        fewer = [one for one in kept if one.label not in doubts]
+        apart += [one for one in kept if one.label in doubts]
+        model = _fit_laws(search, state, fewer, [*forms, *apart], data, checks, wider)
+    return replace(model, doubts={one.label: "similar" for one in vague} | doubts)
 
 
-def fit_laws(
-    search: Search, state: Hypothesis, every: list[StatedTerm], forms: list[StatedTerm], data: Residuals
+def _fit_laws(
+    search: Search,
+    state: Hypothesis,
+    every: Sequence[StatedTerm],
+    forms: Sequence[StatedTerm],
+    data: Residuals,
+    checks: tuple[Check, ...],
+    wider: float,
 ) -> Model:
     """All stated laws fitted together, beside the ``forms`` and what is combined, which are nuisances of that fit."""
     geometry = [one for one in every if one.lead.candidate.combined]
@@ -94,8 +108,8 @@ def fit_laws(
     beside += [(one.term.discrepancy, one.term.sds[one.term.n_amplitudes :]) for one in laws]
     metric = Metric(search.problem, state.noise, search.noise_models, state.sigma_um, beside)
     fitted = solve([law_of_expected_size(one, state) for one in laws], [one.term.atom for one in laws], data, metric)
-    told_laws = marginalise(fitted, data, metric)
-    return Model(state, tuple(laws), tuple(forms), told_laws, metric, geometry=tuple(geometry))
+    fitted = marginalise(fitted, data, metric)
+    return Model(state, tuple(laws), tuple(forms), fitted, metric, tuple(geometry), checks, wider)
 
 
 def law_of_expected_size(said: StatedTerm, state: Hypothesis) -> Family:
@@ -114,33 +128,26 @@ def law_of_size(family: Family, atom: int, sd: float) -> Family:
     return replace(family, prior=sd * size_of_shape(family.kind, family.atoms[atom], family.atoms))
 
 
-def drop_doubtful(
-    model: Model, search: Search, answer: Posterior, data: Residuals, priors: Priors, wider: float
-) -> Model:
-    """The model without laws that are less probable than ``stated``, not possible or not determined (rule 3).
-
-    ``wider``: factor on the uncertainties.
-    """
-    pairs = list(zip(model.laws, model.fitted.solved, strict=True))
-    impossible = tuple(said for said, solved in pairs if not solved.is_possible)
-    modulated = tuple(_modulated(pairs, data))
-    lost = _misfits(model, search, data, wider)
-    vague = [said for said, solved in pairs if not _is_sure(said, solved, model.state, answer, priors, wider)]
-    vague += [
-        said for said, solved in pairs if lost and said not in vague and not _stands(solved, priors.decision, wider)
-    ]
-    vague += [one for one in (*impossible, *modulated) if one not in vague]
-    vague += [one for one in model.geometry if not sign_is_sure(one, model.state, answer, priors.decision, wider)]
+def _doubts(
+    model: Model, search: Search, answer: Posterior, data: Residuals, priors: Priors
+) -> Iterator[tuple[str, str]]:
+    """The laws that are not possible, not determined, or less probable than ``stated`` (rule 3), and why."""
+    pairs, decision = list(zip(model.laws, model.fitted.solved, strict=True)), priors.decision
+    modulated, lost = list(_modulated(pairs, data)), _misfits(model, search, data)
     several = answer.alternatives(LEAST_ODDS)
-    known = [one for one in (*model.laws, *model.geometry) if one not in vague]
-    weak = [one for one in known if law_probability(one, answer, several, priors.decision) < priors.decision.stated]
-    vague += weak
-    if not vague:
-        return model
-    kept = [one for one in (*model.laws, *model.geometry) if one not in vague]
-    fewer = fit_laws(search, model.state, kept, [*model.forms, *vague], data)
-    every = (*model.vague, *vague)
-    return replace(fewer, vague=every, impossible=impossible, weak=tuple(weak), modulated=modulated)
+
+    def why(one: StatedTerm, solved: Solved | None) -> str:
+        if solved is not None and not solved.is_possible:
+            return "impossible"
+        if one in modulated:
+            return "modulated"
+        sure = sign_is_sure(one, model.state, answer, decision, model.wider)
+        if not sure or (solved is not None and not _has_size(solved, decision.determined * model.wider, lost)):
+            return "similar"
+        return "weak" if law_probability(one, answer, several, decision) < decision.stated else ""
+
+    known = [*pairs, *((one, None) for one in model.geometry)]
+    yield from ((one.label, doubt) for one, solved in known if (doubt := why(one, solved)))
 
 
 def _modulated(pairs: Sequence[tuple[StatedTerm, Solved]], data: Residuals) -> Iterator[StatedTerm]:
@@ -163,7 +170,7 @@ def _waves(solved: Solved, data: Residuals) -> tuple[str, float]:
     return choices, float(np.ptp(x)) * (own if is_frequency else 1.0 / own)
 
 
-def _misfits(model: Model, search: Search, data: Residuals, wider: float) -> bool:
+def _misfits(model: Model, search: Search, data: Residuals) -> bool:
     """Whether the laws as they were fitted leave more than the scatter, with what they move beside their signatures.
 
     That is of the hypothesis, in whose shapes a law may move more beside its signature than by it.
@@ -172,29 +179,21 @@ def _misfits(model: Model, search: Search, data: Residuals, wider: float) -> boo
     metric = Metric(search.problem, state.noise, search.noise_models, state.sigma_um, beside)
     shares = (one.displacement_um(data) for one in model.fitted.solved)
     left = metric(data.um - sum(shares, model.remainder_um))
-    return float(left @ left) * wider**2 > MISFIT * len(left)
+    return float(left @ left) * model.wider**2 > MISFIT * len(left)
 
 
-def _stands(solved: Solved, decision: Decision, wider: float) -> bool:
-    """Whether the size of a law as it was fitted is told from none, as that must be where the fit is bad.
+def _has_size(solved: Solved, least: float, lost: bool) -> bool:
+    """Whether the size of a law as it was fitted is more than ``least`` standard uncertainties from none.
 
-    Its probability is that of other shapes then, which the fit has left.
+    Where its size is its only parameter; and where the fit is bad (``lost``), since its probability is that of other
+    shapes then, which the fit has left.
     """
+    known = {name: one for name, one in solved.parameters.items() if one.u is not None}
     linear = {p.name for p in type(solved.effect).parameters() if p.role == "linear"}
-    sizes = [one for name, one in solved.parameters.items() if name in linear and one.u is not None]
-    return not sizes or any(abs(one.value) > decision.determined * (one.u or 0.0) * wider for one in sizes)
-
-
-def _is_sure(
-    said: StatedTerm, solved: Solved, state: Hypothesis, answer: Posterior, priors: Priors, wider: float
-) -> bool:
-    """Whether a law is determined, also beside all shapes of the others where its size is its only parameter."""
-    known = [(one.value, one.u) for one in solved.parameters.values() if one.u is not None]
+    sizes = [one for name, one in known.items() if name in linear] if lost else []
     if len(known) == 1 and solved.family.directions is None:
-        value, u = known[0]
-        if abs(value) < priors.decision.determined * u * wider:
-            return False
-    return sign_is_sure(said, state, answer, priors.decision, wider)
+        sizes += [one for one in known.values() if one not in sizes]
+    return not sizes or any(abs(one.value) >= least * (one.u or 0.0) for one in sizes)
 
 
 def _within_forms(laws: list[StatedTerm], forms: list[StatedTerm], state: Hypothesis) -> list[StatedTerm]:

@@ -54,6 +54,11 @@ class StatedTerm:
     term: Term
 
     @property
+    def label(self) -> str:
+        """Of the candidate that is stated."""
+        return self.lead.candidate.label
+
+    @property
     def source(self) -> Any:
         """The object behind the candidate: the law with its choices, or the form."""
         return self.lead.candidate.source

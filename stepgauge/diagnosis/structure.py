@@ -46,16 +46,9 @@ MOST_NEAREST = 3
 
 def _undetermined(statement: StatedTerm, model: Model, answer: Posterior, data: Residuals) -> Located:
     """A law that fits and is not stated: structure without a name."""
-    phrase = {"say": "similar", "law": statement.source.label}
-    if statement in model.impossible:
-        phrase["say"] = "impossible"
-    elif statement in model.modulated:
-        phrase["say"] = "modulated"
-    elif statement in model.weak:
-        phrase |= {
-            "say": "weak",
-            "probability": number(answer.probability_of_any([frozenset({statement.lead.candidate.label})])),
-        }
+    phrase = {"say": model.doubts.get(statement.label, "similar"), "law": statement.source.label}
+    if phrase["say"] == "weak":
+        phrase["probability"] = number(answer.probability_of_any([frozenset({statement.label})]))
     where = covariate_of(statement.source, data)
     return Located(where, "both", UNDETERMINED, [phrase], 1.0, presence_probability(statement, answer))
 
@@ -66,13 +59,13 @@ def covariate_of(family: Family | Geometry, data: Residuals) -> str:
     return min(law_covariates(family) & varied, default="position")
 
 
-def structure(model: Model, answer: Posterior, data: Residuals, priors: Priors, wider: float) -> Iterator[Located]:
-    """The structure that no stated law explains, one description to each; ``wider``: see :func:`.findings`."""
-    doubtful = [
-        one
-        for one in model.forms
-        if one.named and (one in model.vague or not sign_is_sure(one, model.state, answer, priors.decision, wider))
-    ]
+def structure(model: Model, answer: Posterior, data: Residuals, priors: Priors) -> Iterator[Located]:
+    """The structure that no stated law explains, one description to each."""
+
+    def is_doubtful(one: StatedTerm) -> bool:
+        return one.label in model.doubts or not sign_is_sure(one, model.state, answer, priors.decision, model.wider)
+
+    doubtful = [one for one in model.forms if one.named and is_doubtful(one)]
     expected = _terms_of_another_axis(doubtful, model, answer, priors.decision)
     yield from (_undetermined(one, model, answer, data) for one in doubtful if one not in expected)
     several = answer.alternatives(LEAST_ODDS)
