@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.maps.candidates import candidates_for
+from stepgauge.diagnosis.maps.data import estimate_scatter
 from stepgauge.diagnosis.maps.diagnose import diagnose_map
 from stepgauge.diagnosis.maps.model import MapModel
-from stepgauge.diagnosis.maps.scatter import estimate_scatter
 from stepgauge.diagnosis.maps.signatures import MapRows, make_problem
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.inference.search import Search

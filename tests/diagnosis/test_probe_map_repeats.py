@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepgauge.diagnosis.maps.data import MapData, Measured
+from stepgauge.diagnosis.maps.data import MapData, Measured, estimate_scatter
 from stepgauge.diagnosis.maps.diagnose import diagnose_map
 from stepgauge.diagnosis.maps.model import MapModel
-from stepgauge.diagnosis.maps.scatter import estimate_scatter
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError
 from stepgauge.probes import read_probe

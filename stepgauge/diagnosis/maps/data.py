@@ -1,9 +1,11 @@
-"""A probe map as the data of a diagnosis: directions, measured values, and their resolution."""
+"""A probe map as the data of a diagnosis: directions, measured values, their resolution, and their scatter.
+
+The scatter of a reading is that between repeats, or that about a smooth function of the direction."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,6 +16,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.tables import Rows, read_rows
 from stepgauge.physics.directions import unit_vectors
+from stepgauge.physics.robust import TO_SIGMA, mad_sigma
 from stepgauge.probes.directions_map import COLUMNS, DirectionMap, map_rows
 from stepgauge.recording.simulated import table_is_simulated
 
@@ -27,6 +30,11 @@ _COARSEST_DECIMALS = -1
 
 FEWEST_ROWS, FEWEST_DIRECTIONS, FEWEST_AZIMUTHS = 8, 6, 3
 """Least numbers from which a map is judged."""
+FEWEST_DOF = 6
+"""Least degrees of freedom at which the scatter between repeats is used."""
+FAR = 6.0
+"""Standard deviations from which a reading is left out of the scatter."""
+ROUNDS, ROBUST = 20, 3
 
 
 @dataclass(frozen=True)
@@ -104,73 +112,54 @@ def read_map_data(path: str | Path, columns: Mapping[str, str] | None = None) ->
     ------
     InputError : missing columns, cells that are no numbers, negative values, no quantity
     """
-    chosen = _chosen(path, columns)
+    chosen, every = dict(columns or {}), (*QUANTITIES, *ANGLES)
+    if unknown := [key for key in chosen if key not in every]:
+        raise InputError(path, f"no quantity of a map is called {unknown[0]}", expected=", ".join(every))
     angles = [chosen.get(name, name) for name in ANGLES]
     rows = read_rows(path, [*angles, *(name for key, name in chosen.items() if key not in ANGLES)])
-    return replace(_data(rows, chosen, columns), simulated=table_is_simulated(path))
+    return replace(_data(rows, chosen), simulated=table_is_simulated(path))
 
 
 def data_of_map(found: DirectionMap) -> MapData:
     """A map that was computed or read, as the data of a diagnosis: with the digits of its file."""
     rows = map_rows(found)
-    made = _data(Rows(found.name, list(COLUMNS), rows, list(range(2, len(rows) + 2))), {}, None)
+    made = _data(Rows(found.name, list(COLUMNS), rows, list(range(2, len(rows) + 2))), {})
     return replace(made, simulated=found.simulated)
 
 
-def _data(rows: Rows, chosen: Mapping[str, str], columns: Mapping[str, str] | None) -> MapData:
-    path, angles = rows.path, [chosen.get(name, name) for name in ANGLES]
-    names = chosen if columns else {name: name for name in QUANTITIES if name in rows.header}
-    found = {key: name for key, name in names.items() if key in QUANTITIES and _filled(rows, name).any()}
+def _data(rows: Rows, chosen: Mapping[str, str]) -> MapData:
+    names = chosen or {name: name for name in QUANTITIES if name in rows.header}
+    places = {key: rows.header.index(name) for key, name in names.items() if key in QUANTITIES}
+    filled = {key: np.array([bool(cells[place]) for cells in rows.cells]) for key, place in places.items()}
+    found = {key: names[key] for key, seen in filled.items() if seen.any()}
     if not found:
-        raise InputError(path, "the map has no values", found=",".join(rows.header), expected=", ".join(QUANTITIES))
-    kept = np.logical_and.reduce([_filled(rows, name) for name in found.values()])
-    part = _part(rows, kept)
-    polar, azimuth = part.numbers(angles).T
-    _check_angles(part, polar)
-    measured = tuple(_measured(part, key, name) for key, name in found.items())
-    return MapData(str(path), polar, azimuth, measured, int((~kept).sum()), np.flatnonzero(kept) + 1)
-
-
-def _chosen(path: str | Path, columns: Mapping[str, str] | None) -> dict[str, str]:
-    chosen = dict(columns or {})
-    for key in chosen:
-        if key not in (*QUANTITIES, *ANGLES):
-            expected = ", ".join((*QUANTITIES, *ANGLES))
-            raise InputError(path, f"no quantity of a map is called {key}", expected=expected)
-    return chosen
-
-
-def _filled(rows: Rows, name: str) -> NDArray[np.bool_]:
-    place = rows.header.index(name)
-    return np.array([bool(cells[place]) for cells in rows.cells])
-
-
-def _part(rows: Rows, kept: NDArray[np.bool_]) -> Rows:
+        raise InputError(
+            rows.path, "the map has no values", found=",".join(rows.header), expected=", ".join(QUANTITIES)
+        )
+    kept = np.logical_and.reduce([filled[key] for key in found])
     if not kept.any():
         raise InputError(rows.path, "no row has all its values")
     index = np.flatnonzero(kept)
-    return Rows(rows.path, rows.header, [rows.cells[i] for i in index], [rows.lines[i] for i in index])
-
-
-def _check_angles(rows: Rows, polar: Array) -> None:
+    part = Rows(rows.path, rows.header, [rows.cells[i] for i in index], [rows.lines[i] for i in index])
+    polar, azimuth = part.numbers([chosen.get(name, name) for name in ANGLES]).T
     wrong = np.flatnonzero((polar < 0.0) | (polar > 180.0))
     if wrong.size:
-        found = f"{polar[wrong[0]]:g}"
-        raise InputError(rows.at(int(wrong[0])), "polar_deg is out of range", found=found, expected="0 to 180")
+        angle = f"{polar[wrong[0]]:g}"
+        raise InputError(part.at(int(wrong[0])), "polar_deg is out of range", found=angle, expected="0 to 180")
+    measured = tuple(_measured(part, key, name) for key, name in found.items())
+    return MapData(str(rows.path), polar, azimuth, measured, int((~kept).sum()), index + 1)
 
 
 def _measured(rows: Rows, key: str, name: str) -> Measured:
-    unit = QUANTITIES[key]
-    raw = rows.numbers([name])[:, 0]
-    ending = name.rsplit("_", 1)[-1]
-    factor = _FACTORS[unit].get(ending)
+    raw, factors = rows.numbers([name])[:, 0], _FACTORS[QUANTITIES[key]]
+    factor = factors.get(name.rsplit("_", 1)[-1])
     if factor is None:
-        raise InputError(rows.path, f"column {name} does not end in its unit", expected=" or ".join(_FACTORS[unit]))
+        raise InputError(rows.path, f"column {name} does not end in its unit", expected=" or ".join(factors))
     negative = np.flatnonzero(raw < 0.0)
     if negative.size:
         row = int(negative[0])
         raise InputError(rows.at(row), f"{name} is negative", found=f"{raw[row]:g}", expected="a size")
-    return Measured(key, unit, raw * factor, quantum_of(raw) * factor)
+    return Measured(key, QUANTITIES[key], raw * factor, quantum_of(raw) * factor)
 
 
 def quantum_of(values: Array) -> float:
@@ -209,3 +198,73 @@ def lacking(data: MapData) -> tuple[str, ...]:
             " simulated, and their scatter cannot be judged"
         )
     return tuple(found)
+
+
+@dataclass(frozen=True)
+class MapScatter:
+    """Standard deviation of one reading of each quantity, at least that of rounding.
+
+    ``repeats``: whether it is from repeats of directions, with ``dof`` degrees of freedom; ``copies``: repeats agree to
+    the last bit. ``grows``: whether the scatter is stated as proportional to the value.
+    """
+
+    sigma: tuple[float, ...]
+    dof: int
+    repeats: bool
+    copies: bool
+    grows: bool = False
+
+
+def estimate_scatter(data: MapData, residuals: Sequence[Array]) -> MapScatter:
+    """Scatter between probings of the same direction; without repeats a first estimate from ``residuals``.
+
+    If two probings differ much, it is not known which one is wrong: both are left out.
+    """
+    among = [_among_repeats(m.values, data.direction) for m in data.measured]
+    dof = min(d for _, d in among)
+    copies = dof > 0 and any(
+        sigma == 0.0 and m.quantum == 0.0 for (sigma, _), m in zip(among, data.measured, strict=True)
+    )
+    repeats = dof >= FEWEST_DOF and not copies
+    found = [sigma for sigma, _ in among]
+    if not repeats:
+        smooth = [(each, *surface(data, each)) for each in residuals]
+        found = [mad_sigma(r - fit) * np.sqrt(len(data) / max(len(data) - count, 1)) for r, fit, count in smooth]
+    sigma = tuple(max(float(s), m.rounding, 1e-12) for s, m in zip(found, data.measured, strict=True))
+    return MapScatter(sigma, dof, repeats, copies)
+
+
+def _among_repeats(values: Array, group: NDArray[np.intp]) -> tuple[float, int]:
+    """Pooled standard deviation and its degrees of freedom, without outliers."""
+    keep = np.bincount(group)[group] > 1
+    for _ in range(ROUNDS):
+        count = np.bincount(group, keep)
+        mean = np.bincount(group, np.where(keep, values, 0.0)) / np.maximum(count, 1.0)
+        dof = int(keep.sum() - (count > 0).sum())
+        if dof < 1:
+            return 0.0, 0
+        deviation = np.where(keep, values - mean[group], 0.0)
+        pooled, standard = float(np.sqrt((deviation**2).sum() / dof)), np.abs(deviation)
+        standard /= np.sqrt(1.0 - 1.0 / np.maximum(count[group], 2.0))
+        worst = int(standard.argmax())
+        if standard[worst] <= FAR * (TO_SIGMA * float(np.median(standard[keep])) or pooled):
+            break
+        keep = keep & (np.arange(len(group)) != worst if count[group[worst]] > 2 else group != group[worst])
+    return pooled, dof
+
+
+def surface(data: MapData, values: Array) -> tuple[Array, int]:
+    """A robust smooth function of the direction, ``(n,)``, and its number of coefficients.
+
+    Harmonics of the azimuth and of the polar angle, as many as the number of rows allows.
+    """
+    azimuth, polar = np.radians(data.azimuth_deg), np.radians(data.polar_deg)
+    waves = [np.ones(len(data)), *(f(k * azimuth) for k in range(1, 4) for f in (np.cos, np.sin))]
+    columns = np.array([wave * np.cos(j * polar) for j in range(3) for wave in waves])[: max(len(data) // 4, 1)]
+    weight, fitted = np.ones(len(data)), values
+    for _ in range(ROBUST):
+        root = np.sqrt(weight)
+        fitted = np.linalg.lstsq((columns * root).T, values * root, rcond=None)[0] @ columns
+        scale = mad_sigma(values - fitted)
+        weight = 1.0 / (1.0 + ((values - fitted) / max(3.0 * scale, 1e-300)) ** 2)
+    return fitted, len(columns)

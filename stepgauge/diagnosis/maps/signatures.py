@@ -13,9 +13,9 @@ from functools import cached_property, partial
 import numpy as np
 
 from stepgauge.diagnosis.maps.candidates import ProbeChange
+from stepgauge.diagnosis.maps.data import surface
 from stepgauge.diagnosis.maps.direction_functions import direction_candidates
 from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel
-from stepgauge.diagnosis.maps.scatter import surface
 from stepgauge.diagnosis.priors import KindPrior, Priors
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array

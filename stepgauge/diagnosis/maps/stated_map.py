@@ -8,21 +8,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from stepgauge.diagnosis.checks import predictive_checks, widening
 from stepgauge.diagnosis.maps.candidates import ProbeChange
+from stepgauge.diagnosis.maps.data import MapScatter
 from stepgauge.diagnosis.maps.model import ChangeTerm, MapModel, Terms
-from stepgauge.diagnosis.maps.scatter import MapScatter
 from stepgauge.diagnosis.maps.signatures import MapRows, Point, fit_changes, make_problem
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.result import Check, rms
-from stepgauge.diagnosis.stating_rules import StatedTerm, answer_of, sign_is_sure, stated_terms
+from stepgauge.diagnosis.stating_rules import SURE_OUTLIER, StatedTerm, answer_of, sign_is_sure, stated_terms
 from stepgauge.files.arrays import Array
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
+from stepgauge.inference.noise_models import OUTLYING
 from stepgauge.inference.posterior import Member, Posterior
 from stepgauge.inference.problem import Candidate
 from stepgauge.inference.search import Search
@@ -61,6 +64,20 @@ class StatedMap:
     def search(self) -> Search:
         """The search of the last pass."""
         return self.answer.search
+
+    @cached_property
+    def kept(self) -> NDArray[np.bool_]:
+        """Rows ``(n,)`` that are not outliers."""
+        outlying, stated = self.state.noise.outlying, self.priors.decision.stated
+        if outlying is None or self.answer.probability_of_scatter(OUTLYING) < stated:
+            return np.ones(len(self.rows.data), bool)
+        return np.asarray((outlying.reshape(len(self.rows.sigma), -1) <= SURE_OUTLIER).all(axis=0))
+
+    @property
+    def grows(self) -> bool:
+        """Whether it is stated that the scatter grows with the value."""
+        stated = self.answer.probability_of_scatter("growth") >= self.priors.decision.stated
+        return stated and self.state.noise.growth is not None
 
     @property
     def interaction(self) -> Array:
