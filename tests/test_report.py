@@ -30,7 +30,7 @@ from stepgauge.machine.uncertain import Uncertain
 from stepgauge.reports.content import Sources, make_content
 from stepgauge.reports.page import Page, PrintedTable, TableColumn, UserStatements
 from stepgauge.reports.reading import check_gauge, check_machine, check_placements, read_checked_evaluation
-from stepgauge.reports.render import Pages, render_html, render_pdf, write_report
+from stepgauge.reports.render import Pages, render_html, render_pdf, set_in_print, write_report
 from stepgauge.reports.sections import Section
 from tests.measured import ALONG_X, lay, one_placement, shipped, two_placements, with_gaps
 
@@ -259,7 +259,7 @@ def test_fonts_come_with_the_program() -> None:
     said = said_of(one_placement)
     source = folder("templates") / "reports" / "report.typ"
     alone = typst.compile(
-        source, root=source.parent, sys_inputs={"report": json.dumps(said)}, pdf_standards=["a-3a"],
+        source, root=source.parent, sys_inputs={"report": json.dumps(set_in_print(said))}, pdf_standards=["a-3a"],
         ignore_system_fonts=True, format="pdf",
     )  # fmt: skip
     assert alone == pdf_of(one_placement).data

@@ -16,10 +16,9 @@ from stepgauge.demonstration.figure import story_figure
 from stepgauge.demonstration.seal import open_seal
 from stepgauge.diagnosis.wording.limits import predictions
 from stepgauge.diagnosis.wording.notation import probability
-from stepgauge.figures.style import save_figure
+from stepgauge.figures.style import figure_svg, save_figure
 from stepgauge.files.text import read_result
 from stepgauge.reports.blocks import bullets, figure, part, table, words
-from stepgauge.reports.content import figure_svg
 from stepgauge.reports.diagnosis import story
 from stepgauge.reports.render import write_report
 

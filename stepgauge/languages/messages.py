@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -19,11 +19,18 @@ DEEPEST = 5
 """Messages in the gaps of messages in the gaps."""
 OWN_SHARE = 0.35
 """So much of a message is a template's own words, or it may be a list of messages."""
+MOST = 0.8
+"""So much of several sentences is one template's own words."""
+_SENTENCE = re.compile(r"(?<=[.]) (?=[^\W\d_a-z]|[–*\u201c])")
 _POINT = re.compile(r"(?<![\w./:'\"=-])(?<!= )([-+−]?\d+)\.(\d+)(?![\w./'\"])")
 _QUOTED = re.compile(r"""('[^']*'|"[^"]*")""")
 _MICRO = re.compile(r"(?<=\d )u(?=m\b|rad\b)")
 _ROW = re.compile(r"\brow (?=\d)")
 _JOINTS = ("; ", ": ", ", ", " (")
+_PRINTED_POINT = re.compile(r"(?<![\w./:'\"-])([-+−]?\d+)\.(\d+)(?![\w'\"/]|\.\d)")
+_VECTOR = re.compile(r"(?<=\()[-−\d.]+(?:, [-−\d.]+)+(?=\))")
+_BETWEEN = re.compile(r"(?<=[\d%°CmKN]) (to|and|or) (?=[-−\d])")
+_DAY = re.compile(r"(?<![\w./-])(\d{4})-(\d\d)-(\d\d)(?![\w/-]|\.\w)")
 
 
 @cache
@@ -35,10 +42,19 @@ def texts() -> Mapping[str, tuple[str, ...]]:
 
 @cache
 def catalogue() -> Mapping[str, str]:
-    """German by English; ``{}`` stands for what is filled in."""
-    with Path(__file__).with_name("messages.toml").open("rb") as file:
-        german: dict[str, str] = tomllib.load(file)["german"]
-    return german
+    """German by English; ``{}`` stands for what is filled in: of messages, of printed pages, of figures."""
+    return {**dict(figure_words()), **read_german("printed.toml"), **read_german("messages.toml")}
+
+
+def read_german(name: str) -> dict[str, str]:
+    """German by English of one of the tables: ``messages.toml`` or ``printed.toml``."""
+    with Path(__file__).with_name(name).open("rb") as file:
+        return dict(tomllib.load(file)["german"])
+
+
+def figure_words() -> list[tuple[str, str]]:
+    """The words of figures of the page, in English and in German."""
+    return [(said[0], said[1]) for key, said in texts().items() if key.startswith("figure.")]
 
 
 @cache
@@ -51,10 +67,16 @@ def unchanged() -> frozenset[str]:
 @cache
 def _sorted_templates() -> tuple[tuple[tuple[str, ...], str], ...]:
     """Templates with gaps as the words between them, those with most words first."""
-    known = {**effects(), **catalogue()}
-    whole = [(_one_gap(one), _one_gap(german)) for one, german in known.items() if "{}" in one]
+    whole = [(_one_gap(one), _one_gap(german)) for one, german in known_texts().items() if "{}" in one]
     split = [(tuple(one.split("{}")), german) for one, german in whole]
     return tuple(sorted(split, key=lambda one: -_length(one[0])))
+
+
+@cache
+def known_texts() -> Mapping[str, str]:
+    """All texts with their German: those of the catalogue, also as they are set in print, and names of effects."""
+    known = {**effects(), **catalogue()}
+    return {one.replace(" um", " µm").replace("deg C", "°C"): german for one, german in known.items()} | known
 
 
 @cache
@@ -99,9 +121,41 @@ def said_in_german(line: str) -> str:
     return _decimal_commas(_ROW.sub("Zeile ", "; ".join(parts)))
 
 
+def translate_printed(text: str, own: Collection[str] = ()) -> str:
+    """A text of a printed page in German, numbers and dates too; nothing of what people wrote (``own``)."""
+    if text in own and not _DAY.fullmatch(text):
+        return text
+    kept = [re.escape(one) for one in own if re.search(r"\d[.-]\d", one) and not _DAY.fullmatch(one)]
+    parts = re.split(rf"(?<!\w)({'|'.join(kept) or '(?!)'})(?!\w)", " ".join(_sentences(text)))
+    parts[::2] = map(_german_numbers, parts[::2])
+    return "".join(parts)
+
+
+def _sentences(text: str) -> Iterator[str]:
+    """The sentences of a text in German: those that belong together are known as one."""
+    parts = _SENTENCE.split(text)
+    while parts:
+        count = next((n for n in range(len(parts), 1, -1) if _is_known(" ".join(parts[:n]))), 1)
+        told, parts = " ".join(parts[:count]), parts[count:]
+        end = "." if told.endswith(".") and _known_words(told) < _known_words(told[:-1]) else ""
+        yield _translated(told.removesuffix(end), DEEPEST) + end
+
+
+def _is_known(text: str) -> bool:
+    """Whether a text is a message, and not only begins and ends as one."""
+    return _known_words(text) >= MOST * len(text)
+
+
+def _german_numbers(text: str) -> str:
+    """Decimal commas, semicolons between components, days in the order of DIN 5008, ranges with bis."""
+    text = _VECTOR.sub(lambda found: found[0].replace(", ", "; "), text)
+    text = _DAY.sub(r"\3.\2.\1", _PRINTED_POINT.sub(r"\1,\2", text))
+    return _BETWEEN.sub(lambda found: f" {catalogue()[found[1]]} ", text)
+
+
 def _translated(text: str, deep: int) -> str:
-    if text in catalogue() or text in effects():
-        return catalogue().get(text) or effects()[text]
+    if text in known_texts():
+        return known_texts()[text]
     if not deep or _QUOTED.fullmatch(text):
         return text
     found = _template(text)
@@ -144,7 +198,7 @@ def _filled(text: str, gaps: Sequence[str]) -> str:
 
 def _known_words(text: str) -> int:
     """How much of a text is a template's own."""
-    if text in catalogue() or text in effects():
+    if text in known_texts():
         return len(text)
     found = _template(text)
     return _length(found[0]) if found else 0

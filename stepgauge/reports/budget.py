@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 
 from stepgauge.figures.budget import budget_figure
-from stepgauge.figures.style import figure_style
 from stepgauge.files.notation import UNDEFINED, number, printed_unit, quantity
 from stepgauge.reports.page import PrintedTable, TableColumn
 from stepgauge.standards.budget_files import StoredBudget, StoredLine, StoredSource, dof_text, farthest, label
@@ -45,12 +43,12 @@ def _placement(budget: StoredBudget, placement: int) -> PrintedTable:
         strong=[len(sources) + i for i, (_, _, strong) in enumerate(totals) if strong],
         ruled=[len(sources)],
         stripe=0,
-        figure=(_svg(budget, placement), _caption(budget, placement)),
+        figure=(budget_figure(budget, placement), _caption(budget, placement)),
     )
 
 
 def _place(line: StoredLine) -> str:
-    return "" if line.face is None else f"face {line.face}, {number(line.position_mm, 0)} mm"
+    return "" if line.face is None else f"face\u00a0{line.face}, {number(line.position_mm, 0)}\u00a0mm"
 
 
 def _caption(budget: StoredBudget, placement: int) -> str:
@@ -110,10 +108,3 @@ def _totals(lines: Sequence[StoredLine], budget: StoredBudget) -> list[tuple[str
         rows.append(("u of the sources in the Monte Carlo", [number(x.same_terms_u_um, 3) for x in lines], False))
         rows.append((f"u by Monte Carlo, {budget.monte_carlo_runs} runs", runs, False))
     return rows
-
-
-def _svg(budget: StoredBudget, placement: int) -> str:
-    buffer = io.StringIO()
-    with figure_style():
-        budget_figure(budget, placement).savefig(buffer, format="svg", metadata={"Date": None})
-    return buffer.getvalue()

@@ -180,6 +180,12 @@ class Laboratory:
     statements: Statements
     path: str = ""
 
+    @property
+    def words(self) -> list[str]:
+        """All that the laboratory wrote."""
+        tables = [getattr(self, name) for name in _TABLES]
+        return [text for one in (*tables, *self.persons) for text in one.model_dump().values() if isinstance(text, str)]
+
 
 _TABLES: dict[str, type[TomlTable]] = {
     "certificate": CertificateHead,

@@ -7,13 +7,11 @@ what and when and no contribution of the uncertainty budget is missing; else it 
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stepgauge.figures.evaluation import describe, evaluation_figure
-from stepgauge.figures.style import figure_style
 from stepgauge.files.notation import UNDEFINED, clean, printed, quantity, uncertain
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -39,9 +37,6 @@ from stepgauge.reports.statements import METHOD, measurand_text, reference_text
 from stepgauge.standards.budget_files import StoredBudget
 from stepgauge.standards.conformity import conformity
 from stepgauge.standards.mpe import Mpe
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE, CERTIFICATE_TITLE = "Report of measurement", "Calibration certificate"
 SUBTITLE = "Linear displacement errors measured with a step gauge"
@@ -98,7 +93,7 @@ def make_content(evaluation: dict[str, Any], stated: UserStatements, sources: So
         overall="" if judged is None else judged.text,
         statements=[measurand_text(evaluation, budget), reference_text(evaluation)],
         figures=[
-            (figure_svg(evaluation_figure(result, sources.mpe)), f"Placement {result['placement']}: {describe(result)}")
+            (evaluation_figure(result, sources.mpe), f"Placement {result['placement']}: {describe(result)}")
             for result in placed
         ],
         sections=sections,
@@ -111,7 +106,8 @@ def make_content(evaluation: dict[str, Any], stated: UserStatements, sources: So
         end=None if laboratory is None else end_mark(laboratory, title),
         issued=None if laboratory is None else _issued(laboratory),
         example=is_example(laboratory, evaluation),
-        mark=_mark(laboratory),
+        mark=(laboratory and laboratory.certificate.mark) or "",
+        own=[] if laboratory is None else laboratory.words,
         more={"summary": [_summary(result, budget) for result in placed]},
     )
     number = stated.number if laboratory is None else laboratory.certificate.number
@@ -122,11 +118,6 @@ def _authorised(laboratory: Laboratory) -> list[tuple[str, str | None]]:
     """Places to sign for those who authorise a certificate."""
     signing = [f"{one.name}, {one.role}" if one.role else one.name for one in laboratory.persons if one.signs]
     return [("Authorised by", name) for name in signing] or [("Authorised by", None)]
-
-
-def _mark(laboratory: Laboratory | None) -> str | None:
-    """What stands in the place of the accreditation mark; empty: the place alone. None: no place."""
-    return None if laboratory is None else laboratory.certificate.mark or ""
 
 
 def _issued(laboratory: Laboratory) -> str:
@@ -205,11 +196,3 @@ def _not_stated(
     if sources.laboratory is not None and sources.laboratory.certificate.performed_to is not None:
         missing = [what for what in missing if what != DATE_MISSING]
     return [*missing, BUDGET_MISSING] if sources.budget is None else missing
-
-
-def figure_svg(figure: Figure) -> str:
-    """A figure as SVG, letters as outlines: no font is needed to show it, and the same data give the same text."""
-    buffer = io.StringIO()
-    with figure_style():
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
-    return buffer.getvalue()

@@ -68,7 +68,7 @@ def _room(said: Said) -> ModuleType:
 
 def story_of(found: Diagnosis) -> dict[str, Any]:
     """The content of a page from a diagnosis, with its figures drawn now."""
-    from stepgauge.reports.content import figure_svg
+    from stepgauge.figures.style import figure_svg
 
     drawn = {name: figure_svg(one) for name, one in found.figures().items()}
     return diagnosis_story(found.contents, list(drawn), drawn) if drawn or not found.path else read_story(found.path)

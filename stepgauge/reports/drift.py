@@ -6,7 +6,6 @@ from typing import Any
 
 from stepgauge.figures.drift import drift_figure
 from stepgauge.files.notation import make_sentence, number, quantity
-from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import Page, PrintedTable, UserStatements, quantities, table_of, words
 from stepgauge.reports.sections import Section
@@ -43,9 +42,7 @@ def drift_content(test: DriftTest, stated: UserStatements) -> dict[str, Any]:
         ("iso230-3.json", data),
         overall=data["overall"],
         statements=[*said_of(test.conditions), *unmet(data["rules"])],
-        figures=[
-            (figure_svg(drift_figure(test)), f"Displacements and temperatures over {test.duration_s / 3600.0:.1f} h.")
-        ],
+        figures=[(drift_figure(test), f"Displacements and temperatures over {test.duration_s / 3600.0:.1f} h.")],
         sections=[_temperatures(data), _recording(data)],
         tables=[rules_table(data["rules"])],
         lists=[("Unconfirmed readings of the standard", data["unconfirmed"])],

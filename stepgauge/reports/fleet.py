@@ -7,12 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from stepgauge.figures.style import figure_svg
 from stepgauge.files.notation import counted, rounded
 from stepgauge.files.text import read_result
 from stepgauge.fleet.hierarchical.answer import WORDS, began, owner_of, words_of
 from stepgauge.recording.simulated import SIMULATED_WARNING
 from stepgauge.reports.blocks import Block, bullets, figure, heading, part, table, words
-from stepgauge.reports.content import figure_svg
 from stepgauge.reports.diagnosis import STORY
 from stepgauge.reports.kinds import FLEET
 

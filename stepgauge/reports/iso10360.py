@@ -9,7 +9,6 @@ from typing import Any
 from stepgauge.figures.iso10360 import length_test_figure
 from stepgauge.files.notation import number, quantity, vector
 from stepgauge.machine.file import Machine
-from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import Cells, Page, PrintedTable, TableColumn, UserStatements, numbers, table_of, words
 from stepgauge.reports.sections import Section, certificate_section
@@ -47,7 +46,7 @@ def length_test_content(
         _summary(every),
         ("iso10360.json", data),
         overall=data["overall"]["text"],
-        figures=[(figure_svg(length_test_figure(one)), caption(two)) for one, two in zip(tests, every, strict=True)],
+        figures=[(length_test_figure(one), caption(two)) for one, two in zip(tests, every, strict=True)],
         sections=[
             certificate_section(data, test.gauge),
             _specification(data),

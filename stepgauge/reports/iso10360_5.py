@@ -6,7 +6,6 @@ from typing import Any
 
 from stepgauge.figures.iso10360_5 import probing_figure
 from stepgauge.files.notation import quantity, vector
-from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import Page, PrintedTable, UserStatements, numbers, quantities, table_of, words
 from stepgauge.reports.sections import Section, add_comments
@@ -41,7 +40,7 @@ def probing_content(test: ProbingTest, stated: UserStatements, machine: str | No
         ("iso10360-5.json", data),
         overall=data["overall"],
         statements=[*said_of(test.conditions), *unmet(data["rules"])],
-        figures=[(figure_svg(probing_figure(test)), _caption(test))],
+        figures=[(probing_figure(test), _caption(test))],
         sections=[_sphere(data), _decision(data), recording],
         tables=[rules_table(data["rules"]), _styli(data)],
         lists=[("Unconfirmed readings of the standard", data["unconfirmed"])],

@@ -8,7 +8,6 @@ from typing import Any
 from stepgauge.figures.iso230 import positioning_figure
 from stepgauge.files.notation import number, quantity
 from stepgauge.machine.file import Machine
-from stepgauge.reports.content import figure_svg
 from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import Cells, Page, PrintedTable, TableColumn, UserStatements, numbers, table_of, words
 from stepgauge.reports.sections import Section, certificate_section
@@ -57,7 +56,7 @@ def positioning_content(test: PositioningTest, stated: UserStatements, machine: 
         ("iso230.json", positioning_to_dict(test)),
         overall=data["overall"],
         statements=[*said_of(test.conditions), *unmet(rules)],
-        figures=[(figure_svg(positioning_figure(one)), caption(one)) for one in test.axes],
+        figures=[(positioning_figure(one), caption(one)) for one in test.axes],
         sections=[reference, _conditions(data), _recording(data, machine, units)],
         tables=[*_further(data, units), rules_table(rules, excluded), *(_targets(one, units) for one in data["axes"])],
         lists=[("What the results rest on", assumptions(test))],

@@ -16,7 +16,6 @@ from stepgauge.figures.style import save_figure
 from stepgauge.files.json_types import defined
 from stepgauge.files.notation import UNDEFINED, aligned, number, quantity, uncertain
 from stepgauge.recording.simulated import is_simulated
-from stepgauge.reports.content import figure_svg
 from stepgauge.reports.page import Page, PrintedTable, TableColumn, UserStatements
 from stepgauge.reports.render import write_report
 from stepgauge.reports.sections import Section, file_names
@@ -117,7 +116,7 @@ def overlay_content(
         ],
         figures=[
             (
-                figure_svg(_figure(evaluations, found, names, i)),
+                _figure(evaluations, found, names, i),
                 f"Placement {n}: errors with bands of 2s, differences with U",
             )
             for i, n in enumerate(placements)

@@ -10,12 +10,15 @@ import datetime
 import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stepgauge import __version__
 from stepgauge.files.notation import clean, number, quantity
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.reports.sections import Section
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 BETWEEN = "*"
 """A cell that ends so is interpolated: printed in italics, its mark beside the digits."""
@@ -31,6 +34,12 @@ class UserStatements:
     location: str | None = None
     operator: str | None = None
     remarks: str | None = None
+    language: str = "en"
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """The words that people wrote."""
+        return tuple(text for text in (self.number, self.customer, self.location, self.operator, self.remarks) if text)
 
 
 @dataclass(frozen=True)
@@ -49,7 +58,7 @@ class TableColumn:
 
 @dataclass(frozen=True)
 class PrintedTable:
-    """A table of text; ``note`` and ``figure`` (SVG and caption) stand below it.
+    """A table of text; ``note`` and ``figure`` (and its caption) stand below it.
 
     Rows of ``strong`` are bold, those of ``ruled`` have a line above; every ``stripe`` rows the ground changes (0:
     never).
@@ -62,7 +71,7 @@ class PrintedTable:
     strong: Sequence[int] = ()
     ruled: Sequence[int] = ()
     stripe: int = 1
-    figure: tuple[str, str] | None = None
+    figure: tuple[Figure, str] | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain containers for a template; every row must have a cell for every column."""
@@ -118,9 +127,10 @@ def table_of(
 class Page:
     """The content of a report. ``overall`` is the one sentence that decides; ``warnings`` belong beside the result.
 
-    ``figures`` are pairs of SVG and caption, ``lists`` a title with its items, ``closing`` sections in the full width
-    after the tables, ``signatures`` a role and a name, ``end`` the mark of the last page,
-    ``mark`` what stands in the place of the accreditation mark (empty: the place alone), ``data`` a name and JSON.
+    ``figures`` are pairs of a figure and its caption, ``lists`` a title with its items, ``closing`` sections in the
+    full width after the tables, ``signatures`` a role and a name, ``end`` the mark of the last page,
+    ``mark`` what stands in the place of the accreditation mark (empty: no place), ``data`` a name and JSON, ``own``
+    what people wrote, which no language changes.
     """
 
     title: str
@@ -131,7 +141,7 @@ class Page:
     overall: str = ""
     warnings: Sequence[str] = ()
     statements: Sequence[str] = ()
-    figures: Sequence[tuple[str, str]] = ()
+    figures: Sequence[tuple[Figure, str]] = ()
     sections: Sequence[Section] = ()
     tables: Sequence[PrintedTable] = ()
     lists: Sequence[tuple[str, Sequence[str]]] = ()
@@ -142,7 +152,8 @@ class Page:
     end: str | None = None
     issued: str | None = None
     example: bool = False
-    mark: str | None = None
+    mark: str = ""
+    own: Sequence[str] = ()
     more: dict[str, Any] = field(default_factory=dict)
 
     def to_dict(self, stated: UserStatements) -> dict[str, Any]:
@@ -151,6 +162,8 @@ class Page:
         return {
             "title": self.title,
             "subtitle": self.subtitle,
+            "language": stated.language,
+            "own": [*self.own, *stated.own, *_own(data)],
             "number": said(stated.number),
             "date": stated.date.isoformat(),
             "date_parts": [stated.date.year, stated.date.month, stated.date.day],
@@ -179,6 +192,14 @@ class Page:
             "version": __version__,
             **self.more,
         }
+
+
+def _own(data: dict[str, Any]) -> list[str]:
+    """The names that the files of a result have."""
+    gauge = data.get("gauge") or {}
+    names = [gauge.get(key) for key in ("name", "serial", "certificate", "laboratory")]
+    names += [text for key, text in data["comments"].items() if key != "simulated"]
+    return [str(one) for one in names if one]
 
 
 def said(text: str | None) -> str | None:

@@ -12,16 +12,19 @@ import json
 import os
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from stepgauge.errors import InputError
 from stepgauge.figures.plotly_library import embedded_json
+from stepgauge.figures.style import figure_svg
 from stepgauge.files.notation import clean, printed
 from stepgauge.files.resource_limits import work_within
 from stepgauge.files.resources import folder
 from stepgauge.files.templating import template_budget
 from stepgauge.files.text import read_text, replacing
+from stepgauge.languages.messages import translate_printed
 from stepgauge.reports.template_files import template_folder
 
 PDF_STANDARDS: tuple[Literal["a-3a", "1.7"], ...] = ("a-3a", "1.7")
@@ -82,7 +85,7 @@ def render_pdf(content: dict[str, Any], template: str | Path | None = None) -> P
     Archival (PDF/A-3, tagged) where every character has a font; otherwise plain, with a note that says why.
     """
     source = Path(template) if template else shipped_template(content, "typ")
-    report = json.dumps(_set_in_print(content))
+    report = json.dumps(set_in_print(content))
     if template is None:
         pages = _typeset(source, report)
     else:
@@ -131,19 +134,37 @@ def _unpacked(answer: bytes) -> Pages:
     return Pages(data, tuple(json.loads(notes)))
 
 
-def _set_in_print(content: dict[str, Any]) -> dict[str, Any]:
-    """A story with its words as they are set in print; other reports are written so."""
-    return _printed(content) if content.get("layout") == "story" else content
+def set_in_print(content: dict[str, Any]) -> dict[str, Any]:
+    """A page with its words and figures in its ``language``, of a story also as they are set in print.
+
+    ``own`` is what people wrote: no language changes it.
+    """
+    content = {"language": "en", "own": [], **content, "words": {one: one for one in WORDS}}
+    translate = str if content["language"] == "en" else partial(translate_printed, own=frozenset(content["own"]))
+    told = _changed(content, translate)
+    return dict(_changed(told, printed) if content.get("layout") == "story" else told)
 
 
-def _printed(value: Any) -> Any:
-    """All words of a story; nothing in what is to be copied or read by a program, and no picture."""
+WORDS = (
+    *("not stated", "Not stated", "no number stated", "No.", "page", "pages", "of", "Remarks", "Verdict", "Signed for"),
+    *("Method of evaluation", "name, date, signature", "EXAMPLE CERTIFICATE"),
+    *("EXAMPLE CERTIFICATE – not a real calibration", "Simulated recording: no machine was measured."),
+    "The results this report was made from",
+)
+"""The words of the templates themselves."""
+_NO_WORDS = {"data", "layout", "kind", "language", "version", "own"}
+
+
+def _changed(value: Any, change: Callable[[str], str]) -> Any:
+    """All words of a page; nothing in what is to be copied or read by a program, and no picture."""
     if isinstance(value, dict):
-        kept = value if value.get("kind") == "code" else {"data", "svg"}
-        return {key: one if key in kept else _printed(one) for key, one in value.items()}
+        kept = value if value.get("kind") == "code" else _NO_WORDS
+        return {key: one if key in kept else _changed(one, change) for key, one in value.items()}
     if isinstance(value, list | tuple):
-        return [_printed(one) for one in value]
-    return printed(value) if isinstance(value, str) else value
+        return [_changed(one, change) for one in value]
+    if isinstance(value, str):
+        return value if value.startswith(("<svg", "<?xml")) else change(value)
+    return figure_svg(value, change) if hasattr(value, "savefig") else value
 
 
 def shipped_template(content: dict[str, Any], suffix: str) -> Path:
@@ -179,7 +200,7 @@ def _typst_line(error: Exception) -> str:
 def render_html(content: dict[str, Any], template: str | Path | None = None) -> Pages:
     """The report as one HTML file without links to others."""
     source = Path(template) if template else shipped_template(content, "html.j2")
-    given = {"text": read_text(source), "source": str(source), "report": _set_in_print(content)}
+    given = {"text": read_text(source), "source": str(source), "report": set_in_print(content)}
     if template is None:
         page = _html(given)
     else:

@@ -11,7 +11,8 @@ from stepgauge.standards.budget_files import StoredBudget
 ONLY_ITEMS = "The results relate only to the item calibrated, in the condition and at the time of the calibration."
 IN_FULL = "This certificate is not to be reproduced except in full without the written approval of the laboratory."
 METHOD = (
-    "Positions are tip centres projected on the gauge axis; the front of the first used block is the reference. "
+    "Positions are those of the centre of the stylus tip, projected on the gauge axis; the front of the first used "
+    "block is the reference. "
     "XF is the error at faces probed along the axis (fronts), XB at faces probed against it (backs, less twice the "
     "effective radius), each the mean over the cycles; between two such faces the value is interpolated. "
     "XM = (XF + XB) / 2 is the mean error, XR = XB − XF the reversal, in which a scale error c alone shows as −c P / 2 "

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stepgauge.standards.budget_files import StoredBudget
     from stepgauge.verbs.reporting import Reported
 
-WORDS = tuple(name for name in NAMES if name not in ("date", "template"))
+WORDS = tuple(name for name in NAMES if name not in ("date", "language", "template"))
 """What only a person can say."""
 SIGNED = ("placements", "budget", "certificate", "mpe")
 """What only a report to sign prints."""
@@ -88,8 +88,8 @@ def report(
     interactive : a page (.html, one file, no network): click a face or a finding to see its probings
     recordings : of an evaluation whose single probings such a page shows, in order; default: those that it was made
         from
-    statement : of the report of one evaluation: number, operator, customer, location, date, remarks; of every report a
-        template of your own
+    statement : of the report of one evaluation: number, operator, customer, location, date, remarks; of every report
+        its language, and a template of your own
 
     Returns
     -------
@@ -115,5 +115,8 @@ def report(
 
     said = {name: statement.get(name) for name in WORDS}
     given, lies = several(results), several(placements)
-    request = ReportRequest(given, output, gauge, lies, machine, budget, certificate, statement.get("date"), said, mpe)
+    language = statement.get("language") or "en"
+    request = ReportRequest(
+        given, output, gauge, lies, machine, budget, certificate, statement.get("date"), said, mpe, language
+    )
     return Reported(write_result(request, statement.get("template"), interactive, several(recordings)))

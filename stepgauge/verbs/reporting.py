@@ -52,15 +52,10 @@ def write_result(
         return _interactive(asked, recordings, template)
     path = asked.path
     renderer(path)
-    if kinds == {"diagnosis"}:
-        return write_report(path, _story(asked.results[0]), template)
-    if kinds == {"investigation"}:
-        from stepgauge.reports.investigation import read_story
-
-        return write_report(path, read_story(asked.results[0]), template)
-    if kinds == {FLEET}:
-        return write_report(path, _fleet(asked.results[0]), template)
-    return _signed(asked, template)
+    if kinds == {"evaluation"}:
+        return _signed(asked, template)
+    story = {"diagnosis": _story, "investigation": _investigation, FLEET: _fleet}[kinds.pop()]
+    return write_report(path, {**story(asked.results[0]), "language": asked.language}, template)
 
 
 def _check_date(day: object) -> None:
@@ -83,8 +78,9 @@ class ReportRequest:
     budget: File | StoredBudget | None
     certificate: File | None
     date: datetime.date | None
-    said: dict[str, str | None]
+    said: dict[str, Any]
     mpe: str | None = None
+    language: str = "en"
 
     def check_plain(self, why: str) -> None:
         """:class:`InputError` for what only a report to sign prints."""
@@ -128,7 +124,7 @@ def _signed(asked: ReportRequest, template: File | None) -> tuple[str, ...]:
         raise InputError(naming("placements"), what, expected=naming("gauge"))
     budget = asked.budget if asked.budget is not None else _budget_of(result, data)
     sources = read_sources(data, gauge, asked.placements, asked.machine, budget, asked.certificate, asked.mpe)
-    stated = UserStatements(asked.date or datetime.date.today(), **asked.said)
+    stated = UserStatements(asked.date or datetime.date.today(), **asked.said, language=asked.language)
     if sources.laboratory is not None:
         stated = replace(stated, date=sources.laboratory.certificate.issued or stated.date)
     return write_report(asked.path, make_content(data, stated, sources), template)
@@ -148,6 +144,12 @@ def _story(result: File | Diagnosis) -> dict[str, Any]:
     return read_story(result) if isinstance(result, File) else story_of(require_kind(result, Diagnosis, "diagnosis"))
 
 
+def _investigation(result: File) -> dict[str, Any]:
+    from stepgauge.reports.investigation import read_story
+
+    return read_story(result)
+
+
 def _fleet(result: File | FleetInference) -> dict[str, Any]:
     from stepgauge.reports.fleet import fleet_story, read_story
 
@@ -159,7 +161,8 @@ def _overlay(asked: ReportRequest, template: File | None) -> tuple[str, ...]:
 
     names = [str(one) if isinstance(one, File) else one.path or f"{i}" for i, one in enumerate(asked.results, 1)]
     evaluations = [_evaluation_of(one, with_inputs=False) for one in asked.results]
-    return write_overlay(asked.path, evaluations, names, template)
+    stated = UserStatements(datetime.date.today(), language=asked.language)
+    return write_overlay(asked.path, evaluations, names, template, stated)
 
 
 def _interactive(asked: ReportRequest, recordings: list[Any], template: File | None) -> tuple[str, ...]:

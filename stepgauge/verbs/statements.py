@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.files.display import Written
 from stepgauge.verbs.define import Of
-from stepgauge.verbs.kinds import IsoDate, Reads, Text
+from stepgauge.verbs.kinds import IsoDate, OneOf, Reads, Text
 from stepgauge.verbs.shared import Figure, File, OutputFolder
 
 if TYPE_CHECKING:
     from stepgauge.reports.outcome import StandardTest
     from stepgauge.reports.page import UserStatements
 
-NAMES = ("number", "operator", "customer", "location", "date", "remarks", "template")
+NAMES = ("number", "operator", "customer", "location", "date", "remarks", "language", "template")
 Words = Annotated[str | None, Text()]
 
 
@@ -24,6 +24,7 @@ def stated(
     location: Words = None,
     date: Annotated[datetime.date | None, IsoDate()] = None,
     remarks: Words = None,
+    language: Annotated[str, OneOf("en", "de")] = "en",
     template: Annotated[File | None, Reads("FILE")] = None,
 ) -> "UserStatements":
     """What a person states.
@@ -36,12 +37,12 @@ def stated(
     location : where the machine stands
     date : date of the report; default: today
     remarks : anything else to print
+    language : of what is printed: en or de
     template : your own template, Typst for PDF, Jinja for HTML; start from a copy: 'stepgauge list files report.typ'
     """
     from stepgauge.reports.page import UserStatements
 
-    words = {"number": number, "operator": operator, "customer": customer, "location": location, "remarks": remarks}
-    return UserStatements(date or datetime.date.today(), **words)
+    return UserStatements(date or datetime.date.today(), number, customer, location, operator, remarks, language)
 
 
 def write_test(

@@ -17,7 +17,7 @@ from starlette.responses import HTMLResponse, Response
 from stepgauge import __version__
 from stepgauge.errors import InputError
 from stepgauge.files.notation import printed, printed_unit
-from stepgauge.languages.messages import LANGUAGES
+from stepgauge.languages.messages import LANGUAGES, figure_words
 from stepgauge.web.assets import plotly_version
 from stepgauge.web.site import Site
 from stepgauge.web.texts import Words, best_language
@@ -104,7 +104,7 @@ def json_answer(request: Request, text: str) -> Response:
 @cache
 def _figure_words(language: str) -> tuple[re.Pattern[str], dict[str, str]]:
     """The words of figures as JSON spells them, and those of a language in their place."""
-    pairs = Words(language).pairs("figure")
+    pairs = figure_words() if language == "de" else []
     spelled = {json.dumps(one, ensure_ascii=o): json.dumps(other) for one, other in pairs for o in (True, False)}
     return re.compile(rf"(?:{'|'.join(map(re.escape, spelled))})(?!\s*:)"), spelled
 

@@ -125,11 +125,6 @@ class Words:
         """A number that is text already, with the decimal mark of the language."""
         return text.replace(".", ",") if self.language == "de" else text
 
-    def pairs(self, table: str) -> list[tuple[str, str]]:
-        """What a table of the catalogue says in English, and in this language; nothing where that is English."""
-        said = [one for key, one in texts().items() if key.startswith(f"{table}.")]
-        return [(one[0], one[self._place]) for one in said] if self._place else []
-
     def number(self, value: float | None, digits: int = 2) -> str:
         """A number with that many decimals, as the language writes it; a dash for none."""
         if value is None or value != value:

@@ -1,0 +1,155 @@
+"""What is printed is German throughout where that is asked for: words, numbers, days, figures."""
+
+from __future__ import annotations
+
+import ast
+import datetime
+import re
+from collections.abc import Callable, Iterator
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+import stepgauge
+from stepgauge.languages.messages import read_german, translate_printed
+from stepgauge.reports.content import Sources, make_content
+from stepgauge.reports.page import UserStatements
+from stepgauge.reports.render import set_in_print
+from stepgauge.standards.mpe import Mpe
+from tests.dcc.made import evaluated, laboratory
+from tests.measured import shipped
+from tests.web.gathered import ROOT, _templates
+
+DAY = datetime.date(2026, 5, 4)
+STATED = UserStatements(DAY, "4711.5", "Customer & Sons 2.5", "Hall 3", "A. Meyer", "Made with 1.5 mm of dirt", "de")
+ENGLISH = re.compile(r"\b(the|is|are|not|and|with|of|which|by|from|at|no|to|over|along|error|largest|gauge)\b")
+ALIKE = {"Name", "Block", "Material", "Software", "Position", "MPE", "R_eff", "XF", "XB", "XM", "XR", "Monte Carlo"}
+"""Words that are the same in both languages."""
+
+
+def content(placements: int = 1, mpe: str | None = "30", **sources: Any) -> dict[str, Any]:
+    evaluation, budget = evaluated(placements)
+    gauge, machine = shipped()
+    given = {"gauge": gauge, "machine": machine, "budget": budget, "mpe": Mpe.parse(mpe) if mpe else None, **sources}
+    return make_content(evaluation, STATED, Sources(**given))
+
+
+def whole_budget() -> Any:
+    """Without gaps, for only that makes a certificate."""
+    return evaluated(1)[1].model_copy(update={"not_included": []})
+
+
+JOINED = {
+    *("no face, of {}", "1 cycles", "Pass", "Undecidable", "{}: MPE = ± {} from the reference face; {}."),
+    "The temperature of the gauge was not recorded: lengths are not corrected for it.",
+    "The temperature of the gauge of placement {} was not recorded: lengths are not corrected for it.",
+    "{} um per m of the certificate's uncertainty are proportional to the position and common to all faces",
+    "gauge temperature (certified positions are used uncorrected)",
+    "gauge temperature of placement {} (certified positions are used uncorrected)",
+    *("R_eff, placement {}", "From block", "From blocks", "From block, placement {}", "From blocks, placement {}"),
+    *("Nominal − R_eff, placement {}", "{} at face {} ({} mm), k = {}"),
+}
+"""Put together of several texts of the code."""
+PAGES: dict[str, Callable[[], dict[str, Any]]] = {
+    "pass": content,
+    "fail": partial(content, 2, "0.01"),
+    "bare": partial(content, gauge=None, machine=None, budget=None, mpe=None),
+    "certificate": lambda: content(laboratory=laboratory(), budget=whole_budget()),
+}
+
+
+KEPT = {"data", "own", "version", "layout", "kind", "language"}
+
+
+def strings(value: Any) -> Iterator[str]:
+    """All words of a page and of its figures."""
+    if isinstance(value, dict):
+        for key, one in value.items():
+            yield from strings(one) if key not in KEPT else ()
+    elif isinstance(value, list | tuple):
+        for one in value:
+            yield from strings(one)
+    elif isinstance(value, Figure):
+        value.draw_without_rendering()
+        yield from (text.get_text() for text in value.findobj(Text))
+    elif isinstance(value, str):
+        yield value
+
+
+@cache
+def both(name: str) -> tuple[tuple[str, ...], tuple[str, ...], frozenset[str]]:
+    """The words of a page in English and in German, and what people wrote."""
+    page = PAGES[name]()
+    own = frozenset(page["own"])
+    english = tuple(dict.fromkeys(strings(page)))
+    return english, tuple(translate_printed(one, own) for one in english), own
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_no_english_is_left_in_a_german_page(name: str) -> None:
+    english, told, own = both(name)
+    assert len(english) > 60
+    left = [one for one, other in zip(english, told, strict=True) if one == other and is_word(one, own)]
+    assert left == []
+    mixed = [one for one in told if ENGLISH.search(without(one, own))]
+    assert mixed == []
+
+
+def is_word(text: str, own: frozenset[str]) -> bool:
+    return bool(re.search(r"[A-Za-z]{4}", without(text, own))) and text not in ALIKE
+
+
+def without(text: str, own: frozenset[str]) -> str:
+    """A text without what people wrote, names of files, and formulas."""
+    for one in sorted(own, key=len, reverse=True):
+        text = text.replace(one, "")
+    return re.sub(r"\S+\.(csv|dmi|json|toml)|\$[^$]*\$", "", text)
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_numbers_and_days_are_written_as_in_german(name: str) -> None:
+    _, told, own = both(name)
+    for text in told:
+        assert not re.search(r"(?<![\w.])\d+\.\d+(?![\w.])", without(text, own)), text
+        assert not re.search(r"\b\d{4}-\d\d-\d\d\b", without(text, own)), text
+
+
+def test_what_people_wrote_stays() -> None:
+    page = set_in_print(content())
+    assert page["number"] == "4711.5"
+    assert page["remarks"] == "Made with 1.5 mm of dirt"
+    assert [row["value"] for row in page["identity"][0]["rows"]][:3] == ["4711.5", "04.05.2026", "Customer & Sons 2.5"]
+    assert page["words"]["page"] == "Seite"
+
+
+def test_components_ranges_and_days() -> None:
+    assert translate_printed("(1.5, −2.25, 3.0) mm") == "(1,5; −2,25; 3,0) mm"
+    assert translate_printed("2026-05-04 to 2026-05-05") == "04.05.2026 bis 05.05.2026"
+    assert translate_printed("0.05 to 0.175 µm") == "0,05 bis 0,175 µm"
+    assert (
+        translate_printed("position-2026-05-04.csv, 1.2.3, ISO 10360-2")
+        == "position-2026-05-04.csv, 1.2.3, ISO 10360-2"
+    )
+    assert translate_printed("2.5", ["2.5"]) == "2.5"
+
+
+def test_every_text_of_the_table_is_still_in_the_code() -> None:
+    files = [*ROOT.rglob("*.py"), *(Path(stepgauge.__file__).parent.parent / "templates/reports").glob("*")]
+    code = "\n".join(path.read_text("utf-8") for path in files if "languages" not in path.parts)
+    said = {text for path in ROOT.rglob("*.py") for text in literals(path)}
+    parts = {part for text in said for part in re.split(r"{}|(?<=\.) ", text)}
+    known = "\n".join([*said, *parts])
+    gone = [
+        one for one in read_german("printed.toml") if not all(part in known or part in code for part in one.split("{}"))
+    ]
+    assert gone == []
+
+
+def literals(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.JoinedStr | ast.Constant):
+            yield from _templates(node, {}, 0)
