@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.axis.recording import LONGEST_COMMENT, is_axis_recording, read_axis_recording
+from stepgauge.conditions import stored_conditions
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError
 from stepgauge.files.checksum import file_digest
@@ -41,7 +42,8 @@ _REASON_OF_AXIS = "find what explains its deviations"
 class ProjectItem:
     """One thing of a project: what it is, its path as typed, what is in it; ``wrong``: it cannot be used.
 
-    ``files``: SHA-256 of a recording, and of all files that a result was made from; ``of_axis``: it has no gauge.
+    ``files``: SHA-256 of a recording, and of all files that a result was made from; ``of_axis``: it has no gauge;
+    ``lacking``: what nothing can be decided without.
     """
 
     what: str
@@ -50,22 +52,27 @@ class ProjectItem:
     wrong: bool = False
     files: frozenset[str] = frozenset()
     of_axis: bool = False
+    lacking: str = ""
 
 
 @dataclass(frozen=True)
 class Status:
-    """What is there, and the next command with the reason for it."""
+    """What is there, and the next command with the reason for it; ``step``: what is next, in a word; ``lacking``: see
+    :class:`ProjectItem`."""
 
     items: tuple[ProjectItem, ...]
+    step: str
     command: str
     reason: str
     place: str = ""
+    lacking: str = ""
 
     def summary(self) -> str:
         """A line or two for each thing, then the next command."""
         lines = [f"project     {self.place}"]
         lines += [f"{one.what:11} {one.path}\n{'':11} {'! ' if one.wrong else ''}{one.said}" for one in self.items]
-        return "\n".join([*lines, f"next        {self.command}\n{'':11} {self.reason}"])
+        reason = f"{self.reason}: {self.lacking}" if self.lacking else self.reason
+        return "\n".join([*lines, f"next        {self.command}\n{'':11} {reason}"])
 
 
 def project_status(project: Project) -> Status:
@@ -80,7 +87,8 @@ def project_status(project: Project) -> Status:
     results = list(_results(project))
     reports = list(_reports(project))
     found = (*items, *recordings, *results, *reports)
-    return Status(found, *_next(project, items, recordings, results), place=os.path.relpath(project.path))
+    step, command, reason, *lacking = _next(project, items, recordings, results)
+    return Status(found, step, command, reason, os.path.relpath(project.path), *lacking)
 
 
 def _lacking(project: Project, placement: ProjectItem) -> list[InputError]:
@@ -170,24 +178,29 @@ def _results(project: Project) -> Iterator[ProjectItem]:
         for path in sorted(project.folder.glob(f"**/{kind}.json"))[:MOST]:
             shown = os.path.relpath(path.parent)
             try:
-                said, inputs = _result_words(path, kind)
-                yield ProjectItem(kind, shown, said, files=frozenset(_digests(inputs)))
+                said, inputs, lacking = _result_words(path, kind)
+                yield ProjectItem(kind, shown, said, files=frozenset(_digests(inputs)), lacking=lacking)
             except InputError as error:
                 yield ProjectItem(kind, shown, error.cli_text(), wrong=True)
 
 
-def _result_words(path: Path, kind: str) -> tuple[str, Any]:
-    """What a result says of itself, and its inputs; :class:`InputError` where it is not what its inputs now give."""
+def _result_words(path: Path, kind: str) -> tuple[str, Any, str]:
+    """What a result says of itself, its inputs, and what it lacks for a decision.
+
+    :class:`InputError` where it is not what its inputs now give.
+    """
     if kind != "diagnosis":
         data = read_result(path, kind)
-        open_ = [str(one["what"]) for one in data.get("not_included", [])]
-        lacking = f"; incomplete: not stated are {', '.join(open_)}" if open_ else ""
-        return f"up to date{lacking}", data.get("made_from", data.get("inputs", []))
+        gaps = data.get("not_included", [])
+        open_ = f"; incomplete: not stated are {', '.join(str(one['what']) for one in gaps)}" if gaps else ""
+        lacking = [str(one["state_by"]) for one in gaps]
+        lacking += [one.expected or one.sentence for one in stored_conditions(data).preventing]
+        return f"up to date{open_}", data.get("made_from", data.get("inputs", [])), "; ".join(lacking)
     found = Diagnosis.read(path)
     if found.changed():
         what = f"{found.changed()[0]} has changed since this was made from it"
         raise InputError(path, what, expected="this made again, with what is there now")
-    return found.verdict, found.contents["inputs"]
+    return found.verdict, found.contents["inputs"], ""
 
 
 def _digests(inputs: Any) -> Iterator[str]:
@@ -212,31 +225,45 @@ def _printed(project: Project) -> list[Path]:
 
 def _next(
     project: Project, items: list[ProjectItem], recordings: list[ProjectItem], results: list[ProjectItem]
-) -> tuple[str, str]:
-    """The next command and why; the first thing that is missing or wrong decides."""
+) -> tuple[str, ...]:
+    """The next step, its command and why; the first thing that is missing, wrong or prevents a decision decides."""
     for item in items[:2]:
         if item.wrong:
-            return "stepgauge list files", f"state a {item.what} in the project file; these are shipped"
+            return item.what, "stepgauge list files", f"state a {item.what} in the project file; these are shipped"
     if items[2].wrong:
-        return _command(project, "locate", "POINTS.csv"), "probe the 16 points, and find how the gauge lies"
+        why = "probe the 16 points, and find how the gauge lies"
+        return "locate", _command(project, "locate", "POINTS.csv"), why
     usable = [one for one in recordings if not one.wrong]
     if not usable:
         reason = "write the measuring program; run it, and 'import' what was measured"
-        return _command(project, "plan", items[2].path), reason
+        return "plan", _command(project, "plan", items[2].path), reason
     done = [one for one in results if not one.wrong]
     for kind, (verb, reason) in _REASONS.items():
-        made = frozenset[str]().union(*(one.files for one in done if one.what == kind))
+        own = [one for one in done if one.what == kind]
+        made = frozenset[str]().union(*(one.files for one in own))
         asked = [one for one in usable if kind == "diagnosis" or not one.of_axis]
         lacking = sorted((one for one in asked if not one.files <= made), key=lambda one: not one.of_axis)
         if lacking:
             one = lacking[-1]
             command = _command(project, verb, one.path, _elsewhere(project, kind, one, done))
-            return command, _REASON_OF_AXIS if one.of_axis else reason
+            return verb, command, _REASON_OF_AXIS if one.of_axis else reason
+        undecided = [one for one in own if one.lacking and (kind == "evaluation" or _has_limit(project))]
+        if undecided:
+            one = undecided[-1]
+            made_from = next((every.path for every in usable if every.files <= one.files), usable[-1].path)
+            why = "nothing can be decided yet: state what is lacking, and do this again"
+            return "decide", _command(project, verb, made_from, one.path), why, one.lacking
     evaluations = [one.path for one in done if one.what == "evaluation"]
     if evaluations and not _is_reported(project, evaluations[-1]):
-        return _command(project, "report", evaluations[-1]), "write the report"
+        return "report", _command(project, "report", evaluations[-1]), "write the report"
     reason = "all is there, the report too: compare it with what was found before; measure again when it is due"
-    return _command(project, "history", os.path.relpath(project.folder / RESULTS)), reason
+    return "history", _command(project, "history", os.path.relpath(project.folder / RESULTS)), reason
+
+
+def _has_limit(project: Project) -> bool:
+    """Whether a maximum permissible error is stated, by which something is decided."""
+    stated = {**project.common, **project.table(("report",))}
+    return bool(stated.get("mpe") or read_machine(stated_file(project, "machine")).table.mpe)
 
 
 def _command(project: Project, verb: str, path: str, output: str = "") -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
@@ -21,6 +19,7 @@ PAGE_OF = {
     "simulate": "/run",
     "evaluate": "/result",
     "budget": "/result",
+    "decide": "/result",
     "diagnose": "/diagnosis",
     "report": "/report",
     "history": "/history",
@@ -51,10 +50,9 @@ def status(request: Request) -> Response:
     from stepgauge.project.status import project_status
 
     found = project_status(site_of(request).project())
-    reason = next((one.what for one in found.items[:2] if one.wrong), found.command.split()[1])
-    file = found.command.split()[2] if reason in ("evaluate", "budget", "diagnose", "report") else ""
-    content: dict[str, Any] = {"status": found, "reason": reason, "file": file, "page": PAGE_OF.get(reason, "")}
-    return render(request, "project_status.html.j2", **content, removable=REMOVABLE)
+    file = found.command.split()[2] if found.step in ("evaluate", "budget", "diagnose", "decide", "report") else ""
+    page = PAGE_OF.get(found.step, "")
+    return render(request, "project_status.html.j2", status=found, file=file, page=page, removable=REMOVABLE)
 
 
 def remove(request: Request, form: Form) -> Response:
