@@ -14,6 +14,8 @@ from stepgauge.recording.conventions import CONVENTIONS, REFERENCE_C, convention
 
 NOTABLE_UM = 0.1
 """Size from which a convention that nobody states is remarked."""
+UNRECORDED = "not recorded"
+"""Found of a gauge's temperature that nobody wrote down."""
 APART_K, NOTABLE_K = 5.0, 2.0
 """Gauge and scales of one room do not differ by so much when somebody measures with them; and what is remarked."""
 
@@ -50,7 +52,7 @@ def _unrecorded(gauge: Gauge, span_mm: float) -> Condition:
         f"the temperature of the gauge is not recorded: it is taken as {table.reference_temperature_C:g} deg C,"
         f" and each K that it was warmer or colder is an error of {per_K} um over {span_mm:.0f} mm"
     )
-    return Condition("temperature", "contribution", words, "not recorded", "gauge_temperature_C")
+    return Condition("temperature", "contribution", words, UNRECORDED, "gauge_temperature_C")
 
 
 def _unstated(recording: Recording, gauge: Gauge, span_mm: float, matters_um: float) -> Iterator[Condition]:

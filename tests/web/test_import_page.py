@@ -25,6 +25,10 @@ ROWS = [f"{target};{reading:.4f}" for target, reading in zip([*TARGETS, *TARGETS
 TABLE = "\n".join(["Soll;Ist", *ROWS]).replace(".", ",")
 
 
+KNOWN = {"measured_on": "2026-05-04", "gauge_temperature": "21", "temperature_convention": "as_read"}
+"""What a decision needs beside the table."""
+
+
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     return make_project(tmp_path / "project")
@@ -58,13 +62,15 @@ def test_points_of_the_gauge_become_a_recording_with_the_files_of_the_project(fo
     columns = recording.frame[["x_mm", "y_mm", "z_mm"]].rename(columns={"x_mm": "X", "y_mm": "Y", "z_mm": "Z"})
     table = columns.to_csv(index=False, sep="\t", float_format="%.5f")
     said = asked.post(importing.look, {"pasted": table})
-    assert "All is clear: 16 probings" in said, said
-    assert "A decision may need this" not in said
-    warm = asked.post(importing.look, {"pasted": table, "gauge_temperature": "21"})
-    assert "A decision may need this" in warm
+    assert "Read: 16 probings, placement 1. A decision still needs:" in said, said
+    for needed in ("<li>Day of the measurement</li>", "the temperature of the gauge is not recorded"):
+        assert needed in said
+    warm = asked.post(importing.look, {"pasted": table, "measured_on": "2026-05-04", "gauge_temperature": "21"})
     assert "“Temperature correction of the readings”" in warm
-    known = {"pasted": table, "gauge_temperature": "21", "temperature_convention": "as_read"}
-    assert "A decision may need this" not in asked.post(importing.look, known)
+    assert "All is clear" not in said + warm
+    assert "All is clear: 16 probings" in asked.post(importing.look, {"pasted": table, **KNOWN})
+    twice = {**KNOWN, "pasted": "\n".join([table.strip(), *table.strip().splitlines()[1:]])}
+    assert "every reading is that of an earlier cycle" in asked.post(importing.look, twice)
     form = {"pasted": table, "output": "recordings/a.csv", "gauge_temperature": "20,4"}
     assert "Day of the measurement: it is not filled in" in asked.post(importing.save, form)
     asked.post(importing.save, {**form, "measured_on": "2026-05-04"})
@@ -121,7 +127,7 @@ def test_faces_along_a_gauge_that_is_located_are_not_asked_about(folder: Path, t
     placement.write(folder / "placement.toml")
     asked = Asked(folder)
     shown = asked.post(importing.look, {"pasted": table})
-    assert re.search(r"All is clear: \d+ probings", shown)
+    assert re.search(r"Read: \d+ probings", shown)
     assert choices(shown) == []
     asked.post(importing.save, {"pasted": table, "measured_on": "2026-05-04", "output": "recordings/f.csv"})
     assert "/run/next/evaluate" in asked.get(importing.show, saved="recordings/f.csv")
@@ -134,7 +140,7 @@ def test_without_a_header_the_names_that_fit_the_gauge_are_a_choice_that_settles
     form, asked = {"pasted": OF_FEATURES.partition("\n")[2]}, Asked(folder)
     answer = ("question_1", "header=face,nominal_mm,reading_mm")
     assert answer in choices(asked.post(importing.look, form))
-    assert "All is clear: 42 probings" in asked.post(importing.look, {**form, answer[0]: answer[1]})
+    assert "Read: 42 probings" in asked.post(importing.look, {**form, answer[0]: answer[1]})
 
 
 @pytest.mark.parametrize("table", [OF_FACES, OF_FACES_IN_ORDER])
@@ -172,7 +178,7 @@ def test_what_is_wrong_with_positions_of_faces_is_said_at_once(folder: Path) -> 
     inches = "\n".join(["Face;Nominal;Actual", *(f"{n};{(n - 1) / 2.54:.4f};{(n - 1) / 2.54:.5f}" for n in FACES)])
     assert ("question_1", "unit=inch") in choices(asked.post(importing.look, {"pasted": inches}))
     settled = asked.post(importing.look, {"pasted": inches, "question_1": "unit=inch"})
-    assert "All is clear: 42 probings" in settled
+    assert "Read: 42 probings" in settled
 
 
 def test_positions_of_faces_are_evaluated_where_the_gauge_lay(folder: Path) -> None:
@@ -217,7 +223,7 @@ def test_inches_are_recognised_and_a_choice_takes_them(folder: Path) -> None:
     assert "on it where they are in inch" in said
     assert "shifted" not in said
     assert ("question_1", "unit=inch") in choices(said)
-    assert "All is clear" in Asked(folder).post(importing.look, {"pasted": table, "question_1": "unit=inch"})
+    assert "Read: 20 probings" in Asked(folder).post(importing.look, {"pasted": table, "question_1": "unit=inch"})
 
 
 def test_a_question_and_its_choice_are_german_throughout(folder: Path) -> None:

@@ -19,13 +19,12 @@ from stepgauge.web.fields import Field
 from stepgauge.web.folder import existing, free_name, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.pages.machine import stated
-from stepgauge.web.render import address, render, site_of
+from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.uploads import read_upload
 from stepgauge.web.verb_fields import verb_fields
 
 if TYPE_CHECKING:
-    from stepgauge.conditions import Condition
     from stepgauge.importing.result import Imported
     from stepgauge.importing.tables.questions import QuestionAnswer as ImportChoice
 
@@ -113,28 +112,35 @@ def look(request: Request, form: Form) -> Response:
         "error": error,
         "of": _checksum(form),
         "taken": [one.text for one in answers],
-        "prevents": _preventing(site_of(request), imported),
+        "needed": _needed(request, form, imported),
     }
     return render(request, "importing_part.html.j2", **content, group=_group, open_to=_open_to, page_of=PAGE_OF)
 
 
-def _preventing(site: Site, imported: Imported | None) -> list[Condition]:
-    """What nobody has said of the temperatures, and would prevent every decision on these readings."""
-    import numpy as np
-
-    from stepgauge.conditions.gauge import LEAST_U_UM
-    from stepgauge.conditions.temperature import temperature_conditions
+def _needed(request: Request, form: Form, imported: Imported | None) -> list[str]:
+    """What a decision on these readings needs and has not: the day, the temperature, and all that prevents one."""
+    from stepgauge.conditions.temperature import UNRECORDED
+    from stepgauge.evaluation.evaluate import evaluate
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.recording import Recording
     from stepgauge.recording.conventions import complete_convention
 
-    if imported is None or not isinstance(imported.recording, Recording):
+    found = None if imported is None else imported.recording
+    if not isinstance(found, Recording):
         return []
+    site, words = site_of(request), words_of(request)
     machine = stated(site)
-    recording = complete_convention(imported.recording, machine.table if machine else None)
-    gauge = read_gauge(site.stated("gauge"))
-    found = temperature_conditions(recording, gauge, float(np.ptp(gauge.position_mm)), LEAST_U_UM)
-    return [one for one in found if one.state == "prevents"]
+    needed = [] if found.comments.get("measured_at") or form.has("measured_on") else [words.label("measured_on")]
+    try:
+        recording = complete_convention(found, machine.table if machine else None)
+        conditions = evaluate(recording, read_gauge(site.stated("gauge"))).conditions
+    except InputError as error:
+        return [*needed, words.said(error)]
+    for one in conditions:
+        if one.state == "prevents" or (one.name == "temperature" and one.found == UNRECORDED):
+            expected = f"; {words('page.expected')} {words.message(one.expected)}" if one.expected else ""
+            needed.append(words.message(one.sentence) + expected)
+    return needed
 
 
 def _checksum(form: Form) -> str:
