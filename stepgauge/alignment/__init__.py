@@ -65,7 +65,7 @@ def read_points(path: str | Path) -> Array:
     missing = sorted(set(range(1, 17)) - {int(n) for n in numbers})
     if missing:
         raise InputError(
-            table.path, f"{len(missing)} of the 16 points missing", found=f"no {', '.join(map(str, missing))}"
+            table.path, f"{len(missing)} of the 16 points missing", found=f"not there: {', '.join(map(str, missing))}"
         )
     for name in POINT_COLUMNS[1:]:
         far = np.abs(table[name]) > FARTHEST_MM

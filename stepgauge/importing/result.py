@@ -92,7 +92,8 @@ def imported_or_asked(work: Callable[[Decisions], Imported]) -> Imported:
         if not choices:
             raise
         found = None if error.found is None else str(error.found)
-        asked, refusal = (Question(error.where, f"{error.what}; expected {error.expected}", found, choices),), error
+        expected = error.expected if isinstance(error.expected, Naming) else str(error.expected)
+        asked, refusal = (Question(str(error.where), error.what, found, choices, expected),), error
     columns, rejected = tuple(decisions.columns), tuple(decisions.rejected)
     return Imported(None, tuple(decisions.taken), columns, asked, rejected, refusal)
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from functools import cache
+from contextlib import suppress
+from functools import cache, lru_cache, partial
 from pathlib import Path
 
 from stepgauge.files.notation import DEGREES
@@ -26,6 +27,10 @@ _POINT = re.compile(r"(?<![\w./:'\"=-])(?<!= )([-+−]?\d+)\.(\d+)(?![\w./'\"])"
 _QUOTED = re.compile(r"""('[^']*'|"[^"]*")""")
 _MICRO = re.compile(r"(?<=\d )u(?=m\b|rad\b)")
 _ROW = re.compile(r"\brow (?=\d)")
+ENGLISH = re.compile(
+    r"\b(the|is|are|not|of|and|or|with|which|than|there|these|those|to|from|at|as|by|it|one|none|no|must|first|also)\b"
+)
+"""Words of English sentences, and of none of the names, keys and values that fill gaps."""
 _JOINTS = ("; ", ": ", ", ", " (")
 _PRINTED_POINT = re.compile(r"(?<![\w./:'\"-])([-+−]?\d+)\.(\d+)(?![\w'\"/]|\.\d)")
 _VECTOR = re.compile(r"(?<=\()[-−\d.]+(?:, [-−\d.]+)+(?=\))")
@@ -38,6 +43,10 @@ def texts() -> Mapping[str, tuple[str, ...]]:
     """Texts of the page by their keys, ``"nav.project"``, in the order of :data:`LANGUAGES` (``texts.toml``)."""
     with Path(__file__).with_name("texts.toml").open("rb") as file:
         return {f"{part}.{key}": tuple(said) for part, keys in tomllib.load(file).items() for key, said in keys.items()}
+
+
+class UntranslatedError(Exception):
+    """Some words of a message are in no template."""
 
 
 @cache
@@ -104,8 +113,16 @@ def _one_gap(text: str) -> str:
 
 
 def translate_message(text: str) -> str:
-    """A message of the program in German."""
-    return _decimal_commas(_ROW.sub("Zeile ", _translated(text, DEEPEST)))
+    """A message of the program in German, whole or not at all; of several sentences each by itself."""
+    return _decimal_commas(_ROW.sub("Zeile ", _whole(text)))
+
+
+def _whole(text: str) -> str:
+    try:
+        return _translated(text, DEEPEST)
+    except UntranslatedError:
+        first, joint, rest = text.partition("; ")
+        return f"{_whole(first)}{joint}{_whole(rest)}" if rest else text
 
 
 def said_in_german(line: str) -> str:
@@ -114,10 +131,10 @@ def said_in_german(line: str) -> str:
     head, *more = re.split("; (?=found |expected )", line)
     starts = [0, *(found.end() for found in re.finditer(": ", head))]
     what = max(starts, key=lambda start: _known_words(head[start:]))  # the place stands in front, unless there is none
-    parts = [head[:what] + _translated(head[what:], DEEPEST)]
+    parts = [head[:what] + _whole(head[what:])]
     for one in more:
         word, _, value = one.partition(" ")
-        parts.append(f"{'gefunden:' if word == 'found' else 'erwartet:'} {_translated(value, DEEPEST)}")
+        parts.append(f"{'gefunden:' if word == 'found' else 'erwartet:'} {_whole(value)}")
     return _decimal_commas(_ROW.sub("Zeile ", "; ".join(parts)))
 
 
@@ -138,7 +155,7 @@ def _sentences(text: str) -> Iterator[str]:
         count = next((n for n in range(len(parts), 1, -1) if _is_known(" ".join(parts[:n]))), 1)
         told, parts = " ".join(parts[:count]), parts[count:]
         end = "." if told.endswith(".") and _known_words(told) < _known_words(told[:-1]) else ""
-        yield _translated(told.removesuffix(end), DEEPEST) + end
+        yield _translated(told.removesuffix(end), DEEPEST, False) + end
 
 
 def _is_known(text: str) -> bool:
@@ -153,15 +170,34 @@ def _german_numbers(text: str) -> str:
     return _BETWEEN.sub(lambda found: f" {catalogue()[found[1]]} ", text)
 
 
-def _translated(text: str, deep: int) -> str:
+@lru_cache(4096)
+def _translated(text: str, deep: int, whole: bool = True) -> str:
+    """A message in German; ``whole``: :class:`UntranslatedError` where words of it are English that no template knows,
+    and may not be names that people gave."""
     if text in known_texts():
         return known_texts()[text]
-    if not deep or _QUOTED.fullmatch(text):
-        return text
-    found = _template(text)
-    if found is not None and _length(found[0]) >= OWN_SHARE * len(text):
-        return _fill_gaps(found, deep)
-    return _joined(text, deep, whole=True) or (_fill_gaps(found, deep) if found else _joined(text, deep) or text)
+    ways: list[Callable[[], str]] = []
+    if deep and not _QUOTED.fullmatch(text):
+        found = _template(text)
+        lists = [(joint, parts) for joint in _JOINTS if len(parts := text.split(joint)) > 1]
+        known = [all(_known_words(one) >= OWN_SHARE * len(one) for one in parts) for _, parts in lists]
+        joined = [partial(_join, parts, joint, deep, whole) for joint, parts in lists]
+        filled = [partial(_fill_gaps, found, deep, whole)] if found else []
+        owned = found is not None and _length(found[0]) >= OWN_SHARE * len(text)
+        sure, rest = (
+            [one for one, is_known in zip(joined, known, strict=True) if is_known is wanted] for wanted in (True, False)
+        )
+        ways = [*filled, *sure, *rest] if owned else [*sure, *filled, *rest]
+    for way in ways:
+        with suppress(UntranslatedError):
+            return way()
+    if whole and ENGLISH.search(_QUOTED.sub("", text)):
+        raise UntranslatedError(text)
+    return text
+
+
+def _join(parts: Sequence[str], joint: str, deep: int, whole: bool) -> str:
+    return joint.join(_translated(one, deep - 1, whole) for one in parts)
 
 
 def _template(text: str) -> tuple[tuple[str, ...], str, list[str]] | None:
@@ -173,17 +209,8 @@ def _template(text: str) -> tuple[tuple[str, ...], str, list[str]] | None:
     return None
 
 
-def _fill_gaps(found: tuple[tuple[str, ...], str, list[str]], deep: int) -> str:
-    return _filled(found[1], [_translated(one, deep - 1) for one in found[2]])
-
-
-def _joined(text: str, deep: int, whole: bool = False) -> str:
-    """A list of messages, each translated; ``whole``: empty unless each is one."""
-    for joint in _JOINTS:
-        parts = text.split(joint)
-        if len(parts) > 1 and not (whole and any(_known_words(one) < OWN_SHARE * len(one) for one in parts)):
-            return joint.join(_translated(one, deep - 1) for one in parts)
-    return ""
+def _fill_gaps(found: tuple[tuple[str, ...], str, list[str]], deep: int, whole: bool) -> str:
+    return _filled(found[1], [_translated(one, deep - 1, whole) for one in found[2]])
 
 
 def _length(words: tuple[str, ...]) -> int:

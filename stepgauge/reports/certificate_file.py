@@ -77,9 +77,11 @@ class CertificateHead(TomlTable):
         known = [(name, day) for name in DAYS if (day := getattr(self, name)) is not None]
         for (before, early), (after, late) in pairwise(known):
             if late < early:
-                raise ValueError(f"{before} ({early}) not after {after} ({late})")
+                raise ValueError(f"certificate.{before} ({early}) not after certificate.{after} ({late})")
             if late - early > LONGEST_STAY:
-                raise ValueError(f"{before} ({early}) at most three years before {after} ({late})")
+                raise ValueError(
+                    f"certificate.{before} ({early}) at most three years before certificate.{after} ({late})"
+                )
         return self
 
 

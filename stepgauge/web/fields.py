@@ -30,9 +30,9 @@ PER_MILLION = "10⁻⁶/K"
 class Field:
     """A field: ``name`` is the key of the file, ``factor`` what the value of the file is divided by to be shown.
 
-    ``label``: what it is called, where that is not its name (``name`` may say of which table it is); ``default``: what
-    holds where it is empty; ``whole``: a whole number; ``sentence``: what it is; ``decides``:
-    a decision (pass, fail) needs it.
+    ``above``: more than ``least``; ``label``: what it is called, where that is not its name (``name`` may say of which
+    table it is); ``default``: what holds where it is empty; ``whole``: a whole number; ``sentence``: what it is;
+    ``decides``: a decision (pass, fail) needs it.
     """
 
     name: str
@@ -40,6 +40,7 @@ class Field:
     unit: str = ""
     least: float = -1e9
     most: float = 1e9
+    above: bool = False
     required: bool = False
     choices: tuple[str, ...] = ()
     factor: float = 1.0
@@ -66,7 +67,7 @@ class Field:
                 raise InputError(naming(self.label or self.name), naming("not_filled_in"))
             return None
         if self.kind == "number":
-            value = form.number(self.name, self.least / self.factor, self.most / self.factor)
+            value = form.number(self.name, self.least / self.factor, self.most / self.factor, above=self.above)
             if self.whole:
                 return form.whole(self.name, int(self.least), int(self.most))
             return None if value is None else float(f"{value * self.factor:.12g}")
@@ -111,6 +112,7 @@ def _field(name: str, info: FieldInfo, required: bool) -> Field:
         unit,
         max(low, default=-1e9),
         min(high, default=1e9),
+        any(hasattr(one, "gt") for one in info.metadata),
         required or info.is_required(),
         choices,
         factor,

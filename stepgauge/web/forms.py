@@ -14,6 +14,8 @@ from starlette.responses import Response
 from stepgauge.errors import InputError, naming
 
 MOST_FIELDS = 200
+NO_BOUND = 1e9
+"""A number without a bound is less than this on a page."""
 LARGEST_TEXT_BYTES = 2**20
 """Of one field that is not a file."""
 
@@ -37,8 +39,13 @@ class Form:
         """Whether a box is ticked."""
         return name in self.texts
 
-    def number(self, name: str, least: float, most: float, default: float | None = None) -> float | None:
-        """A number with a decimal point or comma (:class:`InputError` where it is none, or out of its range)."""
+    def number(
+        self, name: str, least: float, most: float, default: float | None = None, above: bool = False
+    ) -> float | None:
+        """A number with a decimal point or comma (:class:`InputError` where it is none, or out of its range).
+
+        ``above``: of the range without its lower end.
+        """
         given = self.texts.get(name)
         if given is None:
             return default
@@ -46,8 +53,10 @@ class Form:
             value = float(given.replace(",", "."))
         except ValueError:
             value = float("nan")
-        if not (isfinite(value) and least <= value <= most):
-            raise InputError(naming(name), naming("not_in_range"), found=repr(given), expected=f"{least:g} to {most:g}")
+        if not (isfinite(value) and least <= value <= most) or (above and value == least):
+            expected = f"more than {least:g}, at most {most:g}" if above else f"{least:g} to {most:g}"
+            expected = expected.partition(",")[0] if most >= NO_BOUND else expected
+            raise InputError(naming(name), naming("not_in_range"), found=repr(given), expected=expected)
         return value
 
     def whole(self, name: str, least: int, most: int, default: int | None = None) -> int | None:

@@ -14,13 +14,26 @@ from stepgauge.languages.messages import LANGUAGES, print_units, said_in_german,
 if TYPE_CHECKING:
     from stepgauge.importing.tables.questions import Question
 
+PASTED = "table.txt"
+"""How readers call what was pasted."""
+_OFFER = re.compile(r" \(\{\} [^)]*\)")
+_HINT = re.compile(r"; | \(")
+_ROW_OF = re.compile(r":\d+$")
 _UP = re.compile(r"(?:\.\./)+")
 _OPTION = re.compile(r"--([a-z][a-z0-9-]*)")
 _TICKED = re.compile(r"\b([a-z]\w*) = true in \[\w+\]")
-_KEY = re.compile(r"(?<![\w./'\"=\[-])[a-z]+(?:_[A-Za-z]+)+(?![\w/'\"=\]]|\.\w)")
+_KEY = re.compile(
+    r"(?<![\w./'\"=\[-])(?:(?:machine|probe|gauge|certificate|uncertainty)\.([a-z]\w*)|([a-z]+(?:_[A-Za-z]+)+))"
+    r"(?![\w/'\"=\]]|\.\w)"
+)
 _COMMAND = re.compile(r"'?\bstepgauge ([a-z]+)\b(?: (?:[A-Z]{2,}|-{1,2}[a-z][\w-]*|[\w/.-]+\.[a-z]{2,4}))*'?")
 _PAGES = {"evaluate": "result", "budget": "result", "diagnose": "diagnosis", "simulate": "run", "import": "importing"}
 """Pages by the verbs that they do, where their names differ."""
+
+
+def _plain(name: str) -> str:
+    """An argument or key as its option is called, without its unit."""
+    return option_of(name).removeprefix("--").replace("-", "_")
 
 
 @cache
@@ -53,13 +66,18 @@ class Words:
         """Whether the catalogue has a text."""
         return key in texts()
 
-    def label(self, name: str) -> str:
-        """What a field is called on the page: an argument or a key of a file, with its unit or without."""
+    def label(self, name: str, with_part: bool = True) -> str:
+        """What a field is called on the page: an argument or a key of a file, with its unit or without.
+
+        ``with_part``: with the part of the form that it is in, where a form has several.
+        """
         table, dot, key = name.partition(".")
         if dot and self.has(f"certificate_part.{table}"):
-            return f"{self(f'certificate_part.{table}')} – {self.label(key)}"
-        plain = option_of(name).removeprefix("--").replace("-", "_")
-        key = next((one for one in (f"field.{name}", f"field.{plain}", f"wrong.{name}") if self.has(one)), "")
+            own = self.label(f"{table}_{key}" if self.has(f"field.{table}_{key}") else key)
+            return f"{self(f'certificate_part.{table}')} – {own}" if with_part else own
+        plain = _plain(name)
+        keys = (f"field.{name}", f"field.{plain}", f"wrong.{name}", f"quantity.{name}", f"nav.{name}")
+        key = next((one for one in keys if self.has(one)), "")
         return self(key) if key else plain.replace("_", " ")
 
     def effect(self, label: str) -> str:
@@ -74,12 +92,31 @@ class Words:
 
     def said(self, error: InputError) -> str:
         """What is wrong, in one line, with the fields of the page in place of arguments."""
-        where, *rest = (None if one is None else str(one) for one in error.named(self.label))
-        what, found, expected = (None if one is None else self.message(one) for one in rest)
-        said = f"{where}: {what}" if where else str(what)
+        where, what, found, _ = (None if one is None else str(one) for one in error.named(self._short_label))
+        parts = (what, found, self._without_offers(error.expected))
+        what, found, expected = (None if one is None else self.message(str(one)) for one in parts)
+        said = f"{self._located(where)}: {what}" if where else str(what)
         more = [(self("page.found"), found), (self("page.expected"), expected)]
         whole = "; ".join([said, *(f"{word} {text}" for word, text in more if text is not None)])
         return one_line(self.plain(whole), error.longest)
+
+    def _short_label(self, name: str) -> str:
+        """What a field is called in a sentence, without the hint behind it."""
+        return _HINT.split(self.label(name), maxsplit=1)[0]
+
+    def _without_offers(self, expected: Any) -> str | None:
+        """What was expected, with the fields of the page, without the answers that stand there as choices."""
+        if not isinstance(expected, Naming):
+            return None if expected is None else str(expected)
+        words = _OFFER.sub("", expected.words)
+        return Naming(expected.names[: words.count("{}")], words).named(self._short_label)
+
+    def _located(self, where: str) -> str:
+        """A place with its row as one says it; what was pasted or uploaded is the table of the page."""
+        file, _, row = where.rpartition(":") if _ROW_OF.search(where) else (where, "", "")
+        file = file.removesuffix(".txt") if file == PASTED else file
+        named = self.label(file) if self.has(f"wrong.{file}") or self.has(f"field.{file}") else file
+        return self("page.row", place=named, row=row) if row else named
 
     def message(self, text: str) -> str:
         """What the program says of its own accord, with the fields of the page in place of options."""
@@ -88,7 +125,10 @@ class Words:
     def asked(self, question: Question) -> str:
         """What an import leaves open; what was found stands as it is in the file."""
         what = question.what.named(self.label) if isinstance(question.what, Naming) else question.what
-        return self.message(what) + (f": {question.found}" if question.found is not None else "")
+        if question.expected is None:
+            return self.message(what) + (f": {question.found}" if question.found is not None else "")
+        error = InputError("", what, found=question.found, expected=question.expected)
+        return self.said(error)
 
     def ended(self, line: str) -> str:
         """The last line of a verb that failed."""
@@ -100,12 +140,14 @@ class Words:
         text = text.replace(" (the command below)", "")
         text = _TICKED.sub(lambda found: self("page.ticked", field=self.label(found[1])), text)
         text = _COMMAND.sub(self._page_of, text)
-        text = _OPTION.sub(lambda found: self.label(found[1].replace("-", "_")), text)
+        text = _OPTION.sub(lambda found: self._short_label(found[1].replace("-", "_")), text)
         return print_units(_KEY.sub(self._field_of, text))
 
     def _field_of(self, key: re.Match[str]) -> str:
         """The field of the page for a key of a file; the key where there is none."""
-        return self("page.field", field=self.label(key[0])) if self.has(f"field.{key[0]}") else key[0]
+        name = key[1] or key[2]
+        known = self.has(f"field.{name}") or self.has(f"field.{_plain(name)}")
+        return self("page.field", field=self._short_label(name)) if known else key[0]
 
     def _page_of(self, command: re.Match[str]) -> str:
         """The page on which a command is done; the words themselves where there is none, or this is no command."""
@@ -119,7 +161,10 @@ class Words:
     @staticmethod
     def keys(text: str) -> set[str]:
         """The keys of files and the options that a text of the program names."""
-        return {*_KEY.findall(text), *(one.replace("-", "_") for one in _OPTION.findall(text))}
+        return {
+            *(one or other for one, other in _KEY.findall(text)),
+            *(one.replace("-", "_") for one in _OPTION.findall(text)),
+        }
 
     def decimal(self, text: str) -> str:
         """A number that is text already, with the decimal mark of the language."""

@@ -9,9 +9,7 @@ from stepgauge.verbs.catalogue import find_verb
 from stepgauge.verbs.define import REQUIRED, VerbParameter
 from stepgauge.verbs.kinds import Count, Flag, Number, OneOf
 from stepgauge.web.fields import Field, FieldKind
-
-FAR = 1e9
-"""A number without a bound is less than this on a page."""
+from stepgauge.web.forms import NO_BOUND
 
 
 def verb_fields(words: str, leave_out: Collection[str] = (), only: Collection[str] = ()) -> dict[str, Field]:
@@ -29,15 +27,16 @@ def _field(one: VerbParameter) -> Field:
     if one.default not in (REQUIRED, None, False, ()):
         shown = f"{one.default:g}" if isinstance(one.default, float) else str(one.default)
     kinds: Mapping[type, FieldKind] = {Flag: "tick", OneOf: "choice", Number: "number", Count: "number"}
-    least, most = -FAR, FAR
+    least, most = -NO_BOUND, NO_BOUND
     if isinstance(kind, Number):
-        least, most = max(kind.low if kind.above is None else kind.above, -FAR), min(kind.high, FAR)
+        least, most = max(kind.low if kind.above is None else kind.above, -NO_BOUND), min(kind.high, NO_BOUND)
     return Field(
         one.key.replace("-", "_"),
         kinds.get(type(kind), "text"),
         kind.unit.replace("um", "µm").replace("deg C", "°C"),
         least,
         most,
+        isinstance(kind, Number) and kind.above is not None,
         one.required,
         tuple(getattr(kind, "words", ())),
         label=one.name,

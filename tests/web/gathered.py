@@ -13,18 +13,21 @@ import stepgauge
 
 ROOT = Path(stepgauge.__file__).parent
 NO_PAGE = {
-    *("cli", "fleet", "ippdme", "demonstration", "executors", "investigation", "exporting", "compensation", "web"),
+    *("cli", "fleet", "ippdme", "demonstration", "executors", "investigation", "exporting", "compensation"),
     *("dialects", "verbs", "standards/iso", "standards/drift", "standards/position", "standards/length"),
     *("live/linuxcnc", "live/server", "probes/bench", "probes/qualification", "probes/compensation", "physics"),
     *("effects/loading", "effects/empirical", "dcc/write", "dcc/xml", "programs/options", "files/sandbox"),
 }
 """Rooms, and files by their beginning, that no page leads to: verbs and options of the command line alone."""
 TEXTS: dict[str, tuple[int | str, ...]] = {
+    "ValueError": (0,),
     "Error": (1, "found", "expected"),
     "ask": (1, "found"),
     "Choice": (2, "words"),
     "take": (0,),
     "reject": (0, 1),
+    "Conflict": (1, 2, 3, 4),
+    "_refused": (3, 4, 5),
     "Condition": (2, 3, 4, "found", "expected"),
     "Alert": (5,),
     "naming": ("words",),
@@ -36,6 +39,8 @@ TALKING = (
     *("diagnosis/design", "diagnosis/further_runs"),
 )
 """Rooms whose every string of two words or more is one that a page may show."""
+OF_FILES = ("machine/file", "probes/schema", "reports/certificate_file")
+"""Tables of files that forms of the page write: what contradicts itself in them is told as a ``ValueError``."""
 MUTE = ("importing/vocabulary.py", "importing/tables/vocabulary.py", "labels.py", "history/store.py", "makes.py")
 """Files of words that are looked for, not said."""
 NO_WORDS = re.compile(r"[\\|^$]|\(\?|%[A-Z]|^stepgauge \w+ 1$")
@@ -49,7 +54,7 @@ def gathered() -> dict[str, set[str]]:
         if not name.startswith(tuple(NO_PAGE)):
             tree = ast.parse(path.read_text("utf-8"))
             talks = name.startswith(TALKING) and not name.endswith(MUTE)
-            for text in (*_texts(tree), *(_sentences(tree) if talks else ())):
+            for text in (*_texts(tree, name.startswith(OF_FILES)), *(_sentences(tree) if talks else ())):
                 if has_words(text):
                     found.setdefault(text, set()).add(name)
     return found
@@ -60,13 +65,13 @@ def has_words(text: str) -> bool:
     return sum(map(str.isalpha, text.replace("{}", ""))) > 3
 
 
-def _texts(tree: ast.Module) -> Iterator[str]:
+def _texts(tree: ast.Module, says_values: bool) -> Iterator[str]:
     known = _assigned(tree)
     for node in ast.walk(tree):
         if isinstance(node, ast.Call):
             name = getattr(node.func, "id", getattr(node.func, "attr", ""))
             wanted = next((places for end, places in TEXTS.items() if name.endswith(end)), ())
-            if name in ("ValueError", "TypeError", "KeyError"):
+            if name in ("TypeError", "KeyError") or (name == "ValueError" and not says_values):
                 continue
             for place in wanted:
                 if isinstance(place, int):

@@ -235,8 +235,10 @@ def test_a_question_and_its_choice_are_german_throughout(folder: Path) -> None:
     settled = asked.post(importing.look, {"pasted": OF_FACES.replace(".", ","), "question_1": "sensor=touch"})
     assert "Sensor: Taster" in settled
     assert "Dezimalzeichen Komma" in settled
-    said = Words("de").message("axis by touch-trigger probe: 120 readings at 40 targets, 3 cycles")
-    assert said.startswith("Achse mit Taster: 120 Messwerte")
+    said = Words("de").message(
+        "axis by touch-trigger probe: 120 readings at 40 targets, 3 cycles, in mm, deviations in um"
+    )
+    assert said == "Achse mit Taster: 120 Messwerte an 40 Zielen, 3 Durchgänge, in mm, Abweichungen in um"
 
 
 def test_compensated_points_of_two_placements_are_turned_back_by_the_radius_of_the_machine() -> None:

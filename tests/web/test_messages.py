@@ -35,6 +35,13 @@ OF_SEVERAL = {
     *("read back as {}: the same {}", "moves to {} mm", "directions", "speeds and distances", "units", "coordinates"),
     *("{}, which separates it from {} (the command below)", "{} or {}"),
     "{}, which separates it from {} (the command below); nothing within this travel separates it from {}",
+    *("point {} of {} (line {})", "key {}", "{} and {}", "{} to {}", "first block", "last block", "also {}", "one"),
+    *(
+        "{} by {}: {} readings at {} targets, {} cycles, in {}, deviations in {}",
+        "{} by {}: {} readings, {} cycles, in {}, deviations in {}",
+    ),
+    *("the measuring speed is beyond the limit", "the travel speed is beyond the limit", "{}, at face {}"),
+    *("{} missing", "{} doubled", "{} order", "line {} missing", "line {} doubled", "line {} order", "line {} foreign"),
     *("axis", "comma", "semicolon", "tab", "{}, {}-separated", "mapped: {}"),
     *("tool", "; the tip radius is the server's affair: its tool {} must have {} mm"),
     *("simulated", "adequate", "effects", "insufficient", "unknown", "drift of the gauge since its calibration"),
@@ -65,7 +72,7 @@ def test_a_number_gets_its_comma_and_what_was_written_stays() -> None:
     assert Words("de").message("drift; 0.25 um") == "drift; 0,25 µm"
     assert "(um z)" in Words("de").message("yaw (about z) 89.6 deg, u 0.8 um per m")
     assert Words("en").message("at 20.30 deg C, 'x um'; 0.25 um") == "at 20.30 °C, 'x um'; 0.25 µm"
-    assert translate_message("version 1.2.3 of 20.4 deg C") == "version 1.2.3 of 20,4 °C"
+    assert translate_message("version 1.2.3, 20.4 deg C") == "version 1.2.3, 20,4 °C"
 
 
 def test_a_verb_that_failed_ends_in_german() -> None:
@@ -106,3 +113,19 @@ def test_what_an_import_says_and_asks_is_german(table: str, tmp_path: Path, monk
 
 
 ENGLISH = re.compile(r"\b(the|is|are|not|of|and|with|column|columns|taken|row|rows|expected|readings|if)\b")
+
+
+def test_a_message_is_german_as_a_whole_or_not_at_all() -> None:
+    assert translate_message("point 40 of the order 'blocks' of 5 cycles") == (
+        "Punkt 40 (die Reihenfolge 'blocks' von 5 Durchgängen)"
+    )
+    assert translate_message("some of what is there; point 40 is missing") == "some of what is there; Punkt 40 fehlt"
+    for text in ("column no one knows is missing", "gauge: which is there", "3 of the things of 5"):
+        assert translate_message(text) == text
+
+
+def test_an_offer_of_the_command_line_is_a_choice_of_the_page() -> None:
+    error = InputError(
+        "table.txt:41", "rows are out of order", expected=naming("accept", words="face 3 ({} order takes it as it is)")
+    )
+    assert Words("de").said(error) == "Die Tabelle, Zeile 41: Zeilen sind nicht in der Reihenfolge; erwartet: Fläche 3"

@@ -40,6 +40,7 @@ FAMILIES = tuple(
             "page",
             "choice_temperature_convention",
             "choice_sensor",
+            "choice_accept",
             "choice_taken",
             "choice_place",
             "choice_route",

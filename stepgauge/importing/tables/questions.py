@@ -68,17 +68,22 @@ def named(choices: Iterable[QuestionAnswer]) -> Naming:
 
 @dataclass(frozen=True)
 class Question:
-    """``where``: file, with a row where there is one; ``what``: is open; ``found``; ``choices``: any one settles it."""
+    """``where``: file, with a row where there is one; ``what``: is open; ``found``; ``choices``: any one settles it.
+
+    ``expected``: of a difference from what was planned.
+    """
 
     where: str
     what: str | Naming
     found: str | None
     choices: tuple[QuestionAnswer, ...]
+    expected: str | Naming | None = None
 
     @property
     def text(self) -> str:
         """The question in a line."""
-        return f"{self.what}{'' if self.found is None else f': {self.found}'}"
+        expected = "" if self.expected is None else f"; expected {self.expected}"
+        return f"{self.what}{expected}{'' if self.found is None else f': {self.found}'}"
 
 
 class OpenQuestionsError(InputError):

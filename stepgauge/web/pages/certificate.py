@@ -167,6 +167,10 @@ def _tables(form: Form) -> dict[str, Any]:
             found[name] = {one.label: one.read(form) for one in some}
     air = read_fields(form, groups()["conditions"])
     pairs = {key: [air.get(f"conditions.{key}_{end}") for end in ENDS] for key in AIR}
+    for key, (low, high) in pairs.items():
+        if low is not None and high is not None and low > high:
+            where = naming(f"conditions.{key}_high")
+            raise InputError(where, naming("not_in_range"), found=f"{high:g}", expected=f"more than {low:g}")
     found["conditions"] = {key: pair if None not in pair else None for key, pair in pairs.items()}
     person = {key: value for key, value in found.pop("person").items() if value is not None}
     found[""] = {"person": [{**person, "signs": True}] if person else None}

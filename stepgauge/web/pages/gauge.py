@@ -265,7 +265,9 @@ def _gauge(found: GaugeImport) -> Gauge:
         try:
             return write_gauge(Path(folder) / "table.toml", found)
         except InputError as error:
-            raise error.at(error.where.replace(f"{folder}/", "").replace("table.csv", "table")) from None
+            raise error.at(
+                error.where.replace(f"{folder}/", "").replace("table.csv", "table").replace("table.toml", "table")
+            ) from None
 
 
 def save(request: Request, form: Form) -> Response:

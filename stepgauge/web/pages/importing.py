@@ -21,6 +21,7 @@ from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.pages.machine import stated
 from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
+from stepgauge.web.texts import PASTED
 from stepgauge.web.uploads import read_upload
 from stepgauge.web.verb_fields import verb_fields
 
@@ -190,7 +191,7 @@ def _imported(site: Site, form: Form, answers: Sequence[Answer]) -> Imported:
     for one in answers:
         given[one.argument] = [*given.get(one.argument, ()), one.value] if one.argument in SEVERAL else _typed(one)
     data = form.files.get("file") or form.text("pasted").encode()
-    name = form.names.get("file", "table.txt") if "file" in form.files else "table.txt"
+    name = form.names.get("file", PASTED) if "file" in form.files else PASTED
     found = _read(data, name, given)
     if sensor or "placement" not in given or not _asks_for_touch(found):
         return found

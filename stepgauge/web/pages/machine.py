@@ -207,6 +207,10 @@ def _tables(form: Form, machine: Machine | None) -> dict[str, dict[str, Any]]:
     fields = groups()
     own = {one.name: one.read(form) for key in ("machine", "thermal") for one in fields[key]}
     ends = read_fields(form, fields["travel"])
+    for axis in "xyz":
+        if ends[f"{axis}_low"] >= ends[f"{axis}_high"]:
+            found, expected = f"{ends[f'{axis}_high']:g}", f"more than {ends[f'{axis}_low']:g}"
+            raise InputError(naming(f"{axis}_high"), naming("not_in_range"), found=found, expected=expected)
     own["travel_mm"] = {axis: [ends[f"{axis}_low"], ends[f"{axis}_high"]] for axis in "xyz"}
     own |= {"mpe": _limit(form), **({"kind": form.text("prior_kind")} if form.has("prior_kind") else {})}
     u = read_fields(form, OF_UNCERTAINTY)
