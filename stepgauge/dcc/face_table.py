@@ -182,7 +182,9 @@ def _check_once(name: str, columns: Sequence[FaceColumn]) -> None:
     for role in ROLES[:-1]:
         several = [one.header or f"column {n}" for n, one in enumerate(columns, 1) if one.role == role]
         if len(several) > 1:
-            raise InputError(name, f"two columns are taken for the {role}", found=" and ".join(several), expected="one")
+            raise InputError(
+                name, f"two columns are taken for the {role}", found=", ".join(several), expected="one column"
+            )
 
 
 def _values(

@@ -114,7 +114,7 @@ def _one_gap(text: str) -> str:
 
 def translate_message(text: str) -> str:
     """A message of the program in German, whole or not at all; of several sentences each by itself."""
-    return _decimal_commas(_ROW.sub("Zeile ", _whole(text)))
+    return _decimal_commas(_between_numbers(_ROW.sub("Zeile ", _whole(text))))
 
 
 def _whole(text: str) -> str:
@@ -135,7 +135,7 @@ def said_in_german(line: str) -> str:
     for one in more:
         word, _, value = one.partition(" ")
         parts.append(f"{'gefunden:' if word == 'found' else 'erwartet:'} {_whole(value)}")
-    return _decimal_commas(_ROW.sub("Zeile ", "; ".join(parts)))
+    return _decimal_commas(_between_numbers(_ROW.sub("Zeile ", "; ".join(parts))))
 
 
 def translate_printed(text: str, own: Collection[str] = ()) -> str:
@@ -167,6 +167,10 @@ def _german_numbers(text: str) -> str:
     """Decimal commas, semicolons between components, days in the order of DIN 5008, ranges with bis."""
     text = _VECTOR.sub(lambda found: found[0].replace(", ", "; "), text)
     text = _DAY.sub(r"\3.\2.\1", _PRINTED_POINT.sub(r"\1,\2", text))
+    return _between_numbers(text)
+
+
+def _between_numbers(text: str) -> str:
     return _BETWEEN.sub(lambda found: f" {catalogue()[found[1]]} ", text)
 
 
@@ -191,7 +195,7 @@ def _translated(text: str, deep: int, whole: bool = True) -> str:
     for way in ways:
         with suppress(UntranslatedError):
             return way()
-    if whole and ENGLISH.search(_QUOTED.sub("", text)):
+    if whole and ENGLISH.search(_BETWEEN.sub("", _QUOTED.sub("", text))):
         raise UntranslatedError(text)
     return text
 
@@ -210,7 +214,11 @@ def _template(text: str) -> tuple[tuple[str, ...], str, list[str]] | None:
 
 
 def _fill_gaps(found: tuple[tuple[str, ...], str, list[str]], deep: int, whole: bool) -> str:
-    return _filled(found[1], [_translated(one, deep - 1, whole) for one in found[2]])
+    words, german, gaps = found
+    quoted = [before.endswith(("'", '"')) for before in words]  # as somebody wrote it
+    return _filled(
+        german, [one if raw else _translated(one, deep - 1, whole) for one, raw in zip(gaps, quoted, strict=False)]
+    )
 
 
 def _length(words: tuple[str, ...]) -> int:

@@ -35,7 +35,7 @@ OF_SEVERAL = {
     *("read back as {}: the same {}", "moves to {} mm", "directions", "speeds and distances", "units", "coordinates"),
     *("{}, which separates it from {} (the command below)", "{} or {}"),
     "{}, which separates it from {} (the command below); nothing within this travel separates it from {}",
-    *("point {} of {} (line {})", "key {}", "{} and {}", "{} to {}", "first block", "last block", "also {}", "one"),
+    *("point {} of {} (line {})", "key {}", "first block", "last block", "also {}"),
     *(
         "{} by {}: {} readings at {} targets, {} cycles, in {}, deviations in {}",
         "{} by {}: {} readings, {} cycles, in {}, deviations in {}",
