@@ -11,8 +11,6 @@ import math
 from dataclasses import replace
 from typing import Any
 
-import pandas as pd
-
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding
@@ -38,8 +36,8 @@ def counted_from(data: Residuals, start_s: float) -> Residuals:
     if start_s == 0.0:
         return data
     time_s = data.frame["time_s"] - start_s
-    seen = pd.DataFrame({name: data.probings.column(name) for name in data.frame.columns}).assign(time_s=time_s)
-    return replace(data, frame=data.frame.assign(time_s=time_s), probings=Probings(seen, data.probings.setting))
+    probings = Probings({**data.columns, "time_s": time_s.to_numpy()}, data.probings.setting)
+    return replace(data, frame=data.frame.assign(time_s=time_s), probings=probings)
 
 
 def on_recording_clock(finding: Finding, start_s: float) -> Finding:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -110,7 +110,9 @@ def covariates(data: Residuals) -> list[Covariate]:
         if name.startswith("share_") or name == STYLUS:
             continue  # the truth of a simulation is no covariate; a stylus has its radius and its laws
         if name in ("speed_mm_s", *OPTIONAL[3:]) or name not in (*REQUIRED, *OPTIONAL, *COUNTS):
-            found.append(Covariate(_plain_name(name, found), "", frame[name].to_numpy(float), name != "speed_mm_s"))
+            taken = name in FIXED or name in {one.name for one in found}
+            plain = "speed" if name == "speed_mm_s" else COLUMN + name if taken else name
+            found.append(Covariate(plain, "", frame[name].to_numpy(float), name != "speed_mm_s"))
     return [c for c in found if is_usable(c)]
 
 
@@ -124,8 +126,9 @@ def _times(data: Residuals) -> list[Covariate]:
 
 
 def is_usable(covariate: Covariate) -> bool:
-    """Whether all values are known, and those that are measured vary."""
-    return bool(np.isfinite(covariate.values).all()) and _varies(covariate.measured)
+    """Whether all are known, and those that are measured differ by more than rounding: a time may count from 1970."""
+    least = ROUNDING * max(float(np.abs(covariate.measured).max()), 1e-9)
+    return bool(np.isfinite(covariate.values).all()) and covariate.span > least
 
 
 def _place_mm(data: Residuals, axis: str) -> Array:
@@ -153,18 +156,6 @@ def _touches(data: Residuals) -> Iterator[Covariate]:
 def pause_of(covariate: str) -> int:
     """The duration of a pause, s, from the name of the covariate."""
     return int(covariate.removeprefix(TOUCHES).split()[1])
-
-
-def _plain_name(name: str, others: Sequence[Covariate]) -> str:
-    """Name of a column, distinct from covariates that every recording has."""
-    if name == "speed_mm_s":
-        return "speed"
-    return COLUMN + name if name in FIXED or name in {one.name for one in others} else name
-
-
-def _varies(values: Array) -> bool:
-    """Whether values differ by more than their rounding: a time may count from 1970."""
-    return float(np.ptp(values)) > ROUNDING * max(float(np.abs(values).max()), 1e-9)
 
 
 def axes_shown(data: Residuals) -> list[str]:

@@ -14,7 +14,6 @@ from stepgauge.diagnosis.design import add_placements, add_separations
 from stepgauge.diagnosis.findings import findings
 from stepgauge.diagnosis.fits.solve import Solved, solve
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
-from stepgauge.diagnosis.kinds import KIND, stated_kind
 from stepgauge.diagnosis.laws import geometry
 from stepgauge.diagnosis.laws.library import carried
 from stepgauge.diagnosis.noise import (
@@ -26,7 +25,7 @@ from stepgauge.diagnosis.noise import (
     stated_scatter,
     unlike_stated,
 )
-from stepgauge.diagnosis.priors import Priors, nearest_name, shipped_priors
+from stepgauge.diagnosis.priors import KIND, Priors, nearest_name, shipped_priors, stated_kind
 from stepgauge.diagnosis.problem import bare_problem, make_problem, plain_metric
 from stepgauge.diagnosis.residuals import Residuals, make_residuals, without_copies
 from stepgauge.diagnosis.result import Finding, Fit, GaugeDiagnosis, Located, Noise, rms

@@ -8,20 +8,28 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from stepgauge.diagnosis.credible_finding import credible_finding
-from stepgauge.diagnosis.fits.solve import Solved, solve
+from stepgauge.diagnosis.fits.solve import Estimate, Solved, solve, widened
 from stepgauge.diagnosis.laws.geometry import moved_um
-from stepgauge.diagnosis.priors import Priors
+from stepgauge.diagnosis.priors import Decision, Priors
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Finding
+from stepgauge.diagnosis.result import Finding, Replacement
 from stepgauge.diagnosis.stated_model import Model, law_of_expected_size, law_of_size
-from stepgauge.diagnosis.stating_rules import StatedTerm, credible_laws
+from stepgauge.diagnosis.stating_rules import (
+    LEAST_ODDS,
+    StatedTerm,
+    credible_laws,
+    joined_kinds,
+    replacements,
+    set_probability,
+    spread_factor,
+)
 from stepgauge.effects import Effect
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
+from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.posterior import Member, Posterior
+from stepgauge.inference.posterior import AlternativeHypothesis, Member, Posterior
 from stepgauge.recording import APPROACH, POSITION
 
 ANYWHERE, SAME = 60, 1.0 - 1e-9
@@ -31,28 +39,18 @@ ANYWHERE, SAME = 60, 1.0 - 1e-9
 def findings(model: Model, answer: Posterior, data: Residuals, priors: Priors) -> Iterator[Finding]:
     """The laws that are stated."""
     for statement in model.laws:
-        every = credible_laws(statement, priors.decision)
-        fits = {
-            one.candidate.label: _fitted_instead(one, statement, model, data)
-            for one in every
-            if not one.candidate.combined
-        }
-        # the stated one was possible when the others were stated, and stays
-        rivals = [
-            one
-            for one in every
-            if one is statement.lead or one.candidate.combined or fits[one.candidate.label].is_possible
-        ]
+        rivals, fits = [], {}
+        for one in credible_laws(statement, priors.decision):
+            if not one.candidate.combined:
+                solved = _fitted_instead(one, statement, model, data)
+                if one is not statement.lead and not solved.is_possible:
+                    continue  # the stated one was possible when the others were stated, and stays
+                fits[one.candidate.label] = solved
+            rivals.append(one)
         causes = {label: _cause(solved, data) for label, solved in fits.items()}
         different = _different(rivals, fits, data)
         yield credible_finding(statement, causes, different, answer, model.state, priors.decision, model.wider)
     yield from (_geometry_finding(one, model, answer, data, priors) for one in model.geometry)
-
-
-def _cause(solved: Solved, data: Residuals) -> Finding:
-    """A law with its values; that it is a cause has a probability in its set only."""
-    family, moved_um = solved.family, solved.displacement_um(data)
-    return Finding(family.kind, family.label, solved.effect, choices_of(solved), solved.parameters, 0.0, moved_um)
 
 
 def _different(laws: Sequence[Member], fits: Mapping[str, Solved], data: Residuals) -> list[Member]:
@@ -89,7 +87,7 @@ def _direction(effect: Effect, probings: Probings) -> Array | None:
 def _scattered(data: Residuals) -> Probings:
     """Probings all over the travel of the machine, in all directions; other columns are those of the recording."""
     random, rows = np.random.default_rng(0), np.arange(ANYWHERE) % len(data)
-    columns = {name: data.probings.column(name)[rows] for name in data.frame.columns}
+    columns = {name: values[rows] for name, values in data.columns.items()}
     low, high = data.probings.setting.travel_mm.T
     columns |= dict(zip(POSITION, (low + (high - low) * random.random((ANYWHERE, 3))).T, strict=True))
     approach = random.normal(size=(ANYWHERE, 3))
@@ -128,8 +126,92 @@ def _fitted_instead(rival: Member, statement: StatedTerm, model: Model, data: Re
     return solve(families, atoms, data, model.metric).solved[index]
 
 
-def choices_of(solved: Solved) -> dict[str, object]:
-    """Axis, face, ... of an effect, and its fitted direction."""
-    if solved.family.directions is None:
-        return dict(solved.family.choices)
-    return {**solved.family.choices, "direction": getattr(solved.effect, "direction", None)}
+def _cause(solved: Solved, data: Residuals) -> Finding:
+    """A law with axis, face, ... and its fitted direction; that it is a cause has a probability in its set only."""
+    family, choices = solved.family, dict(solved.family.choices)
+    if family.directions is not None:
+        choices["direction"] = getattr(solved.effect, "direction", None)
+    moved_um = solved.displacement_um(data)
+    return Finding(family.kind, family.label, solved.effect, choices, solved.parameters, 0.0, moved_um)
+
+
+def credible_finding(
+    said: StatedTerm,
+    fits: Mapping[str, Finding],
+    rivals: Sequence[Member],
+    answer: Posterior,
+    state: Hypothesis,
+    decision: Decision,
+    wider: float,
+    least_wider: float = 1.0,
+) -> Finding:
+    """The finding of a place.
+
+    Parameters
+    ----------
+    said : the statement
+    fits : laws with their values as fitted in the place of the stated one, by the label of the candidate; of all rivals
+        that are single laws, or of the stated one alone
+    rivals : those of the credible laws that are told, the stated one first
+    answer, state : the posterior, and the hypothesis that is stated
+    decision : limits from which something is stated
+    wider : factor on uncertainties from the predictive check
+    least_wider : least factor for what other hypotheses say of the values
+    """
+    label, every, several = said.lead.candidate.label, credible_laws(said, decision), answer.alternatives(LEAST_ODDS)
+    own = fits[label]
+    combined = replacements(several, label, own.kind, decision)
+    probability = set_probability(answer, every, combined)
+    possible = sum(one.probability for one in rivals) / sum(one.probability for one in every)
+    kinds = [one.candidate.kind for one in rivals if one.candidate.kind != own.kind]
+    same = [_label(one, fits) for one in rivals if one.candidate.kind == own.kind and _label(one, fits) != own.label]
+    factor = max(spread_factor(answer, state, label, decision.in_set), least_wider) * wider
+    values = widened(own.parameters, factor)
+    alone = set_probability(answer, every, []) / max(probability, 1e-300)
+    leading = rivals[0].probability / sum(one.probability for one in rivals)
+    return replace(
+        own,
+        parameters=values,
+        probability=probability,
+        # of two terms of one kind each hypothesis has the label of the first: the place itself tells which it is
+        own=min(answer.probability_of_any([frozenset({label})]) / possible, probability * alone * leading),
+        confounded_with=tuple(dict.fromkeys((*kinds, *joined_kinds(combined)))),
+        alternatives=tuple(dict.fromkeys(same)),
+        members=tuple(_members(rivals, fits, alone, values)),
+        several=_replacements(several, label),
+        where=(own.effect.when or "") if own.effect is not None else "",
+    )
+
+
+def _label(one: Member, fits: Mapping[str, Finding]) -> str:
+    fitted = fits.get(one.candidate.label)
+    return str(one.candidate.source.label) if fitted is None else fitted.label
+
+
+def _members(
+    rivals: Sequence[Member], fits: Mapping[str, Finding], alone: float, own: dict[str, Estimate]
+) -> Iterator[Finding]:
+    """All laws of a set, each with its own values from a fit in its place; none for a set of one.
+
+    The stated one is first and has its ``own`` values; ``alone``: their share of the probability of the finding, of
+    which combinations have the rest.
+    """
+    if len(rivals) < 2:
+        return
+    total = sum(one.probability for one in rivals)
+    for one in (one for one in rivals if one.candidate.label in fits):
+        fitted, share = fits[one.candidate.label], alone * one.probability / total
+        values = own if one is rivals[0] else fitted.parameters
+        yield replace(fitted, parameters=values, probability=share)
+
+
+def _replacements(several: Sequence[AlternativeHypothesis], label: str) -> tuple[Replacement, ...]:
+    """Combinations of laws in place of one and perhaps of others, the most probable first."""
+    found: dict[tuple[tuple[str, ...], tuple[str, ...]], float] = {}
+    for one in several:
+        if label in one.gone and all(c.named for c in one.come):
+            come = tuple(sorted(c.source.label for c in one.come))
+            others = tuple(sorted(other.partition(" #")[0] for other in one.gone if other != label))
+            found[come, others] = max(found.get((come, others), 0.0), one.odds)
+    ranked = sorted(found.items(), key=lambda item: -item[1])
+    return tuple(Replacement(come, odds, others) for (come, others), odds in ranked)

@@ -119,11 +119,13 @@ def laid_elsewhere(data: Residuals, here: Placement) -> Iterator[FurtherRun]:
     options = [("the gauge end for end in the same position", middle, -here.axis)]
     options += [(f"the gauge shifted to {_text(m)}", m, here.axis) for m in _shifts(data, middle, here.axis, length)]
     for words, direction in _directions():
-        centre = _nearest_inside(data, middle, direction, length)
-        if abs(direction @ here.axis) < 0.98 and centre is not None:
+        low, high = _room(data, direction, length)
+        if abs(direction @ here.axis) < 0.98 and (low <= high).all():
+            centre = np.clip(middle, low, high)
             options.append((f"the gauge along {words}, about {_text(centre)}", centre, direction))
     for words, centre, axis in options:
-        if abs(axis[2]) < STANDING_COS and _inside(data, centre, axis, length):
+        low, high = _room(data, axis, length)
+        if abs(axis[2]) < STANDING_COS and ((centre >= low - 1e-9) & (centre <= high + 1e-9)).all():
             half = axis * length / 2.0
             yield FurtherRun(words, make_placement(centre - half, centre + half, here.first_block, here.last_block))
 
@@ -159,16 +161,6 @@ def _room(data: Residuals, axis: Array, length: float) -> tuple[Array, Array]:
     limits = data.probings.setting.travel_mm
     reach = np.abs(axis) * (length / 2.0 + 30.0) + MARGIN_MM
     return limits[:, 0] + reach, limits[:, 1] - reach
-
-
-def _inside(data: Residuals, centre: Array, axis: Array, length: float) -> bool:
-    low, high = _room(data, axis, length)
-    return bool((centre >= low - 1e-9).all() and (centre <= high + 1e-9).all())
-
-
-def _nearest_inside(data: Residuals, centre: Array, axis: Array, length: float) -> Array | None:
-    low, high = _room(data, axis, length)
-    return None if (low > high).any() else np.clip(centre, low, high)
 
 
 def _shifts(data: Residuals, middle: Array, axis: Array, length: float) -> Iterator[Array]:
@@ -228,16 +220,12 @@ def append_run(run: FurtherRun, data: Residuals) -> Residuals:
     if run.speed_mm_s is not None and "speed_mm_s" in more:
         more["speed_mm_s"] = np.full(len(face), run.speed_mm_s)
     if "time_s" in more:
-        more["time_s"] = before["time_s"].max() + run.wait_s + _touch_s(data) * np.arange(len(face))
+        steps = np.diff(np.sort(before["time_s"].astype(float)))
+        touch_s = float(np.median(steps)) if steps.size and np.median(steps) > 0.0 else TOUCH_S
+        more["time_s"] = before["time_s"].max() + run.wait_s + touch_s * np.arange(len(face))
         more |= _gone_on(more["time_s"], before)
     both = {name: np.concatenate([values, more[name]]) for name, values in before.items()}
     return unchecked_residuals(Recording(both, {}), data.gauge, data.machine)
-
-
-def _touch_s(data: Residuals) -> float:
-    """Typical time between two touches, s."""
-    steps = np.diff(np.sort(data.frame["time_s"].to_numpy(float)))
-    return float(np.median(steps)) if steps.size and np.median(steps) > 0.0 else TOUCH_S
 
 
 def _gone_on(then_s: Array, before: Mapping[str, NDArray[Any]]) -> dict[str, Array]:

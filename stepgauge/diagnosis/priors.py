@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import tomllib
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
 from functools import cache
 from importlib.resources import files
@@ -16,12 +16,15 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from stepgauge.effects import effect_kinds
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.config import TomlTable, check_table, read_toml
 from stepgauge.inference.noise_priors import NoisePriors
+from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.problem import AmplitudePrior
 
 FILE = "priors.toml"
+KIND = "kind"
+"""Key of a machine file, and comment of a recording of an axis, that states its kind."""
 
 
 class Decision(TomlTable):
@@ -250,3 +253,42 @@ def _over(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
         old = base.get(key)
         merged[key] = _over(old, value) if isinstance(old, dict) and isinstance(value, dict) else value
     return merged
+
+
+def stated_kind(stated: str | None, comments: Mapping[str, str], priors: Priors, where: Any) -> str | None:
+    """The kind that is stated, by the user before the file; None for none.
+
+    :class:`InputError` at the argument, or at ``where``, for one that the priors do not know.
+    """
+    kind = (stated or comments.get(KIND) or "").strip()
+    if kind and kind not in priors.kinds:
+        expected = nearest_name(kind, [*priors.kinds])
+        raise InputError(naming(KIND) if stated else where, "no kind of machine or axis", found=kind, expected=expected)
+    return kind or None
+
+
+def possible_kinds(kind: str | None, motion: str, priors: Priors) -> list[str]:
+    """The stated kind, or all kinds of axes with a motion, ``linear`` or ``rotary``."""
+    return [kind] if kind else [name for name, one in priors.kinds.items() if one.motion in ("", motion)]
+
+
+def kind_probabilities(answer: Posterior, kinds: Sequence[str], priors: Priors) -> dict[str, float]:
+    """Posterior probability of each kind, all as likely before; the most probable first.
+
+    The marginal likelihood under the odds of a kind, over that under the average of all, is the mean of the ratio of
+    both priors over the hypotheses. ``answer``: of a search with ``priors.adapt(kinds)``.
+    """
+    laws = sorted({one.kind for one in answer.search.problem.candidates if one.named})
+    factor = np.array([[priors.kinds[name].factor(law) for law in laws] for name in kinds])
+    mean = factor.mean(axis=0)
+    base = np.array([priors.laws.odds * priors.laws.of(law).odds for law in laws])
+    column = {law: i for i, law in enumerate(laws)}
+    # what a prior gives to all hypotheses together is one
+    log_whole = np.log1p(base * factor).sum(axis=1) - np.log1p(base * mean).sum()
+    log_ratio = np.log(factor / mean)
+    found = np.zeros(len(kinds))
+    for weight, one in zip(answer.weights, answer.hypotheses, strict=True):
+        own = [column[c.kind] for c in one.candidates if c.kind in column]
+        found += weight * np.exp(log_ratio[:, own].sum(axis=1) - log_whole)
+    probability = dict(zip(kinds, (found / found.sum()).tolist(), strict=True))
+    return dict(sorted(probability.items(), key=lambda item: -item[1]))

@@ -120,10 +120,15 @@ class Residuals:
         _, size, rows = np.linalg.svd(self.origins, full_matrices=False)
         return np.asarray(rows[size > 1e-9 * size[0]])
 
+    @property
+    def columns(self) -> dict[str, Array]:
+        """The columns that effects use, each ``(n,)``."""
+        return {str(name): self.probings.column(name) for name in self.frame.columns}
+
     def at(self, rows: NDArray[np.bool_]) -> Residuals:
         """Some of the rows."""
         frame = self.frame[rows].reset_index(drop=True)
-        columns = {name: self.probings.column(name)[rows] for name in self.frame.columns}
+        columns = {name: values[rows] for name, values in self.columns.items()}
         return replace(
             self,
             um=self.um[rows],

@@ -17,8 +17,7 @@ from stepgauge.axis.units import AxisUnits
 from stepgauge.diagnosis.axis.conversion import UnitConversion
 from stepgauge.diagnosis.axis.diagnosis import diagnose_axis
 from stepgauge.diagnosis.axis.residuals import axis_data
-from stepgauge.diagnosis.kinds import kind_probabilities
-from stepgauge.diagnosis.priors import read_priors, shipped_priors
+from stepgauge.diagnosis.priors import kind_probabilities, read_priors, shipped_priors
 from stepgauge.effects.grids import most_periods
 from stepgauge.errors import InputError
 from tests.axis.made import axis, spot

@@ -19,17 +19,16 @@ from stepgauge.conditions.axis import recording_conditions
 from stepgauge.conditions.condition import Name
 from stepgauge.diagnosis.axis.conversion import UnitConversion
 from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
-from stepgauge.diagnosis.axis.reversal import is_reversal, reversal_phrase
 from stepgauge.diagnosis.engine import diagnose_with_search, insufficient
-from stepgauge.diagnosis.kinds import kind_probabilities, possible_kinds, stated_kind
 from stepgauge.diagnosis.output.files import statements_to_dict
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
-from stepgauge.diagnosis.priors import Priors, shipped_priors
+from stepgauge.diagnosis.priors import Priors, kind_probabilities, possible_kinds, shipped_priors, stated_kind
 from stepgauge.diagnosis.result import ComputedDiagnosis, GaugeDiagnosis
 from stepgauge.diagnosis.wording.aliases import EvenSpacing, even, uneven_targets
-from stepgauge.diagnosis.wording.findings import Subject, meaning, subject
+from stepgauge.diagnosis.wording.findings import meaning, subject
 from stepgauge.diagnosis.wording.limits import limits
-from stepgauge.diagnosis.wording.phrases import covariate_name, worded, worded_all
+from stepgauge.diagnosis.wording.phrases import Phrase, covariate_name, number, worded, worded_all
+from stepgauge.files.arrays import Array
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
 from stepgauge.recording.simulated import is_simulated
@@ -39,6 +38,8 @@ if TYPE_CHECKING:
 
 SOUGHT: tuple[Name, ...] = ("outliers", "drift")
 """Conditions that are findings here: the search looks for single readings that are off, and for what moves in time."""
+OF_PLACES = ("position", "machine x", "face", "target")
+"""Covariates of forms that are told as a reversal error where they have opposite signs in the two directions."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -138,7 +139,7 @@ def _said(found: GaugeDiagnosis, data: AxisData, conditions: Conditions) -> dict
     said = conversion.converted(raw)
     said["axis"] = {**_axis(recording), "repeatability": data.repeatability / units.base_deviation}
     said["conditions"] = conditions.to_dicts()
-    at, steps = subject(said), _even_steps(recording)
+    at, steps = subject(said), even(recording.frame["target"]) if recording.form == "axis" else None
     for effect in said["effects"]:
         effect["separate_by"], effect["commands"], effect["reason"] = "", [], ""
         effect["where"] = conversion.condition(effect["where"])
@@ -152,7 +153,9 @@ def _said(found: GaugeDiagnosis, data: AxisData, conditions: Conditions) -> dict
             row.pop("face", None)
             row.pop("pair", None)
     for one in (*said["unexplained"], *said["located"]):
-        _put_structure(one, recording, at)
+        if is_reversal(recording, one["covariate"], any(phrase["say"] == "approach" for phrase in one["phrases"])):
+            one["phrases"] = [reversal_phrase(recording)]
+        one["covariate"], one["where"] = covariate_name(one["covariate"], at), worded(one["phrases"], at)
     for one in (*said["probabilities"].get("statements", ()), *said["probabilities"].get("possible", ())):
         one |= {"covariate": covariate_name(one["covariate"], at)} if "covariate" in one else {}
     for check in said["checks"]:
@@ -164,14 +167,6 @@ def _said(found: GaugeDiagnosis, data: AxisData, conditions: Conditions) -> dict
     said["limits"] = [*limits(said), *worded_all(conversion.converted(found.remarks), at)]
     said.pop("remarks")
     return dict(json_types(said))
-
-
-def _put_structure(one: dict[str, Any], recording: AxisRecording, at: Subject) -> None:
-    """Structure in the words of an axis; what has opposite signs in the two directions is a reversal error."""
-    if is_reversal(recording, one["covariate"], any(phrase["say"] == "approach" for phrase in one["phrases"])):
-        one["phrases"] = [reversal_phrase(recording)]
-    one["covariate"] = covariate_name(one["covariate"], at)
-    one["where"] = worded(one["phrases"], at)
 
 
 def _axis(recording: AxisRecording) -> dict[str, Any]:
@@ -194,12 +189,6 @@ def _axis(recording: AxisRecording) -> dict[str, Any]:
     }
 
 
-def _even_steps(recording: AxisRecording) -> EvenSpacing | None:
-    """The common step of the targets of an axis."""
-    frame = recording.frame
-    return even(frame["target" if "target" in frame else "reading"]) if recording.form == "axis" else None
-
-
 def _aliases(parameters: Mapping[str, Any], steps: EvenSpacing | None, units: AxisUnits) -> dict[str, Any]:
     """Periods along the axis that evenly spaced targets cannot tell from that of a law; none for other laws."""
     period = parameters.get(f"period_{units.position}")
@@ -214,3 +203,40 @@ def _target_of(recording: AxisRecording, row: int) -> str:
     if recording.form == "distances":
         return f"{frame['from_station']} to {frame['to_station']}"
     return f"{frame['target']:.12g} {recording.units.position}" if "target" in frame else "-"
+
+
+def reversal_by_target(recording: AxisRecording) -> tuple[Array, Array]:
+    """Targets ``(t,)`` that were read from both sides, and the reversal error at each, in units of deviation.
+
+    Mean reading in positive minus that in negative direction (ISO 230-2:2014, 2.11).
+    """
+    target, way = recording.frame["target"].to_numpy(float), recording.frame["way"].to_numpy(float)
+    place, away = places_of(target), recording.deviation
+    count, total = (
+        np.array([np.bincount(place, own * (way == sign), int(place.max()) + 1) for sign in (1.0, -1.0)])
+        for own in (np.ones(len(away)), away)
+    )
+    both = count.min(axis=0) > 0
+    where = np.bincount(place, target) / np.bincount(place)
+    mean = total[:, both] / count[:, both]
+    return where[both], mean[0] - mean[1]
+
+
+def reversal_phrase(recording: AxisRecording) -> Phrase:
+    """That the reversal error differs along the axis, with its least and largest value and where these are."""
+    where, um = reversal_by_target(recording)
+    least, largest = int(np.abs(um).argmin()), int(np.abs(um).argmax())
+    deviation, position = recording.units.deviation, recording.units.position
+    return {
+        "say": "reversal",
+        "least": number(um[least], deviation),
+        "largest": number(um[largest], deviation),
+        "least_at": number(where[least], position),
+        "largest_at": number(where[largest], position),
+    }
+
+
+def is_reversal(recording: AxisRecording, covariate: str, opposite: bool) -> bool:
+    """Whether a form over a covariate is a reversal error by position; ``opposite``: in sign by direction."""
+    both = recording.form == "axis" and recording.both_ways
+    return both and opposite and covariate in OF_PLACES

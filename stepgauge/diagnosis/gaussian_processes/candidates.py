@@ -6,7 +6,7 @@ rough.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -35,8 +35,10 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
     TREND,
     WANDERING,
     RandomFunction,
+    changing,
+    functions,
+    volumes,
 )
-from stepgauge.diagnosis.gaussian_processes.smooth_functions import changing, functions, volumes
 from stepgauge.diagnosis.laws.grids import goes_both_ways
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
@@ -66,20 +68,18 @@ def random_function_candidates(
     total = sum(one.share for one in every)
     sides = {side: mask(data, side) for one in every for side in one.sides}
     sizes = priors.forms.about(scale_um)
-    one_way = _drifts_one_way(data)
+    machine = np.array([data.probings.approach(axis) for axis in AXES])
+    one_way = share_beside(data.side[None], machine) < LIKE_DIRECTIONS
     found: list[Candidate] = []
     for one in every:
         odds = float(np.log(priors.forms.odds * one.share / total / len(one.sides)))
-        for side in _apart(one.sides, sides):
+        for i, side in enumerate(one.sides):
+            if any(np.array_equal(sides[side], sides[other]) for other in one.sides[i + 1 :]):
+                continue  # one way is one side
             own = _own(one, side, laws, one_way)
             if len(own.features):
                 found += _candidate(own, side, sides[side], odds, sizes, data)
     return found
-
-
-def _apart(names: Sequence[str], sides: Mapping[str, Array]) -> list[str]:
-    """The sides that this recording tells apart, the last of those that are alike: one way is one side."""
-    return [a for i, a in enumerate(names) if not any(np.array_equal(sides[a], sides[b]) for b in names[i + 1 :])]
 
 
 def _candidate(
@@ -104,7 +104,8 @@ def _candidate(
             discrepancy=one.unread and partial(_beside, one, share),
         )
         return
-    features = tuple(_shown(columns * share) for columns in one.features)
+    moved = [columns * share for columns in one.features]
+    features = tuple(columns[np.abs(columns).max(axis=1) > 1e-9] for columns in moved)
     if all(len(columns) for columns in features):
         yield GaussianProcess(one.covariate, label, False, odds, sizes, function, features=features)
 
@@ -118,28 +119,15 @@ def _beside(one: RandomFunction, share: Array, atom: int) -> Array:
 def _own(one: RandomFunction, side: str, laws: Collection[str], one_way: bool) -> RandomFunction:
     """A function without what a law says as well: that the origin follows a temperature, or drifts.
 
-    An origin moves along a direction of the machine; ``one_way``: one moves all gauges alike.
+    An origin moves along a direction of the machine; ``one_way``: that moves the gauge alike in all placements.
     """
-    if one.covariate.endswith(TEMPERATURES) and side in (*AXES, "gauge") and "thermal_shift" in laws:
-        if one.shape == LAGGED:
-            return replace(one, features=(), kernels=())
-        if one.kernels[-1] == TREND:
-            return replace(one, features=one.features[:-1], kernels=one.kernels[:-1])
-    drifts = one.covariate in DRIFTING and one.kernels[-1] == TREND and one_way
-    if drifts and side == "gauge" and "thermal_drift" in laws:
+    follows = one.covariate.endswith(TEMPERATURES) and side in (*AXES, "gauge") and "thermal_shift" in laws
+    drifts = one.covariate in DRIFTING and side == "gauge" and one_way and "thermal_drift" in laws
+    if follows and one.shape == LAGGED:
+        return replace(one, features=(), kernels=())
+    if (follows or drifts) and one.kernels[-1] == TREND:
         return replace(one, features=one.features[:-1], kernels=one.kernels[:-1])
     return one
-
-
-def _drifts_one_way(data: Residuals) -> bool:
-    """Whether a drift along one direction of the machine moves the gauge alike in all placements."""
-    machine = np.array([data.probings.approach(axis) for axis in AXES])
-    return share_beside(data.side[None], machine) < LIKE_DIRECTIONS
-
-
-def _shown(columns: Array) -> Array:
-    """Features that are not zero on all rows."""
-    return columns[np.abs(columns).max(axis=1) > 1e-9]
 
 
 def _every(data: Residuals, priors: Priors, known: int | None) -> Iterator[RandomFunction]:

@@ -18,8 +18,8 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
     SMOOTH,
     TREND,
     RandomFunction,
+    sides_of,
 )
-from stepgauge.diagnosis.gaussian_processes.smooth_functions import sides_of
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.unobserved_inputs import principal, shifts
@@ -48,7 +48,8 @@ def lagged(
             )
         if not one.further:
             continue
-        lags = tuple(float(lag * _duration_s(data, one.known)) for lag in priors.forms.lags) if data.has_time else ()
+        duration_s = float(np.ptp(data.probings.time_s[: one.known])) if data.has_time else 0.0
+        lags = tuple(lag * duration_s for lag in priors.forms.lags) if data.has_time else ()
         if lags:
             yield _following(one, lags, sides_of(one, data), data, priors)
         if length is not None:
@@ -67,7 +68,8 @@ def _following(
     times = np.ones(len(data)) if length is None else length
 
     def of(lags_s: Sequence[float]) -> Array:
-        return np.array([_late(one, lag_s, data)[None] * times for lag_s in lags_s])
+        late = (followed(data.probings.time_s, one.values, (lag_s,))[0] if lag_s else one.values for lag_s in lags_s)
+        return np.array([standard(each, one.known)[None] * times for each in late])
 
     def unread(lag_s: float) -> Array:
         return _unread(one, lag_s, data) * times
@@ -83,12 +85,6 @@ def _following(
     return RandomFunction(one.name, one.unit, shape, of(lags), lags, sides, odds, beside, of, nearer, unread)
 
 
-def _late(one: Covariate, lag_s: float, data: Residuals) -> Array:
-    """A column as it acts after a lag, of unit variance, ``(n,)``."""
-    late = followed(data.probings.time_s, one.values, (lag_s,))[0] if lag_s else one.values
-    return standard(late, one.known)
-
-
 def _unread(one: Covariate, lag_s: float, data: Residuals) -> Array:
     """What the column may have done beside this while nobody read it, ``(p, n)``."""
     if not lag_s:
@@ -96,10 +92,6 @@ def _unread(one: Covariate, lag_s: float, data: Residuals) -> Array:
     time_s = data.probings.time_s
     spread = max(float(followed(time_s, one.values, (lag_s,))[0][: one.known].std()), 1e-300)
     return principal(shifts(time_s, one.values, lag_s, one.known) / spread, one.known)
-
-
-def _duration_s(data: Residuals, known: int | None) -> float:
-    return float(np.ptp(data.frame["time_s"].to_numpy(float)[:known]))
 
 
 def rests(data: Residuals, known: int | None) -> RandomFunction:

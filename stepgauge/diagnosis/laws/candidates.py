@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.diagnosis.fits.solve import fitted_effect
-from stepgauge.diagnosis.laws.discrepancy import Discrepancy, UnobservedCourses, make_discrepancy
+from stepgauge.diagnosis.laws.discrepancy import Discrepancy, UnobservedCourses, is_process
 from stepgauge.diagnosis.laws.grids import ALL, is_common, usual_shape
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
 from stepgauge.diagnosis.laws.usual import odds_of, size_of_shape, usual_size
@@ -39,13 +39,17 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
     for family, own in zip(families, share, strict=True):
         labels[family.label] += 1
         label = family.label if labels[family.label] == 1 else f"{family.label} #{labels[family.label]}"
-        family = replace(family, about=_about(family, data))
+        every = {p.name: usual_shape(p, data.machine) for p in family.law.parameters() if p.name in family.atoms[0]}
+        family = replace(family, about={name: usual for name, usual in every.items() if usual is not None})
         sizes, log_odds = sizes_of(family, priors, data), float(np.log(odds_of(family.kind, priors) * own))
         again = None if is_common(family.kind, family.choices) else priors.laws.of(family.kind).again
         if id(family.pattern) not in patterns:
-            patterns[id(family.pattern)] = _usual_pattern(family)
+            size = np.array([size_of_shape(family.kind, atom, family.atoms) for atom in family.atoms])
+            usual = size.astype(family.pattern.dtype)[:, None, None]
+            patterns[id(family.pattern)] = family.pattern if (size == 1.0).all() else usual * family.pattern
             courses[id(family.pattern)] = UnobservedCourses(family.pattern)
-        beside = make_discrepancy(family, courses[id(family.pattern)], data, priors)
+        tolerance = priors.laws.discrepancy if is_process(family) else 0.0
+        beside = Discrepancy(family, courses[id(family.pattern)], data, tolerance)
         found.append(
             Law(
                 family.kind,
@@ -60,7 +64,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
                 positive=family.positive,
                 once=family.kind in OF_THE_PROBE,
                 again=0.0 if again is None else float(np.log(again)) - log_odds,
-                refine=partial(_refined, family, data, metric, beside) if _has_shape(family) else None,
+                refine=partial(_refined, family, data, metric, beside) if len(family.atoms) > 1 else None,
                 discrepancy=beside if beside.any else None,
             )
         )
@@ -111,14 +115,8 @@ def _select(family: Family, rows: Rows) -> Family:
     return replace(family, atoms=kept, pattern=family.pattern[rows], log_weight=family.log_weight[rows])
 
 
-def _usual_pattern(family: Family) -> Array:
-    """The signatures of all shapes ``(atoms, depth, n)`` for amplitudes as usual as those of the kind."""
-    size = np.array([size_of_shape(family.kind, atom, family.atoms) for atom in family.atoms])
-    return family.pattern if (size == 1.0).all() else size.astype(family.pattern.dtype)[:, None, None] * family.pattern
-
-
 def usual_signature(family: Family, shape: dict[str, Any], data: Residuals) -> Array:
-    """The same for one shape, with its shares, ``(d, n)``."""
+    """The signature of a shape, with its shares, for amplitudes as usual as those of the kind, ``(d, n)``."""
     return size_of_shape(family.kind, shape, family.atoms) * family_signatures(family, shape, data)
 
 
@@ -154,16 +152,6 @@ def sizes_of(family: Family, priors: Priors, data: Residuals) -> AmplitudePrior:
     return priors.sizes.about(usual.size, usual.most)
 
 
-def _about(family: Family, data: Residuals) -> dict[str, tuple[float, float]]:
-    """The shapes of a family of which something is usual."""
-    every = {p.name: usual_shape(p, data.machine) for p in family.law.parameters() if p.name in family.atoms[0]}
-    return {name: usual for name, usual in every.items() if usual is not None}
-
-
-def _has_shape(family: Family) -> bool:
-    return len(family.atoms) > 1 and any(isinstance(v, float | tuple) for v in family.atoms[-1].values())
-
-
 def _refined(
     family: Family, data: Residuals, metric: Metric, beside: Discrepancy, atom: int, um: Array
 ) -> Refined | None:
@@ -176,5 +164,4 @@ def _refined(
         return None
     shape = {name: getattr(effect, name) for name in family.atoms[0]}
     gain = family.log_prior(shape) - family.log_prior(family.atoms[atom])
-    columns = np.concatenate([usual_signature(family, shape, data), beside(atom, shape)])
-    return Refined(columns, shape, gain)
+    return Refined(np.concatenate([usual_signature(family, shape, data), beside(atom, shape)]), shape, gain)

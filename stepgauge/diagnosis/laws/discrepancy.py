@@ -21,7 +21,6 @@ from scipy.linalg import svd
 
 from stepgauge.diagnosis.laws.library import Family, family_signatures
 from stepgauge.diagnosis.laws.usual import size_of_shape
-from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.unobserved_inputs import principal, shifts
 from stepgauge.effects.following import Following
@@ -66,12 +65,6 @@ class Discrepancy:
         if follows_with_lag(family):
             parts.append(unread_columns(family, data, shape))
         return np.concatenate(parts)
-
-
-def make_discrepancy(family: Family, courses: UnobservedCourses, data: Residuals, priors: Priors) -> Discrepancy:
-    """What a law moves beside its signature by these priors."""
-    process = is_process(family)
-    return Discrepancy(family, courses, data, priors.laws.discrepancy if process else 0.0)
 
 
 class UnobservedCourses:
@@ -138,21 +131,13 @@ def unread_columns(family: Family, data: Residuals, shape: Mapping[str, Any]) ->
 
     The standard uncertainties of all pauses as their principal components, for each direction that is free.
     """
-    lag_s, nothing = shape.get(LAG), np.zeros((0, len(data)))
-    if not lag_s:
-        return nothing
+    if not (lag_s := shape.get(LAG)):
+        return np.zeros((0, len(data)))
     names = [family.choices[name] for name in ("column", "minus") if family.choices.get(name)]
     time_s, columns = data.probings.time_s, [data.probings.column(name) for name in names]
     moved = np.concatenate([shifts(time_s, values, float(lag_s)) for values in columns])
-    return np.concatenate([principal(moved * per_K) for per_K in _per_K(family, shape, data)])
-
-
-def _per_K(family: Family, shape: Mapping[str, Any], data: Residuals) -> Array:
-    """Displacement along the approach by one kelvin, um, of every free direction ``(k, n)``."""
-    probings = Probings({**_columns(data), UNREAD: np.ones(len(data))}, data.probings.setting)
+    # by one kelvin, along every direction that is free
+    probings = Probings({**data.columns, UNREAD: np.ones(len(data))}, data.probings.setting)
     warmed = replace(family, choices=family.choices | {"column": UNREAD, "minus": None, "from_C": 0.0})
-    return family_signatures(warmed, {**shape, LAG: 0.0}, replace(data, probings=probings))
-
-
-def _columns(data: Residuals) -> dict[str, Array]:
-    return {str(name): data.probings.column(name) for name in data.frame.columns}
+    each = family_signatures(warmed, {**shape, LAG: 0.0}, replace(data, probings=probings))
+    return np.concatenate([principal(moved * per_K) for per_K in each])

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.credible_finding import credible_finding
+from stepgauge.diagnosis.findings import credible_finding
 from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS, ProbeChange, candidates_for
 from stepgauge.diagnosis.maps.data import MapData, MapScatter, estimate_scatter, lacking
 from stepgauge.diagnosis.maps.direction_functions import DIRECTION, HARMONIC, DirectionFunction
