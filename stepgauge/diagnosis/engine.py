@@ -12,7 +12,7 @@ from stepgauge.axis.sensors import without_probe
 from stepgauge.diagnosis.clock import clock_start_s, counted_from, on_recording_clock
 from stepgauge.diagnosis.design import add_placements, add_separations
 from stepgauge.diagnosis.findings import findings
-from stepgauge.diagnosis.fits.solve import Solved, solve
+from stepgauge.diagnosis.fits.solve import solve
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.laws import geometry
 from stepgauge.diagnosis.laws.library import carried
@@ -50,6 +50,8 @@ FEWEST_DOF = 8
 MOST_SEARCHED = 3000
 """Largest number of rows in the search; the laws found are fitted to all."""
 FEWEST_RUNS = 6
+CONFIRMED = 4.0
+"""Standard uncertainties from which all rows confirm the size of a law that was found in some."""
 
 
 @dataclass(frozen=True)
@@ -111,26 +113,24 @@ def diagnose_with_search(
 
     On one thread: many small products are five times slower if several threads share each.
     """
-    _check_kinds(without)
-    start_s, table = clock_start_s(recorded), priors or shipped_priors()
-    found = _search(recorded, start_s, table, without, progress)
-    if found is None:
-        return insufficient(recorded), None
-    told = _make_diagnosis(found, recorded, start_s, table, without, separations)
-    met = _most_probable(found.search)
-    if met.log_posterior > found.reached + np.log(table.decision.excluded):
-        # the averages met what no step of the search leads to, as several laws in place of one form
-        found = _answered(found.data, found.search, table, found.search.climbed(met))
-        told = _make_diagnosis(found, recorded, start_s, table, without, separations)
-    return told, found
-
-
-def _check_kinds(without: Collection[str]) -> None:
     known = {*effect_kinds(), geometry.KIND}
     for kind in without:
         if kind not in known:
             expected = nearest_name(kind, sorted(known))
             raise InputError(naming("without"), "no such kind of effect", found=kind, expected=expected)
+    start_s, table = clock_start_s(recorded), priors or shipped_priors()
+    some = counted_from(_some(recorded), start_s)
+    if degrees(some) < FEWEST_DOF:
+        return insufficient(recorded), None
+    search = Search(make_problem(some, table, without), table.scatter, progress)
+    found = _answered(some, search, table)
+    told = _make_diagnosis(found, recorded, start_s, table, without, separations)
+    met = _most_probable(search)
+    if met.log_posterior > found.reached + np.log(table.decision.excluded):
+        # the averages met what no step of the search leads to, as several laws in place of one form
+        found = _answered(some, search, table, search.climbed(met))
+        told = _make_diagnosis(found, recorded, start_s, table, without, separations)
+    return told, found
 
 
 def _some(data: Residuals) -> Residuals:
@@ -145,16 +145,6 @@ def _some(data: Residuals) -> Residuals:
     # one after the other for what is quick, spread over all for what is slow
     chosen = np.union1d(np.arange(few * 2 // 3), np.linspace(0, runs - 1, few - few * 2 // 3).astype(int))
     return data.at(np.isin(run, chosen))
-
-
-def _search(
-    data: Residuals, start_s: float, priors: Priors, without: Collection[str], progress: Progress | None
-) -> Searched | None:
-    """The search in all rows, or in some of many, with times from ``start_s``; None if they are too few."""
-    some = counted_from(_some(data), start_s)
-    if degrees(some) < FEWEST_DOF:
-        return None
-    return _answered(some, Search(make_problem(some, priors, without), priors.scatter, progress), priors)
 
 
 def _answered(data: Residuals, search: Search, priors: Priors, best: Hypothesis | None = None) -> Searched:
@@ -241,15 +231,9 @@ def _on_all_rows(told: Sequence[Finding], model: Model, data: Residuals) -> list
     fitted = [
         replace(one, effect=s.effect, parameters=s.parameters, share_um=s.displacement_um(data))
         for one, s in zip((one for one in told if not one.effects), solved, strict=True)
-        if _confirmed(s)
+        if all(one.u is None or abs(one.value) > CONFIRMED * one.u for one in s.sizes)
     ]
     return [*fitted, *(replace(one, share_um=geometry.moved_um(one.effects, data)) for one in told if one.effects)]
-
-
-def _confirmed(solved: Solved) -> bool:
-    sizes = [p.name for p in type(solved.effect).parameters() if p.role == "linear"]
-    known = [solved.parameters[name] for name in sizes if name in solved.parameters]
-    return all(one.u is None or abs(one.value) > 4.0 * one.u for one in known)
 
 
 def _fit(data: Residuals, noise: Noise, stated: Sequence[Finding], remainder_um: Array) -> Fit:
@@ -269,11 +253,8 @@ def _fit(data: Residuals, noise: Noise, stated: Sequence[Finding], remainder_um:
     metric = plain_metric(problem, sigma_um)
     none = np.zeros((len(data), 0))
     holdout = {
-        folds.by: (
-            holdout_rms(data, noise.by_row_um, none, folds),
-            holdout_rms(data, noise.by_row_um, design, folds),
-        )
-        for folds in make_folds(data)
+        by: (holdout_rms(data, noise.by_row_um, none, fold), holdout_rms(data, noise.by_row_um, design, fold))
+        for by, fold in make_folds(data).items()
     }
     before, after = metric(data.um * used), metric(left_um * used)
     free = sum(len(one.parameters) for one in stated if one.share_um.any())

@@ -22,7 +22,7 @@ from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
 from stepgauge.inference.metric import Metric
 from stepgauge.machine.file import Machine
 from stepgauge.machine.styli import stylus_words
-from stepgauge.motion.moves import ProbingSettings, Program
+from stepgauge.motion.moves import Program
 from stepgauge.planning.plan import PlanOptions, faces_in_order
 from stepgauge.recording import APPROACH, POSITION, Recording
 from stepgauge.recording.columns import STYLUS
@@ -173,20 +173,15 @@ def _shifts(data: Residuals, middle: Array, axis: Array, length: float) -> Itera
             yield target
 
 
-def settings_of(gauge: Gauge, machine: Machine, run: FurtherRun) -> ProbingSettings:
-    """How a run is probed: with the machine's speeds and stylus, but for the speed that it states."""
-    from stepgauge.planning.program import ProbingChoice, make_settings
-
-    choice = ProbingChoice(measuring_speed_mm_s=run.speed_mm_s)
-    return make_settings(gauge, machine, machine.probe.tip_radius_mm, choice)
-
-
 def program_of(run: FurtherRun, gauge: Gauge, machine: Machine, placement: Placement | None = None) -> Program:
     """The checked program of a run, with the gauge where it is found to lie (:class:`InputError` if it fails)."""
-    from stepgauge.planning.program import checked_program  # with all dialects: a tenth of a diagnosis without causes
+    # with all dialects: a tenth of a diagnosis without causes
+    from stepgauge.planning.program import ProbingChoice, checked_program, make_settings
 
     lies, machine = placement or run.placement, machine.select_stylus(run.stylus)
-    return checked_program(lies, gauge, machine, run.options(gauge.n_blocks), settings_of(gauge, machine, run))
+    choice = ProbingChoice(measuring_speed_mm_s=run.speed_mm_s)
+    settings = make_settings(gauge, machine, machine.probe.tip_radius_mm, choice)
+    return checked_program(lies, gauge, machine, run.options(gauge.n_blocks), settings)
 
 
 def can_be_planned(run: FurtherRun, data: Residuals) -> bool:

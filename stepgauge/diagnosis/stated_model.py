@@ -188,11 +188,10 @@ def _has_size(solved: Solved, least: float, lost: bool) -> bool:
     Where its size is its only parameter; and where the fit is bad (``lost``), since its probability is that of other
     shapes then, which the fit has left.
     """
-    known = {name: one for name, one in solved.parameters.items() if one.u is not None}
-    linear = {p.name for p in type(solved.effect).parameters() if p.role == "linear"}
-    sizes = [one for name, one in known.items() if name in linear] if lost else []
+    known = [one for one in solved.parameters.values() if one.u is not None]
+    sizes = [one for one in solved.sizes if one.u is not None] if lost else []
     if len(known) == 1 and solved.family.directions is None:
-        sizes += [one for one in known.values() if one not in sizes]
+        sizes = known
     return not sizes or any(abs(one.value) >= least * (one.u or 0.0) for one in sizes)
 
 
@@ -207,17 +206,12 @@ def _within_forms(laws: list[StatedTerm], forms: list[StatedTerm], state: Hypoth
         own = form.lead.candidate.kind in law_covariates(one.source)
         if own and not _oscillates(one.source):
             return True
-        return term_rms_um(one, state) < term_rms_um(form, state) and (
-            own or _spanned(one.term.columns, form.term.columns)
-        )
+        columns, others = one.term.columns, form.term.columns
+        left = columns - np.linalg.lstsq(others.T, columns.T, rcond=None)[0].T @ others
+        spanned = bool(np.linalg.norm(left) < SPANNED * np.linalg.norm(columns))
+        return term_rms_um(one, state) < term_rms_um(form, state) and (own or spanned)
 
     return [one for one in laws if any(contains(form, one) for form in forms)]
-
-
-def _spanned(columns: Array, others: Array) -> bool:
-    """Whether columns ``(d, n)`` are nearly sums of others ``(m, n)``."""
-    left = columns - np.linalg.lstsq(others.T, columns.T, rcond=None)[0].T @ others
-    return bool(np.linalg.norm(left) < SPANNED * np.linalg.norm(columns))
 
 
 def _oscillates(family: Family) -> bool:

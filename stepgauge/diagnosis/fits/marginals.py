@@ -73,7 +73,8 @@ def _marginalise_lag(solved: Solved, beside: ConditionalFit, data: Residuals) ->
     These are what is stated of a skewed distribution (GUM supplement 1).
     """
     lags, log_share = _tried(solved)
-    signatures = (family_signatures(solved.family, {**_shape(solved), LAG: float(lag)}, data) for lag in lags)
+    shape = {name: getattr(solved.effect, name) for name in solved.family.atoms[0]}
+    signatures = (family_signatures(solved.family, {**shape, LAG: float(lag)}, data) for lag in lags)
     found = [_sized(beside(one), beside.left, solved.family.sizes) for one in signatures]
     weight = special.softmax(np.add([log for log, _, _ in found], log_share))
     sizes, within = np.array([one for _, one, _ in found]), np.array([one for _, _, one in found])
@@ -98,11 +99,6 @@ def _tried(solved: Solved) -> tuple[Array, Array]:
     return np.r_[0.0, np.exp(log_lags)], np.log(np.r_[step, np.gradient(log_lags)])
 
 
-def _size_name(solved: Solved) -> str:
-    (name,) = (p.name for p in type(solved.effect).parameters() if p.role == "linear")
-    return name
-
-
 def _widen_azimuth(solved: Solved, beside: ConditionalFit) -> Solved:
     """The law with the root mean square distance of all azimuths from the one that is told, if it is the larger."""
     family, told = solved.family, solved.parameters[AZIMUTH]
@@ -115,10 +111,6 @@ def _widen_azimuth(solved: Solved, beside: ConditionalFit) -> Solved:
     apart -= turn * np.round(apart / turn)
     u = max(told.u or 0.0, float(np.sqrt(weight @ apart**2)))
     return replace(solved, parameters={**solved.parameters, AZIMUTH: replace(told, u=u)})
-
-
-def _shape(solved: Solved) -> dict[str, Any]:
-    return {name: getattr(solved.effect, name) for name in solved.family.atoms[0]}
 
 
 def _sized(columns: Array, left: Array, sizes: AmplitudePrior | None) -> tuple[float, Array, Array]:
@@ -141,7 +133,7 @@ def _sized(columns: Array, left: Array, sizes: AmplitudePrior | None) -> tuple[f
 
 def _told(solved: Solved, lag: Estimate, size: Array, covariance: Array) -> Solved:
     """The law with this lag and these components of its size."""
-    name = _size_name(solved)
+    (name,) = (p.name for p in type(solved.effect).parameters() if p.role == "linear")
     length = float(np.linalg.norm(size))
     unit = size / max(length, 1e-300)
     changed: dict[str, Any] = {LAG: lag.value, name: float(size[0])}

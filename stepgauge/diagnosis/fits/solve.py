@@ -59,10 +59,15 @@ class Solved:
         values = ((known[name], one.value) for name, one in self.parameters.items() if name in known)
         return all(p.low <= value <= p.high for p, value in values)
 
-    def displacement_um(self, data: Residuals, **changed: float) -> Array:
-        """Displacement along the approach, shape ``(n,)``, optionally with some parameters changed."""
-        effect = self.effect.model_copy(update=changed) if changed else self.effect
-        return np.broadcast_to(along_approach_um(effect, data.probings), (len(data),)).astype(float)
+    @property
+    def sizes(self) -> list[Estimate]:
+        """Its linear parameters."""
+        linear = {p.name for p in type(self.effect).parameters() if p.role == "linear"}
+        return [one for name, one in self.parameters.items() if name in linear]
+
+    def displacement_um(self, data: Residuals) -> Array:
+        """Displacement along the approach, shape ``(n,)``."""
+        return np.broadcast_to(along_approach_um(self.effect, data.probings), (len(data),)).astype(float)
 
 
 @dataclass(frozen=True)
@@ -142,7 +147,9 @@ class _Together:
 
     def slopes(self, moved: Array) -> Array:
         """Shape ``(n + k, p)``."""
-        parts, steps = self.parts(moved), _steps(moved) * self.scale
+        # that keep half the digits, away from zero
+        steps = np.sqrt(np.finfo(float).eps) * np.where(moved < 0.0, -1.0, 1.0) * np.maximum(np.abs(moved), 1.0)
+        parts, steps = self.parts(moved), steps * self.scale
         laws = list(zip(self.laws, parts, self.own, strict=True))
         um = np.vstack([law.slopes(part, steps[s], self.data) for law, part, s in laws])
         known = block_diag(*(law.known_slopes(part) for law, part, _ in laws))
@@ -161,11 +168,6 @@ def _unexplained(
     except InputError:
         return np.full(len(white), IMPOSSIBLE)
     return white - whitening(np.sum(shares, axis=0))
-
-
-def _steps(moved: Array) -> Array:
-    """Steps of a difference quotient that keep half the digits, away from zero."""
-    return np.sqrt(np.finfo(float).eps) * np.where(moved < 0.0, -1.0, 1.0) * np.maximum(np.abs(moved), 1.0)
 
 
 def _covariance(jacobian: Array, scale: Array, spans: Array) -> Array:
