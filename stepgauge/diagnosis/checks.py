@@ -42,7 +42,7 @@ def widening(checks: tuple[Check, ...], problem: Problem, state: Hypothesis, met
     a mean is larger by (1 + r) / (1 - r). If repeats scatter less than the rest, the model lacks some structure, and
     all uncertainties are increased by the ratio.
     """
-    factor, failed = 1.0, {check.name for check in checks if not check.passed}
+    factor, failed = 1.0, {one.check for one in checks if not one.passed}
     if "sequence" in failed:
         r = min(_neighbours(problem, metric.rows(state.residual_um)), 0.98)
         factor *= float(np.sqrt((1.0 + r) / (1.0 - r))) if r > 0.0 else 1.0

@@ -198,18 +198,11 @@ def priors_text() -> str:
     """The shipped file with its reasons, and with the priors that effects declare."""
     text = (files("stepgauge.diagnosis") / FILE).read_text("utf-8")
     head = "[laws.kinds]\n"
-    return text.replace(head, head + "".join(f"{kind} = {_table(prior)}\n" for kind, prior in _declared().items()), 1)
-
-
-def _declared() -> dict[str, KindPrior]:
-    """The priors of all effects that a diagnosis may name, by their kinds."""
-    return {kind: declared_prior(kind) for kind, effect in sorted(effect_kinds().items()) if effect.prior is not None}
-
-
-def _table(prior: KindPrior) -> str:
-    """As an inline table of TOML; what is left to its default is left out."""
-    values = prior.model_dump(exclude_defaults=True)
-    return "{ " + ", ".join(f"{key} = {json.dumps(value)}" for key, value in values.items()) + " }"
+    for kind in sorted((kind for kind, effect in effect_kinds().items() if effect.prior is not None), reverse=True):
+        values = declared_prior(kind).model_dump(exclude_defaults=True)  # as an inline table of TOML
+        line = ", ".join(f"{key} = {json.dumps(value)}" for key, value in values.items())
+        text = text.replace(head, f"{head}{kind} = {{ {line} }}\n", 1)
+    return text
 
 
 @cache

@@ -47,6 +47,8 @@ def bare_problem(data: Residuals, independent: bool = False) -> Problem:
     certified = (face == np.arange(face.max() + 1)[:, None]) * data.side
     shown = certified.any(axis=1)
     u_um = np.asarray(data.gauge.u_um)[data.face.min() - 1 :][: len(certified)]
+    # what the scatter may grow with, from 0 to 1
+    growing = {c.name: (c.values - c.values.min()) / c.span for c in ([] if independent else everywhere(data))}
     stated_um, grown_um = float(data.machine.table.repeatability_um), np.hypot(data.grown_um, data.latched_um)
     problem = Problem(
         residual_um=data.um,
@@ -56,7 +58,7 @@ def bare_problem(data: Residuals, independent: bool = False) -> Problem:
         free=data.origins.astype(float),
         order=data.order,
         gap=np.zeros(0) if independent else _gaps(data),
-        growing={} if independent else _growing(data),
+        growing=growing,
         step_um=0.0 if independent else display_step_um(data),
         group=data.group,
         candidates=(),
@@ -85,11 +87,6 @@ def _left_um(problem: Problem, grown_um: Array | float) -> float:
     left_um = problem.within_um * LEFT
     variance = (left_um[:, None] ** 2 + np.square(grown_um))[:, count > 1]
     return float(left_um[(np.log(variance) + square[count > 1] / variance).sum(axis=1).argmin()])
-
-
-def _growing(data: Residuals) -> dict[str, Array]:
-    """What the scatter may grow with, from 0 to 1."""
-    return {c.name: (c.values - c.values.min()) / np.ptp(c.values) for c in everywhere(data)}
 
 
 def _gaps(data: Residuals) -> Array:

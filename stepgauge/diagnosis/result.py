@@ -143,7 +143,7 @@ class Fit:
 class Check:
     """One part of the posterior predictive check: its name, and the deviation in standard deviations; in a phrase."""
 
-    name: str
+    check: str
     deviation: float
     passed: bool
     phrase: Mapping[str, Any]

@@ -8,7 +8,7 @@ which each kind of error has a factor of its own.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -82,7 +82,10 @@ class Geometry:
 
     def made(self, sizes: Array) -> tuple[Effect, ...]:
         """The laws with these sizes ``(m,)``."""
-        return tuple(_effect(family, size) for family, size in zip(self.families, sizes.tolist(), strict=True))
+        return tuple(
+            one.law.model_construct(**{**fixed_values(one.law), **one.choices, _linear(one).name: size})
+            for one, size in zip(self.families, sizes.tolist(), strict=True)
+        )
 
     def estimates(self, sizes: Array, covariance: Array) -> dict[str, Estimate]:
         """Size and standard uncertainty of each law by its label, the best determined first."""
@@ -110,7 +113,8 @@ def integrated_sizes(gram: Array, dot: Array, of: NDArray[np.intp], sd: float) -
         sizes = mean + half.T @ random.normal(size=len(scale))
         logs = _drawn_factors(sizes / np.exp(own), of, sd, SPREAD, random)
         own = _drawn_factors(sizes / np.exp(logs[of]), np.arange(len(of)), sd, own_spread, random)
-        own_spread = _drawn_spread(own, random)
+        log_spread = -len(own) * np.log(OWN_SPREADS) - 0.5 * np.sum(own**2) / OWN_SPREADS**2
+        own_spread = float(OWN_SPREADS[(log_spread + random.gumbel(size=len(OWN_SPREADS))).argmax()])
         logs = _interwoven_factors(sizes, logs, of, (gram, dot), random)
         if step >= UNUSED:
             means.append(mean)
@@ -123,12 +127,6 @@ def _drawn_factors(sizes: Array, of: NDArray[np.intp], sd: float, spread: float,
     logs, square, count = spread * STEPS, np.bincount(of, (sizes / sd) ** 2), np.bincount(of)
     log_posterior = -0.5 * STEPS**2 - np.outer(count, logs) - 0.5 * np.outer(square, np.exp(-2.0 * logs))
     return np.asarray(logs[(log_posterior + random.gumbel(size=log_posterior.shape)).argmax(axis=1)])
-
-
-def _drawn_spread(own: Array, random: np.random.Generator) -> float:
-    """The spread of the factors of single errors ``(m,)``, drawn from what these tell of it."""
-    log_posterior = -len(own) * np.log(OWN_SPREADS) - 0.5 * np.sum(own**2) / OWN_SPREADS**2
-    return float(OWN_SPREADS[(log_posterior + random.gumbel(size=len(OWN_SPREADS))).argmax()])
 
 
 def _interwoven_factors(
@@ -159,7 +157,9 @@ def moved_um(effects: Sequence[Effect], data: Residuals) -> Array:
 def geometry_of(laws: Sequence[Law], data: Residuals, priors: Priors) -> Law | None:
     """All laws of the machine's geometry as one candidate; None where gauges lay along too few lines."""
     own = [law.source for law in laws if law.kind in PARTS]
-    parts = [(one, _usual(one, data, priors)) for one in own]
+    span_mm = float(np.ptp(data.probings.certified_mm()))
+    known = (usual_size(one.law, priors, data.gauge, data.machine, span_mm, one.choices) for one in own)
+    parts = [(one, usual.size) for one, usual in zip(own, known, strict=True)]
     parts += [finer for one, size in parts if one.kind == "error_motion" for finer in _further(one, size, data)]
     axes = np.array(list(data.probings.setting.axis.values()))
     if len(parts) < 2 or len(axes) < FEWEST_PLACEMENTS:
@@ -194,11 +194,6 @@ def _further(family: Family, usual: float, data: Residuals) -> Iterator[tuple[Fa
         yield replace(family, label=label, choices=choices, pattern=pattern), usual / half_m**more
 
 
-def _usual(family: Family, data: Residuals, priors: Priors) -> float:
-    span_mm = float(np.ptp(data.probings.certified_mm()))
-    return usual_size(family.law, priors, data.gauge, data.machine, span_mm, family.choices).size
-
-
 def _linear(family: Family) -> Any:
     return next(p for p in family.law.parameters() if p.role == "linear")
 
@@ -208,8 +203,3 @@ def _unit(family: Family) -> str:
     if "component" not in family.choices:
         return str(_linear(family).unit)
     return "urad" if family.choices["component"].startswith("r") else "um"
-
-
-def _effect(family: Family, size: float) -> Effect:
-    values: Mapping[str, Any] = {**fixed_values(family.law), **family.choices, _linear(family).name: size}
-    return family.law.model_construct(**values)

@@ -353,14 +353,10 @@ def _column(law: type[Effect], values: dict[str, Any], data: Residuals, count: i
 
 def _made(law: type[Effect], values: dict[str, Any]) -> Effect:
     known = stated(values)
-    return law.model_validate(known) if _needs_check(law) else law.model_construct(**known)
+    # one that has a rule between its choices must be built with validation
+    return law.model_validate(known) if law.kind == "straightness" else law.model_construct(**known)
 
 
 def stated(values: dict[str, Any]) -> dict[str, Any]:
     """Values without those that are left to the law's defaults."""
     return {name: value for name, value in values.items() if value is not None}
-
-
-def _needs_check(law: type[Effect]) -> bool:
-    """Whether a law has a rule between its choices, and must be built with validation."""
-    return law.kind == "straightness"

@@ -7,7 +7,7 @@ power of its length, and a defect of a block is one only beyond what its certifi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,79 +48,42 @@ def usual_size(
     ``span_mm``: from the first to the last position that is measured; without it the length of the gauge. ``choices``:
     those of the law, such as its column.
     """
-    prior = priors.laws.of(law.kind)
-    factors, most = dict(_BASES[prior.basis](priors.sizes, gauge, machine)), prior.most
-    if choices is not None and is_corrected(law.kind, choices):
+    prior, sizes = priors.laws.of(law.kind), priors.sizes
+    factors, most = dict(_factors(prior.basis, sizes, gauge, machine)), prior.most
+    if (
+        law.kind == "thermal_expansion_of"
+        and choices is not None
+        and PART_OF.get(str(choices["column"])) == choices["of"]
+    ):
         factors["the evaluation corrects for this temperature: what is left is of the coefficient"] = (
             priors.laws.corrected
         )
         most = min(most, priors.laws.corrected_most)
-    if gauge is not None and is_per_length(law):
-        span = float(gauge.position_mm[-1]) if span_mm is None else span_mm
-        if 0.0 < span < priors.sizes.shortest_mm:
-            factors[f"over {span:g} mm an error is as large, in um, as over {priors.sizes.shortest_mm:g} mm"] = (
-                priors.sizes.shortest_mm / span
-            )
+    units = {p.unit for p in law.parameters() if p.role == "linear"}
+    per_length = units != {"um"} or "length_mm" in law.model_fields
+    if gauge is not None and law.covariates[0] in ("coordinate", "position") and per_length:
+        span, least = float(gauge.position_mm[-1]) if span_mm is None else span_mm, sizes.shortest_mm
+        if 0.0 < span < least:
+            factors[f"over {span:g} mm an error is as large, in um, as over {least:g} mm"] = least / span
     return Usual(prior.usual * float(np.prod(list(factors.values()))), factors, most)
 
 
-def is_corrected(kind: str, choices: Mapping[str, object]) -> bool:
-    """Whether a length follows the temperature for which the evaluation corrects it."""
-    return kind == "thermal_expansion_of" and PART_OF.get(str(choices["column"])) == choices["of"]
-
-
-def is_per_length(law: type[Effect]) -> bool:
-    """Whether the size of a law is stated per length."""
-    return law.covariates[0] in ("coordinate", "position") and not is_height(law)
-
-
-def is_height(law: type[Effect]) -> bool:
-    """Whether the size of a law is in um, and not per a length that the law states."""
-    units = {p.unit for p in law.parameters() if p.role == "linear"}
-    return units == {"um"} and "length_mm" not in law.model_fields
-
-
-Factors = Iterator[tuple[str, float]]
-
-
-def _no_factors(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
-    yield from ()
-
-
-def _grade_factors(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
-    if machine is not None and machine.table.repeatability_um > 0.0:
-        um = machine.table.repeatability_um
-        yield (
-            f"repeatability {um:g} um, of the machine of the table {sizes.repeatability_um:g} um",
-            (um / sizes.repeatability_um),
-        )
-
-
-def _sag_factors(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
-    if gauge is not None:
+def _factors(
+    basis: str, sizes: SizePriors, gauge: Gauge | None, machine: Machine | None
+) -> Iterator[tuple[str, float]]:
+    """What a size of the table is multiplied by, by what it depends on; nothing of what is not known."""
+    if basis == "grade" and machine is not None and (um := machine.table.repeatability_um) > 0.0:
+        usual = sizes.repeatability_um
+        yield f"repeatability {um:g} um, of the machine of the table {usual:g} um", um / usual
+    if basis == "sag" and gauge is not None:
         length, height = float(gauge.position_mm[-1]), gauge.table.rail_height_mm
         yield f"the gauge is {length:g} mm long (power 4)", (length / SAG_LENGTH_MM) ** 4
         yield f"its bar is {height:g} mm high (power -2)", (SAG_HEIGHT_MM / height) ** 2
-
-
-def _certificate_factors(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
-    if gauge is not None and (u_um := float(np.median(gauge.u_um))) > sizes.certificate_um:
+    if basis == "certificate" and gauge is not None and (u_um := float(np.median(gauge.u_um))) > sizes.certificate_um:
         yield f"the certificate states u = {u_um:.2g} um", u_um / sizes.certificate_um
-
-
-def _stylus_factors(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
-    if machine is not None:
+    if basis == "stylus" and machine is not None:
         length = machine.probe.shank_length_mm
         yield f"the stylus is {length:g} mm long (power 3)", (length / STYLUS_MM) ** 3
-
-
-_BASES: dict[str, Callable[[SizePriors, Gauge | None, Machine | None], Factors]] = {
-    "": _no_factors,
-    "grade": _grade_factors,
-    "sag": _sag_factors,
-    "certificate": _certificate_factors,
-    "stylus": _stylus_factors,
-}
 
 
 def size_of_shape(kind: str, shape: Mapping[str, Any], shapes: Sequence[Mapping[str, Any]]) -> float:

@@ -9,17 +9,26 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from stepgauge import __version__
-from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.output.machine_text import effect_table, machine_text
 from stepgauge.diagnosis.output.probe_file import probe_file
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
-from stepgauge.diagnosis.result import FILE, OUTLIERS, ComputedDiagnosis, Finding, GaugeDiagnosis, Located, rms
+from stepgauge.diagnosis.result import (
+    FILE,
+    OUTLIERS,
+    ComputedDiagnosis,
+    Finding,
+    GaugeDiagnosis,
+    Located,
+    StatedDiagnosis,
+    rms,
+)
 from stepgauge.diagnosis.wording.aliases import aliases_of, even_steps_mm
 from stepgauge.diagnosis.wording.findings import GAUGE, Subject, meaning
 from stepgauge.diagnosis.wording.phrases import worded, worded_all
@@ -30,7 +39,7 @@ from stepgauge.recording.simulated import is_simulated
 
 FORMAT = format_of("diagnosis")
 MACHINE_FILE = "machine.diagnosed.toml"
-HEADLINE_FOLDS = ("cycles", "placements", "faces")
+HEADLINE_FOLDS = ("cycles", "faces")
 """Groups of which the first in the recording is used for ``holdout_rms_*``. The prediction of a face that is held out
 does not know its error against the certificate, which adds the uncertainty of the certificate to the noise."""
 
@@ -78,12 +87,14 @@ def diagnosis_to_dict(diagnosis: GaugeDiagnosis, folder: str | Path = ".") -> di
 
 def statements_to_dict(diagnosis: GaugeDiagnosis, folder: str | Path = ".") -> dict[str, Any]:
     """The same without the files that it was made from; parameters as :func:`diagnosis_to_dict`."""
+
+    def renamed(text: str) -> str:
+        for stem in (name.removesuffix(".toml") for name in diagnosis.placements):
+            text = text.replace(f" {stem}.", f" {(Path(folder) / stem).as_posix()}.")
+        return text
+
     said = {
-        **common_json(
-            diagnosis,
-            lambda one: _details(one, diagnosis),
-            lambda text: _command_in_folder(text, diagnosis.placements, Path(folder)),
-        ),
+        **common_json(diagnosis, lambda one: _details(one, diagnosis), renamed),
         "fit": _fit(diagnosis),
         "noise": _noise(diagnosis),
         "measured": _measured(diagnosis),
@@ -98,7 +109,7 @@ Renamed = Callable[[str], str]
 """From the text of a proposal to that with the folder of the files that it names."""
 
 
-def common_json(diagnosis: Any, details: Details, renamed: Renamed, at: Subject = GAUGE) -> dict[str, Any]:
+def common_json(diagnosis: StatedDiagnosis, details: Details, renamed: Renamed, at: Subject = GAUGE) -> dict[str, Any]:
     """What the diagnosis of a gauge and of a probe's map have in common: statements, search and predictive check."""
     return {
         "format": FORMAT,
@@ -108,24 +119,11 @@ def common_json(diagnosis: Any, details: Details, renamed: Renamed, at: Subject 
         "located": [_located(one, one in diagnosis.unexplained, details, renamed) for one in diagnosis.located],
         "unexplained": [_located(one, True, details, renamed) for one in diagnosis.unexplained],
         "trail": [
-            {
-                "action": step.action,
-                "effect": step.label,
-                "log10_odds": step.gain / math.log(10.0),
-            }
+            {"action": step.action, "effect": step.label, "log10_odds": step.gain / math.log(10.0)}
             for step in diagnosis.trail
         ],
         "probabilities": diagnosis.probabilities,
-        "checks": [
-            {
-                "check": one.name,
-                "deviation": one.deviation,
-                "passed": one.passed,
-                "phrase": one.phrase,
-                "words": worded(one.phrase),
-            }
-            for one in diagnosis.checks
-        ],
+        "checks": [{**asdict(one), "words": worded(one.phrase)} for one in diagnosis.checks],
     }
 
 
@@ -199,20 +197,12 @@ def _parameters(finding: Finding) -> dict[str, dict[str, Any]]:
     for name, estimate in finding.parameters.items():
         if name not in said:
             unit = finding.effect.unit_of(name) if finding.effect is not None else ""
-            said[name] = {**estimate_json(estimate), "unit": unit or estimate.unit}
+            said[name] = {"value": estimate.value, "u": estimate.u, "unit": unit or estimate.unit}
     if finding.effect is not None:
         for name, value in effect_table(finding.effect).items():
             if name not in ("kind", "when") and name not in said:  # a condition is in "where"
                 said[name] = {"value": value, "u": None, "unit": finding.effect.unit_of(name)}
     return said
-
-
-def _command_in_folder(text: str, placements: Mapping[str, str], folder: Path) -> str:
-    """The command for the folder in which the diagnosis was started."""
-    for name in placements:
-        stem = name.removesuffix(".toml")
-        text = text.replace(f" {stem}.", f" {(folder / stem).as_posix()}.")
-    return text
 
 
 def _located(one: Located, left: bool, details: Details, renamed: Renamed) -> dict[str, Any]:
@@ -234,14 +224,10 @@ def _located(one: Located, left: bool, details: Details, renamed: Renamed) -> di
     }
 
 
-def estimate_json(estimate: Estimate) -> dict[str, Any]:
-    """Value, standard uncertainty and unit."""
-    return {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
-
-
 def _fit(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
     fit = diagnosis.fit
-    before, after = _headline(fit.holdout)
+    names = [name for name in HEADLINE_FOLDS if name in fit.holdout]
+    before, after = fit.holdout[names[0]] if names else (math.nan, math.nan)
     said: dict[str, Any] = {
         "noise_um": diagnosis.noise.sigma_um,
         "rms_before_um": fit.rms_before_um,
@@ -257,11 +243,6 @@ def _fit(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
     if diagnosis.forms:
         said["rest_rms_um"] = diagnosis.rest_rms_um
     return said
-
-
-def _headline(holdout: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
-    names = [name for name in HEADLINE_FOLDS if name in holdout] or list(holdout)
-    return holdout[names[0]] if names else (math.nan, math.nan)
 
 
 def _noise(diagnosis: GaugeDiagnosis) -> dict[str, Any]:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.result import Finding, GaugeDiagnosis
+from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.effects import Effect, make_effects
 from stepgauge.effects.scatter import NoiseGrowth
 from stepgauge.errors import InputError
@@ -56,21 +56,16 @@ def effect_table(effect: Effect) -> dict[str, Any]:
     return {"kind": effect.kind, **toml_types(values)}
 
 
-def scatter_effect(finding: Finding) -> NoiseGrowth | None:
-    """A finding about the scatter as an effect; None for one that is no law (outliers)."""
-    if finding.kind != "noise_growth":
-        return None
-    values: dict[str, Any] = {"start_s": 0.0, **finding.choices, "rate": finding.parameters["rate"].value}
-    return NoiseGrowth.model_construct(**values)
-
-
 def _additions(diagnosis: GaugeDiagnosis) -> Iterable[tuple[str, Effect, Mapping[str, Estimate]]]:
     for finding in diagnosis.findings:
         for part in finding.effects:
             (size,) = (p.name for p in part.parameters() if p.role == "linear")
             heading = f"{part.label}, of {finding.label}, probability {finding.probability:.3f}"
             yield heading, part, {size: finding.parameters[part.label]}
-        effect = finding.effect or scatter_effect(finding)
+        effect = finding.effect
+        if finding.kind == "noise_growth":
+            values: dict[str, Any] = {"start_s": 0.0, **finding.choices, "rate": finding.parameters["rate"].value}
+            effect = NoiseGrowth.model_construct(**values)
         if effect is not None:
             yield f"{finding.label}, probability {finding.probability:.3f}", effect, finding.parameters
 
@@ -91,14 +86,10 @@ def _heading(diagnosis: GaugeDiagnosis, added: bool) -> str:
 def _table(heading: str, effect: Effect, estimates: Mapping[str, Estimate]) -> str:
     lines = [f"# {heading}", "[[effect]]"]
     for name, value in effect_table(effect).items():
-        lines.append(f"{name} = {_toml(value)}{_uncertainty(estimates.get(name))}")
+        known = estimates.get(name)
+        u = "" if known is None or known.u is None else f"  # u = {rounded(known.u, 2)} {known.unit}".rstrip()
+        lines.append(f"{name} = {_toml(value)}{u}")
     return "\n".join(lines) + "\n"
-
-
-def _uncertainty(estimate: Estimate | None) -> str:
-    if estimate is None or estimate.u is None:
-        return ""
-    return f"  # u = {rounded(estimate.u, 2)} {estimate.unit}".rstrip()
 
 
 def toml_types(value: Any) -> Any:
@@ -116,11 +107,9 @@ def _toml(value: object) -> str:
     """A word, a number or a list of them in TOML."""
     import tomli_w
 
-    return tomli_w.dumps({"v": value}).removeprefix("v = ").strip() if not isinstance(value, list) else _list(value)
-
-
-def _list(values: Sequence[object]) -> str:
-    return "[" + ", ".join(_toml(value) for value in values) + "]"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return tomli_w.dumps({"v": value}).removeprefix("v = ").strip()
 
 
 def _moved(text: str, before: Path, after: Path) -> str:
