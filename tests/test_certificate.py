@@ -34,7 +34,7 @@ from stepgauge.reports.certificate import closing_sections, identity_sections, n
 from stepgauge.reports.certificate_file import check_days, check_item, check_room, read_laboratory
 from stepgauge.reports.content import Sources, make_content
 from stepgauge.reports.page import UserStatements
-from stepgauge.reports.render import render_html, render_pdf
+from stepgauge.reports.render import render_html, render_pdf, write_report
 from stepgauge.reports.result_table import result_table
 from stepgauge.reports.sources import read_sources
 from stepgauge.standards.budget_files import StoredGap
@@ -589,3 +589,33 @@ def test_a_report_judges_by_the_limit_of_the_evaluation() -> None:
     sources = read_sources({**evaluation, "mpe": "0.01"})
     assert sources.mpe == Mpe.parse("0.01")
     assert "MPE = ± 0.01 µm" in make_content(evaluation, UserStatements(DAY), sources)["overall"]
+
+
+@pytest.mark.parametrize("suffix", [".pdf", ".html"])
+def test_a_certificate_that_was_issued_is_never_written_over(tmp_path: Path, suffix: str) -> None:
+    """ISO/IEC 17025:2017, 7.8.8: what is amended has a number of its own and names what it replaces."""
+    said = laboratory()
+    path, other = tmp_path / f"first{suffix}", tmp_path / f"second{suffix}"
+
+    def write(where: Path, **head: str) -> None:
+        numbered = replace(said, certificate=said.certificate.model_copy(update=head))
+        write_report(where, content(laboratory=numbered))
+
+    write(path)
+    issued = path.read_bytes()
+    write(path)  # the same again is no loss
+    for where in (path, other):
+        with pytest.raises(InputError, match="is there already, and one that was issued is kept") as refused:
+            write(where, place_text="Elsewhere")
+    with pytest.raises(InputError, match=rf"certificate {said.certificate.number} is there already"):
+        write(path, number="A-2")
+    assert path.read_bytes() == issued
+    assert f'replaces = "{said.certificate.number}"' in str(refused.value)
+    write(other, number="A-2", replaces=said.certificate.number)
+    assert path.read_bytes() == issued
+    table = identity_sections(
+        evaluated(1)[0], replace(said, certificate=said.certificate.model_copy(update={"replaces": "A-1"}))
+    )[-1].rows
+    assert ("Replaces certificate", "A-1") in table
+    with pytest.raises(ValueError, match="a number of its own"):
+        type(said.certificate)(number="A-1", replaces="A-1")

@@ -26,7 +26,9 @@ from tests.web.gathered import ROOT, _templates
 
 DAY = datetime.date(2026, 5, 4)
 STATED = UserStatements(DAY, "4711.5", "Customer & Sons 2.5", "Hall 3", "A. Meyer", "Made with 1.5 mm of dirt", "de")
-ENGLISH = re.compile(r"\b(the|is|are|not|and|with|of|which|by|from|at|no|to|over|along|error|largest|gauge)\b")
+ENGLISH = re.compile(
+    r"\b(the|is|are|not|and|with|of|which|by|from|at|no|to|over|along|error|largest|gauge|certificate|calibration)\b"
+)
 ALIKE = {"Name", "Block", "Material", "Software", "Position", "MPE", "R_eff", "XF", "XB", "XM", "XR", "Monte Carlo"}
 """Words that are the same in both languages."""
 
@@ -44,6 +46,8 @@ def whole_budget() -> Any:
 
 
 JOINED = {
+    *("End of calibration certificate {}", "End of the calibration certificate"),
+    *("End of report of measurement {}", "End of the report of measurement"),
     *("no face, of {}", "1 cycles", "Pass", "Undecidable", "{}: MPE = ± {} from the reference face; {}."),
     "The temperature of the gauge was not recorded: lengths are not corrected for it.",
     "The temperature of the gauge of placement {} was not recorded: lengths are not corrected for it.",
@@ -51,7 +55,7 @@ JOINED = {
     "gauge temperature (certified positions are used uncorrected)",
     "gauge temperature of placement {} (certified positions are used uncorrected)",
     *("R_eff, placement {}", "From block", "From blocks", "From block, placement {}", "From blocks, placement {}"),
-    *("Nominal − R_eff, placement {}", "{} at face {} ({} mm), k = {}"),
+    *("Nominal radius − R_eff, placement {}", "{} at face {} ({} mm), k = {}"),
 }
 """Put together of several texts of the code."""
 PAGES: dict[str, Callable[[], dict[str, Any]]] = {

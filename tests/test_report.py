@@ -219,7 +219,7 @@ def test_files_given_with_it_are_printed() -> None:
     assert lines["Pitch, towards +z"] == "0.00000° (u = 5.5 µrad)"
     assert lines["Centre C1, block 1"].endswith("u = (0.10, 0.20, 0.30) µm")
     assert lines["Travel x, y, z (mm)"] == "0 to 700, 0 to 1200, 0 to 600"
-    w_um = float(lines["Nominal − R_eff"].removesuffix(" µm"))
+    w_um = float(lines["Nominal radius − R_eff"].removesuffix(" µm"))
     assert w_um == pytest.approx((2.0 - one_placement().results[0].radius.r_eff_mm) * 1e3, abs=0.006)
     assert "turned about its axis" in {one["title"]: one["items"] for one in said["lists"]}["Notes"]
 

@@ -219,7 +219,7 @@ def _add_legend(figure: Figure, stopped: bool) -> None:
         Line2D([], [], color=TRAVEL_COLOR, linewidth=0.8, label="travel"),
         Line2D([], [], color=TRAVEL_COLOR, linewidth=0.8, linestyle=BESIDE_STYLE, label="beside or above the blocks"),
         Line2D([], [], color=MEASURE_COLOR, linewidth=1.4, label="measuring"),
-        Line2D([], [], color=MEASURE_COLOR, linewidth=0, marker="o", markersize=3, label="probed (tip centre)"),
+        Line2D([], [], color=MEASURE_COLOR, linewidth=0, marker="o", markersize=3, label="probed (centre of the tip)"),
     ]
     if stopped:
         entries.append(Line2D([], [], color=STOP_COLOR, marker="X", markersize=6, linewidth=2, label="stopped here"))

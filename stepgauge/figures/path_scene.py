@@ -198,7 +198,7 @@ def _probed(path: Path, gauge: Gauge, placement: Placement, tip_radius_mm: float
     visits = np.column_stack([points.face, points.cycle])[:count].tolist()
     hover = "face %{customdata[0]}, cycle %{customdata[1]}<br>(%{x:.4f}, %{y:.4f}, %{z:.4f}) mm<extra></extra>"
     marker = {"size": 3, "color": MEASURE_COLOR}
-    name = "probed (tip centre)"
+    name = "probed (centre of the tip)"
     return go.Scatter3d(x=x, y=y, z=z, mode="markers", name=name, customdata=visits, hovertemplate=hover, marker=marker)
 
 

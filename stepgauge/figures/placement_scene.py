@@ -41,7 +41,7 @@ def placement_scene(
         traces += [boxes(obstacles, slice(-1, None), "rail", RAIL_COLOR)]
     if points is not None:
         others = [number for number in range(1, 17) if number not in suspects]
-        traces += [_points(points, others, "points (tip centre)", MEASURE_COLOR)]
+        traces += [_points(points, others, "points (centre of the tip)", MEASURE_COLOR)]
         traces += [_points(points, list(suspects), "disagrees", STOP_COLOR)] if suspects else []
     if travel_mm is not None:
         traces += [travel_volume(np.asarray(travel_mm, float)).update(visible=True)]

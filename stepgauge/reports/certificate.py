@@ -84,7 +84,7 @@ def _calibration(said: Laboratory) -> list[Row]:
     performed = " to ".join(dict.fromkeys(day for day in days if day)) or None
     identity: list[Row] = [("Number", head.number)]
     if head.replaces:
-        identity.append(("Replaces", head.replaces))
+        identity.append(("Replaces certificate", head.replaces))
     identity += [
         ("Item received", head.received.isoformat() if head.received else None),
         ("Calibrated", performed),
@@ -142,7 +142,7 @@ def closing_sections(
     uncertainty = None if budget is None else uncertainty_text(budget, assumptions=False)
     sections = [
         _section("Measurement uncertainty", [("Expanded", uncertainty)]),
-        _section("Conditions", _conditions(evaluation, said)),
+        _section("Conditions", _conditions(said)),
         _section("Metrological traceability", [("Traceable", traced)]),
         _section("Adjustment or repair", [("Before and after", told.adjustment)]),
         _section("Conformity", [("Statement", conformity)]),
@@ -168,15 +168,11 @@ def _person(one: ResponsiblePerson) -> Row:
     return ("Authorised by" if one.signs else "Took part", name)
 
 
-def _conditions(evaluation: dict[str, Any], said: Laboratory) -> list[Row]:
+def _conditions(said: Laboratory) -> list[Row]:
     rows: list[Row] = []
     for label, pair, unit in (
         ("Air temperature", said.conditions.temperature_C, "°C"),
         ("Relative humidity", said.conditions.humidity_percent, "%"),
     ):
         rows.append((label, None if pair is None else f"{number(pair[0], 1)} to {number(pair[1], 1)} {unit}"))
-    for result in evaluation["placements"]:
-        warm = result["gauge_temperature_C"]
-        label = f"Gauge, placement {result['placement']}"
-        rows.append((label, None if warm is None else f"{number(warm, 2)} °C (mean)"))
     return rows

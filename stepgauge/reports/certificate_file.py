@@ -74,6 +74,8 @@ class CertificateHead(TomlTable):
 
     @model_validator(mode="after")
     def _check_order_of_days(self) -> CertificateHead:
+        if self.number and self.number == self.replaces:
+            raise ValueError("a number of its own, other than that of the certificate that it replaces")
         known = [(name, day) for name in DAYS if (day := getattr(self, name)) is not None]
         for (before, early), (after, late) in pairwise(known):
             if late < early:

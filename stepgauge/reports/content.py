@@ -91,7 +91,7 @@ def make_content(evaluation: dict[str, Any], stated: UserStatements, sources: So
         ("evaluation.json", evaluation),
         warnings=[one for one in warned if judged is None or one != judged.prevented],  # the decision says it already
         overall="" if judged is None else judged.text,
-        statements=[measurand_text(evaluation, budget), reference_text(evaluation)],
+        statements=[measurand_text(evaluation, budget), *([] if laboratory else [reference_text(evaluation)])],
         figures=[
             (evaluation_figure(result, sources.mpe), f"Placement {result['placement']}: {describe(result)}")
             for result in placed

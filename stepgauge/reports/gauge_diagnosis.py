@@ -9,12 +9,15 @@ from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.diagnosis.wording.limits import limits, predictions
 from stepgauge.diagnosis.wording.notation import (
     MOST_NUMBERS,
+    odds_text,
     plus_minus,
     probability_of,
     significant,
+    symbol,
     told_numbers,
     um,
 )
+from stepgauge.files.resources import called
 from stepgauge.reports.blocks import Block, bullets, heading, table, words
 from stepgauge.reports.diagnosis_blocks import (
     check_blocks,
@@ -147,7 +150,7 @@ def _finding_in_full(number: int, effect: Said, said: Said) -> Iterator[Block]:
 def _facts(effect: Said) -> Iterator[str]:
     stated = {name: p for name, p in effect["parameters"].items() if "unit" in p}
     shown = stated if len(stated) <= MOST_NUMBERS else dict(told_numbers(effect))
-    yield from (f"{name} = {plus_minus(p)}{' (k = 2)' if p.get('u') else ''}" for name, p in shown.items())
+    yield from (f"{symbol(name, p, 2)}= {plus_minus(p)}{' (k = 2)' if p.get('u') else ''}" for name, p in shown.items())
     if len(shown) < len(stated):
         yield f"{len(stated) - len(shown)} further values are not determined; they are in diagnosis.json"
     if effect["largest_um"]:
@@ -168,11 +171,12 @@ def _facts(effect: Said) -> Iterator[str]:
 def _replaced(other: Said) -> str:
     laws, others = ([name_of(label) for label in other.get(key, ())] for key in ("labels", "others"))
     besides = f", and in that of {' and '.join(others)}" if others else ""
-    return f"{' and '.join(laws)} may stand in its place{besides} (odds 1 to {significant(1.0 / other['odds'], 2)})"
+    return f"{' and '.join(laws)} may stand in its place{besides}: {odds_text(other['odds'])}"
 
 
 def _files(said: Said) -> Iterator[str]:
     inputs = said["inputs"]
     yield from recording_files(said)
-    yield f"gauge {inputs['gauge']['path']}, machine {inputs['machine']['path']}; full checksums in diagnosis.json"
+    gauge, machine = (called(inputs[name]["path"]) for name in ("gauge", "machine"))
+    yield f"gauge {gauge}, machine {machine}; full checksums in diagnosis.json"
     yield "machine.diagnosed.toml: the machine file with what was found, ready for stepgauge simulate"

@@ -8,6 +8,7 @@ process and a budget of its own, and reads what it names beside it (:mod:`stepga
 from __future__ import annotations
 
 import base64
+import html
 import json
 import os
 import re
@@ -65,9 +66,27 @@ def write_report(path: str | Path, content: dict[str, Any], template: str | Path
     target = Path(path)
     render = renderer(target)
     pages = render(content, template)
+    if content.get("end"):
+        _check_issued(target, content, pages.data)
     with replacing(target) as beside:
         beside.write_bytes(pages.data)
     return pages.notes
+
+
+def _check_issued(target: Path, content: dict[str, Any], data: bytes) -> None:
+    """:class:`InputError` where a certificate would be lost, or two have one number (ISO/IEC 17025:2017, 7.8.8)."""
+    for path in sorted(target.parent.glob(f"*{target.suffix}")):
+        old = path.read_bytes() if path.is_file() else data
+        found = _CERTIFICATE.search(old) if old != data else None
+        number = None if found is None else html.unescape(found[1].decode("utf-8", "replace"))
+        if number is not None and (path == target or number == content["number"]):
+            what = f"certificate {number} is there already, and one that was issued is kept"
+            expected = f'a number of its own, replaces = "{number}" in [certificate], and another file'
+            raise InputError(path, what, expected=expected)
+
+
+_CERTIFICATE = re.compile(rb">(?:Calibration certificate|Kalibrierschein) ([^<]+)<")
+"""The title of a file, as PDF/A and HTML have it."""
 
 
 def renderer(path: str | Path) -> Callable[[dict[str, Any], str | Path | None], Pages]:

@@ -66,9 +66,6 @@ def machine_section(evaluation: dict[str, Any], machine: Machine | None) -> Sect
     section = Section("Machine and probe")
     if machine is None:
         section.add("Machine", evaluation["comments"].get("machine", "not stated"))
-        radius = evaluation["comments"].get("tip_radius_mm")
-        if radius:
-            section.add("Nominal tip radius", f"{radius} mm (from the recording)")
         section.missing.append("machine and probe data (machine file)")
         return section
     table, probe = machine.table, machine.probe
@@ -77,7 +74,7 @@ def machine_section(evaluation: dict[str, Any], machine: Machine | None) -> Sect
     section.add("Travel x, y, z (mm)", travel)
     section.add("Measuring speed", f"{table.measuring_speed_mm_s:g} mm/s (machine file)")
     section.add("Probe", f"{probe.name or 'touch-trigger'}, stylus {probe.shank_length_mm:g} mm")
-    section.add("Nominal tip radius", quantity(probe.tip_radius_mm, 4, "mm"))
+    section.add("Tip radius, nominal", quantity(probe.tip_radius_mm, 4, "mm"))
     return section
 
 
@@ -134,7 +131,7 @@ def _append_u(text: str, u_urad: float | None) -> str:
 
 def conditions_section(evaluation: dict[str, Any], machine: Machine | None) -> Section:
     """Temperatures, and the corrections for them."""
-    section = Section("Conditions")
+    section = Section("Temperatures")
     several = len(evaluation["placements"]) > 1
     for result in evaluation["placements"]:
         label = f"Gauge, placement {result['placement']}" if several else "Gauge temperature"
@@ -180,7 +177,7 @@ def radius_section(evaluation: dict[str, Any], machine: Machine | None, budget: 
         section.add(f"From {plural('block', len(result['r_eff_blocks']))}{tail}", number_ranges(result["r_eff_blocks"]))
         if nominal_mm is not None:
             pretravel_um = (nominal_mm - result["r_eff_mm"]) * 1e3
-            section.add(f"Nominal − R_eff{tail}", quantity(pretravel_um, 2, "µm"))
+            section.add(f"Nominal radius − R_eff{tail}", quantity(pretravel_um, 2, "µm"))
     section.add("Origin", evaluation["r_eff_meaning"])
     return section
 
@@ -204,7 +201,7 @@ COMMENTS = {
     "machine": "Machine, as recorded",
     "program": "Program",
     "seed": "Seed of the simulation",
-    "tip_radius_mm": "Nominal tip radius",
+    "tip_radius_mm": "Tip radius, as recorded",
     "measured": "Measured",
     "measured_at": "Measured",
     "date": "Date",

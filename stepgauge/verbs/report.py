@@ -82,7 +82,7 @@ def report(
     budget : budget.json of stepgauge budget, or its folder: adds uncertainties; default: that of RESULT, in
         its folder or among the results of the project
     certificate : certificate.toml: makes the report a calibration certificate in the order of ISO/IEC 17025; it states
-        number, operator, customer, location, date and remarks itself
+        number, operator, customer, location, date and remarks itself; one that was issued is never written over
     mpe : maximum permissible error "A + L/K" or "min(A + L/K, B)", um with L in mm: pass, fail or undecidable by
         ISO 14253-1; default: that of the certificate, else that of the evaluation, else of the machine file
     interactive : a page (.html, one file, no network): click a face or a finding to see its probings

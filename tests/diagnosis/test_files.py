@@ -24,7 +24,7 @@ from stepgauge.diagnosis.result import Diagnosis, Finding, GaugeDiagnosis, Locat
 from stepgauge.diagnosis.wording.aliases import even_steps_mm
 from stepgauge.diagnosis.wording.findings import name_of, remedy
 from stepgauge.diagnosis.wording.headline import headline
-from stepgauge.diagnosis.wording.notation import plus_minus, probability, significant, um
+from stepgauge.diagnosis.wording.notation import plus_minus, probability, significant, symbol, um
 from stepgauge.effects import Probings, along_approach_um, effect_kinds, make_effects
 from stepgauge.errors import InputError
 from stepgauge.machine.file import read_machine
@@ -79,8 +79,8 @@ def test_the_appendix_says_what_may_stand_for_a_finding_and_for_which_others_wit
         *({"labels": ["roll_x", f"block_defect_{k}"], "others": [], "odds": 1e-3} for k in range(1, 8)),
     ]
     lines = [line for line in report_text(data).splitlines() if "may stand in its place" in line]
-    assert lines[0] == "- geometric errors may stand in its place, and in that of squareness xy (odds 1 to 25)"
-    assert lines[1] == "- roll x and block defect 1 may stand in its place (odds 1 to 1000)"
+    assert lines[0] == "- geometric errors may stand in its place, and in that of squareness xy: 25 to 1 against"
+    assert lines[1] == "- roll x and block defect 1 may stand in its place: 1\u00a0000 to 1 against"
     assert len(lines) == 5
 
 
@@ -184,7 +184,7 @@ def test_the_report_says_what_the_json_says(name: str) -> None:
             assert all(name_of(part) in text for part in kind.split(" + "))
         for key, parameter in effect["parameters"].items():
             if "unit" in parameter:
-                assert f"- {key} = {plus_minus(parameter)}" in text
+                assert f"- {symbol(key, parameter, 2)}= {plus_minus(parameter)}" in text
     for one in data["unexplained"]:
         assert one["where"] in text
     assert "None" not in text

@@ -68,8 +68,9 @@ def test_a_filled_form_is_a_file_that_may_be_signed_and_comes_back(folder: Path,
     check_filled(said)
     assert said.conditions.temperature_C == (19.8, 20.3)
     assert [(one.name, one.signs) for one in said.persons] == [("A. Person", True)]
-    output = "results/certificate-evaluation.pdf"
-    assert begun == [["report", "results/evaluation", "--certificate", "certificate.toml", "-o", output]]
+    output = f"results/certificate-{said.certificate.number}.pdf"
+    written = ["report", "results/evaluation", "--certificate", "certificate.toml", "--language", "en", "-o", output]
+    assert begun == [written]
     shown = Asked(folder, "de").get(certificate.show, result="results/evaluation")
     assert re.search('name="laboratory.city"[^>]* value="Town"', shown)
     assert re.search('name="conditions.temperature_C_low"[^>]* value="19,8"', shown)

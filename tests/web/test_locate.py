@@ -128,7 +128,7 @@ def test_a_scene_has_the_gauge_and_the_travel(served: Served) -> None:
     status, _, body = served.ask("/locate/scene.json?points=points.csv")
     names = [one["name"] for one in json.loads(body)["data"]]
     assert status == 200
-    assert names == ["blocks", "rail", "points (tip centre)", "travel of the machine"]
+    assert names == ["blocks", "rail", "points (centre of the tip)", "travel of the machine"]
     assert served.ask("/locate/scene.json?points=../../etc/passwd")[0] == 422
 
 

@@ -11,6 +11,7 @@ from stepgauge.diagnosis.wording.aliases import periods_of
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import describe_rivals, finding_name, name_of, subject
 from stepgauge.diagnosis.wording.notation import (
+    odds_text,
     plus_minus,
     probability,
     probability_of,
@@ -117,7 +118,7 @@ def _or_laws(said: Said, language: str) -> str:
     law, of = first["laws"][0], subject(said).of
     names = listed([name_of(label, of, language) for label in law["labels"]], language=language)
     together = say("together", language) if len(law["labels"]) > 1 else ""
-    return say("or_laws", language, names=names, together=together, odds=significant(1.0 / law["odds"], 2))
+    return say("or_laws", language, names=names, together=together, odds=odds_text(law["odds"], language))
 
 
 def _possible(said: Said, language: str) -> str:

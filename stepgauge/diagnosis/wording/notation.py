@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from stepgauge.diagnosis.wording.catalogue import say
 from stepgauge.files.notation import LEAST_PLAIN
 
 COVERAGE = 2.0
@@ -93,6 +94,23 @@ def probability(value: float) -> str:
 def percent(share: float | None) -> str:
     """A share as a percentage."""
     return "undefined" if share is None else f"{100.0 * share:.3g} %"
+
+
+def odds_text(odds: float, language: str = "en") -> str:
+    """Odds of one cause over another as one says them: 0.00065 is ``1 500 to 1 against``."""
+    times = max(odds, 1.0 / max(odds, 1e-300))
+    return say("odds_for" if odds > 1.0 else "odds_against", language, times=times_text(times, language))
+
+
+def times_text(times: float, language: str = "en") -> str:
+    """How many times, to two digits, thousands set apart (ISO 80000-1); over a million nobody needs a number."""
+    if times >= MOST_TIMES:
+        return say("over_a_million", language)
+    text = f"{float(f'{times:.2g}'):,.{1 if times < 9.95 else 0}f}".removesuffix(".0")
+    return text.replace(",", "\u00a0")
+
+
+MOST_TIMES = 1e6
 
 
 def without(text: str, commands: Sequence[str]) -> str:

@@ -7,14 +7,13 @@ and terms of a gauge or of an axis, in English or German.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from stepgauge.diagnosis.wording.catalogue import listed, say, sentences
 from stepgauge.diagnosis.wording.findings import GAUGE, Subject, name_of
+from stepgauge.diagnosis.wording.notation import times_text
 from stepgauge.effects.words import filled
-from stepgauge.files.notation import rounded
 
 Phrase = Mapping[str, Any]
 COVARIATES = {
@@ -85,8 +84,7 @@ def nearest_law(one: Mapping[str, Any], at: Subject = GAUGE, language: str = "en
     """The odds against the laws that come nearest to structure without one; empty where none does."""
     if not one.get("laws"):
         return ""
-    laws, odds = one["laws"][0]["labels"], 1.0 / max(one["laws"][0]["odds"], 1e-300)
-    times = rounded(odds, 2) if odds < 1e4 else f"10^{math.log10(odds):.0f}"
+    laws, times = one["laws"][0]["labels"], times_text(1.0 / max(one["laws"][0]["odds"], 1e-300), language)
     say = {"say": "nearest", "law": laws[0]} if len(laws) == 1 else {"say": "nearest_laws", "laws": laws}
     return worded({**say, "times": times}, at, language)
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from starlette.requests import Request
@@ -17,7 +17,7 @@ from stepgauge.web.evaluations import budget_words, placement_words, read_evalua
 from stepgauge.web.fields import Field, fields_of, read_fields
 from stepgauge.web.folder import existing, relative
 from stepgauge.web.forms import Form, form_endpoint
-from stepgauge.web.render import render, run_verb, site_of
+from stepgauge.web.render import render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
 
 if TYPE_CHECKING:
@@ -26,7 +26,17 @@ if TYPE_CHECKING:
 
 FILE = "certificate.toml"
 KEYS: Mapping[str, tuple[str, ...]] = {
-    "certificate": ("number", "issued", "received", "performed_from", "performed_to", "place", "mark", "example"),
+    "certificate": (
+        "number",
+        "issued",
+        "received",
+        "performed_from",
+        "performed_to",
+        "place",
+        "mark",
+        "replaces",
+        "example",
+    ),
     "item": ("name", "manufacturer", "model", "serial", "owner_number", "condition"),
     "laboratory": ("name", "street", "street_number", "post_code", "city", "country", "accreditation"),
     "customer": ("name", "city", "country"),
@@ -137,12 +147,15 @@ def make(request: Request, form: Form) -> Response:
         write_text(site.folder / FILE, text)
         said = read_laboratory(site.folder / FILE)
     check_filled(said)
-    target = f"results/certificate-{Path(result).name}.pdf"
+    number = re.sub(r"[^\w.-]+", "-", said.certificate.number or "")
+    target = f"results/certificate-{number}.pdf"
     arguments = [
         "report",
         result,
         "--certificate",
         FILE,
+        "--language",
+        words_of(request).language,
         *budget_words(site, result),
         *placement_words(site, result),
         "-o",

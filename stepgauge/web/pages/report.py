@@ -12,7 +12,7 @@ from stepgauge.errors import InputError
 from stepgauge.web.evaluations import budget_words, placement_words
 from stepgauge.web.folder import existing, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
-from stepgauge.web.render import render, run_verb, site_of
+from stepgauge.web.render import render, run_verb, site_of, words_of
 from stepgauge.web.verb_fields import options, verb_fields
 
 RESULTS = ("evaluation.json", "diagnosis.json")
@@ -60,7 +60,10 @@ def make(request: Request, form: Form) -> Response:
     words = options(verb_fields("report", only=SAID), form.texts) if of_evaluation else []
     return run_verb(
         request,
-        ["report", result, *words, *budget_words(site, result), *placement_words(site, result), "-o", target],
+        [
+            *("report", result, *words, *budget_words(site, result), *placement_words(site, result)),
+            *("--language", words_of(request).language, "-o", target),
+        ],
         "/report",
         result=result,
         paper=target,
