@@ -85,7 +85,7 @@ def least_squares(
         after = float(there @ there)
         settled = max(expected, abs(cost - after)) <= tolerance * cost
         if after < cost:
-            gain = (cost - after) / max(expected, LEAST_SIZE)
+            gain = min((cost - after) / max(expected, LEAST_SIZE), 1.0)
             damping, growth = damping * max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3), 2.0
             x, left, cost = x + step, there, after
             slope = slope if settled else slopes(x)

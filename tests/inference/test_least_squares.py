@@ -74,3 +74,21 @@ def test_a_bound_is_kept_and_the_other_parameters_go_on_along_it() -> None:
     np.testing.assert_allclose(found, [0.5, 0.25], rtol=1e-6)
     expected = optimize.least_squares(valley, [-1.2, 1.0], valley_slopes, bounds=([-2.0, -2.0], high)).x
     np.testing.assert_allclose(found, expected, rtol=1e-4)
+
+
+def test_a_step_that_a_bound_cuts_short_may_lead_farther_than_its_slopes_say() -> None:
+    random = np.random.default_rng(327)
+    seen = 3.0 * np.sin(2.1 * TURNS + 0.4) + random.normal(0.0, 0.3, len(TURNS))
+
+    def left(x: Array) -> Array:
+        return seen - x[0] * np.sin(x[1] * TURNS + x[2])
+
+    def slopes(x: Array) -> Array:
+        inside = x[1] * TURNS + x[2]
+        return -np.column_stack([np.sin(inside), x[0] * TURNS * np.cos(inside), x[0] * np.cos(inside)])
+
+    start = np.array([random.uniform(-3.0, 3.0), random.uniform(0.5, 6.0), random.uniform(-3.0, 3.0)])
+    half = random.uniform(0.0, 0.3, 3)
+    found = least_squares(left, slopes, start, 1e-12, 200, (start - half, start + half))
+    assert (np.abs(found - start) <= half + 1e-12).all()
+    assert left(found) @ left(found) < left(start) @ left(start)
