@@ -23,7 +23,7 @@ OWN_SHARE = 0.35
 MOST = 0.8
 """So much of several sentences is one template's own words."""
 _SENTENCE = re.compile(r"(?<=[.]) (?=[^\W\d_a-z]|[–*\u201c])")
-_POINT = re.compile(r"(?<![\w./:'\"=-])(?<!= )([-+−]?\d+)\.(\d+)(?![\w./'\"])")
+_POINT = re.compile(r"(?<![\w./:'\"=-])(?:(?<=\([uU] = )|(?<!= ))([-+−]?\d+)\.(\d+)(?![\w./'\"])")
 _QUOTED = re.compile(r"""('[^']*'|"[^"]*")""")
 _MICRO = re.compile(r"(?<=\d )u(?=m\b|rad\b)")
 _ROW = re.compile(r"\brow (?=\d)")

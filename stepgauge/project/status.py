@@ -43,7 +43,7 @@ class ProjectItem:
     """One thing of a project: what it is, its path as typed, what is in it; ``wrong``: it cannot be used.
 
     ``files``: SHA-256 of a recording, and of all files that a result was made from; ``of_axis``: it has no gauge;
-    ``lacking``: what nothing can be decided without.
+    ``lacking``: what nothing can be decided without, each with how it is stated.
     """
 
     what: str
@@ -52,7 +52,7 @@ class ProjectItem:
     wrong: bool = False
     files: frozenset[str] = frozenset()
     of_axis: bool = False
-    lacking: str = ""
+    lacking: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -65,13 +65,13 @@ class Status:
     command: str
     reason: str
     place: str = ""
-    lacking: str = ""
+    lacking: tuple[tuple[str, str], ...] = ()
 
     def summary(self) -> str:
         """A line or two for each thing, then the next command."""
         lines = [f"project     {self.place}"]
         lines += [f"{one.what:11} {one.path}\n{'':11} {'! ' if one.wrong else ''}{one.said}" for one in self.items]
-        reason = f"{self.reason}: {self.lacking}" if self.lacking else self.reason
+        reason = ": ".join(filter(None, (self.reason, "; ".join(how for _, how in self.lacking))))
         return "\n".join([*lines, f"next        {self.command}\n{'':11} {reason}"])
 
 
@@ -87,8 +87,8 @@ def project_status(project: Project) -> Status:
     results = list(_results(project))
     reports = list(_reports(project))
     found = (*items, *recordings, *results, *reports)
-    step, command, reason, *lacking = _next(project, items, recordings, results)
-    return Status(found, step, command, reason, os.path.relpath(project.path), *lacking)
+    step, command, reason, lacking = _next(project, items, recordings, results)
+    return Status(found, step, command, reason, os.path.relpath(project.path), lacking)
 
 
 def _lacking(project: Project, placement: ProjectItem) -> list[InputError]:
@@ -184,7 +184,7 @@ def _results(project: Project) -> Iterator[ProjectItem]:
                 yield ProjectItem(kind, shown, error.cli_text(), wrong=True)
 
 
-def _result_words(path: Path, kind: str) -> tuple[str, Any, str]:
+def _result_words(path: Path, kind: str) -> tuple[str, Any, tuple[tuple[str, str], ...]]:
     """What a result says of itself, its inputs, and what it lacks for a decision.
 
     :class:`InputError` where it is not what its inputs now give.
@@ -193,14 +193,14 @@ def _result_words(path: Path, kind: str) -> tuple[str, Any, str]:
         data = read_result(path, kind)
         gaps = data.get("not_included", [])
         open_ = f"; incomplete: not stated are {', '.join(str(one['what']) for one in gaps)}" if gaps else ""
-        lacking = [str(one["state_by"]) for one in gaps]
-        lacking += [one.expected or one.sentence for one in stored_conditions(data).preventing]
-        return f"up to date{open_}", data.get("made_from", data.get("inputs", [])), "; ".join(lacking)
+        lacking = [(str(one["what"]), str(one["state_by"])) for one in gaps]
+        lacking += [(one.name, one.expected or one.sentence) for one in stored_conditions(data).preventing]
+        return f"up to date{open_}", data.get("made_from", data.get("inputs", [])), tuple(lacking)
     found = Diagnosis.read(path)
     if found.changed():
         what = f"{found.changed()[0]} has changed since this was made from it"
         raise InputError(path, what, expected="this made again, with what is there now")
-    return found.verdict, found.contents["inputs"], ""
+    return found.verdict, found.contents["inputs"], ()
 
 
 def _digests(inputs: Any) -> Iterator[str]:
@@ -225,18 +225,18 @@ def _printed(project: Project) -> list[Path]:
 
 def _next(
     project: Project, items: list[ProjectItem], recordings: list[ProjectItem], results: list[ProjectItem]
-) -> tuple[str, ...]:
-    """The next step, its command and why; the first thing that is missing, wrong or prevents a decision decides."""
+) -> tuple[str, str, str, tuple[tuple[str, str], ...]]:
+    """The next step, its command, why, and what a decision lacks: of what is missing or wrong the first."""
     for item in items[:2]:
         if item.wrong:
-            return item.what, "stepgauge list files", f"state a {item.what} in the project file; these are shipped"
+            return item.what, "stepgauge list files", f"state a {item.what} in the project file; these are shipped", ()
     if items[2].wrong:
         why = "probe the 16 points, and find how the gauge lies"
-        return "locate", _command(project, "locate", "POINTS.csv"), why
+        return "locate", _command(project, "locate", "POINTS.csv"), why, ()
     usable = [one for one in recordings if not one.wrong]
     if not usable:
         reason = "write the measuring program; run it, and 'import' what was measured"
-        return "plan", _command(project, "plan", items[2].path), reason
+        return "plan", _command(project, "plan", items[2].path), reason, ()
     done = [one for one in results if not one.wrong]
     for kind, (verb, reason) in _REASONS.items():
         own = [one for one in done if one.what == kind]
@@ -246,7 +246,7 @@ def _next(
         if lacking:
             one = lacking[-1]
             command = _command(project, verb, one.path, _elsewhere(project, kind, one, done))
-            return verb, command, _REASON_OF_AXIS if one.of_axis else reason
+            return verb, command, _REASON_OF_AXIS if one.of_axis else reason, ()
         undecided = [one for one in own if one.lacking and (kind == "evaluation" or _has_limit(project))]
         if undecided:
             one = undecided[-1]
@@ -255,9 +255,9 @@ def _next(
             return "decide", _command(project, verb, made_from, one.path), why, one.lacking
     evaluations = [one.path for one in done if one.what == "evaluation"]
     if evaluations and not _is_reported(project, evaluations[-1]):
-        return "report", _command(project, "report", evaluations[-1]), "write the report"
+        return "report", _command(project, "report", evaluations[-1]), "write the report", ()
     reason = "all is there, the report too: compare it with what was found before; measure again when it is due"
-    return "history", _command(project, "history", os.path.relpath(project.folder / RESULTS)), reason
+    return "history", _command(project, "history", os.path.relpath(project.folder / RESULTS)), reason, ()
 
 
 def _has_limit(project: Project) -> bool:

@@ -48,7 +48,7 @@ def verdict(words: Words, judged: Conformity, has_budget: bool) -> dict[str, Any
 def source_name(words: Words, what: str) -> str:
     """A source that a budget lacks, as the page calls it."""
     key = f"source.{key_of(what.split(' (')[0])}"
-    return words(key) if words.has(key) else what
+    return words(key) if words.has(key) else words.message(what)
 
 
 def decided(

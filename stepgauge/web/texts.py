@@ -174,6 +174,6 @@ class Words:
         """A number with that many decimals, as the language writes it; a dash for none."""
         if value is None or value != value:
             return "–"
-        text = f"{value:,.{digits}f}".replace("-", "−")
+        text = f"{round(value, digits) + 0.0:,.{digits}f}".replace("-", "−")
         thin = text.replace(",", "\u202f")
         return thin.replace(".", ",") if self.language == "de" else thin

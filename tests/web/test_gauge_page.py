@@ -223,3 +223,25 @@ def test_um_under_a_header_of_mm_are_recognised_and_settled_by_the_field(tmp_pat
     assert "looks like um (factor 1000)" in said
     assert Words("en").label(unit) in said
     assert "6 faces of 3 blocks" in Asked(tmp_path).post(gauge_page.check, {**FORM, "table": table, unit: "um"})
+
+
+def test_what_nobody_stated_is_a_hint_and_in_no_file(tmp_path: Path) -> None:
+    for page in (machine_page, gauge_page):
+        shown = Asked(tmp_path).get(page.show)
+        for name in ("pretravel_um", "repeatability_um", "tip_radius_mm", "material", "expansion_per_K"):
+            assert not re.search(rf'name="{name}"[^>]* value="[^"]', shown)
+    assert 'placeholder="typically 3"' in Asked(tmp_path).get(machine_page.show)
+    kind = Asked(tmp_path).get(machine_page.show, kind="machine_tool")
+    form = dict(re.findall(r'name="(\w+)"[^>]* value="([^"]+)"', kind))
+    answer = Asked(tmp_path).post(machine_page.save, {**form, "name": "Mill", "tip_radius_mm": "3"})
+    assert "/machine?saved=" in answer
+    made = sg.read_machine(tmp_path / "machine/mill.toml")
+    assert made.table.kind == "machine tool"
+    assert not made.probe.states_radius
+    text = (tmp_path / "machine/mill.toml").read_text()
+    assert not re.search("pretravel|repeatability|temperature|expansion|stylus", text)
+    again = Asked(tmp_path).get(machine_page.show)
+    assert not re.search(r'name="(pretravel_um|repeatability_um|temperature_C)"[^>]* value="[^"]', again)
+    assert "is not filled in" in Asked(tmp_path).post(
+        machine_page.save, {**form, "name": "Mill", "tip_radius_mm": "3", "u_scale_temperature_K": "0.1"}
+    )

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from stepgauge.cli import main
 from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.recording import Recording
 from stepgauge.web.pages import importing, project
 from tests.dcc.made import one_recording
-from tests.measured import shipped
+from tests.measured import lay, shipped
 from tests.web.conftest import Asked, make_project
 
 
@@ -54,3 +56,18 @@ def test_a_day_that_is_still_to_come_is_refused_where_it_is_entered(folder: Path
     answer = Asked(folder).post(importing.save, form)
     assert "this day is still to come" in answer
     assert not (folder / "recordings/two.csv").exists()
+
+
+def test_a_report_is_next_only_where_something_can_be_decided(folder: Path) -> None:
+    """The recording was at 23 deg C, and nobody said whether its readings are corrected for that."""
+    recording = one_recording()
+    lay(shipped()[0]).write(folder / "placement.toml")
+    warm = recording.frame.assign(gauge_temperature_C=23.0)
+    comments = {key: text for key, text in recording.comments.items() if key != "temperature_convention"}
+    Recording(warm, comments).write(folder / "recordings/one.csv")
+    main(["evaluate", "recordings/one.csv", "-o", "results/evaluation"])
+    shown = Asked(folder).get(project.status)
+    assert "Nothing can be decided yet" in shown
+    assert "the temperature correction of the readings" in shown
+    assert 'href="/machine"' in shown
+    assert 'href="/report"' not in shown

@@ -58,11 +58,24 @@ def test_from_the_paper_certificate_to_the_signed_pdf(tmp_path: Path, watched: W
         page.get_by_label("Laboratory").fill("A laboratory")
         page.get_by_label("Date of calibration").fill("2026-03-02")
         page.get_by_label("Drift in a year").fill("0,1")
+        for name, text in {
+            "material": "steel",
+            "expansion_per_K": "11,5",
+            "expansion_uncertainty_per_K": "0,5",
+        }.items():
+            page.locator(f"[name={name}]").fill(text)
         page.get_by_label("The table of the certificate").fill(certificate_as_pasted())
         page.get_by_text("42 faces of 21 blocks").wait_for()
         page.get_by_role("button", name="Take this gauge").click()
         page.get_by_text("Width of a block: it is not filled in").wait_for()
         page.get_by_label("Width of a block").fill("20")
+        assert page.get_by_text("it is not filled in").count() == 0
+        page.get_by_label("Language").select_option("de")
+        page.get_by_role("heading", name="Stufenendmaß").wait_for()
+        page.wait_for_load_state("networkidle")
+        page.get_by_label("Sprache").select_option("en")
+        page.get_by_text("42 faces of 21 blocks").wait_for()
+        assert page.get_by_label("Width of a block").input_value() == "20"
         page.get_by_label("Height of a block").fill("15")
         is_good(watched)
         page.get_by_role("button", name="Take this gauge").click()
@@ -70,6 +83,7 @@ def test_from_the_paper_certificate_to_the_signed_pdf(tmp_path: Path, watched: W
 
         page.get_by_label("Name").fill("CMM 3")
         page.get_by_label("Serial number").fill("B7")
+        page.get_by_label("Radius of the tip ball").fill("2")
         page.get_by_label("Constant A").fill("2,5")
         page.get_by_label("K in A + L/K").fill("300")
         page.get_by_text("Temperatures and uncertainties").click()

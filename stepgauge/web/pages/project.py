@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
@@ -9,7 +11,8 @@ from starlette.routing import Route
 from stepgauge.errors import InputError, naming
 from stepgauge.web.folder import put_away
 from stepgauge.web.forms import Form, form_endpoint
-from stepgauge.web.render import render, site_of
+from stepgauge.web.judgement import source_name
+from stepgauge.web.render import render, site_of, words_of
 
 PAGE_OF = {
     "gauge": "/gauge",
@@ -52,7 +55,9 @@ def status(request: Request) -> Response:
     found = project_status(site_of(request).project())
     file = found.command.split()[2] if found.step in ("evaluate", "budget", "diagnose", "decide", "report") else ""
     page = PAGE_OF.get(found.step, "")
-    return render(request, "project_status.html.j2", status=found, file=file, page=page, removable=REMOVABLE)
+    lacking = [source_name(words_of(request), what) for what, _ in found.lacking]
+    content: dict[str, Any] = {"status": found, "file": file, "page": page, "lacking": lacking}
+    return render(request, "project_status.html.j2", **content, removable=REMOVABLE)
 
 
 def remove(request: Request, form: Form) -> Response:
