@@ -37,7 +37,7 @@ def history_chart(series: Sequence[Series], limits: Mapping[str, float], titles:
         shapes += _limits(axis, limits.get(name), QUANTITIES[name].signed)
         layout[axis.replace("y", "yaxis")] = _panel(number, titles[name], QUANTITIES[name].unit)
     layout |= {
-        "xaxis": {"type": "date", "anchor": f"y{len(QUANTITIES)}", **_around_one_day(series)},
+        "xaxis": {"type": "date", "tickformat": "%Y-%m-%d", "anchor": f"y{len(QUANTITIES)}", **_around_one_day(series)},
         "shapes": shapes,
         "margin": {"l": 70, "r": 10, "t": 10, "b": 40},
         "legend": {"orientation": "h", "y": 1.01, "yanchor": "bottom"},

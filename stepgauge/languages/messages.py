@@ -25,6 +25,7 @@ MOST = 0.8
 _SENTENCE = re.compile(r"(?<=[.]) (?=[^\W\d_a-z]|[–*\u201c])")
 _POINT = re.compile(r"(?<![\w./:'\"=-])(?:(?<=\([uU] = )|(?<!= ))([-+−]?\d+)\.(\d+)(?![\w./'\"])")
 _QUOTED = re.compile(r"""('[^']*'|"[^"]*")""")
+_NO_PROSE = re.compile(r"""'[^']*'|"[^"]*"|--[\w-]+|[\w-]*[_/][\w/.-]*""")
 _MICRO = re.compile(r"(?<=\d )u(?=m\b|rad\b)")
 _ROW = re.compile(r"\brow (?=\d)")
 ENGLISH = re.compile(
@@ -195,7 +196,7 @@ def _translated(text: str, deep: int, whole: bool = True) -> str:
     for way in ways:
         with suppress(UntranslatedError):
             return way()
-    if whole and ENGLISH.search(_BETWEEN.sub("", _QUOTED.sub("", text))):
+    if whole and ENGLISH.search(_BETWEEN.sub("", _NO_PROSE.sub("", text))):
         raise UntranslatedError(text)
     return text
 

@@ -9,8 +9,10 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.recording import Recording
 from stepgauge.web.pages import history, locate, run
 from tests.dcc.made import one_recording
+from tests.measured import shipped
 from tests.web.conftest import Asked, make_project
 
 
@@ -49,3 +51,22 @@ def test_fields_show_what_holds_where_they_are_empty(tmp_path: Path, monkeypatch
     path = folder / "stepgauge.toml"
     path.write_text(path.read_text("utf-8") + "\n[plan]\ncycles = 3\n", "utf-8")
     assert "3; of a program: its own" in Asked(folder).get(run.show)
+
+
+def test_what_is_left_out_is_told_with_its_reason_and_where_it_is_stated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One evaluation alone, of a warm gauge whose readings nobody said to be corrected, has a date, and no place."""
+    folder = make_project(tmp_path / "project")
+    monkeypatch.chdir(folder)
+    recording = one_recording()
+    comments = {key: text for key, text in recording.comments.items() if key != "temperature_convention"}
+    warm = Recording(recording.frame.assign(gauge_temperature_C=24.0), {**comments, "measured_at": "2026-05-04"})
+    evaluate(warm, shipped()[0]).write(folder / "results/warm")
+    shown = Asked(folder, "de").get(history.show)
+    assert "Ausgelassen (1)" in shown
+    assert "das Stufenendmaß hatte 24,00 °C, und nirgends ist angegeben" in shown
+    assert 'href="/machine"' in shown
+    assert "braucht Auswertungen mit Datum" not in shown
+    measured(folder, "a", "2026-05-05", "evaluation")
+    assert Asked(folder, "de").get(history.part).count("nirgends ist angegeben") == 1

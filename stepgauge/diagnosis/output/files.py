@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -98,7 +98,7 @@ def statements_to_dict(diagnosis: GaugeDiagnosis, folder: str | Path = ".") -> d
         "fit": _fit(diagnosis),
         "noise": _noise(diagnosis),
         "measured": _measured(diagnosis),
-        "remarks": worded_all(diagnosis.remarks),
+        "remarks": worded_all(one for one in diagnosis.remarks if not _pretravel([one])),
     }
     return json_types(said)
 
@@ -258,6 +258,11 @@ def _noise(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
     }
 
 
+def _pretravel(remarks: Iterable[Mapping[str, Any] | str]) -> list[float]:
+    """The pre-travel that fits, um, where the machine file states none."""
+    return [one["um"]["value"] for one in remarks if not isinstance(one, str) and one["say"] == "pretravel"]
+
+
 def _measured(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
     """What was measured, in JSON types: counts of probings and faces, the length in mm, and each placement."""
     data = diagnosis.data
@@ -268,6 +273,7 @@ def _measured(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
         "faces": len(np.unique(data.face)),
         "length_mm": float(np.ptp(data.probings.certified_mm())),
         "duration_s": float(np.ptp(data.probings.time_s)) if data.has_time else None,
+        "pretravel_um": next(iter(_pretravel(diagnosis.remarks)), None),
         "placements": [
             {
                 "placement": int(rows["placement"].iloc[0]),

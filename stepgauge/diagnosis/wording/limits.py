@@ -120,10 +120,13 @@ def machine_doubts(said: Mapping[str, Any], language: str = "en") -> Iterator[st
     """What the machine file seems to state wrongly, or does not state and would matter: the tip, the kind."""
     machine, effects = said["inputs"].get("machine", {}), {one["kind"]: one for one in said["effects"]}
     radius = effects.get("effective_radius", {}).get("parameters", {}).get("um", {}).get("value")
-    stated_mm = machine.get("tip_radius_mm")
+    stated_mm, pretravel_um = machine.get("tip_radius_mm"), said.get("measured", {}).get("pretravel_um")
+    radius = pretravel_um if radius is None else radius
     if radius and stated_mm and abs(radius) * 1e-3 > NO_PRETRAVEL * stated_mm:
         fits = f"{stated_mm - radius * 1e-3:.3f}"
         yield say("tip", language, fits=fits, stated=f"{stated_mm:g}")
+    elif pretravel_um is not None:
+        yield say("pretravel", language, um=f"{pretravel_um:.1f} um")
     if machine.get("kind", "") is None and (said["verdict"] == "unknown" or "geometric_errors" in effects):
         yield say("no_kind", language)
     rivals = {kind for one in said["effects"] for kind in one["confounded_with"]}
