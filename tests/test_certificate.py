@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 from pypdf import PdfReader
 
 from stepgauge.cli import main
+from stepgauge.conditions.decision import decide
 from stepgauge.dcc.elements import to_bytes
 from stepgauge.dcc.read import read_document
 from stepgauge.dcc.results import read_errors
@@ -39,7 +40,6 @@ from stepgauge.reports.result_table import result_table
 from stepgauge.reports.sources import read_sources
 from stepgauge.standards.budget_files import StoredGap
 from stepgauge.standards.conformity import conformity, limit_of
-from stepgauge.standards.decision import decide
 from stepgauge.standards.mpe import Mpe
 from tests.conftest import ROOT
 from tests.dcc.made import SAID, SCHEMA, evaluated, laboratory

@@ -49,7 +49,7 @@ diagnose(recordings, gauge=None, machine=None, *, further_styli=(), probe=None, 
     without=(), priors=None, kind=None, progress=None)
 diagnose_fleet(store, *, without=(), priors=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
 evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff_origin="first", measured_at=None,
-    machine_name=None, temperature_convention=None, correct_drift=False, mpe=None, machine=None)
+    machine_name=None, temperature_convention=None, correct_drift=False, mpe=None, machine=None, budget=None)
 evaluate_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None, blocks=None,
     r_eff_origin="first", temperature_convention=None, correct_drift=False)
 export_fleet(store, output, *, where="true")
@@ -110,7 +110,7 @@ query_fleet(store, sql)
 read_axis_recording(path)
 read_budget(path)
 read_diagnosis(path)
-read_evaluation(path, gauge)
+read_evaluation(path, gauge=None)
 read_gauge(name)
 read_machine(name)
 read_placement(path, gauge)
@@ -157,8 +157,11 @@ FleetWatch.write(self, folder, figure="png")
 Gauge.summary(self)
 Gauge.to_frame(self)
 Gauge.plot(self, axes=None)
+Machine.add_effect(self, kind, **parameters)
+Machine.set_uncertainty(self, **stated)
 Machine.summary(self)
 Machine.to_frame(self)
+Machine.write(self, path)
 Placement.summary(self)
 Placement.to_frame(self)
 Placement.plot(self, axes=None)
@@ -398,7 +401,7 @@ def test_a_machine_says_what_its_file_states(measured: dict[str, Any]) -> None:
     machine = measured["machine"]
     assert "travel 700 x 1200 x 600 mm" in machine.summary()
     assert "effects: " + ", ".join(one["kind"].replace("_", " ") for one in machine.effects) in machine.summary()
-    assert set(machine.to_frame()["kind"]) == {one["kind"] for one in machine.effects}
+    assert set(machine.to_frame()["kind"].dropna()) == {one["kind"] for one in machine.effects}
     assert machine._repr_html_().count("<table") == 1
 
 
@@ -479,7 +482,8 @@ def test_a_notebook_escapes_what_files_say(measured: dict[str, Any]) -> None:
 def test_results_come_back_from_their_files(tmp_path: Path, measured: dict[str, Any]) -> None:
     gauge = measured["gauge"]
     measured["evaluation"].write(tmp_path)
-    back = sg.read_evaluation(tmp_path, gauge)
+    back = sg.read_evaluation(tmp_path)
+    assert back == measured["evaluation"] == sg.read_evaluation(tmp_path, gauge) == sg.read_result(tmp_path)
     assert back.to_frame().equals(measured["evaluation"].to_frame())
     assert back.summary() == measured["evaluation"].summary()
     back.write(tmp_path / "again")
@@ -502,6 +506,33 @@ def test_results_come_back_from_their_files(tmp_path: Path, measured: dict[str, 
     measured["probe map"].write(tmp_path / "map.csv")
     found = sg.read_probe_map(tmp_path / "map.csv")
     np.testing.assert_allclose(found.to_frame(), measured["probe map"].to_frame(), rtol=5.1e-6)
+
+
+def test_the_decision_is_a_value_of_every_result_with_limits(tmp_path: Path, measured: dict[str, Any]) -> None:
+    """Proven below MPE - U, nonconformity proven above MPE + U, else the reason; also in the JSON and read back."""
+    gauge, machine, moved = (measured[name] for name in ("gauge", "machine", "run"))
+    known = machine.set_uncertainty(gauge_temperature_K=0.02, probing_um=0.1, resolution_um=0.1)
+    budget = sg.budget(moved, gauge, known, runs=0, placements=measured["placement"])
+    assert not budget.not_included
+    for mpe, passed, outcome in (("50", True, "conforms"), ("0.01", False, "does not conform")):
+        found = sg.evaluate(moved, gauge, mpe=mpe, budget=budget, placements=measured["placement"])
+        assert (found.decision.passed, found.decision.outcome, found.decision.reason) == (passed, outcome, "")
+        found.write(tmp_path)
+        assert read_json(tmp_path / "evaluation.json")["decision"]["passed"] is passed
+        assert sg.read_evaluation(tmp_path).decision == found.decision
+    bare = sg.evaluate(moved, gauge, mpe="50").decision
+    assert (bare.passed, "the uncertainty budget" in bare.reason) == (None, True)
+    assert sg.evaluate(moved, gauge).decision.reason == "no limit was stated"
+    length = sg.iso10360(moved, gauge, mpe="50")
+    positioning = sg.iso230(moved, gauge, tolerances="A=500", expanded_uncertainty_um=1.0)
+    assert (length.decision.passed, positioning.decision.passed) == (None, True)
+    assert "positions" in length.decision.reason
+    for one in (length, positioning):
+        one.write(tmp_path / "test")
+        said = read_json(tmp_path / "test" / f"{one.name}.json")["decision"]
+        assert (said["passed"], said["reason"]) == (one.decision.passed, one.decision.reason)
+    with pytest.raises(sg.InputError, match="budget: needs mpe, or machine with a limit"):
+        sg.evaluate(moved, gauge, budget=budget)
 
 
 def test_a_report_of_an_object_says_what_that_of_its_files_says(tmp_path: Path, measured: dict[str, Any]) -> None:

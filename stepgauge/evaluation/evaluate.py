@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.conditions import Conditions
+from stepgauge.conditions.decision import NO_LIMIT, Decision
 from stepgauge.conditions.gauge import gauge_conditions
 from stepgauge.conditions.outliers import ExcludedReading
 from stepgauge.conditions.readings import project_readings
@@ -127,9 +128,8 @@ def _um(value: float) -> str:
 class Evaluation(Plotted):
     """Results of all placements of a recording.
 
-    ``limit``: maximum permissible error that they are compared with; ``limit_remark``: what that comparison gives.
-    ``recording``, ``machine``: what
-    it was made from and on which machine, where they are known, for further figures.
+    ``limit``: maximum permissible error that they are compared with; ``decision``: what that comparison gives.
+    ``recording``, ``machine``: what it was made from and on which machine, where they are known, for further figures.
     """
 
     drawn_by: ClassVar[str] = "evaluation.draw_placement"
@@ -140,7 +140,7 @@ class Evaluation(Plotted):
     path: str = ""
     comments: Mapping[str, str] = field(default_factory=dict)
     limit: Mpe | None = None
-    limit_remark: str = ""
+    decision: Decision = NO_LIMIT
     recording: Recording | None = field(default=None, repr=False, compare=False)
     machine: Machine | None = field(default=None, repr=False, compare=False)
 
@@ -161,8 +161,8 @@ class Evaluation(Plotted):
 
     def summary(self) -> str:
         """Notes, span, range of XM, largest 2s and R_eff by placement, as the command line prints them."""
-        remark = [self.limit_remark] if self.limit_remark else []
-        return join_lines(*(line for one in self.results for line in one.lines()), *remark)
+        decided = [] if self.limit is None else [self.decision.text]
+        return join_lines(*(line for one in self.results for line in one.lines()), *decided)
 
     def to_frame(self) -> pd.DataFrame:
         """One row per face and placement: positions in mm, errors and standard deviations in um, NaN if undefined."""

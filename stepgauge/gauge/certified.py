@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import datetime
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -140,6 +142,21 @@ class Gauge(Plotted):
         side = np.where(face % 2 == 1, "front", "back")
         columns = {"face": face, "block": (face + 1) // 2, "side": side, "nominal_mm": self.nominal_mm}
         return pd.DataFrame({**columns, "position_mm": self.position_mm, "u_um": self.u_um})
+
+    def to_dict(self) -> dict[str, Any]:
+        """All that its files state, as JSON types; :meth:`read_dict` reads it back."""
+        tables = {"gauge": self.table.model_dump(mode="json"), "certificate": self.certificate.model_dump(mode="json")}
+        return {**tables, **{name: getattr(self, name).tolist() for name in ("nominal_mm", "position_mm", "u_um")}}
+
+    @classmethod
+    def read_dict(cls, stored: Mapping[str, Any], path: str = "") -> Gauge:
+        """The gauge that :meth:`to_dict` wrote."""
+        table, certificate = (
+            kind.model_validate_json(json.dumps(stored[key]))
+            for kind, key in ((GaugeTable, "gauge"), (CertificateTable, "certificate"))
+        )
+        nominal, position, u = (np.array(stored[name], float) for name in ("nominal_mm", "position_mm", "u_um"))
+        return cls(cast("GaugeTable", table), cast("CertificateTable", certificate), nominal, position, u, path)
 
     @property
     def n_faces(self) -> int:

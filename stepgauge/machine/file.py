@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
+from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -17,8 +19,9 @@ from stepgauge.files.config import TomlTable, Vector3, check_table, read_toml
 from stepgauge.files.display import Summarized, join_lines
 from stepgauge.files.numerals import number
 from stepgauge.files.resources import find_data
+from stepgauge.files.text import write_text
 from stepgauge.machine.contribution import Contribution
-from stepgauge.machine.uncertain import Uncertain, split_uncertain
+from stepgauge.machine.uncertain import Uncertain, put_uncertain, split_uncertain
 from stepgauge.physics.chain import Chain
 from stepgauge.probes import Probe, make_probe, probe_table
 from stepgauge.probes.schema import ProbeTable
@@ -27,6 +30,8 @@ from stepgauge.recording.conventions import Convention
 if TYPE_CHECKING:
     import pandas as pd
 
+NAMED_FILES = ("file", "map")
+"""Keys of probes and effects that name a file beside the machine file."""
 TIP_TOLERANCE_MM = 0.05
 """Largest difference between the recorded tip radius and that of the machine file: more means another tip."""
 USUAL_REPEATABILITY_UM = 0.3
@@ -195,7 +200,8 @@ class Machine(Summarized):
 
         Parameters
         ----------
-        kind, parameters : as ``list_effects(kind)`` has them, e.g. ``add_effect("scale_error", axis="x", ppm=12.0)``
+        kind, parameters : as ``list_effects(kind)`` has them, e.g. ``add_effect("scale_error", axis="x", ppm=12.0)``;
+            a value with its standard uncertainty as ``ppm={"value": 12.0, "u": 0.8}``
 
         Raises
         ------
@@ -204,9 +210,51 @@ class Machine(Summarized):
         """
         from stepgauge.effects import make_effects
 
-        added = {"kind": kind, **parameters}
-        make_effects([added], "add_effect")
-        return replace(self, effects=(*self.effects, added))
+        plain, uncertain = split_uncertain(
+            {"kind": kind, **parameters}, "add_effect", f"effect[{len(self.effects) + 1}]"
+        )
+        make_effects([plain], "add_effect")
+        return replace(self, effects=(*self.effects, plain), uncertain=(*self.uncertain, *uncertain))
+
+    def set_uncertainty(self, **stated: Any) -> Machine:
+        """The machine with these keys of its ``[uncertainty]`` table in place of what it states of them.
+
+        Parameters
+        ----------
+        stated : ``gauge_temperature_K``, ``probing_um`` (standard uncertainties), ``resolution_um``
+
+        Raises
+        ------
+        InputError
+            a key that there is not, or a value out of bounds
+        """
+        known = self.stated.model_dump(exclude_unset=True)
+        return replace(
+            self, stated=check_table(UncertaintyTable, {**known, **stated}, "set_uncertainty", "uncertainty")
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """What the machine file states, table by table, in JSON types; files that it names are named in full."""
+        own, probe = Path(self.path).parent, Path(self.probe_path or self.path).parent
+        found = {
+            "machine": self.table.model_dump(mode="json", exclude_unset=True),
+            "probe": _named_in_full(self.probe.model_dump(mode="json", exclude_unset=True), probe),
+            "effect": [_named_in_full(deepcopy(one), own) for one in self.effects],
+            "uncertainty": self.stated.model_dump(mode="json", exclude_unset=True),
+            "contribution": [one.model_dump(mode="json", exclude_unset=True) for one in self.contributions],
+        }
+        for one in self.uncertain:
+            put_uncertain(found, one)
+        return {name: table for name, table in found.items() if table}
+
+    def write(self, path: str | Path) -> None:
+        """Write the machine file (TOML), which :func:`read_machine` reads back; not its further styli."""
+        import tomli_w
+
+        write_text(path, tomli_w.dumps(self.to_dict()))
+
+    def _stated(self) -> Any:
+        return "machine", self.to_dict(), self.styli
 
     def summary(self) -> str:
         """Name, travel, probe and speeds, and which effects and uncertainties the file states."""
@@ -222,16 +270,20 @@ class Machine(Summarized):
         )
 
     def to_frame(self) -> pd.DataFrame:
-        """One row per parameter of an effect: number of the effect, its kind, the parameter and its value."""
+        """One row per key of the file: its table, its name with the unit, its value and standard uncertainty.
+
+        ``kind`` is that of an effect, whose ``table`` has its number: ``effect[1]``.
+        """
         import pandas as pd
 
-        rows = [
-            {"effect": number, "kind": one.get("kind"), "parameter": name, "value": value}
-            for number, one in enumerate(self.effects, 1)
-            for name, value in one.items()
-            if name != "kind"
-        ]
-        return pd.DataFrame(rows, columns=["effect", "kind", "parameter", "value"])
+        rows = []
+        for place, table in _tables(self.to_dict()):
+            kind = table.get("kind") if place.startswith("effect") else None
+            for key, value in table.items():
+                said = value if isinstance(value, dict) and "u" in value else {"value": value}
+                numbers = {"value": said.get("value"), "u": said.get("u", math.nan)}
+                rows.append({"table": place, "kind": kind, "parameter": key, **numbers})
+        return pd.DataFrame(rows, columns=["table", "kind", "parameter", "value", "u"])
 
     @cached_property
     def sensor(self) -> Probe:
@@ -290,6 +342,18 @@ def check_recorded(comments: Mapping[str, str], machine: Machine) -> None:
             found=f"tip_radius_mm = {own:g} in the machine file",
             expected=f"{recorded:g} mm, as recorded",
         )
+
+
+def _tables(stated: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """The tables of a file by name, those of an array with their number."""
+    for name, one in stated.items():
+        yield from [(f"{name}[{n}]", each) for n, each in enumerate(one, 1)] if isinstance(one, list) else [(name, one)]
+
+
+def _named_in_full(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """A table whose keys ``file`` and ``map`` name files wherever it is written; shipped ones keep their names."""
+    named = {key: folder / value for key in NAMED_FILES if isinstance(value := table.get(key), str)}
+    return {**table, **{key: str(place.resolve()) for key, place in named.items() if place.is_file()}}
 
 
 def _contributions(tables: Any, path: Path) -> tuple[Contribution, ...]:

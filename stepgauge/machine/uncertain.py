@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -106,6 +107,15 @@ def split_uncertain(data: Any, where: str | Path, key: str = "") -> tuple[Any, t
         numbered = ((None, value, f"{key}[{number}]") for number, value in enumerate(data, 1))
         return _split_many(numbered, where, lambda pairs: [value for _, value in pairs])
     return data, ()
+
+
+def put_uncertain(data: Any, one: Uncertain) -> None:
+    """The opposite: a value of ``data`` gets its uncertainty back, at its key."""
+    *way, last = (int(part) - 1 if part.isdigit() else part for part in re.findall(r"[^.\[\]]+", one.key))
+    for part in way:
+        data = data[part]
+    known = {name: getattr(one, name) for name in UncertainTable.model_fields}
+    data[last] = {name: value for name, value in known.items() if value is not None}
 
 
 def _split_many(

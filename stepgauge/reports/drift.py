@@ -40,7 +40,7 @@ def drift_content(test: DriftTest, stated: UserStatements) -> dict[str, Any]:
         (),
         _summary(data, requirement),
         ("iso230-3.json", data),
-        overall=data["overall"],
+        overall=data["decision"]["text"],
         statements=[*said_of(test.conditions), *unmet(data["rules"])],
         figures=[(drift_figure(test), f"Displacements and temperatures over {test.duration_s / 3600.0:.1f} h.")],
         sections=[_temperatures(data), _recording(data)],
@@ -90,10 +90,12 @@ def drift_outcome(test: DriftTest) -> StandardTest:
     for one in test.channels:
         hour = f"first 60 min {one.first_hour_um:.2f} um, end {one.end_um:.2f} um"
         lines.append(f"{one.name}: range {one.range_um:.2f} um, {hour}")
-    lines.append(test.requirement.text([("", test.values_um)]))
+    decision = test.requirement.decision([("", test.values_um)])
+    lines.append(decision.text)
     lines += [f"- {text}" for text in incomplete(rules_of(test))]
     return StandardTest(
         test,
+        decision,
         tuple(lines),
         drift_csv(test),
         "iso230-3",

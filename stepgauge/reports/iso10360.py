@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from stepgauge.conditions.decision import together
 from stepgauge.figures.iso10360 import length_test_figure
 from stepgauge.files.notation import number, quantity, vector
 from stepgauge.machine.file import Machine
@@ -13,10 +14,9 @@ from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import Cells, Page, PrintedTable, TableColumn, UserStatements, numbers, table_of, words
 from stepgauge.reports.sections import Section, certificate_section
 from stepgauge.reports.standards import machine_lines, recording_lines, rules_table, test_content
-from stepgauge.standards.decision import together
 from stepgauge.standards.iso10360 import KINDS, LengthTest
 from stepgauge.standards.iso10360_files import length_test_csv, length_test_to_dict, write_length_test
-from stepgauge.standards.iso10360_statements import overall, statements, verdicts
+from stepgauge.standards.iso10360_statements import decide_test, statements, verdicts
 
 CONTRIBUTIONS = ("certificate", "expansion", "temperature", "alignment", "fixture", "tip diameter")
 INFORMATION = "unidirectional, for information"
@@ -45,7 +45,7 @@ def length_test_content(
         (),
         _summary(every),
         ("iso10360.json", data),
-        overall=data["overall"]["text"],
+        overall=data["decision"]["text"],
         figures=[(length_test_figure(one), caption(two)) for one, two in zip(tests, every, strict=True)],
         sections=[
             certificate_section(data, test.gauge),
@@ -223,9 +223,11 @@ def _repeat(place: int) -> Cells:
 def length_outcome(test: LengthTest, machine: Machine | None, further: Sequence[LengthTest]) -> StandardTest:
     """The test, with the series beside E0, as a result of its verb."""
     every = [test, *further]
-    lines = [overall(every).text, *(f"- {text}" for one in every for text in statements(one))]
+    decision = decide_test(every)
+    lines = [decision.text, *(f"- {text}" for one in every for text in statements(one))]
     return StandardTest(
         test,
+        decision,
         tuple(lines),
         length_test_csv(test),
         "iso10360",

@@ -11,7 +11,7 @@ from stepgauge.reports.page import Page, PrintedTable, UserStatements, numbers, 
 from stepgauge.reports.sections import Section, add_comments
 from stepgauge.reports.standards import rules_table, said_of, test_content, unmet
 from stepgauge.standards.iso10360_5 import ProbingTest
-from stepgauge.standards.iso10360_5_files import overall, probing_csv, probing_to_dict, write_probing
+from stepgauge.standards.iso10360_5_files import decide_test, probing_csv, probing_to_dict, write_probing
 from stepgauge.standards.iso10360_5_rules import rules_of
 from stepgauge.standards.rules import incomplete
 
@@ -38,7 +38,7 @@ def probing_content(test: ProbingTest, stated: UserStatements, machine: str | No
         (),
         _summary(data),
         ("iso10360-5.json", data),
-        overall=data["overall"],
+        overall=data["decision"]["text"],
         statements=[*said_of(test.conditions), *unmet(data["rules"])],
         figures=[(probing_figure(test), _caption(test))],
         sections=[_sphere(data), _decision(data), recording],
@@ -108,9 +108,11 @@ def probing_outcome(test: ProbingTest, machine_name: str | None) -> StandardTest
     """The test as a result of its verb."""
     lines = [f"note: {note}" for note in test.conditions.notes]
     lines += [f"{one.symbol}: {one.value_um:.2f} um" for one in test.values]
-    lines += [overall(test), *(f"- {text}" for text in incomplete(rules_of(test)))]
+    decision = decide_test(test)
+    lines += [decision.text, *(f"- {text}" for text in incomplete(rules_of(test)))]
     return StandardTest(
         test,
+        decision,
         tuple(lines),
         probing_csv(test),
         "iso10360-5",

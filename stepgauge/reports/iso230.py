@@ -22,6 +22,7 @@ from stepgauge.reports.standards import (
 from stepgauge.standards.iso230_decision import PARAMETERS, parameters_um
 from stepgauge.standards.iso230_files import (
     assumptions,
+    decide_test,
     linear_keys,
     positioning_to_dict,
     statements,
@@ -54,7 +55,7 @@ def positioning_content(test: PositioningTest, stated: UserStatements, machine: 
         (),
         _summary(data, units),
         ("iso230.json", positioning_to_dict(test)),
-        overall=data["overall"],
+        overall=data["decision"]["text"],
         statements=[*said_of(test.conditions), *unmet(rules)],
         figures=[(positioning_figure(one), caption(one)) for one in test.axes],
         sections=[reference, _conditions(data), _recording(data, machine, units)],
@@ -183,7 +184,8 @@ def positioning_outcome(test: PositioningTest, machine: Machine | None = None) -
         values = ", ".join(f"{key} {units.deviation_text(value)}" for key, value in known.items())
         count = f"{len(one.targets.block)} targets, {len(one.runs)} runs"
         lines.append(f"placement {one.placement}, {name}: {values}; {count}")
-    lines.append(test.requirement.text(axes))
+    decision = decide_test(test)
+    lines.append(decision.text)
     for one in test.axes:
         for name, found in further_um(one.parameters, test.further).items():
             values = ", ".join(f"{key} {units.deviation_text(value)}" for key, value in found["parameters_um"].items())
@@ -191,6 +193,7 @@ def positioning_outcome(test: PositioningTest, machine: Machine | None = None) -
     lines += [f"- {text}" for text in statements(test)]
     return StandardTest(
         test,
+        decision,
         tuple(lines),
         targets_csv(test),
         "iso230",

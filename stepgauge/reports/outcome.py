@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stepgauge.conditions.decision import Decision
 from stepgauge.errors import InputError
 from stepgauge.files.display import Summarized, Written, join_lines
 from stepgauge.files.outputs import open_set
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class StandardTest(Summarized):
-    """The outcome of a test: ``test`` has its values; ``lines`` say them, with what leaves the test incomplete.
+    """The outcome of a test: ``test`` has its values, ``decision`` what follows for its limits; ``lines`` say both.
 
     ``name`` begins the names of its files, ``table`` is their CSV; ``content`` that of the report, from what a person
     states; ``write_values`` writes JSON and CSV into a folder; ``figures`` by the end of their names, the first one
@@ -30,6 +31,7 @@ class StandardTest(Summarized):
     """
 
     test: Any
+    decision: Decision
     lines: tuple[str, ...]
     table: str
     name: str

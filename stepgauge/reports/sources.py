@@ -26,7 +26,7 @@ from stepgauge.reports.reading import (
     check_placements,
     check_u_certificate,
 )
-from stepgauge.standards.budget_files import StoredBudget, check_budget, read_budget
+from stepgauge.standards.budget_files import StoredBudget, resolve_budget
 from stepgauge.standards.budget_given import check_given
 from stepgauge.standards.conformity import limit_of
 
@@ -57,10 +57,9 @@ def read_sources(
     cmm = machine if isinstance(machine, Machine) else read_machine(machine) if machine else None
     if cmm is not None:
         check_machine(evaluation, cmm)
-    sure = budget if isinstance(budget, StoredBudget) else read_budget(budget) if budget else None
+    sure = resolve_budget(budget, evaluation) if budget else None
     if sure is not None:
         name = "budget" if isinstance(budget, StoredBudget) else str(budget)
-        check_budget(sure, evaluation, name)
         if sure.given is not None:
             check_certificate(evaluation, sure.given["gauge"], name)
             check_u_certificate(evaluation, sure.given["gauge"], name)

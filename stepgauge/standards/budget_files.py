@@ -293,6 +293,13 @@ def read_budget(path: str | Path) -> StoredBudget:
     return check_table(StoredBudget, read_result(file, "budget"), file)
 
 
+def resolve_budget(budget: str | Path | StoredBudget, evaluation: dict[str, Any]) -> StoredBudget:
+    """A budget, or that of a file or folder, checked to be that of an evaluation (:func:`check_budget`)."""
+    found = budget if isinstance(budget, StoredBudget) else read_budget(budget)
+    check_budget(found, evaluation, "budget" if found is budget else str(budget))
+    return found
+
+
 def check_budget(budget: StoredBudget, evaluation: dict[str, Any], path: str | Path) -> None:
     """:class:`InputError` where a budget is not that of an evaluation: gauge, radius, or the values themselves."""
     gauge = evaluation["gauge"]

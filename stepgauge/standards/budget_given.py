@@ -17,14 +17,12 @@ from stepgauge.files.config import parse_toml
 from stepgauge.files.text import read_bytes
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, format_placement
-from stepgauge.machine.file import Machine
+from stepgauge.machine.file import NAMED_FILES, Machine
 
 SAME_SHARE = 1e-9
 """Of a number that was written and read again."""
 SAME_PLACEMENT = 1e-6
 """Numbers of a placement are written to 1e-7 mm: mm, um, urad and parts of unit vectors."""
-FILE_KEYS = ("map", "file")
-"""Keys of probes and effects that name a table beside the file: its content counts, not its name."""
 
 
 def stated_with(gauge: Gauge, machine: Machine, placements: Sequence[Placement]) -> dict[str, Any]:
@@ -37,14 +35,10 @@ def stated_with(gauge: Gauge, machine: Machine, placements: Sequence[Placement])
 
 
 def stated_gauge(gauge: Gauge) -> dict[str, Any]:
-    """The tables of a gauge file, and by face its positions in mm and its standard uncertainty in um."""
-    return {
-        "gauge": gauge.table.model_dump(mode="json", exclude={"faces"}),
-        "certificate": gauge.certificate.model_dump(mode="json"),
-        "nominal_mm": gauge.nominal_mm.tolist(),
-        "position_mm": gauge.position_mm.tolist(),
-        "u_um": gauge.u_um.tolist(),
-    }
+    """What the files of a gauge state, however the table of its faces is called."""
+    stated = gauge.to_dict()
+    stated["gauge"].pop("faces")
+    return stated
 
 
 def stated_machine(machine: Machine) -> dict[str, Any]:
@@ -66,8 +60,8 @@ def stated_placement(placement: Placement) -> dict[str, Any]:
 
 
 def _embed_tables(table: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """A table, with the checksum of each file that it names instead of the name."""
-    named = {key: folder / table[key] for key in FILE_KEYS if isinstance(table.get(key), str)}
+    """A table, with the checksum of each file that it names instead of the name: its content counts."""
+    named = {key: folder / table[key] for key in NAMED_FILES if isinstance(table.get(key), str)}
     there = {key: path for key, path in named.items() if path.is_file()}
     return {**table, **{key: f"sha256 {file_digest(read_bytes(path))}" for key, path in there.items()}}
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.conditions import Conditions, gate, stored_conditions
+from stepgauge.conditions.decision import DECISION_SOURCE, Decision, Outcome, conformity_probability, decide, together
 from stepgauge.errors import InputError, naming
 from stepgauge.files.notation import quantity
 from stepgauge.machine.file import Machine, check_recorded
-from stepgauge.standards.decision import DECISION_SOURCE, Outcome, conformity_probability, decide, together
 from stepgauge.standards.mpe import Mpe
 
 if TYPE_CHECKING:
@@ -66,6 +66,16 @@ class Conformity:
         return next((one for one in self.faces if (one.placement, one.face) == (placement, face)), None)
 
     @property
+    def decision(self) -> Decision:
+        """On all faces; without a complete U it is said how many errors alone are beyond the limit."""
+        faces = [(f"placement {one.placement}, face {one.face}", one.outcome) for one in self.faces]
+        beyond = sum(abs(one.error_um) > one.limit_um for one in self.faces)
+        text = f"{self.text} {beyond} of {len(self.faces)} errors are beyond the limit." if self.missing else self.text
+        lacking = f"U lacks {'; '.join(self.missing)}" if self.missing else "an error lies within U of its limit"
+        reason = {"no statement": self.prevented, "not decidable": lacking}.get(self.outcome, "")
+        return Decision(self.outcome, text, reason, tuple(faces))
+
+    @property
     def text(self) -> str:
         """The sentence of page 1: the decision, the worst face, what is missing, and the rule."""
         worst = max(self.faces, key=lambda one: abs(one.error_um) / one.limit_um)
@@ -111,13 +121,6 @@ def limit_of(
         return None
     check_recorded(comments, machine)
     return Mpe.parse(machine.table.mpe)
-
-
-def limit_remark(evaluation: Mapping[str, Any], limit: Mpe) -> str:
-    """Without a budget nothing is decided; what the errors alone are of the limit is said."""
-    judged = conformity(evaluation, None, limit)
-    beyond = sum(abs(one.error_um) > one.limit_um for one in judged.faces)
-    return f"{judged.text} {beyond} of {len(judged.faces)} errors are beyond the limit."
 
 
 def conformity(evaluation: Mapping[str, Any], budget: StoredBudget | None, mpe: Mpe) -> Conformity:

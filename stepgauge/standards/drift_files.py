@@ -34,7 +34,7 @@ def drift_to_dict(test: DriftTest) -> dict[str, Any]:
         "tolerances_um": dict(requirement.tolerance_um),
         "expanded_uncertainty_um": requirement.expanded_um,
         "outcomes": requirement.outcomes(test.values_um),
-        "overall": requirement.text([("", test.values_um)]),
+        "decision": requirement.decision([("", test.values_um)]).to_dict(),
         "conditions": test.conditions.to_dicts(),
         "complete": all(rule.met for rule in rules),
         "rules": [rule.to_dict() for rule in rules],

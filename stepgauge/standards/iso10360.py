@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 
 from stepgauge.conditions import Conditions, gate
+from stepgauge.conditions.decision import Outcome, decide, together
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -23,7 +24,6 @@ from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
 from stepgauge.recording.conventions import complete_convention
 from stepgauge.recording.identity import check_recording
-from stepgauge.standards.decision import Outcome, decide, together
 from stepgauge.standards.iso10360_positions import Position, TestLength
 from stepgauge.standards.iso10360_rules import excluded_parts, rules_of
 from stepgauge.standards.iso10360_series import E0, LengthSeries

@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stepgauge.conditions import NOTHING, Conditions, gate
+from stepgauge.conditions.decision import Outcome, decide, together
 from stepgauge.conditions.sphere import sphere_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.physics.sphere import SphereFit, fit_sphere
 from stepgauge.probes.files import ProbedPoints
 from stepgauge.recording.lines import table_comments
-from stepgauge.standards.decision import Outcome, decide, together
 
 STANDARD = "ISO 10360-5:2020"
 POINTS, STYLI = 25, 5

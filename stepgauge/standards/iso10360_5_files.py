@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from stepgauge import __version__
+from stepgauge.conditions.decision import DECISION_SOURCE, NO_LIMIT, Decision, Outcome, decision_of, prevented
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_files
-from stepgauge.standards.decision import DECISION_SOURCE, Outcome, stated
 from stepgauge.standards.iso10360_5 import STANDARD, UNCONFIRMED, ProbingTest, Value
 from stepgauge.standards.iso10360_5_rules import rules_of
 from stepgauge.standards.rules import open_points
@@ -44,8 +44,7 @@ def probing_to_dict(test: ProbingTest) -> dict[str, Any]:
         "coverage_factor": test.limits.coverage_factor,
         "conditions": test.conditions.to_dicts(),
         "complete": all(rule.met for rule in rules),
-        "overall": overall(test),
-        "open": left_open(test),
+        "decision": decide_test(test).to_dict(),
         "values": [_value(one) for one in test.values],
         "centre_ranges_um": test.ranges_um().tolist() if test.multiple else None,
         "styli": [
@@ -77,19 +76,18 @@ def _value(one: Value) -> dict[str, Any]:
     }
 
 
-def overall(test: ProbingTest) -> str:
-    """The sentence of page 1, with the decision rule."""
-    if test.conditions.preventing:
-        return test.conditions.no_statement
+def decide_test(test: ProbingTest) -> Decision:
+    """The decision on all values that have a limit."""
     limited = [one for one in test.values if one.limit_um is not None]
-    if not limited:
-        return "No statement of conformity is made: no permissible error was stated. Decision rule: none applied."
-    rule = f"Decision rule: {DECISION_SOURCE}."
+    if test.conditions.preventing or not limited:
+        return prevented(test.conditions.no_statement) if test.conditions.preventing else NO_LIMIT
+    parts = [(one.name, one.outcome) for one in limited if one.outcome is not None]
     if test.outcome is None:
-        left = "; ".join(test.missing)
-        return f"Conformity is not proven: the uncertainty of the test is incomplete ({left}). {rule}"
+        why = f"the uncertainty of the test is incomplete ({'; '.join(test.missing)})"
+        text = f"Conformity is not proven: {why}. Decision rule: {DECISION_SOURCE}."
+        return Decision("not decidable", text, why, tuple(parts))
     said = "; ".join(f"{one.name}, MPE {one.limit_um:g} µm: {one.outcome}" for one in limited)
-    return f"{stated(test.outcome, WORDS, f'{said}.', left_open(test))} {rule}"
+    return decision_of(parts, WORDS, f"{said}.", left_open(test))
 
 
 def left_open(test: ProbingTest) -> list[str]:

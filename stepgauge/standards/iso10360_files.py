@@ -8,18 +8,18 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
+from stepgauge.conditions.decision import DECISION_SOURCE
 from stepgauge.files.json_types import defined
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_files
 from stepgauge.recording.conventions import convention_words
-from stepgauge.standards.decision import DECISION_SOURCE
 from stepgauge.standards.gauge_table import gauge_to_dict
 from stepgauge.standards.iso10360 import KINDS, LengthTest
 from stepgauge.standards.iso10360_further import further_to_dict
 from stepgauge.standards.iso10360_positions import Position, TestLength
 from stepgauge.standards.iso10360_rules import describe
 from stepgauge.standards.iso10360_series import E0
-from stepgauge.standards.iso10360_statements import STANDARD, overall, statements
+from stepgauge.standards.iso10360_statements import STANDARD, decide_test, statements
 from stepgauge.standards.length_uncertainty import SOURCE as UNCERTAINTY_SOURCE
 from stepgauge.standards.lengths import Kind
 
@@ -76,7 +76,7 @@ def length_test_to_dict(test: LengthTest, further: Sequence[LengthTest] = ()) ->
         "rules": [rule.to_dict() for rule in test.rules],
         "excluded": [part.to_dict() for part in test.excluded],
         "results": {kind: _result(test, kind) for kind in KINDS},
-        "overall": overall([test, *further]).to_dict() if test.series is E0 else None,
+        "decision": decide_test([test, *further]).to_dict() if test.series is E0 else None,
         "also": further_to_dict(test, specification.also),
         "statements": statements(test),
         "positions": [_position(position) for position in test.positions],

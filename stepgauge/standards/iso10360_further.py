@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.conditions import gate
-from stepgauge.standards.decision import Outcome
+from stepgauge.conditions.decision import Outcome
 from stepgauge.standards.iso10360 import LengthTest
 
 RATIO = 4.0

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from stepgauge import __version__
-from stepgauge.files.config import read_toml
 from stepgauge.files.text import write_json, write_sealed
 from stepgauge.gauge.placement import format_placement
 from stepgauge.machine.file import Machine
@@ -17,9 +17,6 @@ from stepgauge.planning.program import program_text
 from stepgauge.probes.schema import ProbeTable
 from stepgauge.standards.iso10360_plan import PlannedPosition
 from stepgauge.standards.measuring_line import POSITIONS_SOURCE
-
-NAMED_FILES = ("file", "map")
-"""Keys of ``[probe]`` that name a file beside the machine file."""
 
 
 def write_plan(
@@ -95,11 +92,5 @@ def machine_with_probe(machine: Machine, probe: ProbeTable) -> str:
     """The text of the machine file with the stylus turned as in ``probe``; files that it names are named in full."""
     import tomli_w
 
-    data = read_toml(machine.path)
-    table = data["probe"]
-    for key in NAMED_FILES:
-        beside = Path(machine.path).parent / str(table.get(key, ""))
-        if key in table and beside.is_file():
-            table[key] = str(beside.resolve())
-    table["stylus_direction"] = [float(value) for value in probe.stylus_direction]
+    data = replace(machine, probe=probe).to_dict()
     return f"# {machine.table.name}, with the stylus as planned by stepgauge test plan.\n" + tomli_w.dumps(data)

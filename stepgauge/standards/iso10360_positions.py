@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stepgauge.conditions import NOTHING, Conditions, gate
+from stepgauge.conditions.decision import Outcome, conformity_probability, decide
 from stepgauge.files.arrays import Array
-from stepgauge.standards.decision import Outcome, conformity_probability, decide
 from stepgauge.standards.length_uncertainty import TestUncertainty
 from stepgauge.standards.lengths import Faces, Kind, LengthReadings
 from stepgauge.standards.measuring_line import DIAGONALS, SAME_DIRECTION_DEG

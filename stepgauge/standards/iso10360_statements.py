@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
 
 from stepgauge.conditions import Conditions
+from stepgauge.conditions.decision import DECISION_SOURCE, Decision, Outcome, decision_of, prevented
 from stepgauge.files.notation import make_sentence
-from stepgauge.standards.decision import DECISION_SOURCE, Outcome, stated, together
 from stepgauge.standards.iso10360 import KINDS, REMEASURE_SOURCE, LengthTest
 from stepgauge.standards.iso10360_further import further_statements
 from stepgauge.standards.iso10360_rules import describe
@@ -37,37 +35,7 @@ NAMES = {
 }
 
 
-@dataclass(frozen=True)
-class Overall:
-    """One decision on the machine: of each characteristic (symbol with its limit) and of all together.
-
-    ``outcome`` is None where nothing that the standard asks for was tested; ``open`` says what is not tested;
-    ``prevented`` why there is no statement.
-    """
-
-    outcome: Outcome | None
-    parts: tuple[tuple[str, Outcome], ...]
-    open: tuple[str, ...]
-    prevented: str = ""
-
-    @property
-    def text(self) -> str:
-        """The sentence of page 1, with the decision rule."""
-        said = "; ".join(f"{name}: {outcome}" for name, outcome in self.parts) + "."
-        rule = f"Decision rule: {DECISION_SOURCE}."
-        if self.prevented:
-            return self.prevented
-        if self.outcome is None:
-            return f"No statement of conformity with {STANDARD}: no bidirectional length was tested. {rule}"
-        return f"{stated(self.outcome, MACHINE, said, self.open)} {rule}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON types."""
-        parts = [{"characteristic": name, "outcome": outcome} for name, outcome in self.parts]
-        return {"outcome": self.outcome, "parts": parts, "open": list(self.open), "text": self.text}
-
-
-def overall(tests: Sequence[LengthTest]) -> Overall:
+def decide_test(tests: Sequence[LengthTest]) -> Decision:
     """The decision on E0, R0 and E150 together; ``tests``: the series E0 first."""
     parts: list[tuple[str, Outcome]] = []
     left: list[str] = []
@@ -84,10 +52,14 @@ def overall(tests: Sequence[LengthTest]) -> Overall:
         left.append("R_0: no limit stated")
     if all(test.series is not E150 for test in tests):
         left.append("E_150: not tested")
-    outcomes = [outcome for _, outcome in parts]
-    known = tests[0].outcome("bidirectional") is not None
-    prevented = sum((test.conditions for test in tests), Conditions()).no_statement
-    return Overall(together(outcomes) if known else None, tuple(parts), tuple(dict.fromkeys(left)), prevented)
+    why, left = sum((test.conditions for test in tests), Conditions()).no_statement, list(dict.fromkeys(left))
+    if why:
+        return prevented(why, parts, left)
+    if tests[0].outcome("bidirectional") is None:
+        why = "no bidirectional length was tested"
+        text = f"No statement of conformity with {STANDARD}: {why}. Decision rule: {DECISION_SOURCE}."
+        return Decision("no statement", text, why, tuple(parts), tuple(left))
+    return decision_of(parts, MACHINE, "; ".join(f"{name}: {outcome}" for name, outcome in parts) + ".", left)
 
 
 def statements(test: LengthTest) -> list[str]:

@@ -6,12 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from stepgauge.conditions import NOTHING, Conditions, gate
+from stepgauge.conditions.decision import DECISION_SOURCE, NO_LIMIT, Decision, Outcome, decide, decision_of, prevented
 from stepgauge.errors import InputError, naming
-from stepgauge.standards.decision import DECISION_SOURCE, Outcome, decide, together
 from stepgauge.standards.iso230 import OneWay, Parameters
 
 PARAMETERS = ("A", "A_up", "A_down", "E", "E_up", "E_down", "M", "R", "R_up", "R_down", "B", "mean_B")
 """In the order in which the standard's report has them."""
+WORDS: Mapping[Outcome, str] = {
+    "conforms": "The parameters conform.",
+    "does not conform": "The parameters do not conform.",
+    "not decidable": "Neither conformity nor nonconformity is proven.",
+}
 
 
 def parameters_um(found: Parameters) -> dict[str, float]:
@@ -68,25 +73,21 @@ class Requirement:
         limits = self.tolerance_um.items()
         return {name: gate(self.conditions, decide(values_um[name], limit, u)) for name, limit in limits}
 
-    def text(self, parts: Sequence[tuple[str, Mapping[str, float]]]) -> str:
-        """The sentence of page 1, with the decision rule; ``parts``: names of axes (or none) and parameters in um."""
+    def decision(self, axes: Sequence[tuple[str, Mapping[str, float]]]) -> Decision:
+        """The decision with its sentence of page 1; ``axes``: their names (or none) and parameters in um."""
+        parts = [
+            (f"{axis} {name}".strip(), one) for axis, values in axes for name, one in self.outcomes(values).items()
+        ]
         if self.conditions.preventing:
-            return self.conditions.no_statement
+            return prevented(self.conditions.no_statement, parts)
         if not self.tolerance_um:
-            return "No statement of conformity is made: no tolerance was stated. Decision rule: none applied."
+            return NO_LIMIT
         if self.expanded_um is None:
-            return (
-                f"{self._compared(parts)} Conformity is not proven: the uncertainty of the parameters was not stated."
-                f" Decision rule: {DECISION_SOURCE}; it needs that uncertainty."
-            )
-        every = [outcome for _, values in parts for outcome in self.outcomes(values).values()]
-        head = {
-            "conforms": "The parameters conform.",
-            "does not conform": "The parameters do not conform.",
-            "not decidable": "Neither conformity nor nonconformity is proven.",
-            "no statement": self.conditions.no_statement,
-        }[together(every)]
-        return f"{head} {self._compared(parts)} U = {self.expanded_um:g} {self.unit}. Decision rule: {DECISION_SOURCE}."
+            why = "the uncertainty of the parameters was not stated"
+            rule = f"Decision rule: {DECISION_SOURCE}; it needs that uncertainty."
+            text = f"{self._compared(axes)} Conformity is not proven: {why}. {rule}"
+            return Decision("not decidable", text, why)
+        return decision_of(parts, WORDS, f"{self._compared(axes)} U = {self.expanded_um:g} {self.unit}.")
 
     def _compared(self, parts: Sequence[tuple[str, Mapping[str, float]]]) -> str:
         said = []

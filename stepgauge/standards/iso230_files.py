@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
+from stepgauge.conditions.decision import Decision
 from stepgauge.files.notation import make_sentence
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_files
@@ -72,10 +73,15 @@ def linear_keys(test: PositioningTest) -> dict[str, Any]:
         "complete": test.complete,
         "tolerances_um": dict(test.requirement.tolerance_um),
         "expanded_uncertainty_um": test.requirement.expanded_um,
-        "overall": test.requirement.text([(one.name, parameters_um(one.parameters)) for one in test.axes]),
+        "decision": decide_test(test).to_dict(),
         "statements": statements(test),
         "axes": [axis_to_dict(one, test.further) for one in test.axes],
     }
+
+
+def decide_test(test: PositioningTest) -> Decision:
+    """The decision on all axes."""
+    return test.requirement.decision([(one.name, parameters_um(one.parameters)) for one in test.axes])
 
 
 def _reference(test: PositioningTest) -> dict[str, Any]:

@@ -5,10 +5,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
 from stepgauge.verbs.define import verb
-from stepgauge.verbs.kinds import OneOf, Repeated
+from stepgauge.verbs.kinds import OneOf, Reads, Repeated
 from stepgauge.verbs.shared import (
     Convention,
     CorrectDrift,
+    File,
     GaugeLike,
     MachineIfNeeded,
     MachineName,
@@ -24,6 +25,7 @@ from stepgauge.verbs.shared import (
 if TYPE_CHECKING:
     from stepgauge.evaluation.evaluate import Evaluation
     from stepgauge.evaluation.face_errors import REffOrigin
+    from stepgauge.standards.budget_files import StoredBudget
 
 
 FIGURES = ("error", "bidirectional", "repeatability", "arrows", "run")
@@ -70,6 +72,7 @@ def evaluate(
     correct_drift: CorrectDrift = False,
     mpe: Mpe = None,
     machine: MachineIfNeeded = None,
+    budget: Annotated["File | StoredBudget | None", Reads("BUDGET", folder=True)] = None,
 ) -> "Evaluation":
     """Errors of the machine from recordings of the step gauge.
 
@@ -83,10 +86,12 @@ def evaluate(
         default: that of ``machine``
     machine : machine file, for its maximum permissible error, whether it corrects its readings to 20 deg C, and the
         travel of figures
+    budget : budget.json of stepgauge budget, or its folder: its U decides on conformity with the limit
 
     Returns
     -------
-    Errors XF, XB, XM, XR in um at every face, standard deviations, and the effective tip radius, by placement.
+    Errors XF, XB, XM, XR in um at every face, standard deviations, and the effective tip radius, by placement;
+    ``decision`` on the limit.
 
     Raises
     ------
@@ -101,28 +106,34 @@ def evaluate(
     """
     from dataclasses import replace
 
+    from stepgauge.errors import InputError, naming
     from stepgauge.evaluation.evaluate import evaluate as evaluate_recording
     from stepgauge.evaluation.files import evaluation_to_dict
-    from stepgauge.recording import join_recordings
     from stepgauge.recording.conventions import complete_convention, state_convention
-    from stepgauge.standards.conformity import limit_of, limit_remark
+    from stepgauge.standards.budget_files import resolve_budget
+    from stepgauge.standards.conformity import conformity, limit_of
     from stepgauge.verbs.inputs import (
+        joined_recordings,
         resolve_blocks,
         resolve_gauge,
         resolve_machine,
         resolve_placements,
-        resolve_recordings,
     )
 
     cmm = None if machine is None else resolve_machine(machine)
     steps = resolve_gauge(gauge)
     section = resolve_blocks(blocks, steps)
     lies = resolve_placements(placements, steps)
-    tables = resolve_recordings(recordings)
-    whole = tables[0] if len(tables) == 1 else join_recordings(tables)
+    whole = joined_recordings(recordings)
     whole = complete_convention(state_convention(whole, temperature_convention), None if cmm is None else cmm.table)
     whole = whole.assign_comments(measured_at=measured_at, machine=machine_name)
     found = evaluate_recording(whole, steps, section, cast("REffOrigin", r_eff_origin), lies, correct_drift)
     limit = limit_of(found.comments, cmm, asked=mpe)
-    remark = "" if limit is None else limit_remark(evaluation_to_dict(found), limit)
-    return replace(found, limit=limit, limit_remark=remark, recording=whole, machine=cmm)
+    if budget is not None and limit is None:
+        raise InputError(naming("budget"), naming("mpe", "machine", words="needs {}, or {} with a limit"))
+    if limit is not None:
+        stored = evaluation_to_dict(found)
+        sure = None if budget is None else resolve_budget(budget, stored)
+        decided = conformity(stored, sure, limit).decision
+        found = replace(found, limit=limit, decision=decided)
+    return replace(found, recording=whole, machine=cmm)

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 from stepgauge.conditions import Conditions
+from stepgauge.conditions.decision import NO_LIMIT, Decision
 from stepgauge.conditions.outliers import ExcludedReading
+from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.evaluate import EffectiveRadiusEstimate, Evaluation, PlacementResult
 from stepgauge.evaluation.files import UM
 from stepgauge.figures.faces import column
@@ -15,7 +17,6 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.gauge.placement import read_placement as read_placement_file
 from stepgauge.reports.reading import check_gauge, read_checked_evaluation
-from stepgauge.standards.conformity import limit_remark
 from stepgauge.standards.mpe import Mpe
 from stepgauge.verbs.inputs import File, resolve_gauge
 
@@ -25,13 +26,13 @@ def read_placement(path: File, gauge: File | Gauge) -> Placement:
     return read_placement_file(path, resolve_gauge(gauge))
 
 
-def read_evaluation(path: File, gauge: File | Gauge) -> Evaluation:
+def read_evaluation(path: File, gauge: File | Gauge | None = None) -> Evaluation:
     """Read an evaluation that :meth:`Evaluation.write` or ``stepgauge evaluate`` wrote.
 
     Parameters
     ----------
     path : its folder, or its ``evaluation.json``
-    gauge : the gauge that was evaluated against; the file does not hold all of its certificate
+    gauge : the gauge that it must have been evaluated against; default: as the evaluation holds it
 
     Returns
     -------
@@ -42,14 +43,19 @@ def read_evaluation(path: File, gauge: File | Gauge) -> Evaluation:
     InputError
         a file that is no evaluation or was changed, or another gauge
     """
-    data, steps = read_checked_evaluation(path), resolve_gauge(gauge)
-    check_gauge(data, steps)
+    data = read_checked_evaluation(path)
+    if gauge is not None:
+        check_gauge(data, steps := resolve_gauge(gauge))
+    elif "certified" in data:
+        steps = Gauge.read_dict(data["certified"], str(path))
+    else:
+        raise InputError(path, "an evaluation of an earlier version does not hold its gauge", expected=naming("gauge"))
     results = tuple(_result(one) for one in data["placements"])
     first, last = data["blocks"]
     limit = Mpe.parse(data["mpe"]) if data.get("mpe") else None
-    remark = "" if limit is None else limit_remark(data, limit)
+    decision = Decision.read(data["decision"]) if "decision" in data else NO_LIMIT
     origin, name, comments = data["r_eff_origin"], data["recording"], data["comments"]
-    return Evaluation(steps, (first, last), origin, results, name, comments, limit, remark)
+    return Evaluation(steps, (first, last), origin, results, name, comments, limit, decision)
 
 
 def read_result(path: File) -> Any:
@@ -70,14 +76,11 @@ def read_result(path: File) -> Any:
         a file that is no result, that was changed, or that needs its gauge (``read_evaluation``)
     """
     from stepgauge.diagnosis.result import read_diagnosis
-    from stepgauge.errors import InputError
     from stepgauge.files.stored import read_stored, stored_kind
     from stepgauge.standards.budget_files import read_budget
 
     kind, file = stored_kind(path)
-    if kind == "evaluation":
-        raise InputError(path, "an evaluation is read with its gauge", expected="read_evaluation(path, gauge)")
-    own = {"diagnosis": read_diagnosis, "budget": read_budget}
+    own = {"diagnosis": read_diagnosis, "budget": read_budget, "evaluation": read_evaluation}
     return own[kind](file) if kind in own else read_stored(file)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from pypdf import PdfReader
 
-from stepgauge.standards.decision import INCOMPLETE
+from stepgauge.conditions.decision import INCOMPLETE
 from tests.cli.conftest import Run
 
 SPHERE = ("--sphere-diameter", 25, "--tip-diameter", 5.991)
@@ -58,7 +58,7 @@ def test_no_conformity_is_stated_of_a_test_that_is_not_complete(run: Run, tmp_pa
     data = json.loads((tmp_path / "out" / "iso10360-5.json").read_text())
     assert [one["outcome"] for one in data["values"]] == ["conforms"] * 3
     assert data["open"] == ["5 styli or ways of one stylus, square to each other"]
-    for said in (result.err, data["overall"], text_of(tmp_path / "out" / "iso10360-5.pdf")):
+    for said in (result.err, data["decision"]["text"], text_of(tmp_path / "out" / "iso10360-5.pdf")):
         assert "performance conforms" not in said
         assert INCOMPLETE in said
         assert "Open: 5 styli or ways of one stylus, square to each other." in said

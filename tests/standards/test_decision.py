@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepgauge.standards.decision import conformity_probability, decide, together
+from stepgauge.conditions.decision import conformity_probability, decide, together
 
 POSITIVE = st.floats(0.01, 100.0)
 

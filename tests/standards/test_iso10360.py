@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stepgauge.conditions.decision import INCOMPLETE
 from stepgauge.errors import InputError
 from stepgauge.recording import Recording
-from stepgauge.standards.decision import INCOMPLETE
 from stepgauge.standards.iso10360 import Choices, LengthTest, Specification, length_test
 from stepgauge.standards.iso10360_files import length_test_csv, length_test_to_dict
 from stepgauge.standards.iso10360_series import E150, NORMAL
-from stepgauge.standards.iso10360_statements import overall, statements
+from stepgauge.standards.iso10360_statements import decide_test, statements
 from stepgauge.standards.length_uncertainty import TestConditions, length_uncertainty
 from stepgauge.standards.measuring_line import ORIENTATIONS
 from stepgauge.standards.mpe import Mpe
@@ -146,7 +146,7 @@ def test_an_incomplete_uncertainty_decides_nothing() -> None:
     for stated, expected in ((TestConditions(), "not decidable"), (SURE, "does not conform")):
         test = length_test(bad, GAUGE, replace(SPEC, repeatability_um=None), stated, STATED)
         assert test.outcome("bidirectional") == expected
-        assert overall([test]).outcome == expected
+        assert decide_test([test]).outcome == expected
     assert "U lacks what was not stated: uncertainty of the gauge temperature" in " ".join(
         statements(length_test(bad, GAUGE, SPEC, choices=STATED))
     )
@@ -164,8 +164,9 @@ def test_a_complete_test_of_a_good_machine() -> None:
     assert test.outcome("bidirectional") == "conforms"
     assert test.repeatability_outcome("bidirectional") == "conforms"
     assert test.positions[3].line_mm == pytest.approx(600 * np.sqrt(3))
-    said = overall([test])
-    assert (said.outcome, said.text.startswith(INCOMPLETE)) == ("conforms", True)
+    said = decide_test([test])
+    assert (said.outcome, said.passed, said.text.startswith(INCOMPLETE)) == ("no statement", None, True)
+    assert {outcome for _, outcome in said.parts} == {"conforms"}
     assert not any("conformity is proven" in text for text in statements(test))
     rule = next(rule for rule in test.rules if rule.asks.startswith("longest"))
     assert "position 1: 410.0 mm, asked 685.9 mm" in rule.found
@@ -236,7 +237,7 @@ def test_e150_is_a_series_of_its_own() -> None:
     assert test.lengths("bidirectional")[-1].error_um == pytest.approx([3e-3 * 410.0] * 3, abs=1e-6)
     assert [rule.asks for rule in test.rules if not rule.met] == []
     assert next(rule for rule in offset(recording, 100.0).rules if "off the axis" in rule.asks).met is False
-    said = overall([length_test(seven(), GAUGE, SPEC, ALL, STATED, CUBE), test])
+    said = decide_test([length_test(seven(), GAUGE, SPEC, ALL, STATED, CUBE), test])
     assert [name.partition(" ")[0] for name, _ in said.parts] == ["E_0,MPE", "R_0,MPL", "E_150,MPE"]
     assert "unconfirmed" in " ".join(statements(test))
 
@@ -254,7 +255,7 @@ def test_a_range_is_not_known_better_than_the_steps_of_its_readings(limit_um: fl
     assert test.repeatability_outcome("bidirectional") == expected
     sure = length_test(recording, GAUGE, asked, ALL, Choices(tip_diameter_mm=TIP_MM))
     assert sure.repeatability_outcome("bidirectional") == sure.outcome("bidirectional") == "no statement"
-    assert "steps of 10 um" in overall([sure]).text
+    assert "steps of 10 um" in decide_test([sure]).text
 
 
 def test_readings_off_the_axis_decide_nothing() -> None:
@@ -263,13 +264,13 @@ def test_readings_off_the_axis_decide_nothing() -> None:
     recording.frame["y_mm"] += 5e-3 * (recording.frame["x_mm"] - recording.frame["x_mm"].iloc[0])
     test = length_test(recording, GAUGE, SPEC, ALL, Choices(tip_diameter_mm=TIP_MM))
     assert test.outcome("bidirectional") == test.repeatability_outcome("bidirectional") == "no statement"
-    assert "5.00 mrad off the axis" in overall([test]).text
+    assert "5.00 mrad off the axis" in decide_test([test]).text
 
 
 def test_one_statement_for_the_machine_with_its_decision_rule() -> None:
     """Errors within and ranges beyond their limits are no conformity: the worst characteristic decides."""
     wide = seven(lambda cycle, face: 2.0 * (cycle == 2) * (face == 42))
-    said = overall([length_test(wide, GAUGE, replace(SPEC, mpe=Mpe.parse("9")), ALL, STATED, CUBE)])
+    said = decide_test([length_test(wide, GAUGE, replace(SPEC, mpe=Mpe.parse("9")), ALL, STATED, CUBE)])
     assert {name.partition(" ")[0]: one for name, one in said.parts} == {
         "E_0,MPE": "conforms",
         "R_0,MPL": "does not conform",
@@ -279,7 +280,7 @@ def test_one_statement_for_the_machine_with_its_decision_rule() -> None:
     assert "Decision rule: ISO 14253-1" in said.text
     assert "E_150: not tested" in said.open
     fronts = length_test(made(GAUGE, faces=range(1, 42, 2)), GAUGE, SPEC, ALL)
-    assert overall([fronts]).outcome is None
+    assert decide_test([fronts]).outcome == "no statement"
 
 
 def test_what_is_left_out_is_named() -> None:

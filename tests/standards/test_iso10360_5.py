@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares, minimize
 
+from stepgauge.conditions.decision import INCOMPLETE
 from stepgauge.errors import InputError
 from stepgauge.files.tables import Rows
 from stepgauge.physics.directions import five_points, iso_10360_5_points, probe_frame
 from stepgauge.probes.files import ProbedPoints
-from stepgauge.standards.decision import INCOMPLETE
 from stepgauge.standards.iso10360_5 import ProbingLimits, TestSphere, enclosing_radius, probing_test
-from stepgauge.standards.iso10360_5_files import overall, probing_to_dict
+from stepgauge.standards.iso10360_5_files import decide_test, probing_to_dict
 from stepgauge.standards.iso10360_5_rules import rules_of
 
 SPHERE = TestSphere(25.0, 0.1, 0.2, 0.05)
@@ -103,19 +103,19 @@ def test_decisions_need_the_uncertainty_of_the_sphere() -> None:
     assert form.expanded_um == pytest.approx(2.0 * np.hypot(0.1, 0.05))
     assert size.outcome == "conforms"
     assert test.outcome == form.outcome
-    assert "Decision rule: ISO 14253-1" in overall(test)
+    assert "Decision rule: ISO 14253-1" in decide_test(test).text
     bare = probing_test([probed(off)], TestSphere(25.0), [TIP_MM], limits)
     assert bare.outcome is None
     assert len(bare.missing) == 2
-    assert "Conformity is not proven" in overall(bare)
-    assert "No statement of conformity" in overall(probing_test([probed(off)], SPHERE, [TIP_MM]))
-    assert "computed, not measured" in overall(probing_test([probed()], SPHERE, [TIP_MM], limits))
-    assert overall(test).startswith(INCOMPLETE)
+    assert "Conformity is not proven" in decide_test(bare).text
+    assert "No statement of conformity" in decide_test(probing_test([probed(off)], SPHERE, [TIP_MM])).text
+    assert "computed, not measured" in decide_test(probing_test([probed()], SPHERE, [TIP_MM], limits)).text
+    assert decide_test(test).text.startswith(INCOMPLETE)
     whole = probing_test([probed(off)], replace(SPHERE, another=True), [TIP_MM], limits)
-    assert overall(whole).startswith("The probing performance conforms.")
-    assert "Open" not in overall(whole)
+    assert decide_test(whole).text.startswith("The probing performance conforms.")
+    assert "Open" not in decide_test(whole).text
     half = probing_test([probed(off)], replace(SPHERE, another=True), [TIP_MM], ProbingLimits({"P_Form": 2.4}))
-    assert "Open: P_Size: no limit stated." in overall(half)
+    assert "Open: P_Size: no limit stated." in decide_test(half).text
     assert probing_to_dict(test)["standard"] == "ISO 10360-5:2020"
 
 

@@ -34,16 +34,16 @@ def test_parameters_by_name() -> None:
 def test_the_uncertainty_narrows_both_zones(tolerance: str, outcome: str, words: str) -> None:
     asked = Requirement.parse([tolerance], 1.0)
     assert asked.outcomes(VALUES) == {"E": outcome}
-    text = asked.text([("axis x", VALUES)])
+    text = asked.decision([("axis x", VALUES)]).text
     assert words in text
     assert "Decision rule: ISO 14253-1" in text
 
 
 def test_without_tolerance_or_uncertainty_nothing_is_claimed() -> None:
-    assert "No statement of conformity" in Requirement().text([("axis x", VALUES)])
+    assert "No statement of conformity" in Requirement().decision([("axis x", VALUES)]).text
     asked = Requirement.parse(["E=100"])
     assert asked.outcomes(VALUES) == {}
-    assert "Conformity is not proven" in asked.text([("axis x", VALUES)])
+    assert "Conformity is not proven" in asked.decision([("axis x", VALUES)]).text
 
 
 @pytest.mark.parametrize("text", ["A", "A=", "Q=3", "A=-1", "A=nan", "A=inf", "=3"])

@@ -117,7 +117,7 @@ def test_a_rotary_axis_is_told_in_arcsec_by_the_same_formulas(tmp_path: Path, ru
     )
     assert "A 14.00 arcsec" in done.err
     said = json.loads((tmp_path / "iso230.json").read_text())
-    assert said["overall"].startswith("The parameters conform. axis: A = 14.00 arcsec, tolerance 15 arcsec")
+    assert said["decision"]["text"].startswith("The parameters conform. axis: A = 14.00 arcsec, tolerance 15 arcsec")
     assert said["axes"][0]["parameters_arcsec"]["M"] == pytest.approx(10.0)
     assert said["axes"][0]["measured_deg"] == [0.0, 360.0]
     assert not any(key.endswith(("_um", "_mm")) for key in [*said, *said["axes"][0], *said["axes"][0]["targets"][0]])
@@ -147,7 +147,7 @@ def test_approaches_from_one_side_give_the_parameters_of_that_direction(way: str
     assert set(said["axes"][0]["targets"][0]) == {
         "target_mm", "along_gauge_mm", "block", f"mean_{way}_um", f"s_{way}_um", f"r_{way}_um"
     }  # fmt: skip
-    assert said["overall"].startswith("The parameters conform.")
+    assert said["decision"]["text"].startswith("The parameters conform.")
     assert (tmp_path / "out/iso230.pdf").stat().st_size > 10_000
 
 
@@ -174,7 +174,7 @@ def test_the_verb_reads_an_axis_without_a_gauge(tmp_path: Path, run: Run) -> Non
     said = json.loads((out / "iso230.json").read_text())
     assert said["instrument"] == "laser interferometer"
     assert "gauge" not in said
-    assert said["overall"].startswith("The parameters conform.")
+    assert said["decision"]["text"].startswith("The parameters conform.")
     assert (out / "iso230.csv").read_text().count("\n") == 7
     assert (out / "iso230.pdf").stat().st_size > 10_000
     for more, words in (

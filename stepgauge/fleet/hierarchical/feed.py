@@ -9,12 +9,12 @@ from typing import Any, Literal
 from pydantic import Field
 
 from stepgauge import __version__
+from stepgauge.conditions.decision import Outcome
 from stepgauge.files.config import TomlTable
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_files
 from stepgauge.fleet.hierarchical.answer import date_text
 from stepgauge.fleet.hierarchical.watch import Watched
-from stepgauge.standards.decision import Outcome
 
 FORMAT = "stepgauge fleet watch 1"
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.special import ndtr
 
+from stepgauge.conditions.decision import Outcome, decide
 from stepgauge.files.arrays import Array
 from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.fleet.hierarchical.answer import ExplainedNumber, FleetInference
@@ -24,7 +25,6 @@ from stepgauge.fleet.hierarchical.spread import believed
 from stepgauge.history.series import FALSE_WARNINGS
 from stepgauge.history.trend import findings
 from stepgauge.physics.robust import mad_sigma
-from stepgauge.standards.decision import Outcome, decide
 
 WALKS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0)
 """Walks in the root of a year that are tried, over the level's standard deviation; the fleet says which."""
