@@ -90,6 +90,9 @@ class AxisRecording(Plotted):
         """Write the recording as CSV, numbers to 12 significant digits."""
         write_axis_recording(path, self)
 
+    def _stated(self) -> str:
+        return axis_recording_text(self)
+
     @property
     def both_ways(self) -> bool:
         """Whether the axis came from both sides."""
@@ -184,12 +187,17 @@ def _checked(frame: pd.DataFrame, comments: dict[str, str], path: str, lines: Se
 
 def write_axis_recording(path: str | Path, recording: AxisRecording) -> None:
     """Write a recording as CSV, comments first; numbers to :data:`DIGITS` significant digits."""
+    write_text(path, axis_recording_text(recording))
+
+
+def axis_recording_text(recording: AxisRecording) -> str:
+    """The text of its file."""
     units = recording.units
     said = {FORM: recording.form, "unit": units.position, "deviation_unit": units.deviation, "sensor": recording.sensor}
     head = [f"# {key}: {line}" for key, value in {**said, **recording.comments}.items() for line in value.split("\n")]
     frame = recording.frame.rename(columns=_names(units))
     body = frame.to_csv(index=False, lineterminator="\n", float_format=f"%.{DIGITS}g")
-    write_text(path, "\n".join([*head, f"# {PROBINGS}: {len(recording)}", body]))
+    return "\n".join([*head, f"# {PROBINGS}: {len(recording)}", body])
 
 
 def join_axis_recordings(recordings: Sequence[AxisRecording]) -> AxisRecording:

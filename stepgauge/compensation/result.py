@@ -14,8 +14,7 @@ from stepgauge.compensation.table import CompensationTable
 from stepgauge.conditions import stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.display import Plotted, Summarized, figures, join_lines
-from stepgauge.files.outputs import open_set
-from stepgauge.files.stored import result_shown
+from stepgauge.files.stored import Kept
 from stepgauge.files.text import write_text
 from stepgauge.recording.simulated import is_simulated
 
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Compensation(Plotted):
+class Compensation(Kept, Plotted):
     """The table of an axis, and its ``text`` in the format of a controller."""
 
     drawn_by: ClassVar[str] = "compensation.draw_table"
@@ -67,7 +66,7 @@ class Compensation(Plotted):
 
     def write(self, path: str | Path) -> list[Path]:
         """Write the controller's file and ``<name>.json``; returns their paths."""
-        with open_set(lambda: result_shown(self)):
+        with self.keeping():
             return write_table(path, self.text, self.table, self.known)
 
     def draw(self, path: str | Path) -> list[Path]:

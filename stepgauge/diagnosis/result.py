@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -34,8 +35,8 @@ OUTLIERS = "outliers"
 """Kind of the finding that lists single rows."""
 NEEDED = ("verdict", "effects", "unexplained", "fit", "inputs")
 """Keys that every diagnosis has."""
-OF_THE_FILE = {"format", "stepgauge", "inputs", "checksum"}
-"""Keys that say where a diagnosis comes from, and nothing of the machine."""
+OF_THE_FILE = {"format", "stepgauge", "inputs", "made_from", "checksum", "remarks"}
+"""Keys that say where a diagnosis comes from and of the files beside it, and nothing of the machine."""
 NUMBERS = ["kind", "effect", "probability", "parameter", "value", "u", "unit", "rival_of"]
 """Columns of the table of a diagnosis."""
 Verdict = Literal["adequate", "effects", "unknown", "insufficient"]
@@ -194,14 +195,10 @@ class Diagnosis(Plotted):
         known = (*stored_conditions(said).notes, *step_limits(said), *machine_doubts(said))
         return join_lines(summary_line(said), *found_lines(said), *(f"note: {one}" for one in known))
 
-    def __eq__(self, other: object) -> bool:
-        """Whether two diagnoses state the same, also where one was read back."""
-        if not isinstance(other, Diagnosis):
-            return NotImplemented
-        one, another = (json.loads(json.dumps(dict(each.contents))) for each in (self, other))
-        return bool(all(one.get(key) == another.get(key) for key in {*one, *another} - OF_THE_FILE))
-
-    __hash__ = object.__hash__
+    def _stated(self) -> str:
+        """All of it, but for the folder that commands name."""
+        said = {key: value for key, value in self.contents.items() if key not in OF_THE_FILE}
+        return re.sub(r'[^\s"]*/(?=separate-\d)', "", json.dumps(said, sort_keys=True))
 
     def __repr__(self) -> str:
         return f"<Diagnosis {self.summary().splitlines()[0]}>"

@@ -1,4 +1,4 @@
-"""The types of numbers in arrays, and results that hold the same of them."""
+"""The types of numbers in arrays, and whether two things hold the same of them."""
 
 from __future__ import annotations
 
@@ -15,29 +15,25 @@ Rows = NDArray[np.int64]
 """Numbers of rows."""
 
 
-def same_content(one: Any, other: object) -> bool:
-    """Whether two results of a kind hold the same numbers and words, wherever they were read from: their ``==``."""
-    if type(one) is not type(other) or not is_dataclass(one):
-        return NotImplemented
-    return _same_fields(one, other)
+def compared_fields(one: Any) -> dict[str, Any]:
+    """The fields of a dataclass that are compared, wherever it was read from."""
+    return {field.name: getattr(one, field.name) for field in fields(one) if field.compare and field.name != "path"}
 
 
-def _same_fields(one: Any, other: Any) -> bool:
-    names = [field.name for field in fields(one) if field.compare and field.name != "path"]
-    return all(_same(getattr(one, name), getattr(other, name)) for name in names)
-
-
-def _same(one: Any, other: Any) -> bool:
+def same_content(one: Any, other: Any) -> bool:
+    """Whether both hold the same numbers and words: objects, tables, arrays and what holds them; NaN beside NaN."""
     if one is other:
         return True
-    if type(one) is type(other) and is_dataclass(one):
-        return _same_fields(one, other)
+    if type(one) is type(other) and is_dataclass(one) and not isinstance(one, type):
+        return same_content(compared_fields(one), compared_fields(other))
     if all(hasattr(each, "iloc") and hasattr(each, "columns") for each in (one, other)):
-        return list(one.columns) == list(other.columns) and all(_same(one[name], other[name]) for name in one.columns)
+        return list(one.columns) == list(other.columns) and all(
+            same_content(one[name], other[name]) for name in one.columns
+        )
     if isinstance(one, Mapping) and isinstance(other, Mapping):
-        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
+        return one.keys() == other.keys() and all(same_content(one[key], other[key]) for key in one)
     if isinstance(one, tuple | list) and isinstance(other, tuple | list):
-        return len(one) == len(other) and all(map(_same, one, other))
+        return len(one) == len(other) and all(map(same_content, one, other))
     if hasattr(one, "__array__") or hasattr(other, "__array__"):
         values, others = np.asarray(one), np.asarray(other)
         numbers = values.dtype.kind in "fc" and others.dtype.kind in "fc"

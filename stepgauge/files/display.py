@@ -24,7 +24,7 @@ MOST_LINES, LONGEST_SHOWN = 6, 160
 class Summarized:
     """What says itself in lines and in a table: how stands in :meth:`summary` and :meth:`to_frame` of each.
 
-    Two of a kind are equal (``==``) if they hold the same numbers and words, NaN beside NaN.
+    Two are equal (``==``) if their files say the same: what was written equals what is read back, NaN beside NaN.
     """
 
     def __init_subclass__(cls, **words: Any) -> None:
@@ -35,9 +35,15 @@ class Summarized:
     def __eq__(self, other: object) -> bool:
         from stepgauge.files.arrays import same_content
 
-        return same_content(self, other)
+        return same_content(self._stated(), other._stated()) if isinstance(other, Summarized) else NotImplemented
 
     __hash__ = object.__hash__
+
+    def _stated(self) -> Any:
+        """What a file says of it; by default all of its fields."""
+        from stepgauge.files.arrays import compared_fields
+
+        return type(self), compared_fields(self)
 
     def summary(self) -> str:
         """The lines that the command line prints."""

@@ -1,13 +1,14 @@
 """A result that is read back from its JSON file: what was said of it, and its table.
 
-Whoever writes a result gives ``open_set`` its :func:`result_shown`; whatever the result was, :func:`read_stored` gives
-it back with the same lines and the same table.
+A :class:`Kept` result writes its files inside :meth:`Kept.keeping`; whatever it was, :func:`read_stored` gives it back
+with the same lines and the same table.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from stepgauge.errors import InputError
 from stepgauge.files.display import Summarized
 from stepgauge.files.json_types import json_types
+from stepgauge.files.outputs import open_set
 from stepgauge.files.text import read_json, read_result
 
 if TYPE_CHECKING:
@@ -24,15 +26,22 @@ RESULT, SUMMARY, TABLE = "result", "summary", "table"
 """Key in the file of a result, with its lines and its table by column."""
 
 
-def result_shown(result: Summarized) -> dict[str, Any]:
-    """Lines and table of a result in JSON types: undefined numbers as null, dates as text."""
-    frame = result.to_frame()
-    table = {str(name): json_types(frame[name].tolist()) for name in frame.columns}
-    return {RESULT: {SUMMARY: result.summary().split("\n"), TABLE: table}}
+class Kept(Summarized):
+    """A result whose JSON file says its lines and its table."""
+
+    def keeping(self) -> AbstractContextManager[None]:
+        """The set of its files, of which the result says lines and table."""
+        return open_set(lambda: {RESULT: self._stated()})
+
+    def _stated(self) -> dict[str, Any]:
+        """In JSON types: undefined numbers as null, dates as text."""
+        frame = self.to_frame()
+        table = {str(name): json_types(frame[name].tolist()) for name in frame.columns}
+        return {SUMMARY: self.summary().split("\n"), TABLE: table}
 
 
 @dataclass(frozen=True, repr=False)
-class StoredResult(Summarized):
+class StoredResult(Kept):
     """A result as its file has it: its ``kind`` and its ``values`` by key; its figures lie beside the file."""
 
     kind: str
@@ -47,8 +56,12 @@ class StoredResult(Summarized):
         import pandas as pd
 
         columns = self.values[RESULT][TABLE]
-        numeric = {name for name, cells in columns.items() if any(isinstance(one, float) for one in cells)}
+        kinds = {name: {type(one) for one in cells} for name, cells in columns.items()}
+        numeric = [name for name, found in kinds.items() if float in found or found == {type(None)}]
         return pd.DataFrame(columns).astype(dict.fromkeys(numeric, float))
+
+    def _stated(self) -> dict[str, Any]:
+        return dict(self.values[RESULT])
 
     def __repr__(self) -> str:
         """As that of every result, with the kind in front."""

@@ -102,6 +102,9 @@ class Placement(Plotted):
         """Write the placement file (TOML), which :func:`read_placement` reads back."""
         write_placement(path, self)
 
+    def _stated(self) -> str:
+        return format_placement(self)
+
 
 def make_placement(
     c1_mm: ArrayLike,
@@ -142,8 +145,8 @@ def has_yaw(axis: ArrayLike) -> bool:
     return float(np.hypot(*np.asarray(axis, float)[:2])) > UPRIGHT_SIN
 
 
-def read_placement(path: str | Path, gauge: Gauge) -> Placement:
-    """Read a placement file and check it against the gauge (:class:`InputError` names the key)."""
+def read_placement(path: str | Path, gauge: Gauge | None) -> Placement:
+    """Read a placement file and check it, also against its gauge if given (:class:`InputError` names the key)."""
     return parse_placement(read_text(path), path, gauge)
 
 
@@ -152,11 +155,12 @@ def is_placement_file(path: str | Path) -> bool:
     return Path(path).suffix.lower() == ".toml"
 
 
-def parse_placement(text: str, path: str | Path, gauge: Gauge) -> Placement:
+def parse_placement(text: str, path: str | Path, gauge: Gauge | None) -> Placement:
     """A placement from the text of its file; ``path`` is for messages."""
     data = parse_toml(text, path)
     table = check_table(PlacementTable, data.get("placement", data), path)
-    _check_blocks(table, path, gauge)
+    if gauge is not None:
+        _check_blocks(table, path, gauge)
     try:
         placement = make_placement(
             table.c1_mm,
@@ -170,7 +174,8 @@ def parse_placement(text: str, path: str | Path, gauge: Gauge) -> Placement:
     except ValueError as error:
         raise InputError(path, str(error), expected="two block centres and, for a standing gauge, key up") from None
     _check_directions(table, placement, path)
-    _check_distance(placement, path, gauge)
+    if gauge is not None:
+        _check_distance(placement, path, gauge)
     details = {"uncertainty": table.uncertainty, "angles": table.angles, "notes": table.notes}
     return replace(placement, details={k: v for k, v in details.items() if v})
 

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from stepgauge.errors import InputError
 from stepgauge.files.display import Plotted, figures
-from stepgauge.files.outputs import open_set
-from stepgauge.files.stored import result_shown
+from stepgauge.files.stored import Kept
 from stepgauge.history.entries import QUANTITIES, DateFrom, HistoryEntry, select_machine
 from stepgauge.history.files import write_history
 from stepgauge.history.series import Alert, Series, false_warning_words, judge, make_series
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class History(Plotted):
+class History(Kept, Plotted):
     """Values of one machine by date (``entries``), ``series`` with trends, and ``warnings``."""
 
     drawn_by: ClassVar[str] = "history.draw_scale"
@@ -47,7 +46,7 @@ class History(Plotted):
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``history.json``, ``history.csv`` and the figure into a folder; returns the paths, the store's too."""
         drawing = Path(folder) / f"history.{figure}"
-        with open_set(lambda: result_shown(self)):
+        with self.keeping():
             written = write_history(folder, self.series, self.warnings, self.limits)
             figures("history").draw_history(drawing, self.series, self.limits, self.entries[0].machine)
         return [*written, drawing, *([self.store] if self.store else [])]

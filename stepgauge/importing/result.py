@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from stepgauge.axis.recording import AxisRecording, write_axis_recording
 from stepgauge.axis.sensors import SENSORS
@@ -48,6 +48,9 @@ class Imported(Summarized):
             assert self.refusal is not None
             raise self.refusal
         return self.recording
+
+    def _stated(self) -> Any:
+        return super()._stated() if self.recording is None else self.recording._stated()
 
     @property
     def extent(self) -> str:

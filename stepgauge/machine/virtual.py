@@ -94,6 +94,9 @@ class Run(Plotted):
         else:
             write_recording(path, self.explained())
 
+    def _stated(self) -> Any:
+        return self.explained()._stated()
+
     def explained(self) -> Recording:
         """The recording with the shares as further columns."""
         if self.shares is None:

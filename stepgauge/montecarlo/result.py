@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from stepgauge.files.display import Plotted, figures, join_lines
-from stepgauge.files.outputs import open_set
-from stepgauge.files.stored import result_shown
+from stepgauge.files.stored import Kept
 from stepgauge.montecarlo.files import summary_to_dict, write_summary
 from stepgauge.montecarlo.model import MonteCarloModel
 from stepgauge.montecarlo.run import Progress, run_monte_carlo
@@ -28,7 +27,7 @@ LEAST_RUNS = 40
 
 
 @dataclass(frozen=True, repr=False)
-class MonteCarloBudget(Plotted):
+class MonteCarloBudget(Kept, Plotted):
     """Distributions of the numbers of an evaluation (JCGM 101), and the model that they are of."""
 
     drawn_by: ClassVar[str] = "uncertainty.draw_distribution"
@@ -61,7 +60,7 @@ class MonteCarloBudget(Plotted):
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``uncertainty.json``, ``uncertainty.csv`` and a figure per placement; returns the paths."""
-        with open_set(lambda: result_shown(self)):
+        with self.keeping():
             drawn = figures("uncertainty").draw_uncertainty(folder, self.model, self.distributions, figure)
             return [*write_summary(folder, self.model, self.distributions), *drawn]
 

@@ -55,6 +55,9 @@ class DirectionMap(Plotted):
         """Write the table (CSV), numbers to 6 significant digits; cells are empty where nothing is known."""
         write_map(path, self)
 
+    def _stated(self) -> Any:
+        return map_rows(self), self.simulated
+
     def columns(self) -> tuple[Array, ...]:
         """Angles and values, all of the shape of the grid."""
         polar, azimuth = np.meshgrid(self.polar_deg, self.azimuth_deg, indexing="ij")

@@ -13,9 +13,8 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.dates import moment_now
 from stepgauge.files.display import Plotted, figures
-from stepgauge.files.outputs import open_set
-from stepgauge.files.stored import result_shown
-from stepgauge.files.tables import csv_text
+from stepgauge.files.stored import Kept
+from stepgauge.files.tables import csv_text, read_rows
 from stepgauge.files.text import write_text
 from stepgauge.physics.directions import evenly_spread_points, iso_10360_5_points
 from stepgauge.physics.sphere import SphereFit
@@ -30,6 +29,7 @@ from stepgauge.probes.compensation import (
 )
 from stepgauge.probes.files import APPROACH, POSITION, ProbedPoints
 from stepgauge.probes.qualification import Method, Qualification, write_qualification
+from stepgauge.recording.lines import read_comments
 from stepgauge.recording.simulated import SIMULATED_COMMENT
 
 if TYPE_CHECKING:
@@ -60,6 +60,21 @@ class SpherePoints(Plotted):
     def _comments(self) -> dict[str, Any]:
         return {"probe": self.probe, "seed": self.seed, "measured_at": moment_now(), **SIMULATED_COMMENT}
 
+    @classmethod
+    def read(cls, path: str | Path) -> SpherePoints:
+        """The points of a table that :meth:`write` wrote."""
+        comments, _ = read_comments(path)
+        if not {"probe", "seed"} <= comments.keys():
+            raise InputError(path, "no points of a virtual sphere", expected="what probe_sphere has written")
+        return cls(
+            read_rows(path, (*POSITION, *APPROACH)).numbers((*POSITION, *APPROACH)),
+            comments["probe"],
+            int(comments["seed"]),
+        )
+
+    def _stated(self) -> Any:
+        return self.rows.round(7) + 0.0, self.probe, self.seed
+
     def write(self, path: str | Path) -> None:
         """Write the table (CSV)."""
         head = "".join(f"# {key}: {value}\n" for key, value in self._comments().items())
@@ -83,7 +98,7 @@ def probed_sphere(probe: Probe, diameter_mm: float, count: int, scatter_um: floa
 
 
 @dataclass(frozen=True, repr=False)
-class Qualified(Plotted):
+class Qualified(Kept, Plotted):
     """A ``qualification``, and the directions in which the sphere was approached, ``(n, 3)``."""
 
     drawn_by: ClassVar[str] = "qualification.draw_residuals"
@@ -127,7 +142,7 @@ class Qualified(Plotted):
 
     def write(self, path: str | Path) -> None:
         """Write the qualification (JSON), which ``read_qualification`` reads."""
-        with open_set(lambda: result_shown(self)):
+        with self.keeping():
             write_qualification(path, self.qualification)
 
     def draw(self, path: str | Path) -> None:
@@ -189,7 +204,7 @@ def compensated(
 
 
 @dataclass(frozen=True, repr=False)
-class BenchResult(Plotted):
+class BenchResult(Kept, Plotted):
     """The pushes of a bench and what they give by direction."""
 
     session: BenchSession
@@ -216,7 +231,7 @@ class BenchResult(Plotted):
 
     def write(self, path: str | Path) -> list[Path]:
         """Write one row per push (CSV), and directions and budget (JSON); returns the paths."""
-        with open_set(lambda: result_shown(self)):
+        with self.keeping():
             return write_bench(path, self.session, self.coverage_factor)
 
     def draw(self, path: str | Path) -> None:

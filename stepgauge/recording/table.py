@@ -90,6 +90,10 @@ class Recording(Plotted):
         """Write the recording, CSV or (by the extension) Parquet, coordinates to 1e-7 mm."""
         write_recording(path, self)
 
+    def _stated(self) -> Any:
+        names = columns_in_order(self)
+        return dict(self.comments), {name: rounded_column(name, self.columns[name]) for name in names}
+
     @cached_property
     def columns(self) -> Columns:
         """The columns of ``frame`` as arrays ``(n,)``, which are not to be changed."""
@@ -170,10 +174,13 @@ def columns_in_order(recording: Recording) -> list[str]:
 
 def _rounded_pieces(recording: Recording, names: Sequence[str]) -> Iterator[Columns]:
     for first in range(0, max(len(recording), 1), PIECE_ROWS):
-        piece = {name: recording.columns[name][first : first + PIECE_ROWS] for name in names}
-        yield {
-            name: np.round(values, _DECIMALS[name]) if name in _DECIMALS else values for name, values in piece.items()
-        }
+        rows = slice(first, first + PIECE_ROWS)
+        yield {name: rounded_column(name, recording.columns[name][rows]) for name in names}
+
+
+def rounded_column(name: str, values: NDArray[Any]) -> NDArray[Any]:
+    """The values of a column as they are written."""
+    return np.round(values, _DECIMALS[name]) if name in _DECIMALS else values
 
 
 def _cells(column: NDArray[Any]) -> list[Any]:

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from stepgauge.conditions.decision import Decision
 from stepgauge.errors import InputError
-from stepgauge.files.display import Summarized, Written, join_lines
-from stepgauge.files.outputs import open_set
-from stepgauge.files.stored import result_shown
+from stepgauge.files.display import Written, join_lines
+from stepgauge.files.stored import Kept
 from stepgauge.reports.page import UserStatements
 
 if TYPE_CHECKING:
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class StandardTest(Summarized):
+class StandardTest(Kept):
     """The outcome of a test: ``test`` has its values, ``decision`` what follows for its limits; ``lines`` say both.
 
     ``name`` begins the names of its files, ``table`` is their CSV; ``content`` that of the report, from what a person
@@ -80,7 +79,7 @@ class StandardTest(Summarized):
         from stepgauge.figures.style import save_figure
         from stepgauge.reports.render import write_report
 
-        with open_set(lambda: result_shown(self)):
+        with self.keeping():
             content = self.content(stated or UserStatements(datetime.date.today()))
             report = Path(folder) / f"{self.name}.pdf"
             notes = write_report(report, content, template)  # first, for a template may fail

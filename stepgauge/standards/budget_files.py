@@ -219,6 +219,9 @@ class StoredBudget(_StoredBudget, Plotted):
 
     __repr__ = Plotted.__repr__
 
+    def _stated(self) -> dict[str, Any]:
+        return self.model_dump()
+
     def summary(self) -> str:
         """Notes on the readings, what was not evaluated, and by placement R_eff and XM at the farthest face."""
         missing = [f"not evaluated: {gap.what}; state it by {gap.state_by}" for gap in self.not_included]

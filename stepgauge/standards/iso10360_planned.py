@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stepgauge.errors import InputError, naming
-from stepgauge.files.display import Summarized, join_lines
+from stepgauge.files.display import join_lines
 from stepgauge.files.notation import percent
+from stepgauge.files.stored import Kept
 from stepgauge.machine.file import Machine
 from stepgauge.planning.program import check_tool
 from stepgauge.standards.iso10360_plan import PlannedPosition
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class SevenPositions(Summarized):
+class SevenPositions(Kept):
     """Positions in the travel of a machine, each with what does not fit."""
 
     positions: tuple[PlannedPosition, ...]
@@ -92,7 +93,8 @@ class SevenPositions(Summarized):
         """Write placements, programs, machine files and ``plan.json``; returns notes on the programs."""
         check_tool(tool, dialect)
         named = [_named(one, tool) for one in self.positions]
-        return write_plan(folder, named, self.machine, dialect, template, options)
+        with self.keeping():
+            return write_plan(folder, named, self.machine, dialect, template, options)
 
 
 def _named(one: PlannedPosition, tool: str) -> PlannedPosition:

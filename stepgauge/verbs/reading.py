@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,17 +15,19 @@ from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.evaluate import EffectiveRadiusEstimate, Evaluation, PlacementResult
 from stepgauge.evaluation.files import UM
 from stepgauge.figures.faces import column
-from stepgauge.gauge.certified import Gauge
+from stepgauge.files.text import read_text
+from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.gauge.placement import read_placement as read_placement_file
+from stepgauge.recording.lines import read_comments
 from stepgauge.reports.reading import check_gauge, read_checked_evaluation
 from stepgauge.standards.mpe import Mpe
 from stepgauge.verbs.inputs import File, resolve_gauge
 
 
-def read_placement(path: File, gauge: File | Gauge) -> Placement:
-    """Read a placement file and check it against its gauge (:class:`InputError` names the key)."""
-    return read_placement_file(path, resolve_gauge(gauge))
+def read_placement(path: File, gauge: File | Gauge | None = None) -> Placement:
+    """Read a placement file and check it, also against its gauge if given (:class:`InputError` names the key)."""
+    return read_placement_file(path, None if gauge is None else resolve_gauge(gauge))
 
 
 def read_evaluation(path: File, gauge: File | Gauge | None = None) -> Evaluation:
@@ -63,25 +67,54 @@ def read_result(path: File) -> Any:
 
     Parameters
     ----------
-    path : the JSON file of a result, or its folder
+    path : a file that a verb wrote, or the folder with the JSON file of a result
 
     Returns
     -------
-    A diagnosis or a budget as :func:`read_diagnosis` and :func:`read_budget` give it; of any other verb a
-    ``StoredResult`` with the same ``summary()`` and ``to_frame()``, and ``values``, all that the file states.
+    What the function named ``read_`` and its noun gives (evaluation, diagnosis, budget, gauge, machine, placement,
+    recording, axis recording, probe map), equal to what was written; of any other verb a ``StoredResult`` with the same
+    ``summary()`` and ``to_frame()``, and ``values``, all that the file states.
 
     Raises
     ------
     InputError
-        a file that is no result, that was changed, or that needs its gauge (``read_evaluation``)
+        a file that is no result, or that was changed
     """
     from stepgauge.diagnosis.result import read_diagnosis
     from stepgauge.files.stored import read_stored, stored_kind
     from stepgauge.standards.budget_files import read_budget
 
+    if Path(path).is_file() and Path(path).suffix.lower() != ".json":
+        return _reader_of(Path(path))(path)
     kind, file = stored_kind(path)
     own = {"diagnosis": read_diagnosis, "budget": read_budget, "evaluation": read_evaluation}
     return own[kind](file) if kind in own else read_stored(file)
+
+
+def _reader_of(path: Path) -> Callable[[Any], Any]:
+    """What reads a file that is no JSON, by the keys of its tables or by its header."""
+    from stepgauge.axis.recording import is_axis_recording, read_axis_recording
+    from stepgauge.files.config import read_toml
+    from stepgauge.files.parquet import is_parquet
+    from stepgauge.machine.file import read_machine
+    from stepgauge.probes.directions_map import read_probe_map
+    from stepgauge.probes.results import SpherePoints
+    from stepgauge.recording import read_recording
+
+    readers: dict[str, Callable[[Any], Any]] = {}
+    known = set[str]()
+    if path.suffix.lower() == ".toml":
+        readers, known = {"gauge": read_gauge, "machine": read_machine, "c1_mm": read_placement}, set(read_toml(path))
+    elif is_parquet(path) or path.suffix.lower() == ".csv":
+        if is_parquet(path) or is_axis_recording(path):
+            return read_recording if is_parquet(path) else read_axis_recording
+        readers = {"polar_deg": read_probe_map, "face": read_recording, "approach_i": SpherePoints.read}
+        known = set(read_text(path).splitlines()[read_comments(path)[1]].split(","))
+    found = [one for key, one in readers.items() if key in known]
+    if not found:
+        expected = "the JSON of a result, a recording, a map of a probe, or a gauge, machine or placement file"
+        raise InputError(path, "no result that is read back", expected=expected)
+    return found[0]
 
 
 def _result(stored: dict[str, Any]) -> PlacementResult:

@@ -57,7 +57,7 @@ def test_no_conformity_is_stated_of_a_test_that_is_not_complete(run: Run, tmp_pa
     assert result.code == 0, result.err
     data = json.loads((tmp_path / "out" / "iso10360-5.json").read_text())
     assert [one["outcome"] for one in data["values"]] == ["conforms"] * 3
-    assert data["open"] == ["5 styli or ways of one stylus, square to each other"]
+    assert data["decision"]["open"] == ["5 styli or ways of one stylus, square to each other"]
     for said in (result.err, data["decision"]["text"], text_of(tmp_path / "out" / "iso10360-5.pdf")):
         assert "performance conforms" not in said
         assert INCOMPLETE in said

@@ -15,8 +15,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.notation import counted, rounded
-from stepgauge.files.outputs import open_set
-from stepgauge.files.stored import result_shown
+from stepgauge.files.stored import Kept
 from stepgauge.files.text import write_json, write_text
 from stepgauge.fleet.hierarchical.background import Background
 from stepgauge.fleet.hierarchical.causes import Cause, VisitCandidates
@@ -75,7 +74,7 @@ class ExplainedNumber:
 
 
 @dataclass(frozen=True, repr=False)
-class FleetInference(Plotted):
+class FleetInference(Kept, Plotted):
     """``causes``: named ones, the likeliest first; ``false_share``: expected share of false ones among them;
     ``scatter``: standard deviations of what is nothing wrong, by name; ``alone``: single visits that are wrong;
     ``left_out``: why some recordings are not in it, a line each; ``looked_for``: by kinds of owner and cause, in how
@@ -134,7 +133,7 @@ class FleetInference(Plotted):
         from stepgauge.reports.render import markdown, write_report
 
         places, said = report_places(path), self.to_dict()
-        with open_set(lambda: result_shown(self)):
+        with self.keeping():
             write_json(places[0], said)
             if places[1].suffix.lower() == ".md":
                 write_text(places[1], markdown(fleet_story(said, drawn=False)))

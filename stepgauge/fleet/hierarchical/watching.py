@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stepgauge.files.display import Summarized, figures, join_lines
+from stepgauge.files.display import figures, join_lines
 from stepgauge.files.notation import rounded
-from stepgauge.files.outputs import open_set
-from stepgauge.files.stored import result_shown
+from stepgauge.files.stored import Kept
 from stepgauge.fleet.hierarchical.answer import FleetInference, date_text
 from stepgauge.fleet.hierarchical.feed import Feed, MachineDrift, make_feed, write_feed
 from stepgauge.fleet.hierarchical.watch import Watched, watch
@@ -25,7 +24,7 @@ DUE_SHOWN = 10
 
 
 @dataclass(frozen=True, repr=False)
-class FleetWatch(Summarized):
+class FleetWatch(Kept):
     """``watched``: every quantity of every machine and gauge; ``limits``: maximum permissible sizes by name; ``risk``:
     accepted probability of being out of them; ``left_out``: why some recordings are not in it, a line each."""
 
@@ -69,7 +68,7 @@ class FleetWatch(Summarized):
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``watch.json``, its schema, ``watch.csv`` and the figure (png, svg, pdf); returns the paths."""
-        with open_set(lambda: result_shown(self)):
+        with self.keeping():
             path = Path(folder) / f"watch.{figure}"
             figures("fleet").draw_watch(path, self.watched, self.simulated)
             return [*write_feed(folder, self.feed()), path]
