@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import partial, wraps
 from os import PathLike
@@ -35,9 +36,40 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
-def name_option(argument: str, option: str) -> None:
-    """State how the option of an argument of several values is called, which is repeated."""
-    _CALLED[argument] = option
+_ARGUMENTS: dict[str, str] = {}
+"""Arguments by their options, of the verbs that were used."""
+_NAMED = re.compile(r"'?stepgauge [^';,)]*|(?<![\w-])--([a-z][a-z0-9-]*)(?: ([a-z]+)(?=[;,.)]|$))?")
+"""A command, which stays, or an option with the word that is its value."""
+_for_command: ContextVar[bool] = ContextVar("for_command", default=False)
+
+
+def name_option(argument: str, option: str = "") -> None:
+    """An argument has this option: that of an argument of several values, which is repeated, has another name."""
+    if option:
+        _CALLED[argument] = option
+    _ARGUMENTS[option_of(argument)] = argument
+
+
+def python_text(text: str) -> str:
+    """A text that names options, with the arguments of Python in their place; as it is inside :func:`for_command`."""
+    return text if _for_command.get() or "--" not in text else _NAMED.sub(_argument_of, text)
+
+
+def _argument_of(option: re.Match[str]) -> str:
+    if option[1] is None:
+        return option[0]
+    name = _ARGUMENTS.get(f"--{option[1]}", option[1].replace("-", "_"))
+    return f'{name}="{option[2]}"' if option[2] else name
+
+
+@contextmanager
+def for_command() -> Iterator[None]:
+    """Texts are said as they are kept: with the options of the command line."""
+    before = _for_command.set(True)
+    try:
+        yield
+    finally:
+        _for_command.reset(before)
 
 
 def option_of(name: str) -> str:
@@ -94,7 +126,8 @@ Place = str | PathLike[str] | Naming
 class InputError(Exception):
     """Something given to stepgauge is wrong; the message is one line for the person who can mend it.
 
-    Every part may be a :class:`Naming`: the message names arguments, :meth:`cli_text` the options of the command line.
+    Every part may be a :class:`Naming`, or name options in its text: the message and the attributes name arguments,
+    :meth:`cli_text` the options of the command line; ``parts``: as they were given.
 
     Parameters
     ----------
@@ -106,9 +139,10 @@ class InputError(Exception):
     longest: ClassVar[int] = LONGEST
 
     def __init__(self, where: Place, what: str | Naming, *, found: object = None, expected: object = None) -> None:
-        self._parts = (where, what, found, expected)
-        self.where, self.what, self.found, self.expected = str(where), str(what), found, expected
-        super().__init__(_message(self.where, self.what, found, expected, self.longest))
+        self.parts = (where, what, found, expected)
+        self.where, self.what, self.found = str(where), python_text(str(what)), found
+        self.expected = None if expected is None else python_text(str(expected))
+        super().__init__(_message(self.where, self.what, found, self.expected, self.longest))
 
     def cli_text(self) -> str:
         """The message with the options of the command line in place of the arguments of Python."""
@@ -118,19 +152,21 @@ class InputError(Exception):
     @property
     def namings(self) -> tuple[Naming, ...]:
         """The parts of the message that name arguments, by which it can be settled."""
-        return tuple(part for part in self._parts[:0:-1] if isinstance(part, Naming))
+        return tuple(part for part in self.parts[:0:-1] if isinstance(part, Naming))
 
     def named(self, name: Callable[[str], str]) -> tuple[object, ...]:
         """Where, what, found and expected, with other names of the arguments."""
-        return tuple(_named(part, name) for part in self._parts)
+        return tuple(_named(part, name) for part in self.parts)
 
     def __reduce__(self) -> tuple[object, ...]:
         """As it was made, for it crosses from one process to another."""
-        return partial(type(self), found=self.found, expected=self.expected), self._parts[:2]
+        where, what, found, expected = self.parts
+        return partial(type(self), found=found, expected=expected), (where, what)
 
     def at(self, where: Place) -> InputError:
         """The same error with its place as somebody knows it who knows the file."""
-        return type(self)(where, self._parts[1], found=self.found, expected=self.expected)
+        _, what, found, expected = self.parts
+        return type(self)(where, what, found=found, expected=expected)
 
 
 class PartlyDoneError(InputError):

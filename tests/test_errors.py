@@ -6,6 +6,7 @@ import ast
 import pickle
 import re
 from concurrent.futures import ProcessPoolExecutor
+from inspect import signature
 from pathlib import Path
 
 import click
@@ -48,6 +49,18 @@ def test_arguments_in_python_are_options_at_the_command_line() -> None:
         assert str(one) == told
         assert one.cli_text() == typed
         assert one.at("a.csv").cli_text() == typed.replace("--home", "a.csv", 1)
+
+
+def test_options_in_a_text_are_arguments_in_python() -> None:
+    """One text: an option at the command line, an argument with its unit in Python; a command stays one."""
+    assert signature(stepgauge.budget) and signature(stepgauge.simulate)  # whose arguments these are
+    advice = "--u-gauge-temperature, or --method mean; 'stepgauge plan --order up-down' measures both ways"
+    error = InputError("a.csv", "of whom? --gauge-temperature", expected=advice)
+    said = "u_gauge_temperature_K, or method=\"mean\"; 'stepgauge plan --order up-down' measures both ways"
+    assert error.expected == said
+    assert str(error) == f"a.csv: of whom? gauge_temperature_C; expected {said}"
+    assert error.cli_text() == f"a.csv: of whom? --gauge-temperature; expected {advice}"
+    assert isinstance(InputError("a", "b", expected=naming("gauge")).expected, str)
 
 
 def test_what_has_no_place_and_what_has_no_name(tmp_path: Path) -> None:

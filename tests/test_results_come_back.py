@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ import pytest
 from matplotlib import pyplot
 
 import stepgauge as sg
+from stepgauge.errors import for_command
 from stepgauge.verbs import catalogue
 from tests.cli.probe_files import bench_series
 from tests.conftest import ROOT
@@ -165,6 +167,14 @@ def test_a_result_says_draws_and_tabulates_itself(words: str, results: dict[str,
     drawn = found.plot()
     assert drawn.has_data()
     assert drawn.figure.number in pyplot.get_fignums(), "a notebook would not show it"
+
+
+def test_a_summary_in_python_names_arguments(results: dict[str, Any]) -> None:
+    for name, one in results.items():
+        words = re.sub("stepgauge [^;]*", "", one.summary())
+        assert not re.search(r"(?<![\w-])--[a-z]", words), (name, words)
+    with for_command():
+        assert "--" in results["budget by GUM"].summary()
 
 
 def test_a_result_with_other_numbers_is_another(results: dict[str, Any]) -> None:

@@ -42,7 +42,7 @@ def _check(option: VerbOption, key: str, value: Any, project: Project) -> None:
             one.one.read(one.name, each)
     except InputError as error:
         found = value if isinstance(value, str) else repr(value)
-        raise InputError(project.path, f"key {key} is wrong", found=found, expected=error.expected) from None
+        raise InputError(project.path, f"key {key} is wrong", found=found, expected=error.parts[3]) from None
 
 
 def _value(option: VerbOption, key: str, value: Any, project: Project) -> Any:

@@ -13,6 +13,7 @@ from click.core import ParameterSource
 from stepgauge.cli.interrupt import stoppable
 from stepgauge.cli.say import say, say_lines, say_written, show
 from stepgauge.cli.supplied import supply
+from stepgauge.errors import for_command
 from stepgauge.files.display import Written
 from stepgauge.verbs.define import Verb, reads, writes
 from stepgauge.verbs.kinds import Pair, Reads, Supplied, Writes
@@ -38,7 +39,8 @@ def run_verb(verb: Verb, values: dict[str, Any]) -> None:
     else:
         written = verb.writer(result, **_collected(verb, writing))
     if result is not None:
-        text = verb.says(result) if verb.says else result.summary()
+        with for_command():
+            text = verb.says(result) if verb.says else result.summary()
         if text:
             (show if verb.shows else say_lines)(text)
     for note in getattr(written, "notes", ()):

@@ -111,7 +111,7 @@ def write_gauge(path: str | Path, found: GaugeImport) -> Gauge:
             gauge = read_gauge(target)
         except InputError as error:
             what = f"the certificate gives no gauge: {error.what}"
-            raise InputError(error.where, what, found=error.found, expected=error.expected) from None
+            raise InputError(error.where, what, found=error.found, expected=error.parts[3]) from None
         conditions = Conditions(tuple(table_conditions(gauge)))
         require_statement(conditions, target)
     found.report += [f"note: {note}" for note in conditions.notes]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import wraps
 from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from stepgauge.errors import one_line
+from stepgauge.errors import one_line, python_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,9 +29,12 @@ class Summarized:
     """
 
     def __init_subclass__(cls, **words: Any) -> None:
-        """The ``==`` that is inherited, before that of a dataclass, which would compare arrays as one truth."""
+        """The ``==`` that is inherited, before that of a dataclass, which would compare arrays as one truth; and a
+        summary for Python, in words of its arguments."""
         super().__init_subclass__(**words)
         cls.__eq__ = cls.__eq__  # type: ignore[method-assign]
+        if "summary" in vars(cls):
+            cls.summary = _for_python(cls.summary)  # type: ignore[method-assign, assignment]
 
     def __eq__(self, other: object) -> bool:
         from stepgauge.files.arrays import same_content
@@ -66,6 +70,17 @@ class Summarized:
         lines = "".join(f"<p>{escape(line)}</p>" for line in self.summary().splitlines())
         table = self.to_frame().to_html(max_rows=MOST_ROWS, index=False, na_rep="", float_format="{:.10g}".format)
         return lines + str(table)
+
+
+def _for_python(summary: Callable[[Any], str]) -> Callable[[Any], str]:
+    """The summary with arguments in place of options, but for the command line."""
+
+    @wraps(summary)
+    def said(result: Any) -> str:
+        """As the class says it."""
+        return python_text(summary(result))
+
+    return said
 
 
 class Plotted(Summarized):

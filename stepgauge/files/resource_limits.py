@@ -100,7 +100,7 @@ def main() -> None:
         try:
             kind, content = b"done", function(task["given"])
         except InputError as error:
-            parts = [error.where, error.what, *(None if v is None else str(v) for v in (error.found, error.expected))]
+            parts = [None if one is None else str(one) for one in error.parts]
             kind, content = b"error", json.dumps(parts).encode()
         except MemoryError:
             kind, content = b"memory", b""

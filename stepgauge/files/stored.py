@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, for_command
 from stepgauge.files.display import Summarized
 from stepgauge.files.json_types import json_types
 from stepgauge.files.outputs import open_set
@@ -36,8 +36,10 @@ class Kept(Summarized):
     def _stated(self) -> dict[str, Any]:
         """In JSON types: undefined numbers as null, dates as text."""
         frame = self.to_frame()
+        with for_command():
+            lines = self.summary().split("\n")
         table = {str(name): json_types(frame[name].tolist()) for name in frame.columns}
-        return {SUMMARY: self.summary().split("\n"), TABLE: table}
+        return {SUMMARY: lines, TABLE: table}
 
 
 @dataclass(frozen=True, repr=False)

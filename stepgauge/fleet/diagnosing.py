@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from stepgauge.errors import for_command
 from stepgauge.executors.task import Engine
 from stepgauge.fleet.batches import Batch, StoredBatch, opened
 from stepgauge.fleet.results import Results
@@ -50,7 +51,9 @@ def diagnose_batch(given: Batch | StoredBatch, without: tuple[str, ...], priors:
     recording = one.recording()
     # what a recording leaves open the crossing settles: a further run of each would cost a tenth of the work
     found = diagnose(recording, batch.gauge(one), batch.machine(one), without, priors, separations=False)
-    return {"summary": found.summary(), "said": statements_to_dict(replace(found, recordings=(recording,)))}
+    with for_command():
+        summary = found.summary()
+    return {"summary": summary, "said": statements_to_dict(replace(found, recordings=(recording,)))}
 
 
 def _rows(key: str, value: Mapping[str, Any] | None, error: str) -> list[dict[str, Any]]:

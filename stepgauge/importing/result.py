@@ -95,8 +95,9 @@ def imported_or_asked(work: Callable[[Decisions], Imported]) -> Imported:
         if not choices:
             raise
         found = None if error.found is None else str(error.found)
-        expected = error.expected if isinstance(error.expected, Naming) else str(error.expected)
-        asked, refusal = (Question(str(error.where), error.what, found, choices, expected),), error
+        _, what, _, expected = error.parts
+        said = expected if isinstance(expected, Naming) else str(expected)
+        asked, refusal = (Question(str(error.where), str(what), found, choices, said),), error
     columns, rejected = tuple(decisions.columns), tuple(decisions.rejected)
     return Imported(None, tuple(decisions.taken), columns, asked, rejected, refusal)
 
@@ -142,7 +143,8 @@ def ask_together(work: Callable[[Sequence[str]], Imported], accept: Sequence[str
 
 def _join_errors(error: InputError, accepted: Sequence[str], then: str = "") -> AcceptTogetherError:
     """An error that names all that has to be accepted; ``then``: what is wrong all the same."""
-    expected = error.expected if isinstance(error.expected, Naming) else Naming((), str(error.expected or ""))
+    given = error.parts[3]
+    expected = given if isinstance(given, Naming) else Naming((), str(given or ""))
     options = " ".join(f"{{}} {one}" for one in accepted)
     words = f"{expected.words}; {f'with {options} it is refused, too: {then}' if then else f'all together: {options}'}"
     every = Naming((*expected.names, *["accept"] * len(accepted)), words)

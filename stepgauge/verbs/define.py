@@ -257,8 +257,7 @@ def _parameters(function: Callable[..., Any], writes: bool) -> tuple[VerbParamet
             continue
         kind = next((mark for mark in marks if isinstance(mark, Kind)), Kind())
         shared = next((mark for mark in marks if isinstance(mark, str) and mark != ARGUMENT), "")
-        if isinstance(kind, Repeated) and kind.option:
-            name_option(one.name, kind.option)
+        name_option(one.name, kind.option if isinstance(kind, Repeated) else "")
         sentence = stated.get(one.name, shared)
         found.append(VerbParameter(one.name, kind, one.default, sentence, ARGUMENT in marks, writes))
     return tuple(found)
