@@ -53,7 +53,8 @@ def test_arguments_in_python_are_options_at_the_command_line() -> None:
 
 def test_options_in_a_text_are_arguments_in_python() -> None:
     """One text: an option at the command line, an argument with its unit in Python; a command stays one."""
-    assert signature(stepgauge.budget) and signature(stepgauge.simulate)  # whose arguments these are
+    assert signature(stepgauge.budget)  # the verbs whose arguments these are
+    assert signature(stepgauge.simulate)
     advice = "--u-gauge-temperature, or --method mean; 'stepgauge plan --order up-down' measures both ways"
     error = InputError("a.csv", "of whom? --gauge-temperature", expected=advice)
     said = "u_gauge_temperature_K, or method=\"mean\"; 'stepgauge plan --order up-down' measures both ways"

@@ -105,7 +105,7 @@ probe_bench(series, *, contact_from="signal", coverage_factor=2.0)
 probe_map(probe, *, polar_deg="10:90:10", azimuth_deg="0:360:10", stylus_direction=None)
 probe_sphere(probe, *, sphere_diameter_mm=25.0, count=25, scatter_um=0.2, seed=1, stylus_direction=None)
 qualify_probe(points, *, sphere_diameter_mm, u_sphere_diameter_um=0.0, tip_diameter_mm=None, u_tip_diameter_um=0.0,
-    noise_um=None, transducer="kinematic", lobe_azimuth="0", slip="full", stylus_axis=(0.0, 0.0, 1.0))
+    noise_um=None, transducer="kinematic", lobe_azimuth_deg=None, slip="full", stylus_axis=(0.0, 0.0, 1.0))
 query_fleet(store, sql)
 read_axis_recording(path)
 read_budget(path)

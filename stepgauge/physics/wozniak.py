@@ -28,6 +28,9 @@ LOBE_PERIOD_RAD = 2.0 * np.pi / 3.0
 
 _MAX_STEPS = 50
 _TOLERANCE_MM = 1e-10
+_LEAST_UM = 1e-3
+"""No reading is better than this."""
+_FINE = 41
 
 
 @dataclass(frozen=True)
@@ -169,31 +172,59 @@ def compensated_mm(
     return np.asarray(points_mm, dtype=float) - pretravel_mm[..., None] * travel
 
 
-def fit_lobe_azimuth_rad(
+@dataclass(frozen=True)
+class LobeAzimuth:
+    """The lobe azimuth (0..120 deg) with its standard uncertainty, and the ``odds`` that the probe has lobes at all."""
+
+    azimuth_rad: float
+    u_rad: float
+    odds: float
+
+
+def find_lobe_azimuth(
     points_mm: ArrayLike,
     sphere_radius_mm: float,
     tip_radius_mm: float,
     model: LobeModel,
     to_probe_frame: ArrayLike | None = None,
-) -> float:
-    """The lobe azimuth (0..120 deg) under which the model leaves the smallest residuals of a qualification.
+    noise_um: float | None = None,
+) -> LobeAzimuth:
+    """The lobe azimuth from a qualification: mean and standard deviation of its posterior, uniform over 120 deg.
 
-    Needs more than five points: their azimuths must sample the 120 deg period. Found by a scan in steps of 1 deg and a
-    parabola through the best three.
+    The odds are those of lobes at some azimuth against what has as many other parameters and none: a sphere of free
+    radius, and pre-travel that is round about the stylus. ``noise_um`` None: unknown (Jeffreys' prior), so that the
+    likelihood is a power of the sum of squares. Parameters as of :func:`calibrate`.
     """
-    azimuths = np.radians(np.arange(120.0))
-    models = [LobeModel(model.transducer, float(azimuth), model.slip) for azimuth in azimuths]
-    found = [calibrate(points_mm, sphere_radius_mm, tip_radius_mm, each, to_probe_frame) for each in models]
-    sums = np.array([np.sum(each.residuals_um**2) for each in found])
-    best = int(np.argmin(sums))
-    shift = _lowest_point(sums[best - 1], sums[best], sums[(best + 1) % len(sums)])
-    return float((azimuths[best] + shift * np.radians(1.0)) % LOBE_PERIOD_RAD)
+    points = np.asarray(points_mm, dtype=float)
+
+    def log_likelihood(residuals_um: Array) -> float:
+        """Of a model with four parameters, by what it leaves."""
+        squares = float(np.sum(residuals_um**2)) + len(points) * _LEAST_UM**2
+        return -squares / (2.0 * noise_um**2) if noise_um else -(len(points) - 4) / 2.0 * float(np.log(squares))
+
+    def under(transducer: Transducer, azimuth_rad: float) -> float:
+        """Of lobes at an azimuth, or of none."""
+        shape = LobeModel(transducer, azimuth_rad, model.slip)
+        found = calibrate(points, sphere_radius_mm, tip_radius_mm, shape, to_probe_frame)
+        return log_likelihood(found.residuals_um)
+
+    without = np.array([log_likelihood(fit_sphere(points).residuals_um), under("piezo", 0.0)])
+    grid = np.radians(np.arange(0.0, 120.0, 2.0))
+    coarse = np.array([under(model.transducer, float(one)) for one in grid])
+    top = max(coarse.max(), without.max())
+    odds = float(np.exp(coarse - top).mean() / max(np.exp(without - top).sum(), 1e-300))
+    best = float(grid[coarse.argmax()])
+    _, u = _posterior(best, fold_azimuth_rad(grid, best), coarse)
+    near = np.linspace(-1.0, 1.0, _FINE) * min(4.0 * u + np.radians(2.0), LOBE_PERIOD_RAD / 2.0)
+    azimuth, u = _posterior(best, near, np.array([under(model.transducer, best + float(one)) for one in near]))
+    return LobeAzimuth(azimuth % LOBE_PERIOD_RAD, u, odds)
 
 
-def _lowest_point(before: float, here: float, after: float) -> float:
-    """Minimum of the parabola through three equidistant values, in steps from the middle one."""
-    bend = before - 2.0 * here + after
-    return 0.5 * (before - after) / bend if bend > 0.0 else 0.0
+def _posterior(middle_rad: float, off_rad: Array, log_likelihood: Array) -> tuple[float, float]:
+    """Mean and standard deviation of an azimuth over a grid of distances from the middle."""
+    weight = np.exp(log_likelihood - log_likelihood.max())
+    mean = float(np.average(off_rad, weights=weight))
+    return middle_rad + mean, float(np.sqrt(np.average((off_rad - mean) ** 2, weights=weight)))
 
 
 def _centre_and_constant_mm(points: Array, reach_mm: float, model: LobeModel, frame: Array) -> tuple[Array, float]:

@@ -32,6 +32,8 @@ Positive = Annotated[float, Field(gt=0.0)]
 _AIM_RAD = np.radians(30.0)
 FEWEST_FOR_SPHERE = 4
 _FEWEST_FOR_LOBES = 12
+LEAST_ODDS = 20.0
+"""Below these that the probe has lobes, none are claimed."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,7 @@ class LobeTable(TomlTable):
     slip: Slip
     lobe_azimuth_deg: float = Field(description="azimuth of least pre-travel about the stylus axis, from machine x")
     lobe_azimuth_fitted: bool
+    u_lobe_azimuth_deg: float | None = Field(None, description="standard uncertainty; of a stated azimuth none")
     constant_um: float = Field(description="A of Wozniak's Eq 4")
     u_constant_um: float | None
     mean_pretravel_um: float = Field(description="over the probed points, by the model")
@@ -83,6 +86,7 @@ class Qualification(TomlTable):
     residuals_um: list[float]
     residuals_compensated_um: list[float] | None
     lobes: LobeTable | None
+    undetermined: str = Field("", description="why the readings do not tell the lobes")
     simulated: bool = Field(False, description="no machine was measured")
 
     @property
@@ -99,10 +103,10 @@ class Qualification(TomlTable):
         )
 
 
-def qualify(
-    points: ProbedPoints, reference: Reference, model: LobeModel, fit_lobe_azimuth: bool = False
-) -> Qualification:
+def qualify(points: ProbedPoints, reference: Reference, model: LobeModel, find_azimuth: bool = False) -> Qualification:
     """Effective radius of a tip and, where its diameter is known, the constant of its lobes.
+
+    ``find_azimuth``: their azimuth is that of the readings, and there are none where these do not tell it.
 
     Raises :class:`InputError` where the points are too few, lie in a plane, or were approached from within the sphere.
     """
@@ -116,10 +120,10 @@ def qualify(
         )
         _check_radius(points, reference, radius.r_eff_mm)
         _check_approaches(points, radius.fit.centre_mm)
-        lobes = _lobes(points, reference, model, fit_lobe_azimuth)
+        lobes = _lobes(points, reference, model, find_azimuth, radius.fit.form_error_um)
     except ValueError as error:
         raise InputError(points.rows.path, str(error)) from None
-    result = _make_qualification(reference, radius, lobes, fit_lobe_azimuth)
+    result = _make_qualification(reference, radius, lobes)
     return result.model_copy(update={"simulated": points.simulated})
 
 
@@ -156,7 +160,9 @@ def compensated_centres_mm(
         )
     else:
         if qualification.lobes is None:
-            raise InputError(where, "it has no lobes", expected=WITH_TIP)
+            why = qualification.undetermined
+            expected = naming("method", words="{} mean") if why else WITH_TIP
+            raise InputError(where, "it has no lobes", found=why or None, expected=expected)
         normals = -points.approach @ probe_frame(qualification.stylus_axis).T
         pretravel_um = qualification.lobes.model.pretravel_um(normals, qualification.lobes.constant_um)
     return points.position_mm - 1e-3 * pretravel_um[:, None] * points.approach, pretravel_um
@@ -194,31 +200,56 @@ def _check_approaches(points: ProbedPoints, centre_mm: Array) -> None:
         )
 
 
-def _lobes(
-    points: ProbedPoints, reference: Reference, model: LobeModel, fit_lobe_azimuth: bool
-) -> tuple[LobeModel, wozniak.Calibration, Array] | None:
+@dataclass(frozen=True)
+class _Lobes:
+    """What is known of the lobes: the model with its calibration, or why there is none."""
+
+    calibration: wozniak.Calibration | None = None
+    mean_pretravel_um: float = 0.0
+    azimuth: wozniak.LobeAzimuth | None = None
+    undetermined: str = ""
+
+    def table(self) -> LobeTable | None:
+        """As the qualification has it."""
+        found, azimuth = self.calibration, self.azimuth
+        if found is None:
+            return None
+        return LobeTable(
+            transducer=found.model.transducer,
+            slip=found.model.slip,
+            lobe_azimuth_deg=float(np.degrees(found.model.lobe_azimuth_rad)),
+            lobe_azimuth_fitted=azimuth is not None,
+            u_lobe_azimuth_deg=None if azimuth is None else float(np.degrees(azimuth.u_rad)),
+            constant_um=found.constant_um,
+            u_constant_um=found.u_constant_um,
+            mean_pretravel_um=self.mean_pretravel_um,
+        )
+
+
+def _lobes(points: ProbedPoints, reference: Reference, model: LobeModel, find: bool, form_error_um: float) -> _Lobes:
+    """The lobes, whose azimuth the readings must tell; nothing that makes the form worse is claimed."""
     if reference.tip_diameter_mm is None:
-        return None
+        return _Lobes()
     radii = reference.sphere_diameter_mm / 2.0, reference.tip_diameter_mm / 2.0
-    frame = probe_frame(reference.stylus_axis)
-    if fit_lobe_azimuth:
+    frame, azimuth = probe_frame(reference.stylus_axis), None
+    if find and model.transducer == "kinematic":
         if len(points.position_mm) < _FEWEST_FOR_LOBES:
-            raise ValueError(f"{_FEWEST_FOR_LOBES} points at least are needed to find the lobe azimuth")
-        azimuth = wozniak.fit_lobe_azimuth_rad(points.position_mm, *radii, model, frame)
-        model = LobeModel(model.transducer, azimuth, model.slip)
+            return _Lobes(undetermined=f"their azimuth needs {_FEWEST_FOR_LOBES} points, or is to be stated")
+        azimuth = wozniak.find_lobe_azimuth(points.position_mm, *radii, model, frame, reference.noise_um)
+        if azimuth.odds < LEAST_ODDS:
+            return _Lobes(undetermined=f"the readings do not show them (odds {azimuth.odds:.2g})")
+        model = LobeModel(model.transducer, azimuth.azimuth_rad, model.slip)
     u_radii_um = float(np.hypot(reference.u_sphere_um, reference.u_tip_um)) / 2.0
     found = wozniak.calibrate(points.position_mm, *radii, model, frame, u_radii_um, reference.noise_um)
-    return model, found, model.pretravel_um(-points.approach @ frame.T, found.constant_um)
+    if azimuth is not None and np.ptp(found.residuals_um) > form_error_um:
+        return _Lobes(undetermined="without them the form error is smaller")
+    pretravel_um = model.pretravel_um(-points.approach @ frame.T, found.constant_um)
+    return _Lobes(found, float(pretravel_um.mean()), azimuth)
 
 
-def _make_qualification(
-    reference: Reference,
-    radius: QualifiedRadius,
-    lobes: tuple[LobeModel, wozniak.Calibration, Array] | None,
-    fitted: bool,
-) -> Qualification:
+def _make_qualification(reference: Reference, radius: QualifiedRadius, lobes: _Lobes) -> Qualification:
     fit = radius.fit
-    compensated = None if lobes is None else lobes[1].residuals_um
+    compensated = None if lobes.calibration is None else lobes.calibration.residuals_um
     return Qualification(
         points=len(fit.residuals_um),
         sphere_diameter_mm=reference.sphere_diameter_mm,
@@ -232,17 +263,6 @@ def _make_qualification(
         form_error_compensated_um=None if compensated is None else float(np.ptp(compensated)),
         residuals_um=fit.residuals_um.tolist(),
         residuals_compensated_um=None if compensated is None else compensated.tolist(),
-        lobes=None if lobes is None else _lobe_table(*lobes, fitted),
-    )
-
-
-def _lobe_table(model: LobeModel, found: wozniak.Calibration, pretravel_um: Array, fitted: bool) -> LobeTable:
-    return LobeTable(
-        transducer=model.transducer,
-        slip=model.slip,
-        lobe_azimuth_deg=float(np.degrees(model.lobe_azimuth_rad)),
-        lobe_azimuth_fitted=fitted,
-        constant_um=found.constant_um,
-        u_constant_um=found.u_constant_um,
-        mean_pretravel_um=float(pretravel_um.mean()),
+        lobes=lobes.table(),
+        undetermined=lobes.undetermined,
     )

@@ -114,7 +114,7 @@ class Qualified(Kept, Plotted):
     def warnings(self) -> list[str]:
         """That the model of the lobes does not fit, where it does not."""
         found = self.qualification
-        advice = "; try --lobe-azimuth fit, or compensate with --method mean"
+        advice = "; leave out --lobe-azimuth, or compensate with --method mean"
         return [f"warning: {found.worse_words()}{advice}"] if found.worse_by_um > 0.0 else []
 
     def summary(self) -> str:
@@ -127,8 +127,12 @@ class Qualified(Kept, Plotted):
         ]
         lobes, compensated = found.lobes, found.form_error_compensated_um
         if lobes is None or compensated is None:
-            return "\n".join([*lines, "lobes              not known: give --tip-diameter"])
-        model = f"{lobes.transducer}, A = {lobes.constant_um:.2f} um, lobe at {lobes.lobe_azimuth_deg:.1f} deg"
+            why = f"not determined: {found.undetermined}" if found.undetermined else "not known: give --tip-diameter"
+            return "\n".join([*lines, f"lobes              {why}"])
+        model = f"{lobes.transducer}, A = {lobes.constant_um:.2f} um"
+        if lobes.transducer == "kinematic":
+            sure = "as stated" if lobes.u_lobe_azimuth_deg is None else f"u {lobes.u_lobe_azimuth_deg:.1f} deg"
+            model += f", lobe at {lobes.lobe_azimuth_deg:.1f} deg, {sure}"
         mean = f"mean pre-travel    {lobes.mean_pretravel_um:.2f} um ({model})"
         return "\n".join([*lines, mean, f"form, compensated  {compensated:.2f} um"])
 

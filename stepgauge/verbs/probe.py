@@ -194,7 +194,7 @@ def qualify_probe(
     u_tip_diameter_um: Annotated[float, U] = 0.0,
     noise_um: Annotated[float | None, U] = None,
     transducer: Annotated[str, OneOf("kinematic", "piezo")] = "kinematic",
-    lobe_azimuth: Annotated[str | float, Text("DEG|fit")] = "0",
+    lobe_azimuth_deg: Annotated[float | None, Number("deg", -360.0, 360.0)] = None,
     slip: Annotated[str, OneOf("full", "mayer")] = "full",
     stylus_axis: Annotated["Sequence[float]", Vector("I,J,K", count=3)] = (0.0, 0.0, 1.0),
 ) -> "Qualified":
@@ -214,8 +214,9 @@ def qualify_probe(
     noise_um : known standard deviation of one probing; default: from the residuals, which with few points (five leave
         one degree of freedom) say little
     transducer : shape of the pre-travel: three-lobed (contacts that open) or round about the stylus (piezo sensors)
-    lobe_azimuth : where about the stylus axis the probe triggers soonest, degrees from machine x, in terms of the
-        direction that pushes the tip; fit finds it, from 12 points or more
+    lobe_azimuth_deg : where about the stylus axis the probe triggers soonest, from machine x, in terms of the
+        direction that pushes the tip; default: found from 12 points or more, with its uncertainty; where these do not
+        tell it no lobes are claimed
     slip : let the tip slide freely over the surface, or scale its sideways motion by Mayer's exp(-angle/4)
     stylus_axis : from the tip to the probe body, in machine axes; any length
 
@@ -228,34 +229,21 @@ def qualify_probe(
     stepgauge probe qualify sphere.csv --sphere-diameter 24.9981 --tip-diameter 4 -o qualification.json
     stepgauge probe compensate part.csv -q qualification.json -o part-compensated.csv
     """
+    import math
+
     from stepgauge.files.tables import given_table
+    from stepgauge.physics.wozniak import LobeModel
     from stepgauge.probes.files import read_points
     from stepgauge.probes.qualification import Reference, qualify
     from stepgauge.probes.results import Qualified
 
-    model, fit = _lobe_model(transducer, lobe_azimuth, slip)
+    azimuth = math.radians(lobe_azimuth_deg or 0.0)
+    model: Any = LobeModel(transducer, azimuth, slip)  # type: ignore[arg-type]
     axis: Any = tuple(float(part) for part in stylus_axis)
     uncertain = (u_sphere_diameter_um, u_tip_diameter_um)
     probed = read_points(given_table(points))
     reference = Reference(sphere_diameter_mm, tip_diameter_mm, *uncertain, noise_um, axis)
-    return Qualified(qualify(probed, reference, model, fit), probed.approach)
-
-
-def _lobe_model(transducer: str, lobe_azimuth: str | float, slip: str) -> tuple[Any, bool]:
-    """The model asked for, and whether its azimuth is still to be found."""
-    import math
-
-    from stepgauge.errors import InputError, naming
-    from stepgauge.physics.wozniak import LobeModel
-
-    fit = lobe_azimuth == "fit"
-    try:
-        azimuth = 0.0 if fit else math.radians(float(lobe_azimuth))
-    except ValueError:
-        azimuth = math.nan
-    if not math.isfinite(azimuth):
-        raise InputError(naming("lobe_azimuth"), "not an angle", found=lobe_azimuth, expected="degrees, or fit")
-    return LobeModel(transducer, azimuth, slip), fit  # type: ignore[arg-type]
+    return Qualified(qualify(probed, reference, model, lobe_azimuth_deg is None), probed.approach)
 
 
 def write_compensated(points: "Compensated", output: OutputFile, *, plot: Plot = None) -> Written:

@@ -14,7 +14,7 @@ from click.testing import Result as Done
 
 from stepgauge.cli import main
 from stepgauge.cli.build import make_command
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, for_command
 from stepgauge.verbs.catalogue import find_verb
 from tests.conftest import ROOT
 
@@ -94,5 +94,6 @@ def invoke(words: str, *arguments: object) -> Done:
     """A verb by click's own runner; wrong input ends with exit code 2, as it does for a user."""
     done = CliRunner().invoke(command_of(words), [str(one) for one in arguments])
     if isinstance(done.exception, InputError):
-        done.exit_code, done.exception = 2, InputError("", done.exception.cli_text())
+        with for_command():
+            done.exit_code, done.exception = 2, InputError("", done.exception.cli_text())
     return done

@@ -155,8 +155,30 @@ class TestCalibration:
         pattern = directions.iso_10360_5_points()
         model = LobeModel("kinematic", np.radians(37.3))
         points = recorded(pattern, model.pretravel_um(pattern, 6.0))
-        found = wozniak.fit_lobe_azimuth_rad(points, SPHERE_MM, TIP_MM, KINEMATIC)
-        assert np.degrees(found) == pytest.approx(37.3, abs=0.5)
+        found = wozniak.find_lobe_azimuth(points, SPHERE_MM, TIP_MM, KINEMATIC)
+        assert np.degrees(found.azimuth_rad) == pytest.approx(37.3, abs=0.1)
+        assert found.odds > 1e6
+
+    def test_the_lobe_azimuth_lies_within_its_uncertainty(self):
+        """Lobes at 17 deg of a probe that repeats to 0.3 um."""
+        pattern, rng = directions.iso_10360_5_points(), np.random.default_rng(5)
+        truth = LobeModel("kinematic", np.radians(17.0)).pretravel_um(pattern, 5.0)
+        for _ in range(5):
+            points = recorded(pattern, truth + rng.normal(0.0, 0.3, len(pattern)))
+            found = wozniak.find_lobe_azimuth(points, SPHERE_MM, TIP_MM, KINEMATIC)
+            assert abs(np.degrees(found.azimuth_rad) - 17.0) < 3.0 * np.degrees(found.u_rad) < 6.0
+            assert found.odds > 20.0
+
+    @pytest.mark.parametrize("form", ["oval", "noise", "four", "round", "off axis"])
+    def test_a_form_error_is_no_lobes(self, form):
+        pattern, rng = directions.iso_10360_5_points(), np.random.default_rng(6)
+        azimuth, across = np.arctan2(pattern[:, 1], pattern[:, 0]), np.hypot(pattern[:, 0], pattern[:, 1])
+        forms = {"oval": across**2 * np.cos(2 * azimuth + 0.4), "noise": rng.normal(0.0, 1.0, 25),
+                 "four": across * np.cos(4 * azimuth + 0.7), "round": across**2,
+                 "off axis": across * pattern[:, 2] * np.cos(azimuth)}  # fmt: skip
+        for size in (0.5, 3.0):
+            truth = 3.0 + size * forms[form] + rng.normal(0.0, 0.2, 25)
+            assert wozniak.find_lobe_azimuth(recorded(pattern, truth), SPHERE_MM, TIP_MM, KINEMATIC).odds < 20.0
 
     @given(angles=st.tuples(*[st.floats(-0.5, 0.5)] * 3))
     def test_machine_axes_do_not_matter(self, angles):
