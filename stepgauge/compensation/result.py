@@ -14,7 +14,7 @@ from stepgauge.compensation.table import CompensationTable
 from stepgauge.conditions import stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.display import Plotted, Summarized, figures, join_lines
-from stepgauge.files.stored import Kept
+from stepgauge.files.stored import WrittenResult
 from stepgauge.files.text import write_text
 from stepgauge.recording.simulated import is_simulated
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Compensation(Kept, Plotted):
+class Compensation(WrittenResult, Plotted):
     """The table of an axis, and its ``text`` in the format of a controller."""
 
     drawn_by: ClassVar[str] = "compensation.draw_table"

@@ -54,7 +54,7 @@ INCOMPLETE = "No statement of conformity is made, for the test is not complete."
 
 
 @dataclass(frozen=True)
-class Decision:
+class ConformityDecision:
     """What is decided of a result as a whole by the rule of ISO 14253-1: the ``decision`` of every result with limits.
 
     ``text``: the sentence of page 1; ``reason``: why neither conformity nor nonconformity is stated, empty where one
@@ -79,13 +79,13 @@ class Decision:
         return {**said, "parts": parts, "open": list(self.open), "text": self.text}
 
     @classmethod
-    def read(cls, stored: Mapping[str, Any]) -> Decision:
+    def read(cls, stored: Mapping[str, Any]) -> ConformityDecision:
         """What :meth:`to_dict` has written."""
         parts = tuple((one["characteristic"], one["outcome"]) for one in stored["parts"])
         return cls(stored["outcome"], stored["text"], stored["reason"], parts, tuple(stored["open"]))
 
 
-NO_LIMIT = Decision(
+NO_LIMIT = ConformityDecision(
     "no statement",
     "No statement of conformity is made: no limit was stated. Decision rule: none applied.",
     "no limit was stated",
@@ -94,7 +94,7 @@ NO_LIMIT = Decision(
 
 def decision_of(
     parts: Sequence[tuple[str, Outcome]], words: Mapping[Outcome, str], said: str, left: Sequence[str] = ()
-) -> Decision:
+) -> ConformityDecision:
     """The decision on all ``parts``: the worst of them in ``words``, ``said`` of their values, and what is ``left``
     open, without which nothing conforms."""
     outcome, head = together([one for _, one in parts]), ""
@@ -102,10 +102,10 @@ def decision_of(
         outcome, head = "no statement", INCOMPLETE
     open_ = "; ".join(left)
     reason = {"no statement": open_, "not decidable": open_ or "a value lies within U of its limit"}.get(outcome, "")
-    text = f"{head or words[outcome]} {said}" + (f" Open: {open_}." if left else "")
-    return Decision(outcome, f"{text} Decision rule: {DECISION_SOURCE}.", reason, tuple(parts), tuple(left))
+    text = [head or words[outcome], said, *([f"Open: {open_}."] if left else []), f"Decision rule: {DECISION_SOURCE}."]
+    return ConformityDecision(outcome, " ".join(text), reason, tuple(parts), tuple(left))
 
 
-def prevented(why: str, parts: Sequence[tuple[str, Outcome]] = (), left: Sequence[str] = ()) -> Decision:
+def prevented(why: str, parts: Sequence[tuple[str, Outcome]] = (), left: Sequence[str] = ()) -> ConformityDecision:
     """No statement, for a condition of the readings prevents it."""
-    return Decision("no statement", why, why, tuple(parts), tuple(left))
+    return ConformityDecision("no statement", why, why, tuple(parts), tuple(left))

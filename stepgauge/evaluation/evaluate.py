@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.conditions import Conditions
-from stepgauge.conditions.decision import NO_LIMIT, Decision
+from stepgauge.conditions.decision import NO_LIMIT, ConformityDecision
 from stepgauge.conditions.gauge import gauge_conditions
 from stepgauge.conditions.outliers import ExcludedReading
 from stepgauge.conditions.readings import project_readings
@@ -140,7 +140,7 @@ class Evaluation(Plotted):
     path: str = ""
     comments: Mapping[str, str] = field(default_factory=dict)
     limit: Mpe | None = None
-    decision: Decision = NO_LIMIT
+    decision: ConformityDecision = NO_LIMIT
     recording: Recording | None = field(default=None, repr=False, compare=False)
     machine: Machine | None = field(default=None, repr=False, compare=False)
 

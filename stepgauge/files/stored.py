@@ -1,7 +1,7 @@
 """A result that is read back from its JSON file: what was said of it, and its table.
 
-A :class:`Kept` result writes its files inside :meth:`Kept.keeping`; whatever it was, :func:`read_stored` gives it back
-with the same lines and the same table.
+A :class:`WrittenResult` writes its files inside :meth:`WrittenResult.keeping`; whatever it was, :func:`read_stored`
+gives it back with the same lines and the same table.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ RESULT, SUMMARY, TABLE = "result", "summary", "table"
 """Key in the file of a result, with its lines and its table by column."""
 
 
-class Kept(Summarized):
+class WrittenResult(Summarized):
     """A result whose JSON file says its lines and its table."""
 
     def keeping(self) -> AbstractContextManager[None]:
@@ -43,7 +43,7 @@ class Kept(Summarized):
 
 
 @dataclass(frozen=True, repr=False)
-class StoredResult(Kept):
+class StoredResult(WrittenResult):
     """A result as its file has it: its ``kind`` and its ``values`` by key; its figures lie beside the file."""
 
     kind: str

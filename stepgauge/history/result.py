@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from stepgauge.errors import InputError
 from stepgauge.files.display import Plotted, figures
-from stepgauge.files.stored import Kept
+from stepgauge.files.stored import WrittenResult
 from stepgauge.history.entries import QUANTITIES, DateFrom, HistoryEntry, select_machine
 from stepgauge.history.files import write_history
 from stepgauge.history.series import Alert, Series, false_warning_words, judge, make_series
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class History(Kept, Plotted):
+class History(WrittenResult, Plotted):
     """Values of one machine by date (``entries``), ``series`` with trends, and ``warnings``."""
 
     drawn_by: ClassVar[str] = "history.draw_scale"

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from stepgauge.files.display import Plotted, figures, join_lines
-from stepgauge.files.stored import Kept
+from stepgauge.files.stored import WrittenResult
 from stepgauge.montecarlo.files import summary_to_dict, write_summary
 from stepgauge.montecarlo.model import MonteCarloModel
 from stepgauge.montecarlo.run import Progress, run_monte_carlo
@@ -27,7 +27,7 @@ LEAST_RUNS = 40
 
 
 @dataclass(frozen=True, repr=False)
-class MonteCarloBudget(Kept, Plotted):
+class MonteCarloBudget(WrittenResult, Plotted):
     """Distributions of the numbers of an evaluation (JCGM 101), and the model that they are of."""
 
     drawn_by: ClassVar[str] = "uncertainty.draw_distribution"

@@ -13,7 +13,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.dates import moment_now
 from stepgauge.files.display import Plotted, figures
-from stepgauge.files.stored import Kept
+from stepgauge.files.stored import WrittenResult
 from stepgauge.files.tables import csv_text, read_rows
 from stepgauge.files.text import write_text
 from stepgauge.physics.directions import evenly_spread_points, iso_10360_5_points
@@ -98,7 +98,7 @@ def probed_sphere(probe: Probe, diameter_mm: float, count: int, scatter_um: floa
 
 
 @dataclass(frozen=True, repr=False)
-class Qualified(Kept, Plotted):
+class Qualified(WrittenResult, Plotted):
     """A ``qualification``, and the directions in which the sphere was approached, ``(n, 3)``."""
 
     drawn_by: ClassVar[str] = "qualification.draw_residuals"
@@ -208,7 +208,7 @@ def compensated(
 
 
 @dataclass(frozen=True, repr=False)
-class BenchResult(Kept, Plotted):
+class BenchResult(WrittenResult, Plotted):
     """The pushes of a bench and what they give by direction."""
 
     session: BenchSession

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stepgauge.conditions.decision import Decision
+from stepgauge.conditions.decision import ConformityDecision
 from stepgauge.errors import InputError
 from stepgauge.files.display import Written, join_lines
-from stepgauge.files.stored import Kept
+from stepgauge.files.stored import WrittenResult
 from stepgauge.reports.page import UserStatements
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class StandardTest(Kept):
+class StandardTest(WrittenResult):
     """The outcome of a test: ``test`` has its values, ``decision`` what follows for its limits; ``lines`` say both.
 
     ``name`` begins the names of its files, ``table`` is their CSV; ``content`` that of the report, from what a person
@@ -30,7 +30,7 @@ class StandardTest(Kept):
     """
 
     test: Any
-    decision: Decision
+    decision: ConformityDecision
     lines: tuple[str, ...]
     table: str
     name: str

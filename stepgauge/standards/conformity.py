@@ -11,7 +11,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.conditions import Conditions, gate, stored_conditions
-from stepgauge.conditions.decision import DECISION_SOURCE, Decision, Outcome, conformity_probability, decide, together
+from stepgauge.conditions.decision import (
+    DECISION_SOURCE,
+    ConformityDecision,
+    Outcome,
+    conformity_probability,
+    decide,
+    together,
+)
 from stepgauge.errors import InputError, naming
 from stepgauge.files.notation import quantity
 from stepgauge.machine.file import Machine, check_recorded
@@ -66,14 +73,14 @@ class Conformity:
         return next((one for one in self.faces if (one.placement, one.face) == (placement, face)), None)
 
     @property
-    def decision(self) -> Decision:
+    def decision(self) -> ConformityDecision:
         """On all faces; without a complete U it is said how many errors alone are beyond the limit."""
         faces = [(f"placement {one.placement}, face {one.face}", one.outcome) for one in self.faces]
         beyond = sum(abs(one.error_um) > one.limit_um for one in self.faces)
         text = f"{self.text} {beyond} of {len(self.faces)} errors are beyond the limit." if self.missing else self.text
         lacking = f"U lacks {'; '.join(self.missing)}" if self.missing else "an error lies within U of its limit"
         reason = {"no statement": self.prevented, "not decidable": lacking}.get(self.outcome, "")
-        return Decision(self.outcome, text, reason, tuple(faces))
+        return ConformityDecision(self.outcome, text, reason, tuple(faces))
 
     @property
     def text(self) -> str:

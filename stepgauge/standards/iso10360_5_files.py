@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge import __version__
-from stepgauge.conditions.decision import DECISION_SOURCE, NO_LIMIT, Decision, Outcome, decision_of, prevented
+from stepgauge.conditions.decision import DECISION_SOURCE, NO_LIMIT, ConformityDecision, Outcome, decision_of, prevented
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_files
 from stepgauge.standards.iso10360_5 import STANDARD, UNCONFIRMED, ProbingTest, Value
@@ -76,7 +76,7 @@ def _value(one: Value) -> dict[str, Any]:
     }
 
 
-def decide_test(test: ProbingTest) -> Decision:
+def decide_test(test: ProbingTest) -> ConformityDecision:
     """The decision on all values that have a limit."""
     limited = [one for one in test.values if one.limit_um is not None]
     if test.conditions.preventing or not limited:
@@ -85,7 +85,7 @@ def decide_test(test: ProbingTest) -> Decision:
     if test.outcome is None:
         why = f"the uncertainty of the test is incomplete ({'; '.join(test.missing)})"
         text = f"Conformity is not proven: {why}. Decision rule: {DECISION_SOURCE}."
-        return Decision("not decidable", text, why, tuple(parts))
+        return ConformityDecision("not decidable", text, why, tuple(parts))
     said = "; ".join(f"{one.name}, MPE {one.limit_um:g} µm: {one.outcome}" for one in limited)
     return decision_of(parts, WORDS, f"{said}.", left_open(test))
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from stepgauge.errors import InputError, naming
 from stepgauge.files.display import join_lines
 from stepgauge.files.notation import percent
-from stepgauge.files.stored import Kept
+from stepgauge.files.stored import WrittenResult
 from stepgauge.machine.file import Machine
 from stepgauge.planning.program import check_tool
 from stepgauge.standards.iso10360_plan import PlannedPosition
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class SevenPositions(Kept):
+class SevenPositions(WrittenResult):
     """Positions in the travel of a machine, each with what does not fit."""
 
     positions: tuple[PlannedPosition, ...]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from stepgauge.conditions import Conditions
-from stepgauge.conditions.decision import DECISION_SOURCE, Decision, Outcome, decision_of, prevented
+from stepgauge.conditions.decision import DECISION_SOURCE, ConformityDecision, Outcome, decision_of, prevented
 from stepgauge.files.notation import make_sentence
 from stepgauge.standards.iso10360 import KINDS, REMEASURE_SOURCE, LengthTest
 from stepgauge.standards.iso10360_further import further_statements
@@ -35,7 +35,7 @@ NAMES = {
 }
 
 
-def decide_test(tests: Sequence[LengthTest]) -> Decision:
+def decide_test(tests: Sequence[LengthTest]) -> ConformityDecision:
     """The decision on E0, R0 and E150 together; ``tests``: the series E0 first."""
     parts: list[tuple[str, Outcome]] = []
     left: list[str] = []
@@ -58,7 +58,7 @@ def decide_test(tests: Sequence[LengthTest]) -> Decision:
     if tests[0].outcome("bidirectional") is None:
         why = "no bidirectional length was tested"
         text = f"No statement of conformity with {STANDARD}: {why}. Decision rule: {DECISION_SOURCE}."
-        return Decision("no statement", text, why, tuple(parts), tuple(left))
+        return ConformityDecision("no statement", text, why, tuple(parts), tuple(left))
     return decision_of(parts, MACHINE, "; ".join(f"{name}: {outcome}" for name, outcome in parts) + ".", left)
 
 

@@ -6,7 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from stepgauge.conditions import NOTHING, Conditions, gate
-from stepgauge.conditions.decision import DECISION_SOURCE, NO_LIMIT, Decision, Outcome, decide, decision_of, prevented
+from stepgauge.conditions.decision import (
+    DECISION_SOURCE,
+    NO_LIMIT,
+    ConformityDecision,
+    Outcome,
+    decide,
+    decision_of,
+    prevented,
+)
 from stepgauge.errors import InputError, naming
 from stepgauge.standards.iso230 import OneWay, Parameters
 
@@ -73,7 +81,7 @@ class Requirement:
         limits = self.tolerance_um.items()
         return {name: gate(self.conditions, decide(values_um[name], limit, u)) for name, limit in limits}
 
-    def decision(self, axes: Sequence[tuple[str, Mapping[str, float]]]) -> Decision:
+    def decision(self, axes: Sequence[tuple[str, Mapping[str, float]]]) -> ConformityDecision:
         """The decision with its sentence of page 1; ``axes``: their names (or none) and parameters in um."""
         parts = [
             (f"{axis} {name}".strip(), one) for axis, values in axes for name, one in self.outcomes(values).items()
@@ -86,7 +94,7 @@ class Requirement:
             why = "the uncertainty of the parameters was not stated"
             rule = f"Decision rule: {DECISION_SOURCE}; it needs that uncertainty."
             text = f"{self._compared(axes)} Conformity is not proven: {why}. {rule}"
-            return Decision("not decidable", text, why)
+            return ConformityDecision("not decidable", text, why)
         return decision_of(parts, WORDS, f"{self._compared(axes)} U = {self.expanded_um:g} {self.unit}.")
 
     def _compared(self, parts: Sequence[tuple[str, Mapping[str, float]]]) -> str:

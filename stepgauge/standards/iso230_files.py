@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.conditions.decision import Decision
+from stepgauge.conditions.decision import ConformityDecision
 from stepgauge.files.notation import make_sentence
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_files
@@ -79,7 +79,7 @@ def linear_keys(test: PositioningTest) -> dict[str, Any]:
     }
 
 
-def decide_test(test: PositioningTest) -> Decision:
+def decide_test(test: PositioningTest) -> ConformityDecision:
     """The decision on all axes."""
     return test.requirement.decision([(one.name, parameters_um(one.parameters)) for one in test.axes])
 

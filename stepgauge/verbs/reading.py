@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.conditions import Conditions
-from stepgauge.conditions.decision import NO_LIMIT, Decision
+from stepgauge.conditions.decision import NO_LIMIT, ConformityDecision
 from stepgauge.conditions.outliers import ExcludedReading
 from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.evaluate import EffectiveRadiusEstimate, Evaluation, PlacementResult
@@ -57,7 +57,7 @@ def read_evaluation(path: File, gauge: File | Gauge | None = None) -> Evaluation
     results = tuple(_result(one) for one in data["placements"])
     first, last = data["blocks"]
     limit = Mpe.parse(data["mpe"]) if data.get("mpe") else None
-    decision = Decision.read(data["decision"]) if "decision" in data else NO_LIMIT
+    decision = ConformityDecision.read(data["decision"]) if "decision" in data else NO_LIMIT
     origin, name, comments = data["r_eff_origin"], data["recording"], data["comments"]
     return Evaluation(steps, (first, last), origin, results, name, comments, limit, decision)
 

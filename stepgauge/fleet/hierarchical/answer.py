@@ -15,7 +15,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.notation import counted, rounded
-from stepgauge.files.stored import Kept
+from stepgauge.files.stored import WrittenResult
 from stepgauge.files.text import write_json, write_text
 from stepgauge.fleet.hierarchical.background import Background
 from stepgauge.fleet.hierarchical.causes import Cause, VisitCandidates
@@ -74,7 +74,7 @@ class ExplainedNumber:
 
 
 @dataclass(frozen=True, repr=False)
-class FleetInference(Kept, Plotted):
+class FleetInference(WrittenResult, Plotted):
     """``causes``: named ones, the likeliest first; ``false_share``: expected share of false ones among them;
     ``scatter``: standard deviations of what is nothing wrong, by name; ``alone``: single visits that are wrong;
     ``left_out``: why some recordings are not in it, a line each; ``looked_for``: by kinds of owner and cause, in how

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from stepgauge.files.display import figures, join_lines
 from stepgauge.files.notation import rounded
-from stepgauge.files.stored import Kept
+from stepgauge.files.stored import WrittenResult
 from stepgauge.fleet.hierarchical.answer import FleetInference, date_text
 from stepgauge.fleet.hierarchical.feed import Feed, MachineDrift, make_feed, write_feed
 from stepgauge.fleet.hierarchical.watch import Watched, watch
@@ -24,7 +24,7 @@ DUE_SHOWN = 10
 
 
 @dataclass(frozen=True, repr=False)
-class FleetWatch(Kept):
+class FleetWatch(WrittenResult):
     """``watched``: every quantity of every machine and gauge; ``limits``: maximum permissible sizes by name; ``risk``:
     accepted probability of being out of them; ``left_out``: why some recordings are not in it, a line each."""
 
