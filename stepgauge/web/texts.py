@@ -93,7 +93,7 @@ class Words:
     def said(self, error: InputError) -> str:
         """What is wrong, in one line, with the fields of the page in place of arguments."""
         where, what, found, _ = (None if one is None else str(one) for one in error.named(self._short_label))
-        parts = (what, found, self._without_offers(error.expected))
+        parts = (what, found, self._without_offers(error.parts[3]))
         what, found, expected = (None if one is None else self.message(str(one)) for one in parts)
         said = f"{self._located(where)}: {what}" if where else str(what)
         more = [(self("page.found"), found), (self("page.expected"), expected)]

@@ -129,7 +129,7 @@ def test_points_on_a_cap_do_not_cover_the_hemisphere() -> None:
 
 
 def test_points_that_lie() -> None:
-    with pytest.raises(InputError, match="contradict --sphere-diameter"):
+    with pytest.raises(InputError, match="contradict sphere_diameter"):
         probing_test([probed()], SPHERE, [TIP_MM / 2.0])
     with pytest.raises(InputError, match="the same points as p"):
         probing_test([probed(), probed(name="q")], SPHERE, [TIP_MM])
