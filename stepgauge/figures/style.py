@@ -150,7 +150,7 @@ SIMULATED_LINE_PT = 9.0
 """Height that the line on a simulation takes at the foot of a figure."""
 
 
-def save_figure(fig: Figure, path: str | Path, simulated: bool) -> None:
+def save_figure(fig: Figure, path: str | Path, simulated: bool, translate: Callable[[str], str] = str) -> None:
     """Write a figure as PNG, PDF or SVG by the extension of ``path``, whole or not at all.
 
     ``simulated``: no machine was measured, and the figure says so; nobody draws without knowing.
@@ -161,6 +161,7 @@ def save_figure(fig: Figure, path: str | Path, simulated: bool) -> None:
     with figure_style(), replacing(path) as beside:
         if simulated:
             _mark_simulated(fig)
+        translate_figure(fig, translate)
         if kind == "png":
             _draw_once(fig, beside)
         else:

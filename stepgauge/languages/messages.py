@@ -155,7 +155,7 @@ def _sentences(text: str) -> Iterator[str]:
     while parts:
         count = next((n for n in range(len(parts), 1, -1) if _is_known(" ".join(parts[:n]))), 1)
         told, parts = " ".join(parts[:count]), parts[count:]
-        end = "." if told.endswith(".") and _known_words(told) < _known_words(told[:-1]) else ""
+        end = "." if told.endswith(".") and _known_words(told) <= _known_words(told[:-1]) else ""
         yield _translated(told.removesuffix(end), DEEPEST, False) + end
 
 

@@ -77,7 +77,7 @@ class StandardTest(WrittenResult):
         import datetime
 
         from stepgauge.figures.style import save_figure
-        from stepgauge.reports.render import write_report
+        from stepgauge.reports.render import translator, write_report
 
         with self.keeping():
             content = self.content(stated or UserStatements(datetime.date.today()))
@@ -85,5 +85,5 @@ class StandardTest(WrittenResult):
             notes = write_report(report, content, template)  # first, for a template may fail
             drawn = {Path(folder) / f"{self.name}-figure{end}.{figure}": one for end, one in self.figures().items()}
             for path, one in drawn.items():
-                save_figure(one, path, bool(content["simulated"]))
+                save_figure(one, path, bool(content["simulated"]), translator(content))
             return Written([*self.write_values(Path(folder)), *drawn, report], [f"note: {note}" for note in notes])

@@ -159,9 +159,13 @@ def set_in_print(content: dict[str, Any]) -> dict[str, Any]:
     ``own`` is what people wrote: no language changes it.
     """
     content = {"language": "en", "own": [], **content, "words": {one: one for one in WORDS}}
-    translate = str if content["language"] == "en" else partial(translate_printed, own=frozenset(content["own"]))
-    told = _changed(content, translate)
+    told = _changed(content, translator(content))
     return dict(_changed(told, printed) if content.get("layout") == "story" else told)
+
+
+def translator(content: dict[str, Any]) -> Callable[[str], str]:
+    """What puts a text of a page into its language."""
+    return str if content["language"] == "en" else partial(translate_printed, own=frozenset(content["own"]))
 
 
 WORDS = (

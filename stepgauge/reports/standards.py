@@ -32,6 +32,7 @@ def test_content(page: Page, stated: UserStatements, gauge: Gauge | None, machin
     """The content of a report of a test: identity, places to sign and what is missing are added to its page."""
     missing = [*unsaid(stated), *([] if said(machine) else ["machine"])]
     page.identity = [identity_section(stated, machine)]
+    page.own = [machine or ""]
     page.signatures = measured_and_approved(stated)
     page.not_stated = [*missing, *(what for one in page.sections for what in one.missing), *page.not_stated]
     page.example = gauge is not None and gauge.certificate.example

@@ -46,7 +46,8 @@ def decide_test(tests: Sequence[LengthTest]) -> ConformityDecision:
             parts.append((f"{head} = ± {test.specification.mpe.to_text()}", outcome))
         if ranges is not None and test.series is E0:
             parts.append((f"R_0,MPL = {test.specification.repeatability_um:g} µm", ranges))
-        left += [f"{test.series.symbol}: {asks}" for asks in open_points(test.rules)]
+        named = f"{test.series.symbol}: " if len(tests) > 1 else ""
+        left += [named + asks for asks in open_points(test.rules)]
         left += [f"contribution to U not stated: {what}" for what in test.missing]
     if tests[0].specification.repeatability_um is None:
         left.append("R_0: no limit stated")
