@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +26,7 @@ from stepgauge.diagnosis.wording.phrases import Phrase, number
 from stepgauge.diagnosis.wording.structure import UNDETERMINED, located, regime
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
-from stepgauge.inference.posterior import AlternativeHypothesis, Member, Posterior
+from stepgauge.inference.posterior import AlternativeHypothesis, Posterior
 from stepgauge.inference.problem import Candidate
 
 FAINT = 0.3
@@ -95,9 +94,9 @@ def _described(statement: StatedTerm, model: Model, answer: Posterior, data: Res
     own = answer.probability_of_any(
         frozenset({one.candidate.label}) for one in others if one.candidate.kind == lead.candidate.kind
     )
-    form = _reduce_harmonics(
-        statement, model, located(lead.candidate, lead.proposal.atom, own, fitted=_fitted_shape(lead))
-    )
+    there = lead.hypothesis  # with its shape, if that was fitted between those of the grid
+    fitted = None if there is None else there.terms[there.index(lead.candidate)].shape
+    form = _reduce_harmonics(statement, model, located(lead.candidate, lead.proposal.atom, own, fitted=fitted))
     form = _told_by_target(form, data)
     phrases = [*_without_index(form), *_regime(statement, model, data)]
     if own >= priors.decision.stated:
@@ -162,11 +161,6 @@ def _terms_of_another_axis(
     without = answer.search.without(model.state, *(model.state.index(one.term.candidate) for one in found))
     needed = model.state.log_posterior - without.log_posterior > float(np.log(decision.excluded))
     return [] if needed else found
-
-
-def _fitted_shape(rival: Member) -> Any:
-    """The shape of a form that was fitted between those of the grid, None if it is one of the grid."""
-    return None if rival.hypothesis is None else rival.hypothesis.terms[rival.hypothesis.index(rival.candidate)].shape
 
 
 def _regime(statement: StatedTerm, model: Model, data: Residuals) -> list[Phrase]:

@@ -11,7 +11,7 @@ import pytest
 from tests.conftest import ROOT
 
 PLACES = """
-from stepgauge.diagnosis.axis.stations import fitted_distances
+from stepgauge.diagnosis.axis.residuals import fitted_distances
 from tests.axis.made import distances
 print(fitted_distances(distances(0.0, 5.0)).tolist())
 """

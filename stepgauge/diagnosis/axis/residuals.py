@@ -3,7 +3,8 @@
 Every target is two faces at one place, the first for travel towards +, the second for travel towards -; the line of the
 targets is machine x. There is no machine file: the priors were made for CMMs, so the axis is scaled to the size of one
 (:class:`Scaling`), and its repeatability is estimated from readings that follow one another. So nothing depends on the
-units or the size of an axis.
+units or the size of an axis. Of distances between stations whose places are not known, what an adjustment may move are
+nuisance columns.
 """
 
 from __future__ import annotations
@@ -17,9 +18,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from stepgauge.axis.recording import AxisRecording, places_of
+from stepgauge.axis.recording import STATIONS, AxisRecording, places_of
 from stepgauge.axis.sensors import recording_of
-from stepgauge.diagnosis.axis.stations import fitted_distances, station_columns
 from stepgauge.diagnosis.priors import MachineKind, shipped_priors
 from stepgauge.diagnosis.residuals import FEWEST_ROWS, Residuals
 from stepgauge.diagnosis.wording.aliases import even
@@ -43,6 +43,8 @@ IN_SENSE = 0.9
 """Share of the steps within a pass that go its way, from which rows may be in the order of reading."""
 FEWEST_SCANNED, STANDING = 40, 0.1
 """Readings in one pass from which an axis counts as scanned, and the share of them that may be where the last was."""
+IN_LINE = 1e-2
+"""Share of a distance by which the stations of a line may contradict one another: slopes and offsets, no corners."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,10 @@ def axis_data(recording: AxisRecording, usual: MachineKind | None = None) -> Axi
         _scale(typical_um, usual.repeatability or repeatability),
         _scale(TYPICAL_S, usual.duration_s or duration),
     )
-    gauge = _gauge(recording, places * scaling.position, _u_of_targets(recording, index) * scaling.deviation)
+    u_um = np.zeros(len(places))
+    if "u_target" in frame:
+        u_um[index] = frame["u_target"].to_numpy(float) * units.base_deviation * scaling.deviation
+    gauge = _gauge(recording, places * scaling.position, u_um)
     machine = _machine(recording, places * scaling.position, repeatability * scaling.deviation)
     reading = target * _base_deviations(recording) + away
     rows = _rows(recording, face, reading, scaling)
@@ -162,14 +167,6 @@ def _scale(typical: float, value: float) -> float:
     return typical / value if value > 0.0 else 1.0
 
 
-def _u_of_targets(recording: AxisRecording, index: NDArray[np.intp]) -> Array:
-    """Standard uncertainty of every target, um or arcsec, ``(targets,)``; nought where none is stated."""
-    found = np.zeros(int(index.max()) + 1)
-    if "u_target" in recording.frame:
-        found[index] = recording.frame["u_target"].to_numpy(float) * recording.units.base_deviation
-    return found
-
-
 def _gauge(recording: AxisRecording, places: Array, u_um: Array) -> Gauge:
     """The targets as a gauge of two faces each."""
     table = GaugeTable.model_construct(
@@ -181,7 +178,6 @@ def _gauge(recording: AxisRecording, places: Array, u_um: Array) -> Gauge:
         reference_temperature_C=20.0,
         block_width_mm=1.0,
         block_height_mm=1.0,
-        rail_width_mm=None,
         rail_height_mm=1.0,
         faces="",
     )
@@ -190,9 +186,6 @@ def _gauge(recording: AxisRecording, places: Array, u_um: Array) -> Gauge:
         laboratory="-",
         date=datetime.date(1, 1, 1),
         coverage_factor=1.0,
-        correlation=None,
-        proportional_um_per_m=None,
-        example=False,
     )
     both = np.repeat(places, 2)
     return Gauge(table, certificate, both, both, np.repeat(u_um, 2))
@@ -207,12 +200,7 @@ def _machine(recording: AxisRecording, places: Array, repeatability_um: float) -
         repeatability_um=repeatability_um,
         measuring_speed_mm_s=1.0,
         travel_speed_mm_s=1.0,
-        max_measuring_speed_mm_s=None,
-        max_travel_speed_mm_s=None,
-        temperature_C=20.0,
         scale_expansion_per_K=0.0,
-        scales_compensated=True,
-        chain=None,
     )
     probe = ConstantTable.model_validate({"tip_radius_mm": 1.0, "pretravel_um": 0.0, "stylus_diameter_mm": 1.0})
     return Machine(table, probe)
@@ -282,3 +270,64 @@ def scanning_speed(rows: pd.DataFrame) -> Array | None:
     for one in passes:
         speed[order[one]] = np.abs(np.gradient(x[one], t[one]))
     return speed
+
+
+def fitted_distances(recording: AxisRecording) -> Array:
+    """What every distance would be between first guesses of the stations' places, in units of position, ``(n,)``."""
+    known = mean_distances(recording.frame)
+    places = line_places(known)
+    ends = zip(*(recording.frame[name].astype(str) for name in STATIONS), strict=True)
+    if places is None:
+        return np.array([known[min(pair), max(pair)] for pair in ends])
+    return np.array([abs(places[far] - places[near]) for near, far in ends])
+
+
+def station_columns(recording: AxisRecording) -> Array:
+    """Columns ``(p, n)``: of what every distance changes with the place of each station but one.
+
+    Where the stations do not lie in a line, or only the pairs' distances are there, every pair has a distance of its
+    own: only what changes between its repeats can be told.
+    """
+    frame = recording.frame
+    ends = [frame[name].to_numpy(str) for name in STATIONS]
+    places = line_places(mean_distances(frame))
+    if places is None:
+        pair = np.unique(np.sort(np.stack(ends), axis=0), axis=1, return_inverse=True)[1].ravel()
+        return (pair == np.arange(pair.max() + 1)[:, None]).astype(float)
+    names = sorted(places)
+    sign = np.sign([places[far] - places[near] for near, far in zip(*ends, strict=True)])
+    columns = [sign * ((ends[1] == name).astype(float) - (ends[0] == name)) for name in names[1:]]
+    return np.array(columns)
+
+
+def mean_distances(frame: pd.DataFrame) -> dict[tuple[str, str], float]:
+    """Mean reading of every pair, by the names of its stations in order."""
+    found: dict[tuple[str, str], list[float]] = {}
+    for one, other, reading in zip(*(frame[name].astype(str) for name in STATIONS), frame["reading"], strict=True):
+        found.setdefault((min(one, other), max(one, other)), []).append(float(reading))
+    return {pair: float(np.mean(readings)) for pair, readings in found.items()}
+
+
+def line_places(distance: Mapping[tuple[str, str], float]) -> dict[str, float] | None:
+    """Places of the stations along a line from one end of the longest distance; None where they lie in no line."""
+    (start, end), longest = max(distance.items(), key=lambda one: one[1])
+    places = {start: 0.0, end: longest}
+    left = sorted({name for pair in distance for name in pair} - set(places))
+    while left:
+        name = max(left, key=lambda one: len(_seen_from(one, places, distance)))
+        seen = _seen_from(name, places, distance)
+        if not seen:
+            return None
+        tries = [places[other] + sign * d for other, d in seen.items() for sign in (1.0, -1.0)]
+        off, best = min((max(abs(abs(at - places[o]) / d - 1.0) for o, d in seen.items()), at) for at in tries)
+        if off > IN_LINE:
+            return None
+        places[name] = best
+        left.remove(name)
+    return places
+
+
+def _seen_from(name: str, places: Mapping[str, float], distance: Mapping[tuple[str, str], float]) -> dict[str, float]:
+    """Distances from a station to those that are placed."""
+    pairs = {other: (min(name, other), max(name, other)) for other in places}
+    return {other: distance[pair] for other, pair in pairs.items() if pair in distance}

@@ -150,7 +150,8 @@ def _sectors(data: MapData) -> Iterator[DirectionFunction]:
         return
     edges = np.sort(edges[_some(len(edges), MOST_EDGES, data)])
     inside = {(a, b): ((azimuth >= a) & (azimuth < b)).astype(float) for a, b in combinations(edges, 2)}
-    seen = {pair: part for pair, part in inside.items() if _enough(part)}
+    # present on enough rows and absent on enough others
+    seen = {pair: part for pair, part in inside.items() if min(part.sum(), len(data) - part.sum()) >= FEWEST_ROWS / 2.0}
     if seen:
         words = tuple(f"a step at azimuths of {low:.4g} and {high:.4g} deg" for low, high in seen)
         columns = np.array([[np.ones(len(data)), part] for part in seen.values()])
@@ -161,11 +162,6 @@ def _some(count: int, most: int, data: MapData) -> NDArray[np.intp]:
     """Evenly spaced indices."""
     most = most if len(data) <= FEW_ROWS else most // 2
     return np.unique(np.linspace(0, count - 1, min(most, count)).astype(int))
-
-
-def _enough(part: Array) -> bool:
-    """Whether a shape between 0 and 1 is present on enough rows and absent on enough others."""
-    return min(float((part**2).sum()), float(((1.0 - part) ** 2).sum())) >= FEWEST_ROWS / 2.0
 
 
 def _spots(data: MapData) -> Iterator[DirectionFunction]:

@@ -80,7 +80,7 @@ def _feasible(model: MapModel) -> Iterator[Measurement]:
         yield Measurement(words, partial(_at, model, names, normals_of(list(polar), list(azimuth)), 0.0), command)
     if seat:
         yield Measurement("load the force gauge with a known weight of about 1 N", partial(_force, force_N=1.0))
-        yield Measurement("measure the force that lifts the stylus along its axis", _lifting)
+        yield Measurement("measure the force that lifts the stylus along its axis", _force)
         for name in sorted({*OTHERS} - {*names}):
             yield Measurement(f"measure the {OTHERS[name]} too", partial(_at, model, [name], model.data.normals, 0.0))
         length = sum(section["length_mm"] for section in model.table["stylus"])
@@ -97,9 +97,7 @@ def _at(model: MapModel, names: Sequence[str], normals: Array, longer_mm: float,
     return dict(zip(names, predict(table, model.where, normals, names), strict=True))
 
 
-def _lifting(table: Table) -> Predicted:
-    return _force(table, float(table["seat"]["preload_N"]))
-
-
-def _force(table: Table, force_N: float) -> Predicted:
-    return {"trigger_force_N": read_force_gauge(table, np.array([force_N]))}
+def _force(table: Table, force_N: float | None = None) -> Predicted:
+    """What the force gauge shows for a force; without one for that which lifts the stylus."""
+    force = float(table["seat"]["preload_N"]) if force_N is None else force_N
+    return {"trigger_force_N": read_force_gauge(table, np.array([force]))}

@@ -156,6 +156,7 @@ def _laws(rows: MapRows, candidates: Sequence[ProbeChange], priors: Priors, ones
 
 def _law(rows: MapRows, group: Sequence[ProbeChange], grid: ProbeLaw, priors: Priors, ones: Array) -> Law:
     prior, usual = usual_of(group[0], priors)
+    labels = [point.candidate.label for point in grid.points]
     return Law(
         group[0].kind,
         grid.label,
@@ -165,18 +166,13 @@ def _law(rows: MapRows, group: Sequence[ProbeChange], grid: ProbeLaw, priors: Pr
         grid,
         pattern=grid.pattern,
         shares=ones,
-        log_weight=_weights(grid.points),
+        # equal for each choice, and for each size of a choice
+        log_weight=-np.log([labels.count(label) * len(set(labels)) for label in labels]),
         positive=grid.positive,
         least=prior.least * group[0].nominal,
         refine=partial(_refined, rows, grid, priors) if group[0].shape != "line" else None,
         of_size=partial(_fitted_near, rows, grid, priors) if group[0].shape == "line" else None,
     )
-
-
-def _weights(points: Sequence[Point]) -> Array:
-    """Logarithms of the prior of each shape: equal for each choice, and for each size of a choice."""
-    labels = [point.candidate.label for point in points]
-    return -np.log([labels.count(label) * len(set(labels)) for label in labels])
 
 
 def _grid(rows: MapRows, group: Sequence[ProbeChange], priors: Priors) -> ProbeLaw:
@@ -207,14 +203,8 @@ def _points(candidate: ProbeChange, usual: float) -> Iterator[Point]:
     elif candidate.shape == "lobes":
         yield from (Point(candidate, (0.0, float(phase), 0.0), LOBES) for phase in PHASES_DEG)
     else:
-        yield from (Point(candidate, none, each, sign * share * usual) for sign, share in _both_ways(candidate, usual))
-
-
-def _both_ways(candidate: ProbeChange, usual: float) -> list[tuple[float, float]]:
-    """Signed sizes over the usual one within the bounds of the single knob, in order."""
-    knob = candidate.knobs[0]
-    tried = [(-1.0, share) for share in reversed(SIZES)] + [(1.0, share) for share in SIZES]
-    return [(sign, s) for sign, s in tried if knob.low <= knob.none + sign * s * usual <= knob.high]
+        knob, sizes = candidate.knobs[0], (share * usual for share in (*(-one for one in reversed(SIZES)), *SIZES))
+        yield from (Point(candidate, none, each, one) for one in sizes if knob.low <= knob.none + one <= knob.high)
 
 
 def signature(rows: MapRows, point: Point) -> Iterator[tuple[Point, Array]]:
