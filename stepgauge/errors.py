@@ -6,8 +6,9 @@ line of at most :data:`LONGEST` printable characters: a file can neither fill th
 
 from __future__ import annotations
 
+import difflib
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -41,6 +42,22 @@ _ARGUMENTS: dict[str, str] = {}
 _NAMED = re.compile(r"'?stepgauge [^';,)]*|(?<![\w-])--([a-z][a-z0-9-]*)(?: ([a-z]+)(?=[;,.)]|$))?")
 """A command, which stays, or an option with the word that is its value."""
 _for_command: ContextVar[bool] = ContextVar("for_command", default=False)
+
+
+def plain(name: str) -> str:
+    """A name as it is compared: small letters and digits alone, so that ``TNC 640`` is ``tnc640``."""
+    return "".join(c for c in name.lower() if c.isalnum())
+
+
+def nearest_first(given: object, words: Iterable[str], names: Mapping[str, str] | None = None) -> str:
+    """What may be given, for a message: of words, and names that stand for them, the nearest as a question before all.
+
+    ``names``: words by what they are called besides, :func:`plain`.
+    """
+    every = ", ".join(words)
+    known = {plain(word): word for word in every.split(", ")} | dict(names or {})
+    near = difflib.get_close_matches(plain(str(given)), known, 1, cutoff=0.7)
+    return f"{known[near[0]]}? All: {every}" if near else every
 
 
 def name_option(argument: str, option: str = "") -> None:

@@ -38,16 +38,16 @@ class ReversalError(Effect):
         "{axis} indicates {um} {um:more|less} when probed towards + than towards -: backlash, hysteresis of the"
         " drive, or a pre-travel that depends on the direction. The size of a block has this error.",
         "Drive {axis} to a dial gauge from both sides: if it does not differ, the cause is the probe.",
-        "Adjust the drive of {axis}, or its backlash compensation by {um:3} {um:more|less}; for the probe, qualify it"
-        " again.",
+        "In the controller: backlash of {axis} ({axis:$160|$161|$162} of grblHAL, BACKLASH of LinuxCNC) {um:plus|minus}"
+        " {um:±}; or adjust the drive, or qualify the probe.",
         german=Wording(
             "Umkehrspanne",
             "{axis} zeigt in Richtung + um {um} {um:mehr|weniger} an als in Richtung -: Lose, Hysterese des"
             " Antriebs oder ein richtungsabhängiger Vorlaufweg. Die Größe eines Blocks hat diesen Fehler.",
             "{axis} von beiden Seiten an eine Messuhr fahren: Zeigt sie keinen Unterschied, ist der Taster die"
             " Ursache.",
-            "Den Antrieb von {axis} einstellen, oder seinen Losausgleich um {um:3} {um:größer|kleiner}; ist es der"
-            " Taster, ihn neu einmessen.",
+            "In der Steuerung: Lose von {axis} ({axis:$160|$161|$162} von grblHAL, BACKLASH von LinuxCNC)"
+            " {um:plus|minus} {um:±}; oder den Antrieb einstellen, oder den Taster neu einmessen.",
         ),
     )
     axis_words: ClassVar[Wording | None] = Wording(
@@ -55,13 +55,13 @@ class ReversalError(Effect):
         "Coming in the positive direction the reading is {um} {um:more|less} than in the negative one:"
         " backlash, hysteresis of the drive or of the instrument.",
         "Read the position with another instrument, coming from both sides.",
-        "Adjust the drive, or its backlash compensation by {um:3}.",
+        "Adjust the drive, or in the controller its backlash by {um:±} {um:less|more}.",
         german=Wording(
             "Umkehrspanne",
             "In positiver Richtung angefahren ist der Wert um {um} {um:größer|kleiner} als in negativer: Lose,"
             " Hysterese des Antriebs oder des Messgeräts.",
             "Die Position mit einem anderen Gerät ablesen, von beiden Seiten kommend.",
-            "Den Antrieb oder seinen Losausgleich um {um:3} verstellen.",
+            "Den Antrieb einstellen, oder in der Steuerung seine Lose um {um:±} {um:kleiner|größer}.",
         ),
     )
     axis: Axis = parameter(unit="", role="choice", meaning="axis that reverses: x, y or z")

@@ -29,15 +29,15 @@ class ScaleError(Effect):
         "The {axis} scale indicates {ppm} too {ppm:long|short}, up to {largest} in this recording.",
         "Compare the linear correction of {axis} in the controller, and the temperature of the {axis} scale in"
         " the machine file, with what is there.",
-        "Enter a new linear correction of {axis}: what is indicated divided by {ppm:factor}; steps per mm (of a small"
-        " machine) times {ppm:factor}.",
+        "In the controller: steps per mm of {axis} ({axis:$100|$101|$102} of grbl, M92 of Marlin) times {ppm:factor};"
+        " or a linear correction that divides by it.",
         german=Wording(
             "Maßstabsfehler",
             "Der Maßstab {axis} zeigt {ppm} zu {ppm:viel|wenig} an, in dieser Aufnahme bis {largest}.",
             "Die lineare Korrektur von {axis} in der Steuerung und die Temperatur des Maßstabs {axis} in der"
             " Maschinendatei mit dem vergleichen, was da ist.",
-            "Eine neue lineare Korrektur von {axis} eingeben: Angezeigtes geteilt durch {ppm:factor}; Schritte je mm"
-            " (kleiner Maschinen) mal {ppm:factor}.",
+            "In der Steuerung: Schritte je mm von {axis} ({axis:$100|$101|$102} von grbl, M92 von Marlin) mal"
+            " {ppm:factor}; oder eine lineare Korrektur, die dadurch teilt.",
         ),
     )
     axis_words: ClassVar[Wording | None] = Wording(
@@ -45,13 +45,15 @@ class ScaleError(Effect):
         "In proportion to position the readings are {ppm} too {ppm:long|short}. A wrong temperature or"
         " coefficient of expansion, and a line of measurement at an angle to the axis, look the same.",
         "Measure the temperature of the scale, state its coefficient of expansion, and align the line of measurement.",
-        "If it stays: enter a linear correction that takes {ppm} {ppm:off|on}.",
+        "If it stays, in the controller: steps per unit divided by {ppm:factor}, or a linear correction that takes"
+        " {ppm:±} {ppm:off|on}.",
         german=Wording(
             "Maßstabsfehler",
             "Die Werte sind im Verhältnis zur Position um {ppm} zu {ppm:groß|klein}. Eine falsche Temperatur,"
             " ein falscher Ausdehnungskoeffizient oder eine schräge Messlinie sehen ebenso aus.",
             "Die Temperatur des Maßstabs messen, seinen Ausdehnungskoeffizienten angeben und die Messlinie ausrichten.",
-            "Bleibt es: eine lineare Korrektur eingeben, die {ppm} {ppm:wegnimmt|hinzufügt}.",
+            "Bleibt es, in der Steuerung: Schritte je Einheit geteilt durch {ppm:factor}, oder eine lineare Korrektur,"
+            " die {ppm:±} {ppm:wegnimmt|hinzufügt}.",
         ),
     )
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")

@@ -1,8 +1,9 @@
 """What an effect is called, what it means, what to check and what to repair: templates, and how they are filled.
 
 A template names parameters in braces: ``{ppm}`` is the magnitude with its unit, ``{period_mm:5}`` the same in five
-significant digits, ``{at_mm:=4}`` with its sign, ``{ppm:factor}`` the factor from true to indicated lengths,
-``{um:later|earlier}`` one of two, the first for a positive value or a text. They may hold names again:
+significant digits, ``{at_mm:=4}`` with its sign, ``{um:±}`` with its expanded uncertainty, ``{ppm:factor}`` the
+factor from true to indicated lengths with its own, ``{um:later|earlier}`` one of two, the first for a positive value or
+a text, ``{axis:$100|$101|$102}`` what belongs to an axis. They may hold names again:
 ``{lag_s:, {lag_s:3} late|}``. ``{largest}`` is the largest displacement.
 """
 
@@ -12,12 +13,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from stepgauge.files.notation import rounded
+from stepgauge.files.notation import rounded, uncertain
 
 DIGITS = 2
 """Significant digits of a value in a sentence."""
-FACTOR = "factor"
-"""What says a value in um/m as the factor from true to indicated lengths."""
+FACTOR, UNCERTAIN = "factor", "±"
+"""What says a relative value as the factor from true to indicated lengths, and any value with its uncertainty."""
+RELATIVE = {"um/m": 1e-6, "mm/m": 1e-3, "1e-6": 1e-6}
+COVERAGE = 2.0
+"""Coverage factor of the uncertainty behind a plus-minus sign, which says so: (k = 2)."""
 
 
 @dataclass(frozen=True)
@@ -38,18 +42,21 @@ class Wording:
 class _Value:
     """A value in a template, with its unit and the decimal mark of the language; None is said as its name."""
 
-    def __init__(self, name: str, value: Any = None, unit: str = "", german: bool = False) -> None:
-        self.name, self.value, self.unit, self.german = name, value, unit, german
+    def __init__(
+        self, name: str, value: Any = None, unit: str = "", german: bool = False, u: float | None = None
+    ) -> None:
+        self.name, self.value, self.unit, self.german, self.u = name, value, unit, german, u
 
     def __format__(self, spec: str) -> str:
         if "|" in spec:
-            first, second = spec.split("|")
+            first, second, *third = spec.split("|")
+            if third:
+                return (first, second, *third)["xyz".index(self.value)] if self.value in ("x", "y", "z") else first
             positive = self.value > 0 if isinstance(self.value, float | int) else bool(self.value)
             return first if positive else second
         if isinstance(self.value, float | int) and not isinstance(self.value, bool):
-            text = self._number(spec)
-            unit = "" if spec == FACTOR else self.unit
-            return f"{text.replace('.', ',') if self.german else text} {unit}".strip()
+            text = self._uncertain(spec) if spec in (FACTOR, UNCERTAIN) else f"{self._number(spec)} {self.unit}".strip()
+            return text.replace(".", ",") if self.german else text
         if isinstance(self.value, list | tuple):
             return direction_words(self.value)
         every = "alle Achsen" if self.german else "all axes"
@@ -57,10 +64,17 @@ class _Value:
 
     def _number(self, spec: str) -> str:
         assert self.value is not None
-        if spec == FACTOR:
-            return f"{1.0 + float(rounded(self.value, 3)) * 1e-6:.8f}".rstrip("0")
         signed = spec.startswith("=")
         return rounded(self.value if signed else abs(self.value), int(spec.lstrip("=") or DIGITS))
+
+    def _uncertain(self, spec: str) -> str:
+        """The magnitude, or the factor, with its expanded uncertainty and unit."""
+        scale, unit = (RELATIVE.get(self.unit, 1e-6), "") if spec == FACTOR else (1.0, self.unit)
+        value = 1.0 + self.value * scale if spec == FACTOR else abs(self.value)
+        if not self.u:
+            return f"{rounded(value, 7 if spec == FACTOR else 4)} {unit}".strip()
+        text, expanded = uncertain(value, COVERAGE * self.u * scale, most=9)
+        return f"{text} ± {expanded} {unit}".strip() + f" (k = {COVERAGE:g})"
 
 
 class _Values(dict[str, _Value]):
@@ -76,7 +90,8 @@ def filled(text: str, values: Mapping[str, Mapping[str, Any]], language: str = "
     known = _Values()
     for name, one in values.items():
         unit = str(one.get("unit") or "")
-        known[name] = _Value(name, one.get("value"), "" if unit in ("1", "count") else unit, language == "de")
+        unit = "" if unit in ("1", "count") else unit
+        known[name] = _Value(name, one.get("value"), unit, language == "de", one.get("u"))
     return text.format_map(known)
 
 

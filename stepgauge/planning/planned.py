@@ -11,7 +11,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.display import Plotted, join_lines
 from stepgauge.motion.moves import Program
 from stepgauge.planning.program import ProgramText, check_tool, duration_s, duration_words, program_text
-from stepgauge.programs import DIALECTS
+from stepgauge.programs import DIALECTS, find_dialect
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -69,8 +69,7 @@ class Plan(Plotted):
         -------
         The text, with a note of what was compared; ``str`` of it is the program.
         """
-        if dialect not in DIALECTS:
-            raise InputError("dialect", "not a dialect", found=repr(dialect), expected=", ".join(DIALECTS))
+        dialect = find_dialect(dialect).name
         check_tool(tool, dialect)
         return program_text(replace(self.program, tool=tool), dialect, template, unchecked, options or {})
 

@@ -17,11 +17,13 @@ from stepgauge.diagnosis.wording.findings import (
     kind_and_choice,
     name_of,
     remedy,
+    states_value,
     subject,
 )
 from stepgauge.diagnosis.wording.limits import lacking, misfits, remaining
 from stepgauge.diagnosis.wording.notation import (
     COVERAGE,
+    is_determined,
     members_of,
     plus_minus,
     probability,
@@ -35,6 +37,8 @@ from stepgauge.effects.words import Wording
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
 Said = Mapping[str, Any]
+MOST_SIZES = 4
+"""Numbers of a finding that its repair repeats; of more it is too long to read."""
 MOST_RIVALS, MOST_ROWS = 4, 8
 """Rivals of a finding, and rows of the table, on the first page; the appendix has all."""
 FOUND = ("", "Cause", "Value", "u", "Probability", "What it means; repair")
@@ -113,10 +117,20 @@ def _repairs(said: Said, language: str) -> Iterator[str]:
         yield f"{', '.join(map(str, unsure))}: {say('first', language)}"
     for number, effect in enumerate(said["effects"], 1):
         if number not in unsure:
-            yield f"{number}: {remedy(effect, subject(said), language).repair}"
+            yield f"{number}: {_size(effect, said, language)}{remedy(effect, subject(said), language).repair}"
     left = list(_structure(said))
     if left:
         yield f"{', '.join(str(number) for number, _ in left)}: {_remedy_of_row(left[0][1], language).repair}"
+
+
+def _size(effect: Said, said: Said, language: str) -> str:
+    """Which finding and how large, before a repair that is not to enter just these numbers."""
+    at, numbers = subject(said), [one for one in told_numbers(effect) if is_determined(one[1])]
+    if not numbers or len(numbers) > MOST_SIZES or states_value(effect["kind"], at.of):
+        return ""
+    sizes = ", ".join(f"{symbol(name, p, len(numbers))}{plus_minus(p)}" for name, p in numbers)
+    sizes = sizes.replace(".", ",") if language == "de" else sizes
+    return f"{finding_name(effect, at, language)}, {sizes} (k = {COVERAGE:g}): "
 
 
 def _structure(said: Said) -> Iterator[tuple[int, Said]]:
@@ -218,7 +232,8 @@ def _together_row(others: Sequence[str], p: float) -> list[str]:
 def _row(first: str, one: Said, p: float | None, said: Said) -> list[str]:
     at = subject(said)
     name = finding_name(one, at) if first != "or" else name_of(one["label"], at.of)
-    text = f"{one['meaning']} Repair: {remedy(one, at).repair}"
+    alone = {name: {**p, "u": None} for name, p in one["parameters"].items()}  # each u has its column
+    text = f"{one['meaning']} Repair: {remedy({**one, 'parameters': alone}, at).repair}"
     return [first, name, values(one), uncertainties(one), "" if p is None else probability(p), text]
 
 

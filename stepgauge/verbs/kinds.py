@@ -7,12 +7,12 @@ Every kind is understood by the command line, the Python function, the project f
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any, ClassVar
 
-from stepgauge.errors import naming
+from stepgauge.errors import naming, nearest_first, plain
 from stepgauge.verbs.kind import Kind, is_array, is_number, is_pair, several
 
 NO_FILE = "neither a file nor what is read from one"
@@ -96,14 +96,21 @@ class Count(Number):
 
 @dataclass(eq=False)
 class OneOf(Kind):
-    """One of some words."""
+    """One of some words; ``names``: words by what they are called besides, asked for when it is none of the words."""
 
-    def __init__(self, *words: str) -> None:
+    def __init__(self, *words: str, names: Callable[[], Mapping[str, str]] = dict) -> None:
         super().__init__(metavar=f"[{'|'.join(words)}]", name="choice")
-        self.words = words
+        self.words, self.names = words, names
+
+    def parse(self, text: str) -> str:
+        return text if text in self.words else self.names().get(plain(text), text)
+
+    def taken(self, parameter: str, given: Any) -> Any:
+        return super().taken(parameter, self.parse(given) if isinstance(given, str) else given)
 
     def fault(self, value: Any) -> tuple[str, str] | None:
-        return None if isinstance(value, str) and value in self.words else ("not a choice", self.bounds())
+        good = isinstance(value, str) and value in self.words
+        return None if good else ("not a choice", nearest_first(value, self.words, self.names()))
 
     def bounds(self) -> str:
         return ", ".join(self.words)

@@ -125,16 +125,13 @@ def list_dialects(name: Annotated[str | None, Text("[NAME]"), ARGUMENT] = None) 
     stepgauge list dialects
     stepgauge list dialects fanuc
     """
-    from stepgauge.errors import InputError
     from stepgauge.files.listing import Listing
-    from stepgauge.programs import DIALECTS
+    from stepgauge.programs import DIALECTS, find_dialect
     from stepgauge.programs.describe import described
 
     if name is None:
         return Listing.of([(one.name, f"{one.suffix:8} {one.title}") for one in DIALECTS.values()])
-    if name not in DIALECTS:
-        raise InputError(name, "not a dialect", expected=", ".join(DIALECTS))
-    known = DIALECTS[name]
+    known = find_dialect(name)
     family = f"As '{known.family}', and:\n\n" if known.family else ""
     return Listing(family + described(known).rstrip("\n"), [(known.name, known.title)])
 

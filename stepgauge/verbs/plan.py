@@ -7,7 +7,7 @@ from stepgauge.files.display import Written
 from stepgauge.verbs.define import verb
 from stepgauge.verbs.kind import ARGUMENT
 from stepgauge.verbs.kinds import BlockRange, Count, Flag, Number, OneOf, Pair, Reads, Repeated, Text, Vector
-from stepgauge.verbs.shared import DIALECTS, File, GaugeLike, MachineIfNeeded, OutputFile, TipRadius
+from stepgauge.verbs.shared import DIALECT, File, GaugeLike, MachineIfNeeded, OutputFile, TipRadius
 
 if TYPE_CHECKING:
     from stepgauge.gauge.certified import Gauge
@@ -30,7 +30,7 @@ def write(
     plan: "Plan",
     output: OutputFile,
     *,
-    dialect: Annotated[str, OneOf(*DIALECTS)],
+    dialect: Annotated[str, DIALECT],
     template: TextFile = None,
     unchecked: Annotated[bool, Flag()] = False,
     tool: Annotated[str, Text("NAME")] = "",

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.verbs.define import verb
 from stepgauge.verbs.kind import ARGUMENT
-from stepgauge.verbs.kinds import Count, Flag, OneOf, Reads, Supplied, Text
-from stepgauge.verbs.shared import DIALECTS, File
+from stepgauge.verbs.kinds import Count, Flag, Reads, Supplied, Text
+from stepgauge.verbs.shared import DIALECT, File
 
 if TYPE_CHECKING:
     from stepgauge.project.create import CreatedProject
@@ -27,7 +27,7 @@ def init(
     *,
     gauge: Annotated[File | None, Reads("GAUGE", room=".", short="g")] = None,
     machine: Annotated[File | None, Reads("MACHINE", room="machines", short="m")] = None,
-    dialect: Annotated[str | None, OneOf(*DIALECTS)] = None,
+    dialect: Annotated[str | None, DIALECT] = None,
     operator: Words = None,
     customer: Words = None,
     location: Words = None,

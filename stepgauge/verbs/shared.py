@@ -42,6 +42,16 @@ DIALECTS = (
 )
 """Written out so that --help needs no import of the readers; a test compares it with theirs."""
 
+
+def controllers() -> dict[str, str]:
+    """Dialects by the names of the controllers that understand them."""
+    from stepgauge.programs import CONTROLLERS
+
+    return CONTROLLERS
+
+
+DIALECT = OneOf(*DIALECTS, names=controllers)
+
 GaugeLike = Annotated["File | Gauge", GAUGE, "the certified gauge: its file, or the name of a shipped one"]
 GaugeIfNeeded = Annotated["File | Gauge | None", GAUGE, "the certified gauge: its file, or the name of a shipped one"]
 MachineLike = Annotated["File | Machine", MACHINE, "machine: its file, or the name of a shipped one"]
@@ -110,7 +120,7 @@ Jobs = Annotated[
 ]
 Tool = Annotated[str, Text("NAME"), "what the server calls the probe"]
 PlacementNumber = Annotated[int, Count(1), "number of this placement, in a calibration with several"]
-Dialect = Annotated[str | None, OneOf(*DIALECTS), "language of the program; default: recognised from its text"]
+Dialect = Annotated[str | None, DIALECT, "language of the program; default: recognised from its text"]
 FurtherStyli = Annotated[
     "File | Machine | Iterable[File | Machine]",
     Repeated(Reads("FILE"), "further-stylus"),

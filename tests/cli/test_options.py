@@ -12,7 +12,7 @@ from stepgauge.cli import TASKS, cli
 from stepgauge.cli.build import VerbOption
 from stepgauge.machine import file as machine_file
 from stepgauge.verbs.evaluate import FIGURES
-from stepgauge.verbs.shared import DIALECTS, LARGEST_U_K
+from stepgauge.verbs.shared import DIALECT, DIALECTS, LARGEST_U_K
 from tests.cli.conftest import Run
 
 
@@ -104,3 +104,17 @@ def test_the_uncertainty_of_a_temperature_has_one_bound(run: Run, files: Path) -
         assert "key uncertainty.gauge_temperature_K is wrong" in result.err
         assert "at most 5" in result.err
     assert not (files / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["grbl", "grblHAL", "FluidNC", "GRBLHAL"])
+def test_a_controller_is_known_by_the_names_that_people_call_it(name: str, run: Run) -> None:
+    assert run("list", "dialects", name).out == run("list", "dialects", "grbl").out
+    assert DIALECT.read("dialect", name) == DIALECT.taken("dialect", name) == "grbl"
+
+
+def test_an_unknown_controller_is_answered_with_the_nearest_and_all(run: Run) -> None:
+    every = ", ".join(DIALECTS)
+    assert run("list", "dialects", "grlb").err.endswith(f"not a dialect; found 'grlb'; expected grbl? All: {every}\n")
+    error = run("plan", "p.toml", "-g", "step-gauge-420", "-d", "TNC 64", "-o", "a.h").err
+    assert error.endswith(f"--dialect: not a choice; found 'TNC 64'; expected heidenhain? All: {every}\n")
+    assert run("list", "dialects", "xyzzy").err.endswith(f"expected {every}\n")

@@ -127,7 +127,10 @@ def items(data: dict[str, Any]) -> dict[str, list[str]]:
     return {one["title"]: one["items"] for one in do_first(data, "de")["blocks"]}
 
 
-FACTOR = "Angezeigtes geteilt durch 1,000025; Schritte je mm (kleiner Maschinen) mal 1,000025."
+FACTOR = (
+    "1: In der Steuerung: Schritte je mm von y ($101 von grbl, M92 von Marlin) mal 1,00002504 ± 0,00000040 (k = 2);"
+    " oder eine lineare Korrektur, die dadurch teilt."
+)
 
 
 def test_a_verdict_and_what_to_do_first_in_german() -> None:
@@ -137,7 +140,7 @@ def test_a_verdict_and_what_to_do_first_in_german() -> None:
     assert "(Wahrscheinlichkeit 0,93)" in headline(said("adequate"), "de")
     steps = items(said("effects"))
     assert "lineare Korrektur von y" in steps["Prüfen"][0]
-    assert steps["Beheben"] == ["1: Eine neue lineare Korrektur von y eingeben: " + FACTOR]
+    assert steps["Beheben"] == [FACTOR]
     assert items(said("effects", confounded_with=["scale_temperature"]))["Beheben"] == [
         "1: Nichts verstellen, bevor die Prüfungen gezeigt haben, welche Ursache es ist."
     ]
@@ -150,3 +153,45 @@ def test_every_sentence_is_there_in_both_languages_with_the_same_gaps() -> None:
     for key, texts in sentences().items():
         assert len(texts) == 2, key
         assert gaps(texts[0]) == gaps(texts[1]), key
+
+
+def _named(kind: str) -> dict[str, Any]:
+    """A finding of a kind with every parameter: choices by their first word, numbers of 12.345 with u = 0.5."""
+    effect = effect_kinds(every=True)[kind]
+    parameters: dict[str, Any] = {}
+    for one in effect.parameters():
+        if one.role == "choice":
+            parameters[one.name] = {"value": one.choices[0] if one.choices else 2}
+        else:
+            u = None if one.role == "fixed" else 0.5
+            parameters[one.name] = {"value": 12.345, "unit": one.unit or "1", "u": u}
+    none: dict[str, Any] = {"confounded_with": [], "alternatives": [], "set": [], "several": [], "aliases": {}}
+    return {"kind": kind, "label": kind, "parameters": parameters, "probability": 0.99, "own_probability": 0.99, **none}
+
+
+@pytest.mark.parametrize("kind", sorted(kind for kind, one in effect_kinds(every=True).items() if one.sought))
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_every_repair_tells_place_and_values_with_their_uncertainties(kind: str, language: str) -> None:
+    from stepgauge.reports.findings import MOST_SIZES, _repairs
+
+    one = _named(kind)
+    data = {"effects": [one], "unexplained": [], "inputs": {}, "fit": {"rms_before_um": 2.0, "rms_after_um": 1.0}}
+    (line,) = _repairs(data, language)
+    told = [p for p in one["parameters"].values() if p.get("u")]
+    if 0 < len(told) <= MOST_SIZES:
+        assert "± " in line
+        assert "(k = 2)" in line
+    for place in ("axis", "plane", "face", "block", "placement", "column"):
+        if place in one["parameters"]:
+            assert re.search(rf"\b{one['parameters'][place]['value']}\b", line), (place, line)
+
+
+def test_an_entered_value_is_told_with_sense_uncertainty_and_the_setting_of_its_axis() -> None:
+    um, ppm = (
+        {"value": value, "unit": unit, "u": u} for value, unit, u in ((-40.85, "um", 1.97), (1201.8, "um/m", 15.4))
+    )
+    values = {"um": um, "ppm": ppm, "axis": {"value": "y"}, "mm": {**ppm, "unit": "mm/m", "value": 5.93, "u": 0.05}}
+    assert filled("{um:plus|minus} {um:±}", values) == "minus 40.9 ± 3.9 um (k = 2)"
+    assert filled("{axis:$100|$101|$102} times {ppm:factor}", values) == "$101 times 1.001202 ± 0.000031 (k = 2)"
+    assert filled("{mm:factor}", values, "de") == "1,00593 ± 0,00010 (k = 2)"
+    assert filled("{ppm:factor}", {"ppm": {"value": -500.0, "unit": "um/m"}}) == "0.9995"

@@ -15,7 +15,7 @@ from stepgauge.diagnosis.wording.aliases import aliases_words
 from stepgauge.diagnosis.wording.catalogue import listed, say, words
 from stepgauge.diagnosis.wording.notation import is_determined
 from stepgauge.effects import Effect, effect_kinds
-from stepgauge.effects.words import Wording, direction_words, filled
+from stepgauge.effects.words import FACTOR, UNCERTAIN, Wording, direction_words, filled
 
 Said = Mapping[str, Any]
 NO_CHOICE = ("start_s", "pause_s", "about_mm")
@@ -141,6 +141,11 @@ def remedy(one: Said, at: Subject = GAUGE, language: str = "en") -> Wording:
     values = _values(one, at, language)
     check, repair = (declared.check or unknown.check, declared.repair or unknown.repair)
     return Wording(check=filled(check, values, language), repair=filled(repair, values, language))
+
+
+def states_value(kind: str, of: str = "gauge") -> bool:
+    """Whether the repair of a kind is to enter a number that it states with its uncertainty."""
+    return UNCERTAIN in words_of(kind, of).repair or f":{FACTOR}}}" in words_of(kind, of).repair
 
 
 def _turns(values: Mapping[str, Said], language: str) -> str:

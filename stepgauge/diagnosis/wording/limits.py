@@ -12,7 +12,7 @@ from stepgauge.diagnosis.gaussian_processes.random_function import SMOOTH
 from stepgauge.diagnosis.wording.aliases import leads_into_mm
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import subject
-from stepgauge.diagnosis.wording.notation import probability, significant
+from stepgauge.diagnosis.wording.notation import COVERAGE, plus_minus, probability, significant
 from stepgauge.diagnosis.wording.phrases import misfit, worded, worded_all
 
 FEW_DOF = 20
@@ -119,12 +119,12 @@ def warnings(said: Mapping[str, Any], language: str = "en") -> list[str]:
 def machine_doubts(said: Mapping[str, Any], language: str = "en") -> Iterator[str]:
     """What the machine file seems to state wrongly, or does not state and would matter: the tip, the kind."""
     machine, effects = said["inputs"].get("machine", {}), {one["kind"]: one for one in said["effects"]}
-    radius = effects.get("effective_radius", {}).get("parameters", {}).get("um", {}).get("value")
+    radius = effects.get("effective_radius", {}).get("parameters", {}).get("um", {})
     stated_mm, pretravel_um = machine.get("tip_radius_mm"), said.get("measured", {}).get("pretravel_um")
-    radius = pretravel_um if radius is None else radius
-    if radius and stated_mm and abs(radius) * 1e-3 > NO_PRETRAVEL * stated_mm:
-        fits = f"{stated_mm - radius * 1e-3:.3f}"
-        yield say("tip", language, fits=fits, stated=f"{stated_mm:g}")
+    larger_mm = -float(radius.get("value", pretravel_um) or 0.0) * 1e-3
+    if stated_mm and abs(larger_mm) > NO_PRETRAVEL * stated_mm:
+        fits = plus_minus({"value": stated_mm + larger_mm, "u": (radius.get("u") or 0.0) * 1e-3, "unit": "mm"})
+        yield say("tip", language, fits=fits + f" (k = {COVERAGE:g})" * bool(radius.get("u")), stated=f"{stated_mm:g}")
     elif pretravel_um is not None:
         yield say("pretravel", language, um=f"{pretravel_um:.1f} um")
     if machine.get("kind", "") is None and (said["verdict"] == "unknown" or "geometric_errors" in effects):

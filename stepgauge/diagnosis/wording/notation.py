@@ -7,10 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from stepgauge.diagnosis.wording.catalogue import say
+from stepgauge.effects.words import COVERAGE as COVERAGE
 from stepgauge.files.notation import LEAST_PLAIN
 
-COVERAGE = 2.0
-"""Coverage factor of the expanded uncertainty after a plus-minus sign."""
 MOST_NUMBERS = 8
 """Numbers of a finding of which all are told; of more only those that are determined."""
 SURE = 0.99

@@ -6,7 +6,7 @@ from stepgauge.files.display import Written
 from stepgauge.verbs.define import Of, verb
 from stepgauge.verbs.kinds import Count, Flag, OneOf, Text
 from stepgauge.verbs.plan import PATH, Controls, TextFile, plan
-from stepgauge.verbs.shared import DIALECTS, GaugeLike, MachineLike, OutputFolder, Search
+from stepgauge.verbs.shared import DIALECT, GaugeLike, MachineLike, OutputFolder, Search
 
 if TYPE_CHECKING:
     from stepgauge.standards.iso10360_planned import SevenPositions
@@ -18,7 +18,7 @@ def write(
     planned: "SevenPositions",
     output: OutputFolder,
     *,
-    dialect: Annotated[str, OneOf(*DIALECTS)],
+    dialect: Annotated[str, DIALECT],
     template: TextFile = None,
     tool: Annotated[str, Text("NAME")] = "",
     settings: Controls = None,

@@ -141,12 +141,10 @@ def _asked(request: Request) -> PlanSettings:
 
 
 def _program_name(asked: PlanSettings) -> str:
-    from stepgauge.programs import DIALECTS
+    from stepgauge.programs import find_dialect
 
     dialect = asked.values["dialect"]
-    if dialect not in DIALECTS:
-        raise InputError("dialect", "not a dialect", found=repr(dialect), expected=", ".join(DIALECTS))
-    return f"program{DIALECTS[dialect].suffix}"
+    return f"program{find_dialect(dialect).suffix}"
 
 
 def show(request: Request) -> Response:
