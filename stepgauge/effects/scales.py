@@ -29,14 +29,14 @@ class ScaleError(Effect):
         "The {axis} scale indicates {ppm} too {ppm:long|short}, up to {largest} in this recording.",
         "Compare the linear correction of {axis} in the controller, and the temperature of the {axis} scale in"
         " the machine file, with what is there.",
-        "In the controller: steps per mm of {axis} ({axis:$100|$101|$102} of grbl, M92 of Marlin) times {ppm:factor};"
+        "Enter steps per mm of {axis} ({axis:$100|$101|$102} of grbl, M92 of Marlin) times {ppm:factor};"
         " or a linear correction that divides by it.",
         german=Wording(
             "Maßstabsfehler",
             "Der Maßstab {axis} zeigt {ppm} zu {ppm:viel|wenig} an, in dieser Aufnahme bis {largest}.",
             "Die lineare Korrektur von {axis} in der Steuerung und die Temperatur des Maßstabs {axis} in der"
             " Maschinendatei mit dem vergleichen, was da ist.",
-            "In der Steuerung: Schritte je mm von {axis} ({axis:$100|$101|$102} von grbl, M92 von Marlin) mal"
+            "Schritte je mm von {axis} ({axis:$100|$101|$102} von grbl, M92 von Marlin) mal"
             " {ppm:factor}; oder eine lineare Korrektur, die dadurch teilt.",
         ),
     )

@@ -128,7 +128,7 @@ def items(data: dict[str, Any]) -> dict[str, list[str]]:
 
 
 FACTOR = (
-    "1: In der Steuerung: Schritte je mm von y ($101 von grbl, M92 von Marlin) mal 1,00002504 ± 0,00000040 (k = 2);"
+    "1: Schritte je mm von y ($101 von grbl, M92 von Marlin) mal 1,00002504 ± 0,00000040 (k = 2);"
     " oder eine lineare Korrektur, die dadurch teilt."
 )
 
