@@ -82,6 +82,8 @@ def _alarm_words(log: ProbeLog, accept: Sequence[str]) -> tuple[str, ...]:
             found=f"{text}, and {after} of {len(log)} contacts after it",
             expected=naming("accept", words=words),
         )
+    if not after:
+        return (f"warning: the log ends in an alarm: {told}; look there, home the machine, and run the program again",)
     return (f"warning: {told}; {after} of {len(log)} contacts came after it",)
 
 

@@ -113,7 +113,7 @@ def _build_matched(
     report = [
         *_matched_words(log, frame, matched),
         *settled,
-        *_surface_words(surface, radius, log),
+        *_surface_words(surface, radius, log, before_mm),
         *log.mapped,
         *_dropped(log),
     ]
@@ -387,10 +387,15 @@ def _corrected(surface: bool, radius: float | None, log: ProbeLog) -> dict[str, 
     return {CORRECTED: f"{_radius(radius, log):.9g}"} if surface else {}
 
 
-def _surface_words(surface: bool, radius: float | None, log: ProbeLog) -> list[str]:
+def _surface_words(surface: bool, radius: float | None, log: ProbeLog, before_mm: float | None = None) -> list[str]:
+    """What the points are; of centres how far before the certified faces, which shows a wrong tip."""
     if surface:
         return [f"surface points, turned back into tip centres with the tip radius {_radius(radius, log):g} mm"]
-    return ["points are tip centres"]
+    if before_mm is None:
+        return ["points are tip centres"]
+    return [
+        f"points are tip centres, {before_mm:.3f} mm before their faces: the tip radius less pre-travel and backlash"
+    ]
 
 
 def _dropped(log: ProbeLog) -> list[str]:

@@ -19,6 +19,15 @@ _STOPPED = re.compile(
     r"(?<!<)\b(ALARM|error): *(\d+|[a-z][^\r\n.]*)|<(Alarm)\b|\b(Grbl)(?:HAL)? \d\S* \[", re.IGNORECASE
 )
 """By number (1.1) or in words (0.9); the state in a status report; and the greeting, which follows every reset."""
+_MEANT = {
+    "1": "a limit switch was touched",
+    "2": "a move goes beyond the travel",
+    "3": "it was reset in motion",
+    "4": "the probe was in contact before its search",
+    "5": "no contact within the search",
+    **dict.fromkeys("6789", "homing failed"),
+}
+"""Alarms of grbl 1.1 and grblHAL (doc/csv/alarm_codes_en_US.csv of grbl)."""
 _INCHES = re.compile(r"\$13=([01])|\bG20\b", re.IGNORECASE)
 
 
@@ -47,7 +56,7 @@ def read(text: str, path: str) -> ProbeLog:
         before = line
     values = lines.values("the console shows no contact", "lines [PRB:x,y,z:1]")
     lines.check_other_axes(values[:, 3:])
-    last = next((one for one in lines.alarms[::-1] if one[1].upper() == "ALARM:4"), None)
+    last = next((one for one in lines.alarms[::-1] if one[1].upper()[:7] == "ALARM:4"), None)
     if last is not None and last[0] > lines.at[-1]:  # it follows a contact on the way, which is no reading
         found = f"ALARM:4 after {len(values)} contacts, the last of them on the way"
         lines.fail("the program was stopped", found, line=last[0])
@@ -60,6 +69,8 @@ def _note(lines: LogLines, stopped: re.Match[str]) -> None:
     if stopped[4] and not lines.points:
         return
     words = "a restart of the controller" if stopped[4] else words
+    if words.lower().startswith("alarm") and (meant := _MEANT.get(stopped[2])):
+        words = f"{words} ({meant})"
     (lines.failures if words.lower().startswith("error") else lines.alarms).append((lines.line, words))
 
 

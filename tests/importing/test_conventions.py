@@ -126,11 +126,11 @@ def test_readings_after_an_alarm_are_asked_for(tmp_path: Path, alarm: str) -> No
     text = "\n".join([*lines[:20], alarm, "[MSG:Caution: Unlocked]", "error:9", *lines[20:]])
     after = len(PRINTED) - 10
     with pytest.raises(
-        InputError, match=rf"console.log:21: an alarm .*found {ALARMS[alarm]}, and {after} of .*accept alarm"
+        InputError, match=rf"console.log:21: an alarm .*found {ALARMS[alarm]}.*, and {after} of .*accept alarm"
     ):
         imported(tmp_path, text)
     result = imported(tmp_path, text, "alarm")
-    assert words(result, f"warning: {ALARMS[alarm]} in line 21")
+    assert words(result, f"warning: {ALARMS[alarm]}")
     np.testing.assert_allclose(result.recording.position_mm, PRINTED, atol=1e-9)
 
 
@@ -139,7 +139,12 @@ def test_an_alarm_that_ended_the_run_is_told(tmp_path: Path) -> None:
         imported(tmp_path, "\n".join(console().splitlines()[:8]) + "\nALARM:5\n")
     with pytest.raises(InputError, match="the last of them on the way"):
         imported(tmp_path, "\n".join(console().splitlines()[:8]) + "\nALARM:4\n")
-    assert words(imported(tmp_path, console() + "ALARM:1\n"), "ALARM:1 in line")
+    (told,) = words(imported(tmp_path, console() + "ALARM:5\n"), "warning: the log ends in an alarm")
+    assert f"ALARM:5 (no contact within the search) in line {len(console().splitlines()) + 1}; look there" in told
+
+
+def test_how_far_the_points_are_from_their_faces_shows_the_tip(tmp_path: Path) -> None:
+    assert words(imported(tmp_path, console()), "points are tip centres, 1.497 mm before their faces")
 
 
 @pytest.mark.parametrize("program", [True, False])
