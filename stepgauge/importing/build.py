@@ -391,11 +391,9 @@ def _surface_words(surface: bool, radius: float | None, log: ProbeLog, before_mm
     """What the points are; of centres how far before the certified faces, which shows a wrong tip."""
     if surface:
         return [f"surface points, turned back into tip centres with the tip radius {_radius(radius, log):g} mm"]
-    if before_mm is None:
-        return ["points are tip centres"]
-    return [
-        f"points are tip centres, {before_mm:.3f} mm before their faces: the tip radius less pre-travel and backlash"
-    ]
+    tip = "" if before_mm is None else f"{before_mm:.3f} mm before their faces"
+    told = f"points are tip centres, {tip}: the tip radius less pre-travel and backlash"
+    return [told if tip else "points are tip centres"]
 
 
 def _dropped(log: ProbeLog) -> list[str]:

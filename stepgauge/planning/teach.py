@@ -25,8 +25,6 @@ from stepgauge.probes.schema import ConstantTable
 
 LYING_COS = 0.9
 """Machine +z is up for a gauge whose own up direction is within 25 deg of it; for another the points say it."""
-MOST_STANDOFF_MM = 10.0
-"""Between ball and face before a search that begins where a hand was some tenths of a millimetre off."""
 RAIL_GAP_MM = 3.0
 """Between the ball at point 7 and the side of the block."""
 _FRONT, _BACK, _TOP, _RIGHT, _LEFT = (-1, 0, 0), (1, 0, 0), (0, 0, 1), (0, 1, 0), (0, -1, 0)

@@ -105,7 +105,7 @@ def plan(
     margin_mm : smallest gap that the check accepts
     height_mm : probing point above the middle of the faces
     home_mm : where the program starts and ends, in machine coordinates; default: above the gauge
-    standoff_mm : gap between ball and face before measuring; default: the middle of the gap between blocks
+    standoff_mm : gap between ball and face before measuring; default: the middle of the gap, at most 10 mm
     search_mm : search beyond the nominal contact
     measuring_speed_mm_s : speed of the searches, within the machine's limits; default: the machine's, or 3
     travel_speed_mm_s : speed on the way, within the machine's limits; default: the machine's, or 50
@@ -178,14 +178,12 @@ def _teach(
     margin_mm: float,
 ) -> "Plan":
     """The plan of the 16 points, from rough positions."""
-    from dataclasses import replace
-
     from stepgauge.errors import InputError, naming
     from stepgauge.importing.sixteen import read_sixteen
     from stepgauge.planning.plan import parse_blocks
     from stepgauge.planning.planned import Plan
     from stepgauge.planning.program import make_settings
-    from stepgauge.planning.teach import MOST_STANDOFF_MM, teach_program
+    from stepgauge.planning.teach import teach_program
 
     if not isinstance(points, File):
         raise InputError(naming("teach"), "a placement is known already", expected="a file of 16 rough positions")
@@ -194,9 +192,6 @@ def _teach(
         expected = naming("tip_radius_mm", "machine", words="{} or {}")
         raise InputError(points, "the tip radius is not known", expected=expected)
     settings = make_settings(gauge, machine, radius, choice)
-    if choice.standoff_mm is None:
-        near = min(settings.standoff_mm, MOST_STANDOFF_MM)
-        settings = replace(settings, standoff_mm=near, retract_mm=near)
     blocks = parse_blocks(points_on or ":", gauge)
     program, _ = teach_program(read_sixteen(points), gauge, blocks, machine, settings, margin_mm)
     return Plan(program, machine is not None)
