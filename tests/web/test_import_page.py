@@ -39,7 +39,7 @@ def test_a_question_is_a_choice_that_settles_it_and_stays_shown(folder: Path) ->
     first = asked.post(importing.look, form)
     assert "unit of the targets is not stated" in first
     assert 'name="typed_unit"' in first
-    assert '<th scope="col" class="role-length">target' in first
+    assert '<th scope="col" class="number role-length">target' in first
     assert "All is clear" not in first
     second = asked.post(importing.look, {**form, "answer": "unit=", "typed_unit": "mm"})
     assert 'name="answer" value="unit=mm" checked' in second

@@ -12,7 +12,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.web.folder import put_away
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.judgement import source_name
-from stepgauge.web.render import render, site_of, words_of
+from stepgauge.web.render import render, site_of, stated_on, words_of
 
 PAGE_OF = {
     "gauge": "/gauge",
@@ -53,8 +53,9 @@ def status(request: Request) -> Response:
     from stepgauge.project.status import project_status
 
     found = project_status(site_of(request).project())
-    file = found.command.split()[2] if found.step in ("evaluate", "budget", "diagnose", "decide", "report") else ""
-    page = PAGE_OF.get(found.step, "")
+    file = found.command.split()[2] if found.step in ("evaluate", "budget", "diagnose", "report") else ""
+    there = stated_on(" ".join(how for _, how in found.lacking))
+    page = f"/{there[0]}" if there else PAGE_OF.get(found.step, "")
     lacking = [source_name(words_of(request), what) for what, _ in found.lacking]
     content: dict[str, Any] = {"status": found, "file": file, "page": page, "lacking": lacking}
     return render(request, "project_status.html.j2", **content, removable=REMOVABLE)
