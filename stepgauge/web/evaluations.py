@@ -131,14 +131,6 @@ def budget_file(site: Site, name: str, data: Mapping[str, Any]) -> Path | None:
     return None if found is None else Path(relative(site.folder, str(found)))
 
 
-def budget_words(site: Site, name: str) -> list[str]:
-    """The words by which a verb is given the budget of an evaluation; none where there is none."""
-    if not (site.folder / name / "evaluation.json").is_file():
-        return []
-    found = budget_file(site, name, read_evaluation(site, name))
-    return [] if found is None else ["--budget", str(found)]
-
-
 def placement_files(site: Site, data: Mapping[str, Any]) -> list[str]:
     """The placement file of each placement of an evaluation, that whose axis is nearest; none if one is not there."""
     from stepgauge.gauge.certified import read_gauge
@@ -157,10 +149,15 @@ def placement_files(site: Site, data: Mapping[str, Any]) -> list[str]:
 
 def placement_words(site: Site, name: str) -> list[str]:
     """The words by which a verb is given the placements of an evaluation."""
+    return [word for one in placement_files(site, read_evaluation(site, name)) for word in ("--placement", one)]
+
+
+def report_words(site: Site, name: str) -> list[str]:
+    """The words by which ``report`` is given budget and placements of an evaluation; none for another result."""
     if not (site.folder / name / "evaluation.json").is_file():
         return []
-    found = placement_files(site, read_evaluation(site, name))
-    return [word for one in found for word in ("--placement", one)]
+    budget = budget_file(site, name, read_evaluation(site, name))
+    return [*([] if budget is None else ["--budget", str(budget)]), *placement_words(site, name)]
 
 
 def _turned_rad(file: str, gauge: Gauge, placed: Mapping[str, Any]) -> float:

@@ -130,7 +130,7 @@ def test_faces_along_a_gauge_that_is_located_are_not_asked_about(folder: Path, t
     assert re.search(r"Read: \d+ probings", shown)
     assert choices(shown) == []
     asked.post(importing.save, {"pasted": table, "measured_on": "2026-05-04", "output": "recordings/f.csv"})
-    assert "/run/next/evaluate" in asked.get(importing.show, saved="recordings/f.csv")
+    assert "/result/evaluate" in asked.get(importing.show, saved="recordings/f.csv")
 
 
 def test_without_a_header_the_names_that_fit_the_gauge_are_a_choice_that_settles_it(folder: Path) -> None:
@@ -164,8 +164,8 @@ def test_faces_along_the_gauge_are_asked_for_with_choices_that_settle_it(folder:
         importing.save, {**form, "answer": "sensor=touch", "measured_on": "2026-05-04", "output": "recordings/f.csv"}
     )
     saved = asked.get(importing.show, saved="recordings/f.csv")
-    assert "/run/next/evaluate" not in saved
-    assert "/run/next/diagnose" in saved
+    assert "/result/evaluate" not in saved
+    assert 'action="/diagnosis"' in saved
 
 
 def test_what_is_wrong_with_positions_of_faces_is_said_at_once(folder: Path) -> None:

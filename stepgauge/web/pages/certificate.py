@@ -13,7 +13,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import LONGEST, InputError, naming
-from stepgauge.web.evaluations import budget_words, placement_words, read_evaluation
+from stepgauge.web.evaluations import read_evaluation, report_words
 from stepgauge.web.fields import Field, fields_of, read_fields
 from stepgauge.web.folder import existing, relative
 from stepgauge.web.forms import Form, form_endpoint
@@ -150,16 +150,8 @@ def make(request: Request, form: Form) -> Response:
     number = re.sub(r"[^\w.-]+", "-", said.certificate.number or "")
     target = f"results/certificate-{number}.pdf"
     arguments = [
-        "report",
-        result,
-        "--certificate",
-        FILE,
-        "--language",
-        words_of(request).language,
-        *budget_words(site, result),
-        *placement_words(site, result),
-        "-o",
-        relative(site.folder, target),
+        *("report", result, "--certificate", FILE, "--language", words_of(request).language),
+        *(*report_words(site, result), "-o", relative(site.folder, target)),
     ]
     return run_verb(request, arguments, "/report", result=result, paper=target)
 

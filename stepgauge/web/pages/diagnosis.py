@@ -15,6 +15,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
+from stepgauge.web.evaluations import recording_names
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
@@ -178,9 +179,11 @@ def _spoken(column: str) -> str:
 
 
 def diagnose(request: Request, form: Form) -> Response:
-    """``stepgauge diagnose`` of the ticked recordings."""
+    """``stepgauge diagnose`` of the ticked recordings, or of those of an evaluation."""
     site = site_of(request)
     names = [one for one in form.text("recordings").split("\n") if one.strip()]
+    if form.has("evaluation"):
+        names = recording_names(site, relative(site.folder, form.text("evaluation")))
     files = [relative(site.folder, str(existing(site.folder, one.strip()))) for one in names]
     if not files:
         raise InputError("recordings", "none is ticked", expected="one or more")

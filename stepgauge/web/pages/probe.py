@@ -19,6 +19,7 @@ from starlette.routing import Route
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, listed, relative
 from stepgauge.web.forms import Form, asked_form, form_endpoint
+from stepgauge.web.pages.machine import stated
 from stepgauge.web.render import json_answer, render, run_verb, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
@@ -155,12 +156,14 @@ def part(request: Request) -> Response:
     found = _map(site, asked)
     rows = [_row(found, name, unit) for name, unit in QUANTITIES.items()]
     known = bool(np.isfinite(getattr(found, asked.quantity)).any())
+    machine = stated(site) if asked.probe == OF_MACHINE else None
     return render(
         request,
         "probe_part.html.j2",
         asked=asked,
         rows=rows,
         known=known,
+        unstated=machine is not None and not machine.probe.states_radius,
         never=int(np.isinf(found.pretravel_um).sum()),
         total=found.pretravel_um.size,
         command=_command(asked),

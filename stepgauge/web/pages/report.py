@@ -9,7 +9,7 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web.evaluations import budget_words, placement_words
+from stepgauge.web.evaluations import report_words
 from stepgauge.web.folder import existing, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import render, run_verb, site_of, words_of
@@ -61,7 +61,7 @@ def make(request: Request, form: Form) -> Response:
     return run_verb(
         request,
         [
-            *("report", result, *words, *budget_words(site, result), *placement_words(site, result)),
+            *("report", result, *words, *report_words(site, result)),
             *("--language", words_of(request).language, "-o", target),
         ],
         "/report",

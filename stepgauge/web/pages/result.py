@@ -204,14 +204,6 @@ def probings_json(request: Request) -> Response:
     return json_answer(request, json.dumps(probings_chart(cycle, error_um, used, f"face {face}")))
 
 
-def diagnose(request: Request, form: Form) -> Response:
-    """``stepgauge diagnose`` of the recordings of an evaluation."""
-    site = site_of(request)
-    recordings = recording_names(site, relative(site.folder, form.text("evaluation")))
-    output = _own_folder(site, "diagnose", "diagnosis", recordings[0])
-    return run_verb(request, ["diagnose", *recordings, "-o", output], "/diagnosis", result=output)
-
-
 def evaluate(request: Request, form: Form) -> Response:
     """``stepgauge evaluate`` of a recording, into a folder of its own."""
     site = site_of(request)
@@ -252,7 +244,6 @@ ROUTES = [
     Route("/result/errors.json", errors_chart),
     Route("/result/probings", probings),
     Route("/result/probings.json", probings_json),
-    Route("/result/diagnose", form_endpoint(diagnose), methods=["POST"]),
     Route("/result/evaluate", form_endpoint(evaluate), methods=["POST"]),
     Route("/result/again", form_endpoint(evaluate_again), methods=["POST"]),
     Route("/result/budget", form_endpoint(write_budget), methods=["POST"]),

@@ -19,7 +19,7 @@ from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.measurement_request import MeasurementRequest
 from stepgauge.web.measuring import MeasuringRun
-from stepgauge.web.render import address, render, run_verb, site_of, words_of
+from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.texts import Words
 from stepgauge.web.verb_fields import verb_fields
@@ -221,26 +221,10 @@ async def _told(request: Request, run: MeasuringRun) -> AsyncIterator[str]:
         await asyncio.sleep(LOOK_S)
 
 
-def next_step(request: Request, form: Form) -> Response:
-    """Evaluate or diagnose what was measured, into a folder of its own."""
-    site = site_of(request)
-    name = str(existing(site.folder, form.text("recording")).relative_to(site.folder))
-    verb = {"evaluate": "evaluation", "diagnose": "diagnosis"}.get(request.path_params["verb"], "")
-    if not verb:
-        raise InputError("verb", "not a choice", expected="evaluate or diagnose")
-    folder = f"results/{verb}-{Path(name).stem}"
-    inside(site.folder, folder)
-    arguments = [request.path_params["verb"], name, "-o", folder]
-    if verb == "evaluation":
-        return run_verb(request, arguments, "/result", evaluation=folder)
-    return run_verb(request, arguments, "/diagnosis", result=folder)
-
-
 ROUTES = [
     Route("/run", show),
     Route("/run", form_endpoint(start), methods=["POST"]),
     Route("/run/events", events),
     Route("/run/fault", show_fault),
     Route("/run/{word:str}", form_endpoint(steer), methods=["POST"]),
-    Route("/run/next/{verb:str}", form_endpoint(next_step), methods=["POST"]),
 ]
