@@ -35,7 +35,17 @@ OF_SEVERAL = {
     *("read back as {}: the same {}", "moves to {} mm", "directions", "speeds and distances", "units", "coordinates"),
     *("{}, which separates it from {} (the command below)", "{} or {}"),
     "{}, which separates it from {} (the command below); nothing within this travel separates it from {}",
-    *("point {} of {} (line {})", "key {}", "first block", "last block", "also {}"),
+    *(
+        "point {} of {} (line {})",
+        "key {}",
+        "first block",
+        "last block",
+        "also {}",
+        "{} -> {} (from {})",
+        "point",
+        "spaces",
+        "cycle {}",
+    ),
     *(
         "{} by {}: {} readings at {} targets, {} cycles, in {}, deviations in {}",
         "{} by {}: {} readings, {} cycles, in {}, deviations in {}",
