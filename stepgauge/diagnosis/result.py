@@ -238,14 +238,11 @@ def _numbers(effects: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
             share, stated = one["conditional_probability"], one["label"] == effect["label"]
             p = effect["own_probability"] if share is None else share * effect["probability"]
             head = {"kind": one["kind"], "effect": one["label"], "probability": p}
-            yield from _rows(head, one["parameters"], "" if stated else effect["label"])
-
-
-def _rows(head: Mapping[str, Any], parameters: Mapping[str, Any], rival_of: str) -> Iterator[dict[str, Any]]:
-    numbers = {name: one for name, one in parameters.items() if "unit" in one}
-    for name, one in (numbers or {"": {"unit": ""}}).items():
-        value, u = (np.nan if one.get(key) is None else one[key] for key in ("value", "u"))
-        yield {**head, "parameter": name, "value": value, "u": u, "unit": one["unit"], "rival_of": rival_of}
+            head["rival_of"] = "" if stated else effect["label"]
+            numbers = {name: number for name, number in one["parameters"].items() if "unit" in number}
+            for name, number in (numbers or {"": {"unit": ""}}).items():
+                value, u = (np.nan if number.get(key) is None else number[key] for key in ("value", "u"))
+                yield {**head, "parameter": name, "value": value, "u": u, "unit": number["unit"]}
 
 
 def read_diagnosis(path: str | Path) -> Diagnosis:

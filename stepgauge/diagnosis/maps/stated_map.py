@@ -128,7 +128,8 @@ def _stated(rows: MapRows, search: Search, priors: Priors) -> StatedMap:
     vague = [one for one in laws if not sign_is_sure(one, state, answer, priors.decision, wider)]
     laws = [one for one in laws if one not in vague]
     slight: list[StatedTerm] = []
-    least = priors.maps.slight * _square(plain(rows.um))
+    whole = plain(rows.um)
+    least = priors.maps.slight * float(whole @ whole)
     while True:  # the laws together, without those that are not determined beside the others, or slight
         metric = _metric(search, state, (*forms, *vague))
         changes = [_change(state, one.lead.candidate, one.term.atom) for one in laws]
@@ -145,8 +146,8 @@ def _stated(rows: MapRows, search: Search, priors: Priors) -> StatedMap:
     if slight:
         beside = _metric(search, state, (*forms, *vague, *slight))
         factor = _moved(fitted, fit_changes(fitted, rows, beside, priors, rows.um))
-    moved = [_square(plain(state.contribution_um(state.index(one.term.candidate)))) for one in forms]
-    slight += [one for one, square in zip(forms, moved, strict=True) if square < least]
+    moved = (plain(state.contribution_um(state.index(one.term.candidate))) for one in forms)
+    slight += [one for one, white in zip(forms, moved, strict=True) if white @ white < least]
     others = ([one for one in forms if one not in slight], vague, slight)
     return StatedMap(rows, answer, state, laws, *others, fitted, factor, metric, priors, checks, wider)
 
@@ -162,10 +163,6 @@ def _moved(fitted: Terms, other: Terms) -> Array:
     shifts = (np.subtract(one.values, two.values) for one, two in zip(fitted, other, strict=True))
     variances = (np.maximum(np.diag(one.covariance), 1e-300) for one in fitted)
     return np.sqrt([1.0 + (off**2 / own).max() for off, own in zip(shifts, variances, strict=True)])
-
-
-def _square(values: Array) -> float:
-    return float(values @ values)
 
 
 def _change(state: Hypothesis | None, candidate: Candidate, atom: int) -> ChangeTerm:
