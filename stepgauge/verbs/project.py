@@ -148,7 +148,7 @@ def web(
     from stepgauge.verbs.catalogue import VERBS
 
     try:
-        from stepgauge.web.opening import serve_project
+        from stepgauge.web.server import serve_project
     except ImportError as missing:
         what = f"the page needs the extra 'web' ({missing.name} is missing)"
         raise InputError("web", what, expected="pip install 'stepgauge[web]'") from None

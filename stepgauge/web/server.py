@@ -1,21 +1,26 @@
-"""The application on its port, until it is told to end."""
+"""The application on its port, until it is told to end, and how the browser learns the address."""
 
 from __future__ import annotations
 
 import asyncio
 import ipaddress
+import os
 import secrets
 import socket
 import threading
+import webbrowser
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import FrameType
 
 import uvicorn
 
 from stepgauge.errors import InputError
+from stepgauge.files.outputs import outside_of_sets
 from stepgauge.project.file import Verbs
+from stepgauge.project.find import find_project
 from stepgauge.web.app import make_app
 from stepgauge.web.site import Site
 
@@ -105,3 +110,39 @@ def _warm() -> None:
     """Import what most pages need, while the person looks at the first one."""
     import stepgauge.history
     import stepgauge.project.status  # noqa: F401
+
+
+def serve_project(
+    project: str | Path | None,
+    verbs: Verbs,
+    host: str | None,
+    port: int | None,
+    with_browser: bool,
+    tell: Callable[[str], None],
+    ready: Callable[[str], None],
+) -> None:
+    """Serve a project until it is told to end; errors as :func:`serve`."""
+    found = find_project() if project is None else None
+    folder = Path(project or (found.parent if found else "."))
+    if not folder.is_dir():
+        raise InputError(folder, "no such folder", expected="the folder of a project")
+    os.chdir(folder)
+    listening = Listening(host or LOOPBACK, port)
+    with outside_of_sets(), TemporaryDirectory(prefix="stepgauge-") as private:
+
+        def answers(address: str) -> None:
+            """Told once requests are answered."""
+            if not listening.is_loopback:
+                tell("warning: whoever has this address can change the project and move the machine")
+            ready(address)
+            if with_browser:
+                open_browser(address, Path(private))
+
+        serve(Path.cwd(), verbs, listening, answers)
+
+
+def open_browser(address: str, private: Path) -> None:
+    """By a page in a folder of this user: every user of the computer sees what is on a command line."""
+    page = private / "stepgauge.html"
+    page.write_text(f'<!doctype html><meta http-equiv="refresh" content="0; url={address}">', encoding="ascii")
+    threading.Thread(target=webbrowser.open, args=(page.as_uri(),), daemon=True).start()

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import base64
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, ParamSpec, TypeVar, cast
 
 from stepgauge.errors import InputError
@@ -32,6 +35,16 @@ def read_upload(data: bytes, name: str, reader: Callable[P, T], *args: P.args, *
     if isinstance(answer, InputError):
         raise answer
     return cast(T, answer)
+
+
+@contextmanager
+def private_file(name: str) -> Iterator[Path]:
+    """A path for what is read or written as a file; errors name the file as the person knows it."""
+    with TemporaryDirectory() as folder:
+        try:
+            yield Path(folder) / name
+        except InputError as error:
+            raise error.at(error.where.replace(f"{folder}/", "")) from None
 
 
 def _read(given: Content) -> bytes:

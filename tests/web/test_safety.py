@@ -12,7 +12,7 @@ import pytest
 
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
-from stepgauge.web.opening import open_browser
+from stepgauge.web.server import open_browser
 from stepgauge.web.site import LARGEST_REQUEST_BYTES
 from tests.web.conftest import Served, make_project
 

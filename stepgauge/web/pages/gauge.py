@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import tempfile
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +18,7 @@ from stepgauge.web.folder import free_name, relative
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
-from stepgauge.web.uploads import read_upload
+from stepgauge.web.uploads import private_file, read_upload
 
 if TYPE_CHECKING:
     from stepgauge.dcc.face_table import FaceTable
@@ -56,15 +56,6 @@ def fields() -> tuple[tuple[Field, ...], tuple[Field, ...]]:
 
     of_certificate = fields_of(CertificateTable, OF_CERTIFICATE)
     return fields_of(GaugeTable, OF_GAUGE), tuple(replace(one, decides=one.name in DECIDES) for one in of_certificate)
-
-
-@dataclass(frozen=True)
-class CheckedGauge:
-    """The table of a certificate as it was understood, with the gauge that it makes; ``error``: why it makes none."""
-
-    table: FaceTable | None
-    gauge: Gauge | None
-    error: InputError | None
 
 
 def show(request: Request) -> Response:
@@ -120,16 +111,16 @@ def _faces_text(gauge: Gauge | None) -> str:
 
 
 def check(request: Request, form: Form) -> Response:
-    """What the table was taken for, and what is wrong with it."""
-    return _render_table(request, _judge(form))
-
-
-def _render_table(request: Request, checked: CheckedGauge) -> Response:
+    """What the table was taken for, and what is wrong with it; what the rest of the form lacks does not hide that."""
     from stepgauge.dcc.face_table import ROLES
 
-    table = checked.table
-    rows = [] if table is None or checked.gauge is None else _rows(checked.gauge)
-    return render(request, "gauge_table.html.j2", checked=checked, table=table, rows=rows, roles=ROLES)
+    table, rows, wrong = None, list[dict[str, Any]](), None
+    try:
+        found, table = _found(form, with_usual=True)
+        rows = _rows(_gauge(found)) if table else []
+    except InputError as error:
+        table, wrong = table or _columns_alone(form), error
+    return render(request, "gauge_table.html.j2", error=wrong, table=table, rows=rows, roles=ROLES)
 
 
 def _rows(gauge: Gauge) -> list[dict[str, Any]]:
@@ -154,16 +145,6 @@ def _rows(gauge: Gauge) -> list[dict[str, Any]]:
         }
         for n in range(gauge.n_faces)
     ]
-
-
-def _judge(form: Form) -> CheckedGauge:
-    """The table as far as it can be understood; what the rest of the form lacks does not hide what is in it."""
-    table = None
-    try:
-        found, table = _found(form, with_usual=True)
-        return CheckedGauge(table, _gauge(found), None)
-    except InputError as error:
-        return CheckedGauge(table or _columns_alone(form), None, error)
 
 
 def _columns_alone(form: Form) -> FaceTable | None:
@@ -242,32 +223,22 @@ def _read_certificate(data: bytes, form: Form) -> GaugeImport:
         for one in fields()[0]
         if form.has(one.name) and one.name in StatedGauge.__annotations__
     }
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "certificate.xml"
+    # a field that has what it had when the page was opened states nothing
+    own = StatedGauge(**{key: value for key, value in stated.items() if USUAL.get(key) != value})
+    with private_file("certificate.xml") as path:
         path.write_bytes(data)
-        own = StatedGauge(**{key: value for key, value in stated.items() if not _is_usual(key, value)})
-        try:
-            return read_upload(data, TABLE, import_gauge, path, own)
-        except InputError as error:
-            raise error.at(error.where.replace(f"{folder}/", "")) from None
-
-
-def _is_usual(key: str, value: Any) -> bool:
-    """Whether a field has what it had when the page was opened: the certificate knows better."""
-    return bool(USUAL.get(key) == value)
+        return read_upload(data, TABLE, import_gauge, path, own)
 
 
 def _gauge(found: GaugeImport) -> Gauge:
     """The gauge that the reader makes of it."""
     from stepgauge.dcc.gauge_read import write_gauge
 
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            return write_gauge(Path(folder) / "table.toml", found)
-        except InputError as error:
-            raise error.at(
-                error.where.replace(f"{folder}/", "").replace("table.csv", "table").replace("table.toml", "table")
-            ) from None
+    try:
+        with private_file("table.toml") as path:
+            return write_gauge(path, found)
+    except InputError as error:
+        raise error.at(re.sub(r"^table\.(csv|toml)", TABLE, error.where)) from None
 
 
 def save(request: Request, form: Form) -> Response:

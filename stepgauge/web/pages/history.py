@@ -20,7 +20,7 @@ from starlette.routing import Route
 from stepgauge.errors import InputError
 from stepgauge.files.notation import printed_unit
 from stepgauge.web.forms import Form, asked_form, form_endpoint
-from stepgauge.web.render import json_answer, render, site_of, words_of
+from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
 
 if TYPE_CHECKING:
@@ -164,9 +164,8 @@ def chart(request: Request) -> Response:
 
 def write(request: Request, form: Form) -> Response:
     """``stepgauge history``: its table, figure and store into the folder of results."""
-    asked, site = HistorySelection.of(form), site_of(request)
-    work = site.works.start(asked.arguments(), f"/history?{asked.query()}")
-    return render(request, "work.html.j2", work=work)
+    asked = HistorySelection.of(form)
+    return run_verb(request, asked.arguments(), f"/history?{asked.query()}")
 
 
 ROUTES = [

@@ -6,7 +6,7 @@ import datetime
 import hashlib
 import io
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,7 @@ from stepgauge.web.verb_fields import verb_fields
 
 if TYPE_CHECKING:
     from stepgauge.importing.result import Imported
-    from stepgauge.importing.tables.questions import QuestionAnswer as ImportChoice
+    from stepgauge.importing.tables.questions import QuestionAnswer
 
 GAUGE = "gauge"
 """What was measured: the step gauge of the project, touched; else the sensor that looked along an axis."""
@@ -53,19 +53,6 @@ GROUPS = {
     "unused": ("dropped",),
 }
 """Colours of columns by what they were taken for; all others are of the fourth kind."""
-
-
-@dataclass(frozen=True)
-class Answer:
-    """A choice that was made: ``argument`` of the import and its value."""
-
-    argument: str
-    value: str
-
-    @property
-    def text(self) -> str:
-        """As a form has it."""
-        return f"{self.argument}={self.value}"
 
 
 def show(request: Request) -> Response:
@@ -100,7 +87,7 @@ def _is_of_axis(site: Site, name: str) -> bool:
 
 def look(request: Request, form: Form) -> Response:
     """What the file was taken for, with what is open; nothing is written."""
-    imported, answers, error = None, list[Answer](), None
+    imported, answers, error = None, [], None
     if "file" in form.files or form.has("pasted"):
         try:
             answers = list(_answers(form))
@@ -112,7 +99,7 @@ def look(request: Request, form: Form) -> Response:
         "answers": answers,
         "error": error,
         "of": _checksum(form),
-        "taken": [one.text for one in answers],
+        "taken": [f"{one.argument}={one.value}" for one in answers],
         "needed": _needed(request, form, imported),
     }
     return render(request, "importing_part.html.j2", **content, group=_group, open_to=_open_to, page_of=PAGE_OF)
@@ -149,7 +136,7 @@ def _checksum(form: Form) -> str:
     return hashlib.sha256(form.files.get("file") or form.text("pasted").encode()).hexdigest()[:16]
 
 
-def _open_to(choice: ImportChoice) -> str:
+def _open_to(choice: QuestionAnswer) -> str:
     """How the page asks for a choice: a value to ``tick``, a column or value to ``select``, text to ``type``.
 
     Empty where it has another field or page for it.
@@ -167,8 +154,10 @@ def _group(taken: str) -> str:
     return next((name for name, some in GROUPS.items() if taken in some), "other")
 
 
-def _answers(form: Form) -> Iterable[Answer]:
+def _answers(form: Form) -> Iterable[QuestionAnswer]:
     """The choices of this form: those that are kept, those of the questions, and what was typed for one."""
+    from stepgauge.importing.tables.questions import QuestionAnswer
+
     if form.text("answers_of", _checksum(form)) != _checksum(form):
         return
     texts = form.text("answer").split("\n")
@@ -179,10 +168,10 @@ def _answers(form: Form) -> Iterable[Answer]:
         if argument not in (*SEVERAL, *SINGLE):
             raise InputError(naming("answer"), naming("not_a_choice"), found=repr(text))
         if value:
-            yield Answer(argument, value)
+            yield QuestionAnswer(argument, value)
 
 
-def _imported(site: Site, form: Form, answers: Sequence[Answer]) -> Imported:
+def _imported(site: Site, form: Form, answers: Sequence[QuestionAnswer]) -> Imported:
     """What the file is; of a gauge that is located, positions of its faces are not asked about any more."""
     sensor = next((one.value for one in answers if one.argument == "sensor"), "")
     given = dict[str, Any](_known(site, form))
@@ -212,7 +201,7 @@ def _asks_for_touch(found: Imported) -> bool:
     return any((one.argument, one.value) == ("sensor", TOUCH) for asked in found.questions for one in asked.choices)
 
 
-def _typed(answer: Answer) -> Any:
+def _typed(answer: QuestionAnswer) -> Any:
     """The value as the import takes it; of numbers only what is one."""
     if answer.argument not in ("table", "placement_number", "tip_radius_mm"):
         return answer.value

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -21,7 +20,7 @@ from stepgauge.web.pasting import HEADER, complete_points_text
 from stepgauge.web.project_file import state
 from stepgauge.web.render import json_answer, render, run_verb, site_of
 from stepgauge.web.site import Site
-from stepgauge.web.uploads import read_upload
+from stepgauge.web.uploads import private_file, read_upload
 from stepgauge.web.verb_fields import keywords, verb_fields
 
 if TYPE_CHECKING:
@@ -159,13 +158,9 @@ def _check_readable(data: bytes) -> None:
     """:class:`InputError` that names the file as the person knows it."""
     from stepgauge.importing.sixteen import read_sixteen
 
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / POINTS
+    with private_file(POINTS) as path:
         path.write_bytes(data)
-        try:
-            read_upload(data, POINTS, read_sixteen, str(path))
-        except InputError as error:
-            raise error.at(error.where.replace(f"{folder}/", "")) from None
+        read_upload(data, POINTS, read_sixteen, str(path))
 
 
 def _write_placement(site: Site, asked: PointSet) -> None:
