@@ -85,8 +85,22 @@ def _sorted_templates() -> tuple[tuple[tuple[str, ...], str], ...]:
 @cache
 def known_texts() -> Mapping[str, str]:
     """All texts with their German: those of the catalogue, also as they are set in print, and names of effects."""
-    known = {**effects(), **catalogue()}
+    known = {**_diagnosed(), **effects(), **catalogue()}
     return {one.replace(" um", " µm").replace("deg C", "°C"): german for one, german in known.items()} | known
+
+
+_NAMED = re.compile(r"{([^{}]*)}")
+SHORT = 12
+"""Letters of a sentence of a diagnosis: a shorter one may stand in any text."""
+
+
+def _diagnosed() -> dict[str, str]:
+    """The sentences of a diagnosis whose gaps stand in one order in both languages."""
+    from stepgauge.diagnosis.wording.catalogue import sentences
+
+    alike = [one for one in sentences().values() if _NAMED.findall(one[0]) == _NAMED.findall(one[1])]
+    pairs = [tuple(_NAMED.sub("{}", text) for text in one) for one in alike]
+    return {english: german for english, german in pairs if len(english.replace("{}", "")) >= SHORT}
 
 
 @cache

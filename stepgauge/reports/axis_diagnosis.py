@@ -64,13 +64,13 @@ def _measured(said: Said, axis: Said) -> str:
     )
 
 
-def appendix(said: Said) -> Iterator[Block]:
+def appendix(said: Said, language: str = "en") -> Iterator[Block]:
     """All numbers, the limits, the files."""
     axis = said["axis"]
     for number, effect in enumerate(said["effects"], 1):
         yield heading(f"Finding {number}: {finding_name(effect, subject(said))}")
         yield bullets([*numbers(effect), probability_of(effect)])
-        yield from set_table(effect, said)
+        yield from set_table(effect, said, language)
         if "rows" in effect:
             unit = axis["deviation_unit"]
             rows = [[r["row"], r["target"], r["cycle"], significant(r[f"off_{unit}"])] for r in effect["rows"]]

@@ -20,6 +20,7 @@ from stepgauge.reports import axis_diagnosis, gauge_diagnosis, probe_diagnosis
 from stepgauge.reports.blocks import figure, part
 from stepgauge.reports.blocks import pictures as pictures_of
 from stepgauge.reports.findings import do_first, first_lines, found_part
+from stepgauge.reports.render import translator
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.result import Diagnosis
@@ -38,7 +39,7 @@ def first_of(said: Said, language: str = "en") -> list[str]:
 
 
 def diagnosis_story(
-    said: Said, figures: Sequence[str] = (), pictures: Mapping[str, str] | None = None
+    said: Said, figures: Sequence[str] = (), pictures: Mapping[str, str] | None = None, language: str = "en"
 ) -> dict[str, Any]:
     """The content of a page on a diagnosis of a machine, an axis or a probe's map.
 
@@ -47,41 +48,47 @@ def diagnosis_story(
     said : content of a ``diagnosis.json``
     figures : names of the figures beside it, the overview first
     pictures : their contents (SVG) by name, for pages that hold their figures; one that is missing is left out
+    language : of the page
     """
     room = _room(said)
     captions = room.captions(said)
     shown = [name for name in figures if pictures is None or pictures.get(name)]
     drawn = [figure(name, captions[Path(name).stem], pictures or {}) for name in shown]
     parts = [
-        do_first(said),
-        found_part(said, *drawn[:1]),
+        do_first(said, language),
+        found_part(said, *drawn[:1], language=language),
         part("Evidence", *room.evidence(said, drawn[1:])),
-        part("Appendix", *room.appendix(said)),
+        part("Appendix", *room.appendix(said, language)),
     ]
     example = "gauge" in said["inputs"] and bool(said["inputs"]["gauge"]["example"])
-    return story(said, room.title(said), headline(said), parts, example)
+    own = [str(said["inputs"][name].get("name")) for name in ("machine", "gauge") if name in said["inputs"]]
+    page = story(said, room.title(said), headline(said, language), parts, example)
+    return {**page, "warnings": warnings(said, language), "language": language, "own": own}
 
 
 def _room(said: Said) -> ModuleType:
     return {"gauge": gauge_diagnosis, "axis": axis_diagnosis, "map": probe_diagnosis}[subject(said).of]
 
 
-def story_of(found: Diagnosis) -> dict[str, Any]:
+def story_of(found: Diagnosis, language: str = "en") -> dict[str, Any]:
     """The content of a page from a diagnosis, with its figures drawn now."""
     from stepgauge.figures.style import figure_svg
 
-    drawn = {name: figure_svg(one) for name, one in found.figures().items()}
-    return diagnosis_story(found.contents, list(drawn), drawn) if drawn or not found.path else read_story(found.path)
+    if not (figures := found.figures()) and found.path:
+        return read_story(found.path, language)
+    page = {"language": language, "own": ()}
+    drawn = {name: figure_svg(one, translator(page)) for name, one in figures.items()}
+    return diagnosis_story(found.contents, list(drawn), drawn, language)
 
 
-def read_story(path: str | Path) -> dict[str, Any]:
+def read_story(path: str | Path, language: str = "en") -> dict[str, Any]:
     """The content of a page from the folder of a diagnosis, or its ``diagnosis.json``, with the figures beside it.
 
     :class:`InputError` where it is none, or was changed; as :func:`stepgauge.files.text.read_result`.
     """
     said, folder = read_said(path)
     names = [f"{stem}{kind}" for stem in FIGURES for kind in PICTURES if (folder / f"{stem}{kind}").is_file()]
-    return diagnosis_story(said, names, dict(pictures_of(folder, names)))
+    return diagnosis_story(said, names, dict(pictures_of(folder, names)), language)
 
 
 def read_said(path: str | Path) -> tuple[dict[str, Any], Path]:

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from stepgauge.diagnosis.wording.catalogue import say
-from stepgauge.diagnosis.wording.findings import name_of, subject
+from stepgauge.diagnosis.wording.findings import meaning, name_of, subject
 from stepgauge.diagnosis.wording.headline import possible_name
-from stepgauge.diagnosis.wording.notation import percent, plus_minus, probability
+from stepgauge.diagnosis.wording.notation import percent, plus_minus, probability, symbol
 from stepgauge.reports.blocks import Block, heading, table, words
 
 Said = Mapping[str, Any]
@@ -80,14 +80,17 @@ def recording_files(said: Said) -> Iterator[str]:
         yield f"recording {one['path']}" + (f", sha256 {one['sha256'][:16]}…" if one["sha256"] else "")
 
 
-def set_table(effect: Said, said: Said) -> Iterator[Block]:
+def set_table(effect: Said, said: Said, language: str = "en") -> Iterator[Block]:
     """The causes that would each explain a finding alone, with their values; none where it is alone."""
     if not effect["set"]:
         return
-    of = subject(said).of
+    at = subject(said)
     yield words("Each of these causes alone would explain it; the stated one first, then by probability.")
     rows = [
-        [name_of(one["label"], of), percent(one["conditional_probability"]), "; ".join(numbers(one)), one["meaning"]]
+        [
+            *(name_of(one["label"], at.of, language), percent(one["conditional_probability"])),
+            *("; ".join(numbers(one)), one["meaning"] if language == "en" else meaning(one, at, language)),
+        ]
         for one in effect["set"]
     ]
     yield table(("cause", "probability in the set", "value (k = 2)", "what it would mean"), rows, (0.0, 0.0, 1.0, 2.0))
@@ -96,4 +99,4 @@ def set_table(effect: Said, said: Said) -> Iterator[Block]:
 def numbers(one: Said) -> list[str]:
     """The numbers of a finding, or of one of its set: ``ppm = 2.27 ± 0.47 um/m``."""
     known = [(name, p) for name, p in one["parameters"].items() if "unit" in p and p["unit"] != "count"]
-    return [f"{name if name != p['unit'] else 'size'} = {plus_minus(p)}" for name, p in known]
+    return [f"{symbol(name, p, 2)}= {plus_minus(p)}" for name, p in known]

@@ -15,6 +15,7 @@ from stepgauge.diagnosis.wording.findings import (
     describe_rivals,
     finding_name,
     kind_and_choice,
+    meaning,
     name_of,
     remedy,
     states_value,
@@ -170,19 +171,19 @@ def _remedy_of_row(row: Said, language: str = "en") -> Wording:
     return remedy_of_structure(row["forms"], both, language)
 
 
-def found_part(said: Said, *more: Block | None) -> dict[str, Any]:
+def found_part(said: Said, *more: Block | None, language: str = "en") -> dict[str, Any]:
     """The part with the table of findings: each cause with its own value, uncertainty, probability and instruction."""
     rows: list[list[str]] = []
     inner: list[int] = []
     left_out = 0
     for number, effect in enumerate(said["effects"], 1):
-        rows.append(_row(str(number), effect, _member_probability(members_of(effect)[0], effect), said))
+        rows.append(_row(str(number), effect, _member_probability(members_of(effect)[0], effect), said, language))
         rivals = _rivals(said, effect)
         left_out += max(len(members_of(effect)) - 1 - len(rivals), 0)
         for one in rivals:
             inner.append(len(rows))
-            rows.append(_row("or", one, _member_probability(one, effect), said))
-        others, p = combinations(effect)
+            rows.append(_row("or", one, _member_probability(one, effect), said, language))
+        others, p = combinations(effect, language)
         if others:
             inner.append(len(rows))
             rows.append(_together_row(others, p))
@@ -190,7 +191,7 @@ def found_part(said: Said, *more: Block | None) -> dict[str, Any]:
     if not rows:
         return part("What was found", words(_nothing(said)), *more)
     listing = table(FOUND, rows, _SHARES, inner, _note(said, left_out))
-    nearest = filter(None, (nearest_law(one, subject(said)) for one in said["unexplained"]))
+    nearest = filter(None, (nearest_law(one, subject(said), language) for one in said["unexplained"]))
     against = [words(f"Known laws in place of what has none: {one}.") for one in nearest]
     return part("What was found", listing, *against, *more)
 
@@ -229,11 +230,12 @@ def _together_row(others: Sequence[str], p: float) -> list[str]:
     return ["or", "; ".join(others), "", "", probability(p), text]
 
 
-def _row(first: str, one: Said, p: float | None, said: Said) -> list[str]:
+def _row(first: str, one: Said, p: float | None, said: Said, language: str) -> list[str]:
     at = subject(said)
-    name = finding_name(one, at) if first != "or" else name_of(one["label"], at.of)
+    name = finding_name(one, at, language) if first != "or" else name_of(one["label"], at.of, language)
     alone = {name: {**p, "u": None} for name, p in one["parameters"].items()}  # each u has its column
-    text = f"{one['meaning']} Repair: {remedy({**one, 'parameters': alone}, at).repair}"
+    told = one["meaning"] if language == "en" else meaning(one, at, language)
+    text = f"{told} {say('repair', language)}: {remedy({**one, 'parameters': alone}, at, language).repair}"
     return [first, name, values(one), uncertainties(one), "" if p is None else probability(p), text]
 
 

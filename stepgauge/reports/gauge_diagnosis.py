@@ -126,21 +126,21 @@ def _fit(said: Said) -> Block:
     )
 
 
-def appendix(said: Said) -> Iterator[Block]:
+def appendix(said: Said, language: str = "en") -> Iterator[Block]:
     """All numbers, the search, the limits, the files."""
     for number, effect in enumerate(said["effects"], 1):
-        yield from _finding_in_full(number, effect, said)
+        yield from _finding_in_full(number, effect, said, language)
     yield from trail_blocks(said)
     yield heading("Limits of this diagnosis")
-    yield bullets([*limits(said), *said["remarks"]] or ["None beyond the uncertainties stated."])
+    yield bullets([*limits(said, language), *said["remarks"]] or ["None beyond the uncertainties stated."])
     yield heading("Files")
     yield bullets(list(_files(said)))
 
 
-def _finding_in_full(number: int, effect: Said, said: Said) -> Iterator[Block]:
+def _finding_in_full(number: int, effect: Said, said: Said, language: str) -> Iterator[Block]:
     """All numbers of a finding and of its rivals."""
     yield heading(f"Finding {number}: {name_of(effect['label'])}")
-    yield from set_table(effect, said)
+    yield from set_table(effect, said, language)
     yield bullets(list(_facts(effect)))
     if "rows" in effect:
         rows = [[r["recording"], r["row"], r["cycle"], r["face"], um(r["off_um"])] for r in effect["rows"]]

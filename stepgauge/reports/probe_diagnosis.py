@@ -135,7 +135,7 @@ def _fit_note(said: Said) -> str:
     return text
 
 
-def appendix(said: Said) -> Iterator[Block]:
+def appendix(said: Said, language: str = "en") -> Iterator[Block]:
     """All numbers, the search, the limits, the files."""
     for number, effect in enumerate(said["effects"], 1):
         yield heading(f"Finding {number}: {name_of(effect['label'], 'map')}")
@@ -147,7 +147,7 @@ def appendix(said: Said) -> Iterator[Block]:
     if said["probabilities"]:
         yield from trail_blocks(said)
     yield heading("Limits of this diagnosis")
-    yield bullets([*limits(said), *said["remarks"]] or ["None beyond the uncertainties stated."])
+    yield bullets([*limits(said, language), *said["remarks"]] or ["None beyond the uncertainties stated."])
     yield heading("Files")
     yield bullets(list(_files(said["inputs"])))
 

@@ -55,7 +55,7 @@ def write_result(
     if kinds == {"evaluation"}:
         return _signed(asked, template)
     story = {"diagnosis": _story, "investigation": _investigation, FLEET: _fleet}[kinds.pop()]
-    return write_report(path, {**story(asked.results[0]), "language": asked.language}, template)
+    return write_report(path, {**story(asked.results[0], asked.language), "language": asked.language}, template)
 
 
 def _check_date(day: object) -> None:
@@ -137,20 +137,22 @@ def _budget_of(result: File | Evaluation, data: dict[str, Any]) -> Path | None:
     return budget_of(data, result) if isinstance(result, File) else None
 
 
-def _story(result: File | Diagnosis) -> dict[str, Any]:
+def _story(result: File | Diagnosis, language: str) -> dict[str, Any]:
     from stepgauge.diagnosis.result import Diagnosis
     from stepgauge.reports.diagnosis import read_story, story_of
 
-    return read_story(result) if isinstance(result, File) else story_of(require_kind(result, Diagnosis, "diagnosis"))
+    if isinstance(result, File):
+        return read_story(result, language)
+    return story_of(require_kind(result, Diagnosis, "diagnosis"), language)
 
 
-def _investigation(result: File) -> dict[str, Any]:
+def _investigation(result: File, _: str) -> dict[str, Any]:
     from stepgauge.reports.investigation import read_story
 
     return read_story(result)
 
 
-def _fleet(result: File | FleetInference) -> dict[str, Any]:
+def _fleet(result: File | FleetInference, _: str) -> dict[str, Any]:
     from stepgauge.reports.fleet import fleet_story, read_story
 
     return read_story(result) if isinstance(result, File) else fleet_story(result.to_dict())
