@@ -58,6 +58,9 @@ JOINED = {
     *("From block, placement {}", "From blocks, placement {}", "mean up ↑", "mean down ↓", "{}, mean B = {}"),
     *("{} mm, stated as such", "{} lengths in each position"),
     "Not measured: faces {}; what needs them is left undefined.",
+    "all readings of a placement are off together, each placement by an amount of its own, along the approach",
+    "Residuals before and after and without the structure, against what they may depend on",
+    "Residuals before and after and without the structure; noise of a probing: {}",
 }
 """Put together of several texts of the code."""
 PAGES: dict[str, Callable[[], dict[str, Any]]] = {
