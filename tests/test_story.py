@@ -91,7 +91,8 @@ def test_what_two_laws_may_do_together_has_the_rest_of_the_probability() -> None
     text = markdown(diagnosis_story(diagnosis_to_dict(replace(found, findings=(alone,))), ()))
     first = text.split("## Evidence")[0]
     rows = [line.split(" | ") for line in first.splitlines() if line.startswith(("| 1 |", "| or |"))]
-    assert [row[1] for row in rows] == ["scale error x", "reversal error + squareness"]
+    assert [row[1] for row in rows] == ["scale error x", "others"]
+    assert rows[1][5].startswith("reversal error + squareness: in place of this finding")
     assert [row[4] for row in rows] == ["0.69", "0.29"]
     assert "0.98 that it is one of the set, 0.69 that it is the first of it" in text
 

@@ -24,6 +24,7 @@ from stepgauge.diagnosis.wording.findings import (
 from stepgauge.diagnosis.wording.limits import lacking, misfits, remaining
 from stepgauge.diagnosis.wording.notation import (
     COVERAGE,
+    SURE,
     is_determined,
     members_of,
     plus_minus,
@@ -184,7 +185,7 @@ def found_part(said: Said, *more: Block | None, language: str = "en") -> dict[st
             inner.append(len(rows))
             rows.append(_row("or", one, _member_probability(one, effect), said, language))
         others, p = combinations(effect, language)
-        if others:
+        if others and p >= 1.0 - SURE:
             inner.append(len(rows))
             rows.append(_together_row(others, p))
     rows += [_form_row(row, number) for number, row in _structure(said)]
@@ -226,8 +227,8 @@ def combinations(effect: Said, language: str = "en") -> tuple[list[str], float]:
 
 
 def _together_row(others: Sequence[str], p: float) -> list[str]:
-    text = "In place of this finding, or of this and others: see the appendix. No size is told."
-    return ["or", "; ".join(others), "", "", probability(p), text]
+    text = f"{'; '.join(others)}: in place of this finding, or of this and others; see the appendix."
+    return ["or", "others", "", "", probability(p), text]
 
 
 def _row(first: str, one: Said, p: float | None, said: Said, language: str) -> list[str]:
