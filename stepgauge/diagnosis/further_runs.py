@@ -118,16 +118,33 @@ def laid_elsewhere(data: Residuals, here: Placement) -> Iterator[FurtherRun]:
     middle = (here.c1_mm + here.c2_mm) / 2.0
     options = [("the gauge end for end in the same position", middle, -here.axis)]
     options += [(f"the gauge shifted to {_text(m)}", m, here.axis) for m in _shifts(data, middle, here.axis, length)]
+    options = [one for one in options if _is_inside(one[1], *_room(data, one[2], length))]
     for words, direction in _directions():
-        low, high = _room(data, direction, length)
-        if abs(direction @ here.axis) < 0.98 and (low <= high).all():
-            centre = np.clip(middle, low, high)
+        centre = _turned_about(data, middle, direction, length)
+        if abs(direction @ here.axis) < 0.98 and centre is not None:
             options.append((f"the gauge along {words}, about {_text(centre)}", centre, direction))
     for words, centre, axis in options:
-        low, high = _room(data, axis, length)
-        if abs(axis[2]) < STANDING_COS and ((centre >= low - 1e-9) & (centre <= high + 1e-9)).all():
+        if abs(axis[2]) < STANDING_COS:
             half = axis * length / 2.0
             yield FurtherRun(words, make_placement(centre - half, centre + half, here.first_block, here.last_block))
+
+
+def _is_inside(centre: Array, low: Array, high: Array) -> bool:
+    return bool(((centre >= low - 1e-9) & (centre <= high + 1e-9)).all())
+
+
+def _turned_about(data: Residuals, middle: Array, direction: Array, length: float) -> Array | None:
+    """Where a gauge is laid along another direction, near where it lay; None where it is too long for the travel.
+
+    On a small machine as near to the limits as can be, at its height; whether its program is clear of them is checked
+    with its path.
+    """
+    low, high = _room(data, direction, length)
+    if (low <= high).all():
+        return np.clip(middle, low, high)
+    limits, half = data.probings.setting.travel_mm, np.abs(direction) * length / 2.0
+    low, high = limits[:, 0] + half, limits[:, 1] - half
+    return np.clip(middle, low, high) if (low <= high).all() else None
 
 
 def _text(place: Array) -> str:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 
 import stepgauge as sg
@@ -9,6 +12,7 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.further_runs import FurtherRun, can_be_planned, further_runs
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.errors import InputError
+from stepgauge.gauge.placement import make_placement
 from tests.diagnosis.made import ALONG_X, ALONG_Y, SCALE, gauge, machine, record
 
 
@@ -41,3 +45,17 @@ def test_every_run_that_is_proposed_can_be_planned() -> None:
     for text in found.placements.values():
         axis = np.array(text.split("axis = [")[1].split("]")[0].split(","), float)
         assert abs(axis[2]) < 0.1
+
+
+def test_on_a_small_mill_the_gauge_can_be_turned_where_it_lies(tmp_path: Path) -> None:
+    """With the bar and the mill of the recipe: only a diagonal tells a backlash of both axes from another tip."""
+    page = (Path(sg.__file__).parents[1] / "docs/recipes/small-machines.md").read_text(encoding="utf-8")
+    for name, text in re.findall(r"`([a-z.]+)`:\n\n```(?:toml|text)\n(.*?)```", page, re.S):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    bar, mill = sg.read_gauge(tmp_path / "bar.toml"), sg.read_machine(tmp_path / "router.toml")
+    lies = make_placement(np.array([-210.0, -100.0, -60.0]), np.array([-90.0, -100.0, -60.0]), 1, 2)
+    sg.plan(lies, bar, mill, cycles=4).write(tmp_path / "x.gcode", dialect="grblHAL")
+    data = make_residuals(sg.simulate(tmp_path / "x.gcode", mill, bar, lies).recording, bar, mill)
+    planned = [run.words for run in further_runs(data) if can_be_planned(run, data)]
+    for words in ("machine y", "the diagonal of x and y", "the diagonal of x and -y"):
+        assert f"the gauge along {words}, about (-150, -100, -60) mm" in planned
