@@ -244,6 +244,16 @@ def write_effects(folder: Path) -> None:
     (folder / "index.md").write_text("\n".join([*listed, ""]), encoding="utf-8")
 
 
+def effects_list() -> str:
+    """docs/effects.md, for who reads the files and not the site: every kind with its parameters, from the classes."""
+    rows = []
+    for kind, effect in sorted(effect_kinds(every=True).items()):
+        named = [f"`{one.name}`{f' ({one.unit})' if one.unit else ''}" for one in effect.parameters()]
+        rows.append((f"`{kind}`", effect.title(), ", ".join(named)))
+    said = "Written by `python docs/reference.py`. `stepgauge list effects KIND` explains one, with an example."
+    return f"# Kinds of effects\n\n{said}\n\n" + table(("kind", "what it is", "parameters (unit)"), rows)
+
+
 def example_effects(folder: Path) -> dict[str, Effect]:
     """One effect of every kind with values as they occur."""
     (folder / "map.csv").write_text("coordinate_mm,error\n0,0\n300,3\n700,-1\n", encoding="utf-8")
@@ -363,3 +373,7 @@ def _draw(frame: pd.DataFrame, um: np.ndarray) -> Figure:
         axes.grid(alpha=0.3)
     figure.legend(loc="outside upper center", ncols=2, frameon=False)
     return figure
+
+
+if __name__ == "__main__":
+    (ROOT / "docs" / "effects.md").write_text(effects_list(), encoding="utf-8")

@@ -149,6 +149,13 @@ def test_the_pages_to_read_are_short_and_the_gallery_is_long() -> None:
     assert len(list((ROOT / "docs/gallery").glob("plot_*.py"))) >= 12
 
 
+def test_every_kind_of_effect_stands_in_the_list_that_follows_from_the_classes() -> None:
+    """``python docs/reference.py`` writes it anew."""
+    from docs.reference import effects_list
+
+    assert (ROOT / "docs/effects.md").read_text(encoding="utf-8") == effects_list()
+
+
 def test_no_commands_stand_outside_of_blocks_that_are_run() -> None:
     """Indented, or in a block without a language, nobody would run them."""
     for page in pages():

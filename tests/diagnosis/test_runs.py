@@ -56,6 +56,6 @@ def test_on_a_small_mill_the_gauge_can_be_turned_where_it_lies(tmp_path: Path) -
     lies = make_placement(np.array([-210.0, -100.0, -60.0]), np.array([-90.0, -100.0, -60.0]), 1, 2)
     sg.plan(lies, bar, mill, cycles=4).write(tmp_path / "x.gcode", dialect="grblHAL")
     data = make_residuals(sg.simulate(tmp_path / "x.gcode", mill, bar, lies).recording, bar, mill)
-    planned = [run.words for run in further_runs(data) if can_be_planned(run, data)]
-    for words in ("machine y", "the diagonal of x and y", "the diagonal of x and -y"):
-        assert f"the gauge along {words}, about (-150, -100, -60) mm" in planned
+    planned = [run.words.partition(", about")[0] for run in further_runs(data) if can_be_planned(run, data)]
+    for words in ("the diagonal of x and y", "the diagonal of x and -y"):
+        assert f"the gauge along {words}" in planned
