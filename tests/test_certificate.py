@@ -157,8 +157,7 @@ def test_every_line_without_a_statement_is_listed(tmp_path: Path, text: str) -> 
     """As many entries as lines that say "not stated"; those of results and gauge are listed with their reason."""
     (tmp_path / "c.toml").write_text(text)
     evaluation, said = evaluated()[0], read_laboratory(tmp_path / "c.toml")
-    gauge, _ = shipped()
-    sections = [*identity_sections(evaluation, said), *closing_sections(evaluation, said, gauge, None)]
+    sections = [*identity_sections(evaluation, said), *closing_sections(evaluation, said, None)]
     lines = [label for part in sections for label, value in part.rows if value is None]
     own = [label for label in lines if label != "Expanded" and not label.startswith("Gauge, placement")]
     assert len(not_stated(evaluation, said)) == len(own)

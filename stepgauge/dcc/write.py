@@ -68,7 +68,7 @@ def machine_certificate(
     results = [
         _result(evaluation, placed, budget, said, gauge, machine, several) for placed in evaluation["placements"]
     ]
-    return certificate(administrative(said, item, _statements(evaluation, budget, said, gauge, judged)), results)
+    return certificate(administrative(said, item, _statements(evaluation, budget, said, judged)), results)
 
 
 def _check_coverage(budget: StoredBudget) -> None:
@@ -86,7 +86,6 @@ def _statements(
     evaluation: dict[str, Any],
     budget: StoredBudget,
     said: Laboratory,
-    gauge: Gauge,
     judged: Conformity | None,
 ) -> list[Element]:
     told = said.statements
@@ -96,7 +95,7 @@ def _statements(
         statement(IN_FULL, reference="7.8.2.1"),
         statement(measurand_text(evaluation, budget), reference="7.8.4.1 a)"),
         *(statement(text) for text in _hidden_reversal(evaluation)),
-        statement(traceability(said, gauge), reference="7.8.4.1 c)"),
+        statement(traceability(said, evaluation), reference="7.8.4.1 c)"),
     ]
     if said.certificate.place_text:
         found.append(statement(f"Place of the calibration: {said.certificate.place_text}.", reference="7.8.2.1 c)"))

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from stepgauge.files.notation import clean, number
-from stepgauge.gauge.certified import Gauge
 from stepgauge.reports.certificate_file import ContactDetails, Laboratory, ResponsiblePerson
 from stepgauge.reports.sections import Section
 from stepgauge.reports.statements import IN_FULL, ONLY_ITEMS, traceability, uncertainty_text
@@ -128,22 +127,17 @@ def _either(*rows: Row) -> list[Row]:
 def closing_sections(
     evaluation: dict[str, Any],
     said: Laboratory,
-    gauge: Gauge | None,
     budget: StoredBudget | None,
     judged: Conformity | None = None,
 ) -> list[Section]:
     """Uncertainty, conditions, traceability, adjustment, conformity, scope and persons: after the results."""
-    told, own = said.statements, evaluation["gauge"]
-    traced = None if gauge is None else traceability(said, gauge)
-    if traced is None:
-        known = f"Step gauge serial number {own['serial']}, certificate {own['certificate']} of {own['laboratory']}."
-        traced = f"{known} {told.traceability}" if told.traceability else known
+    told = said.statements
     conformity = "No statement of conformity is made." if judged is None else judged.text
     uncertainty = None if budget is None else uncertainty_text(budget, assumptions=False)
     sections = [
         _section("Measurement uncertainty", [("Expanded", uncertainty)]),
         _section("Conditions", _conditions(said)),
-        _section("Metrological traceability", [("Traceable", traced)]),
+        _section("Metrological traceability", [("Traceable", traceability(said, evaluation))]),
         _section("Adjustment or repair", [("Before and after", told.adjustment)]),
         _section("Conformity", [("Statement", conformity)]),
         _section("Additions, deviations, exclusions", [("Of the method", said.method.deviations)]),

@@ -99,7 +99,7 @@ def make_content(evaluation: dict[str, Any], stated: UserStatements, sources: So
         sections=sections,
         tables=[*(faces_table(result, budget, judged) for result in placed), *budget_tables(budget)],
         lists=[("Notes", _notes(evaluation, sources)), ("Assumptions of the budget", _assumptions(budget))],
-        closing=[] if laboratory is None else closing_sections(evaluation, laboratory, sources.gauge, budget, judged),
+        closing=[] if laboratory is None else closing_sections(evaluation, laboratory, budget, judged),
         method=METHOD,
         not_stated=_not_stated(evaluation, stated, sources, sections),
         signatures=measured_and_approved(stated) if laboratory is None else _authorised(laboratory),

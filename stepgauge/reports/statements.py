@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from stepgauge.gauge.certified import Gauge
 from stepgauge.reports.certificate_file import Laboratory
 from stepgauge.standards.budget_files import StoredBudget
 
@@ -44,12 +43,12 @@ def reference_text(evaluation: dict[str, Any]) -> str:
     )
 
 
-def traceability(said: Laboratory, gauge: Gauge) -> str:
+def traceability(said: Laboratory, evaluation: dict[str, Any]) -> str:
     """How the results are traceable: through the gauge's certificate, and what the laboratory adds."""
-    table, own = gauge.table, gauge.certificate
+    own = evaluation["gauge"]
     text = (
-        f"The lengths are traceable through {table.name}, serial number {table.serial}, certificate {own.number} of "
-        f"{own.laboratory}, {own.date.isoformat()}."
+        f"The lengths are traceable through {own['name']}, serial number {own['serial']}, certificate"
+        f" {own['certificate']} of {own['laboratory']}, {own['date']}."
     )
     return f"{text} {said.statements.traceability}" if said.statements.traceability else text
 
