@@ -266,7 +266,7 @@ def test_html_has_the_same_sections() -> None:
         ("[certificate]\nplace = 'moon'\n", "key certificate.place is wrong"),
         (
             "[certificate]\nperformed_from = 2026-05-05\nperformed_to = 2026-05-04\n",
-            r"performed_from \(2026-05-05\) not after performed_to \(2026-05-04\)",
+            r"performed_from \(2026-05-05\) not after certificate.performed_to \(2026-05-04\)",
         ),
         ("[laboratory]\ncountry = 'Germany'\n", "key laboratory.country is wrong"),
         ("[statements]\nconformity = 'pass'\n", "mpe, from which conformity is computed"),
