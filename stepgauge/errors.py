@@ -39,8 +39,11 @@ T = TypeVar("T")
 
 _ARGUMENTS: dict[str, str] = {}
 """Arguments by their options, of the verbs that were used."""
-_NAMED = re.compile(r"'?stepgauge [^';,)]*|(?<![\w-])--([a-z][a-z0-9-]*)(?: ([a-z]+)(?=[;,.)]|$))?")
-"""A command, which stays, or an option with the word that is its value."""
+_WORDS: dict[str, set[str]] = {}
+"""Choices by argument, of the same."""
+_VALUE = r' \w+=(?:"[^"]*"|[^\s;,)]+)| [a-z0-9-]+'
+_NAMED = re.compile(rf"'?stepgauge [^';,)]*|(?<![\w-])--([a-z][a-z0-9-]*)({_VALUE})?")
+"""A command, which stays, or an option with what stands behind it."""
 _for_command: ContextVar[bool] = ContextVar("for_command", default=False)
 
 
@@ -60,11 +63,15 @@ def nearest_first(given: object, words: Iterable[str], names: Mapping[str, str] 
     return f"{known[near[0]]}? All: {every}" if near else every
 
 
-def name_option(argument: str, option: str = "") -> None:
-    """An argument has this option: that of an argument of several values, which is repeated, has another name."""
+def name_option(argument: str, option: str = "", words: Iterable[str] = ()) -> None:
+    """An argument has this option: that of an argument of several values, which is repeated, has another name.
+
+    ``words``: its choices.
+    """
     if option:
         _CALLED[argument] = option
     _ARGUMENTS[option_of(argument)] = argument
+    _WORDS.setdefault(argument, set()).update(words)
 
 
 def python_text(text: str) -> str:
@@ -75,8 +82,17 @@ def python_text(text: str) -> str:
 def _argument_of(option: re.Match[str]) -> str:
     if option[1] is None:
         return option[0]
-    name = _ARGUMENTS.get(f"--{option[1]}", option[1].replace("-", "_"))
-    return f'{name}="{option[2]}"' if option[2] else name
+    return _with_value(_ARGUMENTS.get(f"--{option[1]}", option[1].replace("-", "_")), option[2] or "")
+
+
+def _with_value(argument: str, behind: str) -> str:
+    """An argument with what stands behind it, as Python has it where that is its value: a choice, or a pair."""
+    found = re.match(_VALUE, behind)
+    value = "" if found is None else found[0].strip()
+    key, equals, one = value.partition("=")
+    if equals:
+        return f'{argument}={{"{key}": "{one.strip(chr(34))}"}}{behind[len(value) + 1 :]}'
+    return f'{argument}="{value}"{behind[len(value) + 1 :]}' if value in _WORDS.get(argument, ()) else argument + behind
 
 
 @contextmanager
@@ -98,15 +114,16 @@ def option_of(name: str) -> str:
 class Naming:
     """A part of a message that names what the caller gave: ``words`` with a ``{}`` for each of ``names``.
 
-    As text it names arguments of Python; :meth:`cli_text` names the options of the command line, :meth:`named` whatever
-    the person sees: the fields of a page.
+    As text it names arguments of Python, with their values as Python has them; :meth:`cli_text` names the options of
+    the command line, :meth:`named` whatever the person sees: the fields of a page.
     """
 
     names: tuple[str, ...]
     words: str = "{}"
 
     def __str__(self) -> str:
-        return self._with(self.names)
+        first, *rest = self.words.split("{}", len(self.names))
+        return first + "".join(_with_value(name, behind) for name, behind in zip(self.names, rest, strict=False))
 
     def cli_text(self) -> str:
         """With the options that stand for the arguments."""

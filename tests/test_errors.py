@@ -55,6 +55,11 @@ def test_options_in_a_text_are_arguments_in_python() -> None:
     """One text: an option at the command line, an argument with its unit in Python; a command stays one."""
     assert signature(stepgauge.budget)  # the verbs whose arguments these are
     assert signature(stepgauge.simulate)
+    assert signature(stepgauge.compensate_points)
+    assert signature(stepgauge.import_recording)
+    assert str(naming("accept", words="a number, or {} missing")) == 'a number, or accept="missing"'
+    pair = naming("columns", words='or {} target="Soll x", if so')
+    assert str(pair) == 'or columns={"target": "Soll x"}, if so'
     advice = "--u-gauge-temperature, or --method mean; 'stepgauge plan --order up-down' measures both ways"
     error = InputError("a.csv", "of whom? --gauge-temperature", expected=advice)
     said = "u_gauge_temperature_K, or method=\"mean\"; 'stepgauge plan --order up-down' measures both ways"

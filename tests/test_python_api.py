@@ -119,7 +119,7 @@ read_recording(path)
 read_result(path)
 report(results, output, *, gauge=None, placements=(), machine=None, budget=None, certificate=None, mpe=None,
     interactive=False, recordings=(), number=None, operator=None, customer=None, location=None, date=None,
-    remarks=None, template=None)
+    remarks=None, language="en", template=None)
 serve(machine, gauge, placement, *, faults=None, speed=1.0, port=1294, host="127.0.0.1", further_styli=(),
     gauge_temperature_C=None, seed=None, start_time_s=0.0, tool="StepGaugeProbe", idle_s=None, client_idle_s=1800.0,
     log=None, tell=<built-in function print>)
@@ -372,8 +372,25 @@ def test_the_curve_of_what_has_no_law_is_in_the_table_of_readings(tmp_path: Path
     found.write(tmp_path)
     rows = pd.read_csv(tmp_path / "residuals.csv")
     assert found.verdict == "unknown"
+    assert found.to_frame().set_index("kind").loc[["structure"], "probability"].min() > 0.5
     curve = rows["before_um"] - rows["after_um"]
     assert np.std(curve - um) < 0.002
+
+
+def test_a_table_is_given_as_columns_rows_or_an_array() -> None:
+    table = pd.DataFrame({"target_mm": [0.0, 10.0, 25.0] * 3, "reading_mm": [0.001, 10.002, 25.0] * 3})
+    known = sg.import_recording(table, sensor="laser", constants={"direction": "+"})
+    for given in (table.to_dict("list"), table.to_dict("records"), table.to_records(index=False)):
+        assert sg.import_recording(given, sensor="laser", constants={"direction": "+"}) == known
+    with pytest.raises(sg.InputError, match="neither a file nor what is read from one; found"):
+        sg.import_recording({"a": 1}, sensor="laser")
+
+
+def test_findings_of_the_same_name_have_a_bar_each(measured: dict[str, Any]) -> None:
+    said = dict(measured["axis diagnosis"].contents)
+    stored = sg.Diagnosis({**said, "effects": [said["effects"][0]] * 3})
+    bars = stored.plot().patches
+    assert len({bar.get_y() for bar in bars}) == 3
 
 
 SHOWN = ("gauge", "placement", "plan", "run", "recording", "evaluation", "budget", "diagnosis", "probe map")

@@ -210,7 +210,8 @@ class Diagnosis(Plotted):
         finding in whose place it may stand, empty for what is stated. Numbers of a rival have the values that they have
         if it is the cause.
         """
-        return pd.DataFrame(list(_numbers(self.contents["effects"])), columns=NUMBERS)
+        rows = [*_numbers(self.contents["effects"]), *map(_structure, self.contents["unexplained"])]
+        return pd.DataFrame(rows, columns=NUMBERS)
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``diagnosis.json`` and, where the readings are at hand, all that stands beside it; returns the paths.
@@ -243,6 +244,12 @@ def _numbers(effects: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
             for name, number in (numbers or {"": {"unit": ""}}).items():
                 value, u = (np.nan if number.get(key) is None else number[key] for key in ("value", "u"))
                 yield {**head, "parameter": name, "value": value, "u": u, "unit": number["unit"]}
+
+
+def _structure(form: Mapping[str, Any]) -> dict[str, Any]:
+    """Structure without a law: where it is, and its share of the systematic residuals."""
+    head = {"kind": "structure", "effect": form["where"], "probability": form["probability"]}
+    return {**head, "parameter": "share", "value": form["share"], "u": np.nan, "unit": "", "rival_of": ""}
 
 
 def read_diagnosis(path: str | Path) -> Diagnosis:

@@ -117,7 +117,9 @@ def draw_probabilities(axes: Axes, stored: Diagnosis) -> None:
     """The probability of every effect of a diagnosis that was read back, on axes of somebody else."""
     effects = stored.contents["effects"]
     names = [textwrap.fill(name_of(str(one["label"])), 24) for one in effects] or ["no effect"]
-    axes.barh(names[::-1], [one["probability"] for one in effects][::-1] or [0.0], color=COLORS["after"], height=0.6)
+    places = range(len(names))[::-1]  # a bar each, also of findings with the same name
+    axes.barh(places, [one["probability"] for one in effects] or [0.0], color=COLORS["after"], height=0.6)
+    axes.set_yticks(places, names)
     axes.set(xlabel="probability", ylabel="effect", xlim=(0.0, 1.0))
     axes.set_title(f"verdict: {stored.verdict}", loc="left")
 

@@ -257,7 +257,8 @@ def _parameters(function: Callable[..., Any], writes: bool) -> tuple[VerbParamet
             continue
         kind = next((mark for mark in marks if isinstance(mark, Kind)), Kind())
         shared = next((mark for mark in marks if isinstance(mark, str) and mark != ARGUMENT), "")
-        name_option(one.name, kind.option if isinstance(kind, Repeated) else "")
+        one_of = kind.kind if isinstance(kind, Repeated) else kind
+        name_option(one.name, kind.option if isinstance(kind, Repeated) else "", getattr(one_of, "words", ()))
         sentence = stated.get(one.name, shared)
         found.append(VerbParameter(one.name, kind, one.default, sentence, ARGUMENT in marks, writes))
     return tuple(found)

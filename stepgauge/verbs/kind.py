@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from numbers import Real
 from typing import Any, ClassVar
@@ -77,6 +77,21 @@ def is_number(value: Any) -> bool:
 def is_array(value: Any) -> bool:
     """Whether a value is a list of something, or an array."""
     return isinstance(value, list | tuple | range) or hasattr(value, "__array__")
+
+
+def table_of(given: Any) -> Any:
+    """A DataFrame of columns or rows by name, an array with named fields, or polars; anything else as it is."""
+    rows = isinstance(given, list | tuple) and bool(given) and all(isinstance(one, Mapping) for one in given)
+    if type(given).__module__.partition(".")[0] == "polars":
+        given = given.to_dict(as_series=False)
+    elif not (rows or isinstance(given, Mapping) or getattr(getattr(given, "dtype", None), "names", None)):
+        return given
+    import pandas as pd
+
+    try:
+        return pd.DataFrame(given)
+    except ValueError:  # no columns: whatever it is, it is told as it was given
+        return given
 
 
 def is_pair(value: Any) -> bool:

@@ -13,7 +13,7 @@ from os import PathLike
 from typing import Any, ClassVar
 
 from stepgauge.errors import naming, nearest_first, plain
-from stepgauge.verbs.kind import Kind, is_array, is_number, is_pair, several
+from stepgauge.verbs.kind import Kind, is_array, is_number, is_pair, several, table_of
 
 NO_FILE = "neither a file nor what is read from one"
 
@@ -311,6 +311,7 @@ class Reads(Kind):
         return NO_FILE, expected
 
     def taken(self, parameter: str, given: Any) -> Any:
+        given = given if self.numbers else table_of(given)
         settled = getattr(given, "settled", None)  # of an import: its recording, or the questions that it leaves open
         return super().taken(parameter, given if settled is None else settled())
 
@@ -368,7 +369,7 @@ class Repeated(Kind):
             every = list(given.items()) if isinstance(given, Mapping) else several(given)
             pairs = [self.kind.taken(parameter, one) for one in every]
             return pairs if self.kind.whole else dict(pairs)
-        if not isinstance(given, list | tuple):
+        if not isinstance(given, list | tuple) or (isinstance(self.kind, Reads) and table_of(given) is not given):
             return self.kind.taken(parameter, given)
         return [self.kind.taken(parameter, one) for one in given]
 
