@@ -289,6 +289,7 @@ def reader(what: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
 
         @wraps(function)
         def read(*args: P.args, **kwargs: P.kwargs) -> T:
+            """The same, where the file has a name."""
             path = args[0] if args else next(iter(kwargs.values()))
             if not isinstance(path, str | PathLike):
                 found = "None" if path is None else type(path).__name__

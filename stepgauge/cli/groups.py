@@ -24,6 +24,7 @@ class VerbGroup(click.Group):
         return [name for names in self.tasks.values() for name in names]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The group or the verb of a word, made when it is asked for; None where there is none."""
         words = self.prefix + cmd_name
         if words in GROUPS:
             return make_group(words)

@@ -203,6 +203,7 @@ def _within_forms(laws: list[StatedTerm], forms: list[StatedTerm], state: Hypoth
     """
 
     def contains(form: StatedTerm, one: StatedTerm) -> bool:
+        """Whether what a law makes can as well be a part of the structure."""
         own = form.lead.candidate.kind in law_covariates(one.source)
         if own and not _oscillates(one.source):
             return True

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError, naming
-from stepgauge.gauge.certified import Gauge
-from stepgauge.gauge.placement import Placement
 from stepgauge.importing.axis import AxisOptions, import_axis
 from stepgauge.importing.axis.placed import on_placement
 from stepgauge.importing.axis.targets import gauge_targets, parse_targets
@@ -22,8 +19,8 @@ from stepgauge.importing.tables.cells import DELIMITERS
 from stepgauge.importing.tables.columns import parse_columns
 from stepgauge.importing.tables.questions import Decisions, shown
 from stepgauge.importing.tables.read import TableLayout
-from stepgauge.importing.tables.source import Given, read_source
-from stepgauge.machine.file import Machine, check_recorded
+from stepgauge.importing.tables.source import Given, Source, read_source
+from stepgauge.machine.file import check_recorded
 from stepgauge.recording import Recording
 from stepgauge.recording.conventions import complete_convention, state_convention
 from stepgauge.recording.identity import check_recording
@@ -33,103 +30,89 @@ Pairs = Mapping[str, str] | Sequence[str]
 """``{"target": "Soll"}``, or as typed, ``("target=Soll",)``."""
 
 
-def import_recording(
-    source: Given,
-    *,
-    sensor: str | None = None,
-    gauge: Gauge | None = None,
-    placement: Placement | None = None,
-    program: str | Path | None = None,
-    machine: Machine | None = None,
-    format: str | None = None,
-    placement_number: int = 1,
-    tip_radius_mm: float | None = None,
-    points: str | None = None,
-    gauge_temperature_C: float | None = None,
-    temperature_convention: str | None = None,
-    unit: str | None = None,
-    deviation_unit: str | None = None,
-    temperature_unit: str = "C",
-    time_unit: str | None = None,
-    columns: Pairs = (),
-    rows: Sequence[str] = (),
-    constants: Pairs = (),
-    accept: Sequence[str] = (),
-    header: str | None = None,
-    table: int | str | None = None,
-    sheet: str | None = None,
-    delimiter: str | None = None,
-    decimal: str | None = None,
-    targets: str | None = None,
-    heights: str | Path | None = None,
-) -> Imported:
+def import_asked(asked: Any) -> Imported:
     """Read what somebody else wrote: a log, or a table of any make (``docs/import.md``).
 
-    Parameters are those of the verb ``import``. Nothing is guessed that would give other numbers: what the file leaves
-    open is a question of the result, with the choices that settle it. Call again with a choice: ``argument=value``.
+    ``asked`` has the parameters of the verb ``import`` as attributes, with gauge, placement and machine as objects.
+    Nothing is guessed that would give other numbers: what the file leaves open is a question of the result, with the
+    choices that settle it. Call again with a choice: ``argument=value``.
     """
-    content = read_source(source)
-    layout = TableLayout(
-        None if delimiter is None else DELIMITERS.get(delimiter, delimiter),
-        None if decimal is None else DECIMALS.get(decimal, decimal),
-        sheet,
+    content = read_source(asked.log)
+    asked.accept = (asked.accept,) if isinstance(asked.accept, str) else tuple(asked.accept)
+    columns = [f"{name}={value}" for name, value in pairs_of(asked.columns, "columns").items()]
+    layout = _layout(asked)
+    axis = asked.sensor is not None and not names_points(content, asked.format, layout, columns)
+    read = _read_axis if axis else _read_points
+    return imported_or_asked(lambda decisions: read(asked, content, layout, columns, decisions))
+
+
+def _layout(asked: Any) -> TableLayout:
+    """How the table is written, as far as it is stated."""
+    return TableLayout(
+        None if asked.delimiter is None else DELIMITERS.get(asked.delimiter, asked.delimiter),
+        None if asked.decimal is None else DECIMALS.get(asked.decimal, asked.decimal),
+        asked.sheet,
         {},
-        unit,
-        temperature_unit,
-        time_unit,
-        pairs_of(constants, "constants"),
-        header,
-        None if table is None else int(table),
-        (rows,) if isinstance(rows, str) else tuple(rows),
+        asked.unit,
+        asked.temperature_unit,
+        asked.time_unit,
+        pairs_of(asked.constants, "constants"),
+        asked.header,
+        None if asked.table is None else int(asked.table),
+        (asked.rows,) if isinstance(asked.rows, str) else tuple(asked.rows),
     )
-    chosen = [f"{name}={value}" for name, value in pairs_of(columns, "columns").items()]
 
-    listed = gauge_targets(gauge) if gauge is not None and sensor == "touch" else None
-    of_faces = placement is None or (targets is None and names_faces(content, layout, listed))
 
-    def finish_axis(decisions: Decisions) -> Imported:
-        known = None if targets is None else parse_targets(targets)
-        known = gauge_targets(gauge) if known is None and gauge is not None and of_faces else known
-        assert sensor is not None
-        options = AxisOptions(sensor, unit, deviation_unit, known, "missing" in accept, heights)
-        found = import_axis(content, options, replace(layout, columns=parse_columns(chosen)), decisions)
-        if sensor != "touch" or gauge is None or placement is None or not of_faces:
-            return found
-        placed = on_placement(found, gauge, placement, tip_radius_mm, placement_number)
-        assert isinstance(placed.recording, Recording)
-        check_recording(placed.recording, gauge)
-        return finished(placed, gauge_temperature_C)
+def _read_axis(
+    asked: Any, content: Source, layout: TableLayout, columns: Sequence[str], decisions: Decisions
+) -> Imported:
+    """A table of one axis; with gauge and placement, touches on the line of the placement."""
+    gauge, placement = asked.gauge, asked.placement
+    listed = gauge_targets(gauge) if gauge is not None and asked.sensor == "touch" else None
+    of_faces = placement is None or (asked.targets is None and names_faces(content, layout, listed))
+    known = None if asked.targets is None else parse_targets(asked.targets)
+    known = gauge_targets(gauge) if known is None and gauge is not None and of_faces else known
+    accepts = "missing" in asked.accept
+    options = AxisOptions(asked.sensor, asked.unit, asked.deviation_unit, known, accepts, asked.heights)
+    found = import_axis(content, options, replace(layout, columns=parse_columns(columns)), decisions)
+    if asked.sensor != "touch" or gauge is None or placement is None or not of_faces:
+        return found
+    placed = on_placement(found, gauge, placement, asked.tip_radius_mm, asked.placement_number)
+    assert isinstance(placed.recording, Recording)
+    check_recording(placed.recording, gauge)
+    return _completed(asked, placed, asked.gauge_temperature_C)
 
-    def finish_points(decisions: Decisions) -> Imported:
-        steps, lies, cmm = gauge, placement, machine
-        ran, radius = None, tip_radius_mm
-        if program is not None:
-            known = (
-                tip_radius_mm or (lies.tip_radius_mm if lies else None) or (cmm.probe.tip_radius_mm if cmm else None)
-            )
-            ran, stated = read_run_program(program, known)
-            radius = tip_radius_mm or stated
-        surface = None if points is None else points == "surface"
-        nominal = cmm.probe.tip_radius_mm if cmm else None
-        options = ImportOptions(placement_number, gauge_temperature_C, radius, surface, tuple(accept), nominal)
-        known_layout = replace(layout, columns=parse_columns(chosen))
-        kind = format or recognise_log(content)
-        found = import_log(content, kind, steps, lies, ran, options, known_layout, decisions)
-        return finished(found, None)
 
-    def finished(found: Imported, stated_C: float | None) -> Imported:
-        recording = found.recording
-        assert isinstance(recording, Recording)
-        if stated_C is not None:
-            recording = replace(recording, frame=recording.frame.assign(gauge_temperature_C=stated_C))
-        recording = state_convention(recording.assign_comments(sensor=sensor), temperature_convention)
-        if machine is not None:
-            check_recorded(recording.comments, machine)
-            recording = complete_convention(recording, machine.table)
-        return replace(found, recording=recording, report=(*found.report, *missing_faces(recording)))
+def _read_points(
+    asked: Any, content: Source, layout: TableLayout, columns: Sequence[str], decisions: Decisions
+) -> Imported:
+    """A log or a table of points of three coordinates."""
+    nominal = asked.machine.probe.tip_radius_mm if asked.machine else None
+    ran, radius = None, asked.tip_radius_mm
+    if asked.program is not None:
+        known = radius or (asked.placement.tip_radius_mm if asked.placement else None) or nominal
+        ran, stated = read_run_program(asked.program, known)
+        radius = radius or stated
+    surface = None if asked.points is None else asked.points == "surface"
+    number, temperature = asked.placement_number, asked.gauge_temperature_C
+    options = ImportOptions(number, temperature, radius, surface, asked.accept, nominal)
+    known_layout = replace(layout, columns=parse_columns(columns))
+    kind = asked.format or recognise_log(content)
+    found = import_log(content, kind, asked.gauge, asked.placement, ran, options, known_layout, decisions)
+    return _completed(asked, found, None)
 
-    axis = sensor is not None and not names_points(content, format, layout, chosen)
-    return imported_or_asked(finish_axis if axis else finish_points)
+
+def _completed(asked: Any, found: Imported, stated_C: float | None) -> Imported:
+    """The import with what is stated beside the file, and with a warning where faces are missing."""
+    recording = found.recording
+    assert isinstance(recording, Recording)
+    if stated_C is not None:
+        recording = replace(recording, frame=recording.frame.assign(gauge_temperature_C=stated_C))
+    recording = state_convention(recording.assign_comments(sensor=asked.sensor), asked.temperature_convention)
+    if asked.machine is not None:
+        check_recorded(recording.comments, asked.machine)
+        recording = complete_convention(recording, asked.machine.table)
+    return replace(found, recording=recording, report=(*found.report, *missing_faces(recording)))
 
 
 def missing_faces(recording: Recording) -> tuple[str, ...]:
@@ -143,7 +126,7 @@ def missing_faces(recording: Recording) -> tuple[str, ...]:
 
 
 def names_points_of(values: Mapping[str, Any]) -> bool:
-    """Whether what is given has points of three coordinates; ``values`` are arguments of :func:`import_recording`."""
+    """Whether what is given has points of three coordinates; ``values`` are arguments of the verb."""
     decimal, delimiter = DECIMALS.get(values["decimal"] or ""), DELIMITERS.get(values["delimiter"] or "")
     constants = pairs_of(values["constants"], "constants")
     layout = TableLayout(delimiter, decimal, values["sheet"], {}, header=values["header"], constants=constants)

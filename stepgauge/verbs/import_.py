@@ -1,6 +1,7 @@
 """``import``: what a controller or a person wrote down to a recording."""
 
 from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Annotated, Any
 
 from stepgauge.files.display import Written
@@ -188,41 +189,17 @@ def import_recording(
     stepgauge import points.csv -g step-gauge-420 -p placement.toml --column x_mm="Messwert X" -o recording.csv
     stepgauge import positioning.xlsx --sensor laser -o axis.csv
     """
+    asked = SimpleNamespace(**locals())
     from stepgauge.errors import InputError, naming
-    from stepgauge.importing.recorded import import_recording as imported
+    from stepgauge.importing.recorded import import_asked
     from stepgauge.verbs.inputs import resolve_gauge, resolve_machine, resolve_placement
 
     if placement is not None and gauge is None:
         raise InputError(naming("placement"), naming("gauge", words="needs {}"))
     if program is not None and placement is None:
         raise InputError(naming("program"), naming("gauge", "placement", words="needs {} and {}"))
-    steps = None if gauge is None else resolve_gauge(gauge)
-    return imported(
-        log,
-        sensor=sensor,
-        gauge=steps,
-        placement=None if placement is None or steps is None else resolve_placement(placement, steps),
-        program=program,
-        machine=None if machine is None else resolve_machine(machine),
-        format=format,
-        placement_number=placement_number,
-        tip_radius_mm=tip_radius_mm,
-        points=points,
-        gauge_temperature_C=gauge_temperature_C,
-        temperature_convention=temperature_convention,
-        unit=unit,
-        deviation_unit=deviation_unit,
-        temperature_unit=temperature_unit,
-        time_unit=time_unit,
-        columns=columns,
-        rows=rows,
-        constants=constants,
-        accept=(accept,) if isinstance(accept, str) else accept,
-        header=header,
-        table=table,
-        sheet=sheet,
-        delimiter=delimiter,
-        decimal=decimal,
-        targets=targets,
-        heights=heights,
-    )
+    if gauge is not None:
+        asked.gauge = resolve_gauge(gauge)
+        asked.placement = None if placement is None else resolve_placement(placement, asked.gauge)
+    asked.machine = None if machine is None else resolve_machine(machine)
+    return import_asked(asked)
