@@ -35,7 +35,7 @@ def row_kind(row: Sequence[Cell]) -> str:
 
 
 def frequent_kind(kinds: Sequence[str], rows: Container[str]) -> str:
-    """The kind that most rows of the commonest width have; empty where none is among ``rows``."""
+    """What the rows of the commonest width have in common, a letter per column; empty where none is among ``rows``."""
     counted = Counter(kind for kind in kinds if kind in rows)
     if not counted:
         return ""
