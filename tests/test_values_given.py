@@ -48,7 +48,7 @@ def test_a_number_is_taken_for_a_text_that_is_one() -> None:
     assert Repeated(Pair(names=("A",)), "limit").taken("limits", ["A=3"]) == {"A": 3.0}
 
 
-@pytest.mark.parametrize("wrong", [{"a": [1]}, np.zeros((3, 2)), pd.Series([1.0]), 3.0, None, b"x", [pd.DataFrame()]])
+@pytest.mark.parametrize("wrong", [{"a": 1}, np.zeros((3, 2)), pd.Series([1.0]), 3.0, None, b"x", [pd.DataFrame()]])
 def test_an_import_takes_a_path_an_open_file_or_a_table(wrong: Any) -> None:
     with pytest.raises(InputError, match=r"^log: neither a file nor what is read from one"):
         sg.import_recording(wrong, sensor="laser")

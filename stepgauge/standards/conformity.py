@@ -136,7 +136,7 @@ def conformity(evaluation: Mapping[str, Any], budget: StoredBudget | None, mpe: 
     ``evaluation``: content of an ``evaluation.json`` (:mod:`stepgauge.evaluation.files`).
     """
     missing = (
-        ("the uncertainty budget (budget makes it, report decides with it)",)
+        ("the uncertainty budget (--budget states it)",)
         if budget is None
         else tuple(gap.what for gap in budget.not_included)
     )

@@ -334,7 +334,7 @@ def test_points_without_a_header_and_positions_of_faces() -> None:
     found = read_points(io.StringIO(text), "csv", TableLayout(header="x_mm,y_mm,z_mm"))
     np.testing.assert_allclose(found.position_mm[:, 0], TARGETS)
     faces = rows(np.arange(1, 10), TARGETS, READINGS, header="Face,Nominal,Measured")
-    with pytest.raises(InputError, match="sensor touch with the gauge, for one axis"):
+    with pytest.raises(InputError, match='sensor="touch" with the gauge, for one axis'):
         read_points(io.StringIO(faces), "csv", TableLayout())
 
 
@@ -406,7 +406,7 @@ def test_a_column_of_values_beside_those_of_runs_may_be_the_target() -> None:
     """A target whose name says another thing was read as the only reading, and the runs were gone."""
     rows = "".join(f"{n};{50.0 * n};{0.3 * n:.1f};{0.4 * n:.1f}\n" for n in range(1, 6))
     text = "i;Value [mm];x1 up [um];x1 down [um]\n" + rows
-    assert 'target="Value [mm]"' in str(asked(text))
+    assert 'columns={"target": "Value [mm]"}' in str(asked(text))
     frame = read(text, columns={"target": "Value [mm]"}).recording.frame
     assert sorted(set(frame["target"])) == [50.0, 100.0, 150.0, 200.0, 250.0]
     assert len(frame) == 10
