@@ -82,10 +82,10 @@ def python_text(text: str) -> str:
 def _argument_of(option: re.Match[str]) -> str:
     if option[1] is None:
         return option[0]
-    return _with_value(_ARGUMENTS.get(f"--{option[1]}", option[1].replace("-", "_")), option[2] or "")
+    return _python_value(_ARGUMENTS.get(f"--{option[1]}", option[1].replace("-", "_")), option[2] or "")
 
 
-def _with_value(argument: str, behind: str) -> str:
+def _python_value(argument: str, behind: str) -> str:
     """An argument with what stands behind it, as Python has it where that is its value: a choice, or a pair."""
     found = re.match(_VALUE, behind)
     value = "" if found is None else found[0].strip()
@@ -123,7 +123,7 @@ class Naming:
 
     def __str__(self) -> str:
         first, *rest = self.words.split("{}", len(self.names))
-        return first + "".join(_with_value(name, behind) for name, behind in zip(self.names, rest, strict=False))
+        return first + "".join(_python_value(name, behind) for name, behind in zip(self.names, rest, strict=False))
 
     def cli_text(self) -> str:
         """With the options that stand for the arguments."""
