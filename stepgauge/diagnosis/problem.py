@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,13 +11,14 @@ from stepgauge.diagnosis.covariates import everywhere
 from stepgauge.diagnosis.gaussian_processes.candidates import random_function_candidates
 from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.laws.geometry import KIND, geometry_of
+from stepgauge.diagnosis.laws.grids import finest_period_mm, share_below
 from stepgauge.diagnosis.laws.parts import laws_in_parts
 from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.files.arrays import Array
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModels
-from stepgauge.inference.problem import Problem
+from stepgauge.inference.problem import Law, Problem
 from stepgauge.recording import POSITION
 
 LEAST_GAP = 0.2
@@ -34,11 +35,27 @@ def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ())
     """The problem of a recording, with all its candidates; without the kinds in ``without``."""
     bare = bare_problem(data)
     laws = law_candidates(data, priors, plain_metric(bare, bare.within_um, priors), without)
-    kinds = {law.kind for law in laws}
+    kinds, finer = {law.kind for law in laws}, _finer_odds(laws, data)
     geometry = None if KIND in without else geometry_of(laws, data, priors)
     laws += [] if geometry is None else [geometry]
-    candidates = (*laws, *random_function_candidates(data, priors, bare.scale_um * bare.typical, kinds))
+    functions = random_function_candidates(data, priors, bare.scale_um * bare.typical, kinds, finer=finer)
+    candidates = (*laws, *functions)
     return replace(bare, candidates=candidates, in_part=laws_in_parts(data, priors))
+
+
+def _finer_odds(laws: Sequence[Law], data: Residuals) -> float:
+    """Prior odds of all periods along the line that are shorter than those that are tried."""
+    finest_mm = finest_period_mm(data)
+    if finest_mm is None:
+        return 0.0
+    periods = [
+        (law, p)
+        for law in laws
+        for p in law.source.law.parameters()
+        if p.decades and p.name == law.source.law.rhythm()[0]
+    ]
+    along = [(law, p) for law, p in periods if "coordinate" in law.source.law.covariates]
+    return sum(float(np.exp(law.log_odds)) * share_below(p, finest_mm, data) for law, p in along)
 
 
 def bare_problem(data: Residuals, independent: bool = False) -> Problem:

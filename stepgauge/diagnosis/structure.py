@@ -11,6 +11,7 @@ from stepgauge.diagnosis.covariates import covariates, mask
 from stepgauge.diagnosis.gaussian_processes.random_function import BEAT, LEVELS, PERIODIC, SMOOTH, WAVE, RandomFunction
 from stepgauge.diagnosis.laws.discrepancy import follows_with_lag
 from stepgauge.diagnosis.laws.geometry import Geometry
+from stepgauge.diagnosis.laws.grids import finest_period_mm
 from stepgauge.diagnosis.laws.library import Family
 from stepgauge.diagnosis.priors import Decision, Priors
 from stepgauge.diagnosis.residuals import Residuals
@@ -98,7 +99,7 @@ def _described(statement: StatedTerm, model: Model, answer: Posterior, data: Res
     fitted = None if there is None else there.terms[there.index(lead.candidate)].shape
     form = _reduce_harmonics(statement, model, located(lead.candidate, lead.proposal.atom, own, fitted=fitted))
     form = _told_by_target(form, data)
-    phrases = [*_without_index(form), *_regime(statement, model, data)]
+    phrases = [*_without_index(form), *_regime(statement, model, data), *_finer_periods(form, data)]
     if own >= priors.decision.stated:
         return replace(form, phrases=phrases)
     near = [one for one in others if one.probability >= priors.decision.in_set]
@@ -144,6 +145,14 @@ def _told_by_target(form: Located, data: Residuals) -> Located:
         return form
     phrases = ({"say": "levels", "covariate": "face"}, {"say": "approach"})
     return replace(form, covariate="face", side="approach", form=LEVELS, numbers=None, phrases=phrases)
+
+
+def _finer_periods(form: Located, data: Residuals) -> Iterator[Phrase]:
+    """That what is alike in both directions at each place may be a period too short to be told."""
+    finest_mm = finest_period_mm(data)
+    alike = any(one["say"] == "gauge" for one in form.phrases)
+    if finest_mm is not None and alike and form.covariate in ("face", "position") and form.form not in PERIODIC:
+        yield {"say": "finer", "period": number(finest_mm, "mm")}
 
 
 def _without_index(form: Located) -> Sequence[Phrase]:

@@ -24,9 +24,11 @@ FEWEST_ALONG, FEWEST_ALONE = 1.25, 0.75
 """The same along an axis, where a period that is not fully covered has aliases at the pitch of the faces; and along one
 that is recorded by itself, whose whole travel may be a period."""
 MOST_PERIODS, MOST_FREQUENCIES, MOST_TIMES = 5000, 2500, 1000
-FINER_THAN_STEPS, FEW_PLACES = 8.0, 5.5
-"""Periods over the travel for each place that was measured, at most, where places lie unevenly and so show what is
-finer; and places for each of these: through few places a short wave can be laid whatever is there."""
+PERIOD_STEPS = 3.0
+"""Periods along an axis that are tried for each more of them in the travel."""
+FINER_THAN_STEPS = 20.0
+"""Periods over the travel for each place that was measured, where places lie unevenly and so show what is finer. What
+is finer still cannot be told from an amount that each place has of its own, and adds to the odds of that."""
 FASTEST_CYCLE_S, SLOWEST_VIBRATION_HZ = 60.0, 0.2
 """What a room or a cooler does, and what a machine on air springs does. Of an axis by itself, whose hour is the
 duration of its recording, cycles and vibrations share all that its readings resolve: its sixtieth divides them."""
@@ -38,8 +40,8 @@ MOST_SPREAD = 1e-3
 """Share of the span within which touches of one face lie."""
 CLOSE = 0.1
 """Share of the mean distance between readings below which neighbours may be of one place."""
-EVEN = 1e-3
-"""Share of a step by which equal steps may differ."""
+IN_STEP = 0.1
+"""Phase, rad, by which waves may differ at places in steps: they agree to a tenth of their amplitude."""
 LEVEL = np.sin(np.radians(2.0))
 """Share of the stylus' direction in a gauge's axis below which the gauge is square to it."""
 AZIMUTH_STEP_DEG = 5.0
@@ -72,19 +74,32 @@ def duration_s(probings: Probings) -> float:
     return max(float(np.ptp(probings.time_s)), 1e-9)
 
 
-def is_even(values: Array) -> bool:
-    """Whether places or times follow each other in equal steps."""
-    steps = np.diff(np.unique(values))
-    return steps.size > 1 and float(np.ptp(steps)) < EVEN * float(steps.mean())
+def common_step(places: Array) -> tuple[float, float] | None:
+    """The largest step in which sorted places or times lie, and their rms departure from it.
+
+    None where it is so small that all periods that are tried show: any places are on the step of their last digit.
+    """
+    gaps = np.diff(places)
+    if not gaps.size:
+        return None
+    finest = float(gaps.mean()) / (2.0 * FINER_THAN_STEPS)
+    parts = np.arange(1.0, np.floor(float(gaps.min()) / finest) + 1.0)
+    fits = (_fitted_step(places, float(gaps.min()) / n) for n in parts)
+    return next((one for one in fits if 2.0 * np.pi * one[1] < IN_STEP * one[0]), None)
+
+
+def _fitted_step(places: Array, step: float) -> tuple[float, float]:
+    """A step of about a size with which places agree best, and their rms departure from it."""
+    whole = np.r_[0.0, np.cumsum(np.rint(np.diff(places) / step))]  # from place to place: an error of the step adds up
+    fitted, first = np.polyfit(whole, places, 1)
+    return float(fitted), float(np.sqrt(np.square(places - first - fitted * whole).mean()))
 
 
 def most_periods(places: Array, step: float | None = None) -> float:
     """Periods over a span that its places resolve: a half for each common step, more where they have none."""
     met = _places(places)
-    if step is not None:
-        return float(np.ptp(met)) / (2.0 * step)
-    finer = min(FINER_THAN_STEPS, max(len(met) / FEW_PLACES, 0.5))
-    return len(met) * (0.5 if is_even(met) else finer)
+    found = common_step(met) if step is None else (step, 0.0)
+    return FINER_THAN_STEPS * len(met) if found is None else float(np.ptp(met)) / (2.0 * found[0])
 
 
 def _places(found: Array) -> Array:
@@ -113,7 +128,7 @@ def periods_along(probings: Probings, choices: Choices) -> Array:
     if turn_mm is not None:
         return turn_mm / np.arange(1.0, min(most * turn_mm / span, MOST_PERIODS) + 1.0)
     fewest = FEWEST_ALONE if probings.setting.recording == "linear" else FEWEST_ALONG
-    turns = np.arange(fewest, most + 1e-9, 1.0 / 3.0)[:MOST_PERIODS]
+    turns = np.arange(fewest, most + 1e-9, 1.0 / PERIOD_STEPS)[:MOST_PERIODS]
     return max(span, 1e-300) / turns
 
 

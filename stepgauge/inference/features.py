@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.problem import GaussianProcess, slices
-from stepgauge.inference.proposal import HypothesisResidual, Proposal
+from stepgauge.inference.proposal import FULL, HypothesisResidual, Proposal
 
 Array = NDArray[np.float64]
-MOST_FEATURES, SEEN_FEATURES = 90, 0.99
+MOST_FEATURES, SEEN_FEATURES = 90, 0.9999
 """Largest number of features of a random function in a look, and the share of its variance that is sufficient."""
+SETTLING = 3
+"""Rounds in which the noise beside a function settles, from that of the repeats."""
 MOST_EXACT = 16
 """Kernels that are rated with the terms of the hypothesis; the others are taken to be independent of these."""
 
@@ -62,8 +64,8 @@ class Features:
         if not self.smooth:
             return
         sizes, weight = self.smooth[0].sizes.sd, self.smooth[0].sizes.log_weight
-        variance = sizes[:, None] ** 2 / beside.noise
         dot, lost = products[:, 0], products[:, 1:]
+        variance = sizes[:, None] ** 2 / self._noise_beside(beside, sizes, dot)
         shrunk = variance / (1.0 + variance * self.value)
         price = 0.5 * np.add.reduceat(np.log1p(variance * self.value), self.first, axis=1)
         gain = np.add.reduceat(shrunk * dot**2, self.first, axis=1)
@@ -74,6 +76,19 @@ class Features:
                 more, dearer = _term_corrections(shrunk[:, own], dot[own], lost[own])
                 evidence[:, kernel] = beside.student(gain[:, kernel] + more) - price[:, kernel] - dearer
         yield from self._summed(evidence.T + weight, sizes)
+
+    def _noise_beside(self, beside: HypothesisResidual, sizes: Array, dot: Array) -> Array:
+        """The noise that each kernel of each size leaves, for each feature ``(sizes, m)``.
+
+        By what is unexplained before, a rough function would be too small to explain its own fine parts.
+        """
+        count = np.diff(np.r_[self.first, len(self.value)])
+        noise = np.full((len(sizes), len(self.first)), min(beside.noise, 1.0))
+        for _ in range(SETTLING):
+            variance = sizes[:, None] ** 2 / np.repeat(noise, count, axis=1)
+            gain = np.add.reduceat(variance / (1.0 + variance * self.value) * dot**2, self.first, axis=1)
+            noise = beside.noise * (1.0 - np.clip(gain / beside.total, 0.0, FULL))
+        return np.repeat(noise, count, axis=1)
 
     def _summed(self, evidence: Array, sizes: Array) -> Iterator[Proposal]:
         first = 0

@@ -56,13 +56,19 @@ SAME = 1.0 - 1e-10
 
 
 def random_function_candidates(
-    data: Residuals, priors: Priors, scale_um: float, laws: Collection[str] = (), known: int | None = None
+    data: Residuals,
+    priors: Priors,
+    scale_um: float,
+    laws: Collection[str] = (),
+    known: int | None = None,
+    finer: float = 0.0,
 ) -> list[Candidate]:
     """All random functions that a recording may show, each on all its possible sides.
 
     ``scale_um``: their sizes are in proportion to it. ``laws``: kinds of laws that are candidates, too; a function that
     is one of these is none. ``known``: the number of rows that are measured, if others may follow: the shapes have the
-    numbers that they have in these rows.
+    numbers that they have in these rows. ``finer``: prior odds of periods that are too short to be candidates; in them
+    each face has an amount of its own.
     """
     every = [one for one in _every(data, priors, known) if len(one.features) and one.sides]
     total = sum(one.share for one in every)
@@ -77,8 +83,10 @@ def random_function_candidates(
             if any(np.array_equal(sides[side], sides[other]) for other in one.sides[i + 1 :]):
                 continue  # one way is one side
             own = _own(one, side, laws, one_way)
+            by_face = (one.covariate, one.shape, side) == ("face", LEVELS, "gauge")
             if len(own.features):
-                found += _candidate(own, side, sides[side], odds, sizes, data)
+                own_odds = float(np.logaddexp(odds, np.log(finer))) if by_face and finer else odds
+                found += _candidate(own, side, sides[side], own_odds, sizes, data)
     return found
 
 
@@ -174,8 +182,11 @@ def _levels(data: Residuals, priors: Priors) -> Iterator[RandomFunction]:
         if (position := data.probings.certified_mm()).std() > 0.0:
             lengths = [_indicators(run) * standard(position)]
             yield RandomFunction("cycle", "", LENGTH, lengths, (LEVELS,), ("gauge",), priors.forms.product, "position")
-    if (data.group.max() + 1) * FEWEST_OF_A_LEVEL <= len(data):
-        yield RandomFunction("face", "", LEVELS, [_indicators(data.group)], (LEVELS,), both)
+    met = data.group  # a target is one from both sides, where a face is met from its own
+    if data.probings.setting.recording == "linear":
+        met = np.unique(data.probings.certified_mm(), return_inverse=True)[1].ravel()
+    if (met.max() + 1) * FEWEST_OF_A_LEVEL <= len(data):
+        yield RandomFunction("face", "", LEVELS, [_indicators(met)], (LEVELS,), both)
     if data.placement.max() > 0:
         yield RandomFunction("placement", "", LEVELS, [_indicators(data.placement)], (LEVELS,), ("approach",))
     c, s = data.probings.lateral_share()

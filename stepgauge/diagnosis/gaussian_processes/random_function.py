@@ -27,6 +27,8 @@ PERIODIC = (WAVE, SAWTOOTH)
 WANDERING = ("time", "order")
 DRIFTING = (*WANDERING, "cycle")
 ROUGH_LENGTHS = (0.015, 0.1)
+WALK_LENGTHS = (0.1, 1.0)
+"""Those of errors that add up along an axis, as of the divisions of a scale or the turns of a screw."""
 HELD = 0.999
 """Share of the variance of a function of two covariates that is enough of it."""
 VOLUME_LENGTHS = (0.25, 0.6)
@@ -88,7 +90,9 @@ def functions(one: Covariate, data: Residuals, priors: Priors) -> RandomFunction
     """
     values = np.log1p(one.values) if one.name == REST or one.name.startswith(TOUCHES) else one.values
     smooth = [matern(values, length) for length in priors.forms.lengths]
-    rough = [matern(values, length, rough=True) for length in ROUGH_LENGTHS] if one.name in WANDERING else []
+    walks = one.name == "position" and data.probings.setting.recording == "linear"
+    lengths = ROUGH_LENGTHS if one.name in WANDERING else WALK_LENGTHS if walks else ()
+    rough = [matern(values, length, rough=True) for length in lengths]
     kernels = (*[SMOOTH] * len(smooth), *[ROUGH] * len(rough), TREND)
     features = [*smooth, *rough, standard(values, one.known)[None]]
     share = priors.forms.own_column if one.further and one.name not in OPTIONAL else 1.0

@@ -15,7 +15,7 @@ import numpy as np
 
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, Parameter
-from stepgauge.effects.grids import coordinate_mm, lie_level, most_periods
+from stepgauge.effects.grids import MOST_PERIODS, PERIOD_STEPS, coordinate_mm, lie_level, most_periods
 from stepgauge.effects.grids import temperatures as recorded_temperatures
 from stepgauge.files.arrays import Array
 from stepgauge.machine.file import Machine
@@ -188,6 +188,20 @@ def log_weights(
     if p.odds is not None and late.any() and not late.all():
         return np.asarray(np.log(np.where(late, p.odds / late.sum(), 1.0 / (~late).sum()) / (1.0 + p.odds)))
     return np.full(len(values), -np.log(len(values)))
+
+
+def finest_period_mm(data: Residuals) -> float | None:
+    """Shortest period along an axis that is tried, mm; None where places lie evenly: a shorter one is an alias."""
+    step_mm, x = data.probings.setting.step_mm, data.probings.certified_mm()
+    if data.probings.setting.recording != "linear" or step_mm is not None or not np.ptp(x):
+        return None
+    return float(np.ptp(x)) / min(most_periods(x), MOST_PERIODS / PERIOD_STEPS)
+
+
+def share_below(p: Parameter, value: float, data: Residuals) -> float:
+    """Share of the prior of a shape, of which every decade is as likely, that lies below a value."""
+    low, high = shape_range(p, data.machine)
+    return float(np.clip(np.log(value / low) / np.log(high / low), 0.0, 1.0))
 
 
 def usual_shape(p: Parameter, machine: Machine | None = None) -> tuple[float, float] | None:

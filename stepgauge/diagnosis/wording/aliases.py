@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.notation import significant
-from stepgauge.effects.grids import FEWEST_ALONG
+from stepgauge.effects.grids import FEWEST_ALONG, IN_STEP, common_step
 from stepgauge.files.arrays import Array
 
 if TYPE_CHECKING:
@@ -24,10 +24,8 @@ if TYPE_CHECKING:
 
 LEADS_MM = (1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 32.0, 40.0)
 """Nominal leads of ball screws, ISO 3408-2."""
-FINEST = 10
-"""Parts of the smallest gap that count as a common step: any places are on a finer one, as numbers are rounded."""
 ALIKE = 0.1
-"""Phase, rad, by which waves may differ at the places: they agree to a tenth of their amplitude."""
+"""Share of a step by which a whole number of leads may differ from it."""
 SAME_PLACE = 1e-3
 """Share of the span within which readings are at one place."""
 FEWEST_PLACES = 4
@@ -56,7 +54,7 @@ class EvenSpacing:
 
         ``u``: standard uncertainty of the period; ``unit_mm``: one unit in mm, None for angles, which have no leads.
         """
-        most = int(max(ALIKE * self.spacing / (2.0 * np.pi * max(self.off, 1e-12 * self.spacing)), 1.0))
+        most = int(max(IN_STEP * self.spacing / (2.0 * np.pi * max(self.off, 1e-12 * self.spacing)), 1.0))
         shortest = min(self.spacing / 10.0, LEADS_MM[0] / unit_mm if unit_mm else self.spacing / 10.0)
         k = np.arange(1.0, min(most, np.ceil(self.spacing / shortest)) + 1.0) / self.spacing
         frequency = np.abs(np.r_[k - 1.0 / period, k + 1.0 / period])
@@ -143,11 +141,7 @@ def leads_into_mm(step_mm: float) -> list[float]:
 
 
 def even(readings_at: ArrayLike) -> EvenSpacing | None:
-    """The common step of the places of readings, or None where they have none.
-
-    Any places are on the step of their last digit. It is theirs only if they follow each other in it: one or two
-    distances, as of targets or of the two faces of a gauge's blocks, are most of those of neighbours.
-    """
+    """The common step of the places of readings (:func:`.common_step`), or None where they have none."""
     values = np.sort(np.asarray(readings_at, float))
     if len(values) < FEWEST_PLACES:
         return None
@@ -156,18 +150,5 @@ def even(readings_at: ArrayLike) -> EvenSpacing | None:
     places = np.bincount(place, values) / np.bincount(place)
     if len(places) < FEWEST_PLACES:
         return None
-    gap = float(np.diff(places).min())
-    return next((found for n in range(1, FINEST + 1) if (found := _find_steps(places, gap / n)) is not None), None)
-
-
-def _find_steps(places: Array, step: float) -> EvenSpacing | None:
-    """Places as whole steps of about a size, fitted; None where they are not."""
-    whole = np.zeros(len(places))
-    for i in range(1, len(places)):  # from place to place, for an error of the step adds up
-        whole[i] = whole[i - 1] + np.rint((places[i] - places[i - 1]) / step)
-    fitted, first = np.polyfit(whole, places, 1)
-    off = float(np.sqrt(((places - first - fitted * whole) ** 2).mean()))
-    often = np.sort(np.unique(np.diff(whole), return_counts=True)[1])
-    if 2 * often[-2:].sum() <= often.sum():
-        return None
-    return EvenSpacing(float(fitted), off, places) if 2.0 * np.pi * off < ALIKE * fitted else None
+    found = common_step(places)
+    return None if found is None else EvenSpacing(*found, places)
