@@ -49,7 +49,11 @@ def test_places_without_a_common_step_have_no_aliases() -> None:
     pairs = even([0.0, 6.0, 20.0, 26.0, 40.0, 46.0])
     assert pairs is not None
     assert pairs.spacing == pytest.approx(2.0)
-    assert even(np.cumsum([0.0, 23.0, 29.0, 21.0, 27.0, 30.0, 18.0, 26.0])) is None
+    parts = np.array([0.0, 23.04, 29.11, 21.37, 27.52, 30.23, 18.06, 26.45])
+    assert even(np.cumsum(parts)) is None
+    whole = even(np.cumsum(np.round(parts)))
+    assert whole is not None
+    assert whole.spacing == pytest.approx(1.0)
     assert even([0.0, 10.0, 20.0]) is None
 
 
@@ -88,3 +92,44 @@ def test_a_lead_is_found_at_uneven_targets_whatever_the_length_of_the_axis() -> 
         by_kind = {one["kind"]: one["parameters"] for one in found.contents["effects"]}
         assert set(by_kind) == {"scale_error", "periodic_scale_error"}
         assert by_kind["periodic_scale_error"]["period_mm"]["value"] == pytest.approx(lead_mm, rel=1e-3)
+
+
+def near_even(count: int = 25, digits: int = 3, seed: int = 1) -> np.ndarray:
+    """Targets about 20 mm apart with irregular parts of 5 mm."""
+    random = np.random.default_rng(seed)
+    return np.round(20.0 * np.arange(count) + np.r_[0.0, random.uniform(-5.0, 5.0, count - 2), 0.0], digits)
+
+
+@pytest.mark.parametrize("pitch_mm", [10.0, 4.0, 2.0, 1.0])
+def test_a_pitch_far_below_the_spacing_is_named_at_uneven_targets(pitch_mm: float) -> None:
+    """4 mm was no candidate at 25 targets, and was told as 5 and as 10 mm."""
+    law = lambda t, w: 9e-3 * t - 2.25 * w + 1.1 * np.sin(2.0 * np.pi * t / pitch_mm + 0.7)  # noqa: E731
+    effects = {one["kind"]: one for one in diagnose_axis(axis(near_even(), law, 0.25)).contents["effects"]}
+    assert set(effects) == {"scale_error", "reversal_error", "periodic_scale_error"}
+    period = effects["periodic_scale_error"]["parameters"]["period_mm"]
+    assert abs(period["value"] - pitch_mm) < 3.0 * period["u"]
+    assert effects["periodic_scale_error"]["probability"] > 0.99
+
+
+def test_a_pitch_that_is_finer_than_all_that_are_tried_is_an_amount_of_each_target_and_this_is_said() -> None:
+    law = lambda t, w: 2.0 * np.sin(2.0 * np.pi * t / 0.137 + 0.7)  # noqa: E731
+    found = diagnose_axis(axis(near_even(), law, 0.25)).contents
+    assert (found["verdict"], found["effects"]) == ("unknown", [])
+    assert "or a period below 0.96 mm" in found["located"][0]["where"]
+
+
+def test_a_period_at_targets_in_whole_millimetres_has_aliases_beyond_two_of_them_only() -> None:
+    law = lambda t, w: 1.1 * np.sin(2.0 * np.pi * t / 7.0)  # noqa: E731
+    (effect,) = diagnose_axis(axis(near_even(digits=0, seed=3), law, 0.25)).contents["effects"]
+    assert effect["parameters"]["period_mm"]["value"] == pytest.approx(7.0, rel=1e-3)
+    assert effect["aliases"]["spacing_mm"] == pytest.approx(1.0)
+    assert effect["aliases"]["periods_mm"][0] == pytest.approx(7.0 / 6.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_few_targets_that_are_off_at_random_are_no_period_above_99_percent(seed: int) -> None:
+    """Each by its own amount, 1.5 um: through seven places some wave of one or two can nearly be laid."""
+    places = near_even(7, seed=100 + seed)
+    off = np.random.default_rng(seed).normal(0.0, 1.5, len(places))
+    found = diagnose_axis(axis(places, lambda t, w: np.interp(t, places, off), 0.25, seed=seed)).contents
+    assert all(one["probability"] < 0.99 for one in found["effects"] if one["kind"] == "periodic_scale_error")

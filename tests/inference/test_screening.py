@@ -12,12 +12,25 @@ from scipy import special, stats
 
 from stepgauge.inference.evidence import Evidence
 from stepgauge.inference.hypothesis import Hypothesis
+from stepgauge.inference.kernels import matern
 from stepgauge.inference.noise_priors import NoisePriors
-from stepgauge.inference.problem import AmplitudePrior, Candidate, Law, Term
+from stepgauge.inference.problem import AmplitudePrior, Candidate, GaussianProcess, Law, Term
 from stepgauge.inference.proposal import UNSEEN, Proposal
 from stepgauge.inference.screening import Screening
 from stepgauge.inference.tables import _explained, _unseen
-from tests.inference.made import ROWS, coordinate, law, noise, problem, random_function, term, turns, waves
+from tests.inference.made import (
+    FACES,
+    REPEATS,
+    ROWS,
+    coordinate,
+    law,
+    noise,
+    problem,
+    random_function,
+    term,
+    turns,
+    waves,
+)
 
 SHARES = np.array([np.arange(ROWS) % 3 > 0, 1.0 - 0.3 * coordinate()], float)
 CANDIDATES: dict[str, Candidate] = {
@@ -185,3 +198,18 @@ def test_pairs_have_all_their_sizes_beside_a_law_that_cannot_be_large() -> None:
     (first, second), *_ = Screening(one).pairs(state, evidence.noise_models, 3, frozenset())
     assert {first.candidate.label, second.candidate.label} == {"one", "other"}
     assert first.sd == second.sd == 100.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_rough_function_far_above_the_scatter_is_rated_by_what_it_leaves(seed: int) -> None:
+    """By the scatter before it, or without its finest features, a random walk was 400 nats too improbable."""
+    walk = np.cumsum(np.random.default_rng(seed).normal(0.0, 2.0, FACES))
+    sizes = AmplitudePrior(np.array([1.0, 3.0, 10.0]), np.log([0.3, 0.4, 0.3]))
+    candidate = GaussianProcess(
+        "walk", "walk", False, float(np.log(0.03)), sizes, None, features=(matern(coordinate(), 1.0, rough=True),)
+    )
+    one = problem(noise(seed) + np.tile(walk, REPEATS), (candidate,))
+    evidence = Evidence(one, NoisePriors())
+    state = evidence((), evidence.noise_models.plain())
+    (look,) = Screening(one)(state, evidence.noise_models)
+    assert look.gain == pytest.approx(exact(candidate, evidence, state), rel=0.16)
