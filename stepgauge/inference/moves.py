@@ -160,14 +160,19 @@ class Moves:
 
     def _between(self, hypothesis: Hypothesis, proposal: Proposal, atom: int, grid: Hypothesis) -> Hypothesis:
         """The hypothesis with a shape fitted near a point of the grid; that of the grid if the fit fails."""
-        law = proposal.candidate
+        law, found = proposal.candidate, grid
         if not isinstance(law, Law) or law.refine is None:
             return grid
-        refined = law.refine(atom, self._unexplained(hypothesis))
-        if refined is None:
-            return grid
-        log_prior = law.log_odds + proposal.volume_of(atom) + refined.gain
-        return self._narrowed(hypothesis, Term(law, atom, refined.columns, proposal.sd, log_prior, refined.shape), grid)
+        for _ in range(ROUNDS):  # other terms are as large as beside the last shape: each round they are nearer
+            refined = law.refine(atom, self._unexplained(hypothesis, found))
+            if refined is None:
+                return found
+            log_prior = law.log_odds + proposal.volume_of(atom) + refined.gain
+            own = Term(law, atom, refined.columns, proposal.sd, log_prior, refined.shape)
+            last, found = found, max(found, self._narrowed(hypothesis, own, grid), key=log_posterior)
+            if not hypothesis.terms or found.log_posterior <= last.log_posterior + SETTLED:
+                return found
+        return found
 
     def _fit_size(self, hypothesis: Hypothesis, proposal: Proposal, of_size: OfSize) -> Hypothesis:
         """The hypothesis with a law that is not linear in its size, with the signature of the size that fits best."""
@@ -180,12 +185,16 @@ class Moves:
         own = Term(proposal.candidate, proposal.atom, exact.columns, proposal.sd, log_prior, exact.shape)
         return max(grid, self._with(hypothesis, own), key=log_posterior)
 
-    def _unexplained(self, hypothesis: Hypothesis) -> Array:
-        """Residuals without the terms of a hypothesis; what nuisance parameters took of them is left in."""
+    def _unexplained(self, hypothesis: Hypothesis, grid: Hypothesis) -> Array:
+        """Residuals without the terms of a hypothesis, as large as they are in ``grid`` beside one term more.
+
+        Without that term they would take a part of it. What nuisance parameters took is left in.
+        """
         if not hypothesis.terms:
             return self.problem.residual_um
         columns = np.vstack([term.columns for term in hypothesis.terms])
-        return np.asarray(self.problem.residual_um - hypothesis.mean[hypothesis.count :] @ columns)
+        amplitudes = grid.mean[grid.count :][: len(columns)]
+        return np.asarray(self.problem.residual_um - amplitudes @ columns)
 
     def _narrowed(self, hypothesis: Hypothesis, term: Term, grid: Hypothesis) -> Hypothesis:
         """The hypothesis with a fitted shape, whose peak may be narrower than the step of the grid.

@@ -100,7 +100,7 @@ def near_even(count: int = 25, digits: int = 3, seed: int = 1) -> np.ndarray:
     return np.round(20.0 * np.arange(count) + np.r_[0.0, random.uniform(-5.0, 5.0, count - 2), 0.0], digits)
 
 
-@pytest.mark.parametrize("pitch_mm", [10.0, 4.0, 2.0, 1.0])
+@pytest.mark.parametrize("pitch_mm", [10.0, 7.0, 4.0, 2.0, 1.0])
 def test_a_pitch_far_below_the_spacing_is_named_at_uneven_targets(pitch_mm: float) -> None:
     """4 mm was no candidate at 25 targets, and was told as 5 and as 10 mm."""
     law = lambda t, w: 9e-3 * t - 2.25 * w + 1.1 * np.sin(2.0 * np.pi * t / pitch_mm + 0.7)  # noqa: E731
