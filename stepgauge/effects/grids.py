@@ -38,6 +38,8 @@ GRADUAL = 0.1
 """Part of a period from touch to touch below which an oscillation is seen as a gradual change."""
 MOST_SPREAD = 1e-3
 """Share of the span within which touches of one face lie."""
+ROUNDING = 1e-9
+"""Share of the span within which numbers are one, computed in two ways."""
 CLOSE = 0.1
 """Share of the mean distance between readings below which neighbours may be of one place."""
 IN_STEP = 0.1
@@ -67,6 +69,17 @@ def values(*some: Any) -> Grid:
 def coordinate_mm(probings: Probings, choices: Choices) -> Array:
     """Coordinate of the axis that is chosen, of x where none is."""
     return np.asarray(probings.coordinate_mm(str(choices.get("axis", "x"))), float)
+
+
+def travelled_mm(probings: Probings, axis: str) -> Array:
+    """Coordinates of an axis in the placements that go along it; where none does, all of them.
+
+    Those that stay at one place tell no periods, and are on no step of the others.
+    """
+    x = np.asarray(probings.coordinate_mm(axis), float)
+    goes = {number: abs(along["xyz".index(axis)]) > LEVEL for number, along in probings.setting.axis.items()}
+    along = np.array([goes.get(int(number), True) for number in probings.column("placement")], bool)
+    return x[along] if along.any() else x
 
 
 def duration_s(probings: Probings) -> float:
@@ -105,6 +118,7 @@ def most_periods(places: Array, step: float | None = None) -> float:
 def _places(found: Array) -> Array:
     """Places that are met, ``(m,)``."""
     met = np.unique(found)
+    met = met[np.r_[True, np.diff(met) > ROUNDING * np.ptp(met)]]
     apart = np.r_[True, _are_apart(met)]
     return met if apart.mean() > 0.5 else met[apart]
 
@@ -120,7 +134,7 @@ def _are_apart(met: Array) -> NDArray[np.bool_]:
 
 def periods_along(probings: Probings, choices: Choices) -> Array:
     """Periods along an axis, evenly in frequency; of a turning axis, of which much was seen, whole parts of a turn."""
-    x = coordinate_mm(probings, choices)
+    x = travelled_mm(probings, str(choices.get("axis", "x")))
     span, most = float(np.ptp(x)), most_periods(x, probings.setting.step_mm)
     turn_mm = seen_turn_mm(probings, span)
     if probings.setting.recording == "distances":  # of which every one has an error of its own, by its stations

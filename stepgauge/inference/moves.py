@@ -160,11 +160,11 @@ class Moves:
 
     def _between(self, hypothesis: Hypothesis, proposal: Proposal, atom: int, grid: Hypothesis) -> Hypothesis:
         """The hypothesis with a shape fitted near a point of the grid; that of the grid if the fit fails."""
-        law, found = proposal.candidate, grid
+        law, found, beside = proposal.candidate, grid, hypothesis
         if not isinstance(law, Law) or law.refine is None:
             return grid
-        for _ in range(ROUNDS):  # other terms are as large as beside the last shape: each round they are nearer
-            refined = law.refine(atom, self._unexplained(hypothesis, found))
+        for _ in range(ROUNDS):  # other terms are as large as without the law at first, and then as beside it
+            refined = law.refine(atom, self._unexplained(hypothesis, beside))
             if refined is None:
                 return found
             log_prior = law.log_odds + proposal.volume_of(atom) + refined.gain
@@ -172,6 +172,7 @@ class Moves:
             last, found = found, max(found, self._narrowed(hypothesis, own, grid), key=log_posterior)
             if not hypothesis.terms or found.log_posterior <= last.log_posterior + SETTLED:
                 return found
+            beside = found
         return found
 
     def _fit_size(self, hypothesis: Hypothesis, proposal: Proposal, of_size: OfSize) -> Hypothesis:
@@ -185,15 +186,15 @@ class Moves:
         own = Term(proposal.candidate, proposal.atom, exact.columns, proposal.sd, log_prior, exact.shape)
         return max(grid, self._with(hypothesis, own), key=log_posterior)
 
-    def _unexplained(self, hypothesis: Hypothesis, grid: Hypothesis) -> Array:
-        """Residuals without the terms of a hypothesis, as large as they are in ``grid`` beside one term more.
+    def _unexplained(self, hypothesis: Hypothesis, beside: Hypothesis) -> Array:
+        """Residuals without the terms of a hypothesis, as large as they are in another one that begins with them.
 
-        Without that term they would take a part of it. What nuisance parameters took is left in.
+        What nuisance parameters took of them is left in.
         """
         if not hypothesis.terms:
             return self.problem.residual_um
         columns = np.vstack([term.columns for term in hypothesis.terms])
-        amplitudes = grid.mean[grid.count :][: len(columns)]
+        amplitudes = beside.mean[beside.count :][: len(columns)]
         return np.asarray(self.problem.residual_um - amplitudes @ columns)
 
     def _narrowed(self, hypothesis: Hypothesis, term: Term, grid: Hypothesis) -> Hypothesis:

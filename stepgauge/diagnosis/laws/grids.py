@@ -15,7 +15,7 @@ import numpy as np
 
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, Parameter
-from stepgauge.effects.grids import MOST_PERIODS, PERIOD_STEPS, coordinate_mm, lie_level, most_periods
+from stepgauge.effects.grids import MOST_PERIODS, PERIOD_STEPS, lie_level, most_periods, travelled_mm
 from stepgauge.effects.grids import temperatures as recorded_temperatures
 from stepgauge.files.arrays import Array
 from stepgauge.machine.file import Machine
@@ -116,7 +116,7 @@ def _count(values: Sequence[list[Any] | None]) -> int:
 def _finest(law: type[Effect], p: Parameter, data: Residuals) -> float:
     """Least value of a length or time that places or times of reading resolve, 0 for anything else."""
     if p.unit == "mm" and "coordinate" in law.covariates:
-        x = coordinate_mm(data.probings, {"axis": max("xyz", key=lambda a: np.ptp(data.probings.coordinate_mm(a)))})
+        x = travelled_mm(data.probings, max("xyz", key=lambda a: np.ptp(data.probings.coordinate_mm(a))))
         return float(np.ptp(x)) / most_periods(x, data.probings.setting.step_mm)
     if p.unit == "s" and data.has_time and not p.clock:
         return float(np.ptp(data.probings.time_s)) / most_periods(data.probings.time_s)
