@@ -157,6 +157,7 @@ def separate(
     possible : result of :func:`extended`, of which those count that can be planned
     """
     found = []
+    labels = [candidate.source.label for candidate, _ in rivals]  # one law in several parts has one label
     p = np.array(probability) / sum(probability)
     for one in possible:
         try:
@@ -164,9 +165,9 @@ def separate(
         except InputError:
             continue
         distance = np.zeros((len(p), len(p)))
-        distance[0, 1:] = distance[1:, 0] = list(left.values())
-        excludes = tuple(label for label, chi2 in left.items() if chi2 > TELLING)
-        leaves = tuple(label for label in left if label not in excludes)
+        distance[0, 1:] = distance[1:, 0] = left
+        leaves = tuple(dict.fromkeys(label for label, chi2 in zip(labels, left, strict=True) if chi2 <= TELLING))
+        excludes = tuple(label for label in dict.fromkeys(labels) if label not in leaves)
         if excludes:
             found.append(ProposedRun(one.run, expected_information_gain(p, distance), excludes, leaves))
     while found:
@@ -181,16 +182,16 @@ def separate(
 
 def _left_over(
     one: ExtendedRecording, index: int, solved: Sequence[Solved], rivals: Sequence[tuple[Candidate, int]]
-) -> dict[str, float]:
+) -> list[float]:
     """The chi-square of the effect that each rival cannot explain, with the extra run added."""
     more, metric = one.data, one.metric
     effect = metric(np.asarray(along_approach_um(solved[index].effect, more.probings)))
     others = [metric(along_approach_um(s.effect, more.probings)) for i, s in enumerate(solved) if i != index]
-    left_over = {}
+    left_over = []
     for candidate, atom in rivals:
         family = candidate.source
         columns = metric(family_signatures(family, family.atoms[atom], more))
         basis = orthonormal(np.vstack([*others, *columns]).T)
         left = effect - basis @ (basis.T @ effect)
-        left_over[family.label] = float(left @ left)
+        left_over.append(float(left @ left))
     return left_over
