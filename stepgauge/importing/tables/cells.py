@@ -22,6 +22,7 @@ from stepgauge.files.units import find_unit
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer
 from stepgauge.importing.tables.source import Source
+from stepgauge.importing.tables.vocabulary import says_run
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,13 +36,15 @@ FIXED = "fixed width"
 _DATE_AND_TIME = re.compile(r"(\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}) +(\d{1,2}:\d\d)")
 _OPENS = re.compile(r'(?:^|[;,|\t]) *"[^"]*$')
 """A cell that begins with a quotation mark and does not end."""
-_RULE = re.compile(r"[\s|:+=_-]*[-=_]{3}[\s|:+=_-]*")
+_RULE = re.compile(r"[\s|:+=_-]*[-=_]{3}[\s|:+=_-]*|[\s|:-]*(?:--|[|][\s:]*-)[\s|:-]*")
 """A line that is drawn, as below the header of a markdown table."""
 _NO_VALUE_WORDS = "- -- --- n/a na nan #n/a null none ol over overflow err ***** -fffffff fffffff"
-_NO_VALUE = frozenset(["", *_NO_VALUE_WORDS.split()])
+_NO_VALUE_PHRASES = ("out of range", "no signal", "no echo", "no data", "no reading")
+_NO_VALUE = frozenset(["", *_NO_VALUE_WORDS.split(), *_NO_VALUE_PHRASES])
 COMMENT_MARKS = ("#", "//", "%", "$$", "!")
 MEASURE = re.compile(r"([-+]?\d[\d.,']*) ?(mm|[uµμn]m|cm|m|in|inch|deg|°|arcsec|s|ms|min|°C|degC)")
 """A number with its unit."""
+_NUMBERS = re.compile(r"[\s|\"']*[-+]?[.,]?\d")
 DEGREES = re.compile(r"([-+]?)(\d{1,3}) ?° ?(\d{1,2}) ?['′] ?(?:(\d{1,2}(?:[.,]\d+)?) ?(?:\"|″|''))?")
 """An angle in degrees, minutes and seconds."""
 SAMPLE = 200
@@ -112,6 +115,20 @@ def is_remark(line: str) -> bool:
     return line.lstrip().startswith(COMMENT_MARKS)
 
 
+def uncomment_headings(lines: Sequence[str]) -> list[str]:
+    """Lines, those of comments that name the run, direction or placement of a block as text: ``# Forward``.
+
+    A file has blocks where such a comment stands below its first numbers; what stands directly above those, with no
+    line of names between, may be the header.
+    """
+    plain = [n for n, line in enumerate(lines) if line.strip() and not is_remark(line) and not _RULE.fullmatch(line)]
+    numbers = next((n for n in plain if _NUMBERS.match(lines[n])), len(lines))
+    said = {n for n, line in enumerate(lines) if is_remark(line) and says_run(line.lstrip("#/%!$ \t"))}
+    blocks = {n for n in said if numbers < n < plain[-1]}
+    above = {n for n in said if plain and plain[0] < numbers and n < numbers} if blocks else set[int]()
+    return [line.lstrip("#/%!$ \t") if n in blocks | above else line for n, line in enumerate(lines)]
+
+
 def read_text_cells(source: Source, delimiter: str | None, decisions: Decisions, columns: int | None = None) -> Cells:
     """Rows of a text; the delimiter is the one given, that of a ``sep=`` line, or the one that divides it best.
 
@@ -119,8 +136,7 @@ def read_text_cells(source: Source, delimiter: str | None, decisions: Decisions,
     """
     text, encoding = source.decoded
     head, middle, tail = _parted(text)
-    head = _rejoined(head)
-    lines = [*head, *tail]
+    lines = uncomment_headings([*(head := _rejoined(head)), *tail])
     if lines and re.fullmatch(r"(?i)sep=.", lines[0].strip()):
         delimiter = delimiter or lines[0].strip()[4]
         lines[0] = head[0] = ""
@@ -168,7 +184,7 @@ def _rejoined(lines: list[str]) -> list[str]:
 
 def _whole(source: Source, text: str, encoding: str, split: Splitter) -> Cells:
     """All of a long text cell by cell."""
-    lines = text.splitlines()
+    lines = uncomment_headings(text.splitlines())
     rows = [n for n, line in enumerate(lines) if line.strip() and not is_remark(line) and not _RULE.fullmatch(line)]
     comments = [line for line in lines if is_remark(line)]
     blank, notes = len(lines) - len(rows) - len(comments), (f"{encoding}, {split.name}-separated",)

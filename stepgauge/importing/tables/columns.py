@@ -130,6 +130,10 @@ def parse_columns(texts: Sequence[str]) -> dict[str, str]:
     for text in texts:
         role, equals, header = text.partition("=")
         name = _CALLED.get(role.strip(), role.strip())
+        if name in found and name != Role.IGNORE:
+            expected = f'one HEADER, of several runs a pattern as {name}="Run *", or their names by'
+            raise InputError(naming("columns"), f"{name} is given twice", found=repr(text),
+                             expected=naming("header", words=expected + " {}"))  # fmt: skip
         if not equals or not header.strip() or name not in ROLES:
             expected = f"NAME=HEADER, NAME of {', '.join(ROLES)}"
             raise InputError(naming("columns"), "not understood", found=repr(text), expected=expected)
@@ -151,7 +155,7 @@ def _chosen(header: str, name: str, place: int, chosen: Mapping[str, str]) -> st
         for pattern in patterns.casefold().split("\n"):
             if pattern in (header.casefold(), name.casefold(), f"#{place + 1}"):
                 return role
-            if header and fnmatchcase(header.casefold(), pattern):
+            if header and fnmatchcase(header.casefold(), pattern.replace("[", "[[]")):
                 return role
     return None
 

@@ -208,7 +208,7 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
     named = behind_header(cells, first, len(kind), start)
     names, unit_row, above = ([], [], named) if header else find_header(cells, named, len(kind), start)
     headers = split_names(header) if header else names or commented_header(cells, len(kind))
-    titles, block = block_titles(cells, body, names, kind, first if named < first else above)
+    titles, block = block_titles(cells, start, body, names, kind, first if named < first else above)
     units = [find_unit(text.strip("[]()")) if text else None for text in unit_row] + [None] * len(headers)
     rows, lines = [list(cells.rows[n]) for n in body], [cells.lines[n] for n in body]
     if headers and not header and _are_numbered(rows, len(headers)):
@@ -233,7 +233,7 @@ def _table(cells: Cells, part: _Run, decimal: str | None, header: str | None, de
         np.array(block),
         decimal or mark_of(cells.path, texts, decisions),
         stated_facts([*cells.rows[:above], *below], cells.comments, titles),
-        left_out_words(cells, part.start, body, names, kind, {*range(above, first)}),
+        left_out_words(cells, part.start, body, names, kind, {*range(above, first)}, titles),
         tuple(cells.lines[n] for n in beside),
     )
     return _restore_bulk(found, cells, body)

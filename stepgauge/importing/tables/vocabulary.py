@@ -33,6 +33,9 @@ _LOOSELY = (
 )
 _SIGNED = re.compile(r"\s*([+\-−–])\s?(\d{1,9})\s*")
 """``+1``, ``-2``: the sign is a direction; in ``Run-1`` it may be a hyphen."""
+_NUMBERED_NAME = re.compile(r"([^\W\d_]+)\d+")
+"""``Run3``, and ``ILD2300``, whose number is that of no run."""
+_RUNS = ("cycle", "cycle beside", "way", "placement")
 MOST_CYCLES = 10_000
 
 
@@ -113,9 +116,16 @@ def parse_label(text: str) -> Label:
 
 def title_label(title: str) -> Label:
     """Cycle and direction of the line above a block: a number in it is that of a run where a word says so, or alone."""
+    title = _NUMBERED_NAME.sub(lambda name: name[0] if says(words_of(name[1]), *_RUNS) else " ", title)
     words = words_of(re.sub(r"\d+", " ", title))
-    label = parse_label(title)
-    return label if not words or label.way or says(words, "cycle", "cycle beside", "way", "placement") else LABEL
+    ways = {way_of(word) for word in words if word not in WORDS["way alone"]}
+    label = LABEL if {1, -1} <= ways else parse_label(title)
+    return label if not words or label.way or says(words, *_RUNS) else LABEL
+
+
+def says_run(text: str) -> bool:
+    """Whether a line names a run, one direction or a placement, in words."""
+    return any(map(str.isalpha, text)) and title_label(text) != LABEL
 
 
 def way_of(text: str) -> int:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from stepgauge.errors import InputError, naming, reading
-from stepgauge.importing.tables.cells import Cell, Cells, is_remark
+from stepgauge.importing.tables.cells import Cell, Cells, is_remark, uncomment_headings
 from stepgauge.importing.tables.source import Source
 
 LARGEST_UNPACKED = 60_000_000
@@ -28,6 +28,8 @@ def read_workbook_cells(source: Source, sheet: str | None) -> Cells:
     _check_unpacked(path, content)
     with reading(path, "workbook"):
         name, left, rows, blank = _read_grid(path, content, sheet)
+    lines = uncomment_headings(["\t".join(map(str, row)) for _, row in rows])
+    rows = [(n, [line] if _is_comment(row) else row) for (n, row), line in zip(rows, lines, strict=True)]
     comments = [str(row[0]) for _, row in rows if _is_comment(row)]
     rows = [(n, row) for n, row in rows if not _is_comment(row)]
     if not rows:
