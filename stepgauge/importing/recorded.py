@@ -39,7 +39,7 @@ def import_asked(asked: Any) -> Imported:
     """
     content = read_source(asked.log)
     asked.accept = (asked.accept,) if isinstance(asked.accept, str) else tuple(asked.accept)
-    columns = [f"{name}={value}" for name, value in pairs_of(asked.columns, "columns").items()]
+    columns = parse_columns(asked.columns)
     layout = _layout(asked)
     axis = asked.sensor is not None and not names_points(content, asked.format, layout, columns)
     read = _read_axis if axis else _read_points
@@ -64,7 +64,7 @@ def _layout(asked: Any) -> TableLayout:
 
 
 def _read_axis(
-    asked: Any, content: Source, layout: TableLayout, columns: Sequence[str], decisions: Decisions
+    asked: Any, content: Source, layout: TableLayout, columns: Mapping[str, str], decisions: Decisions
 ) -> Imported:
     """A table of one axis; with gauge and placement, touches on the line of the placement."""
     gauge, placement = asked.gauge, asked.placement
@@ -74,7 +74,7 @@ def _read_axis(
     known = gauge_targets(gauge) if known is None and gauge is not None and of_faces else known
     accepts = "missing" in asked.accept
     options = AxisOptions(asked.sensor, asked.unit, asked.deviation_unit, known, accepts, asked.heights)
-    found = import_axis(content, options, replace(layout, columns=parse_columns(columns)), decisions)
+    found = import_axis(content, options, replace(layout, columns=columns), decisions)
     if asked.sensor != "touch" or gauge is None or placement is None or not of_faces:
         return found
     placed = on_placement(found, gauge, placement, asked.tip_radius_mm, asked.placement_number)
@@ -84,7 +84,7 @@ def _read_axis(
 
 
 def _read_points(
-    asked: Any, content: Source, layout: TableLayout, columns: Sequence[str], decisions: Decisions
+    asked: Any, content: Source, layout: TableLayout, columns: Mapping[str, str], decisions: Decisions
 ) -> Imported:
     """A log or a table of points of three coordinates."""
     nominal = asked.machine.probe.tip_radius_mm if asked.machine else None
@@ -96,7 +96,7 @@ def _read_points(
     surface = None if asked.points is None else asked.points == "surface"
     number, temperature = asked.placement_number, asked.gauge_temperature_C
     options = ImportOptions(number, temperature, radius, surface, asked.accept, nominal)
-    known_layout = replace(layout, columns=parse_columns(columns))
+    known_layout = replace(layout, columns=columns)
     kind = asked.format or recognise_log(content)
     found = import_log(content, kind, asked.gauge, asked.placement, ran, options, known_layout, decisions)
     return _completed(asked, found, None)
@@ -134,7 +134,7 @@ def names_points_of(values: Mapping[str, Any]) -> bool:
 
 
 def pairs_of(given: Pairs, name: str) -> dict[str, str]:
-    """Names and values of an argument that takes pairs; of ``ignore`` several headers, one below the other."""
+    """Names and values of an argument that takes pairs."""
     if isinstance(given, Mapping):
         return {str(key): str(value) for key, value in given.items()}
     found: dict[str, str] = {}
@@ -142,12 +142,13 @@ def pairs_of(given: Pairs, name: str) -> dict[str, str]:
         key, equals, value = text.partition("=")
         if not (key.strip() and equals and value.strip()):
             raise InputError(naming(name), "not understood", found=repr(text), expected="NAME=VALUE")
-        before = f"{found[key.strip()]}\n" if key.strip() == "ignore" and "ignore" in found else ""
-        found[key.strip()] = before + value.strip()
+        if key.strip() in found:
+            raise InputError(naming(name), f"{key.strip()} is given twice", found=repr(text), expected="one value")
+        found[key.strip()] = value.strip()
     return found
 
 
-def names_points(source: Given, format: str | None, layout: TableLayout, columns: Sequence[str]) -> bool:
+def names_points(source: Given, format: str | None, layout: TableLayout, columns: Pairs) -> bool:
     """Whether a log has points of three coordinates: any but a table, and a table that names x, y and z."""
     if (format or recognise_log(source)) not in TABLES:
         return True

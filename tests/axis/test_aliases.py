@@ -78,7 +78,7 @@ def test_an_alias_is_told_with_the_lead_of_the_screw_first_and_the_proposed_targ
 def test_a_lead_that_divides_the_spacing_is_not_seen_and_this_is_said() -> None:
     found = screw(np.arange(0.0, 801.0, 25.0))
     assert found.verdict == "adequate"
-    assert "a period that divides the even steps of 25.0 mm cannot be seen" in found.summary()
+    assert "a period that divides the steps of 25.0 mm cannot be seen" in found.summary()
     assert any("whose period is 25.00 mm or a whole fraction of it" in one for one in found.contents["limits"])
 
 

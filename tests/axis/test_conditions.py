@@ -66,7 +66,7 @@ def test_any_header_becomes_a_name_that_laws_understand() -> None:
     stated = sg.import_recording(table(runs=5), sensor="laser")
     assert stated.settled().covariates == ["Air_temp_C"]
     found = sg.diagnose(stated.settled())
-    assert "even steps of 25.00 mm" in found.summary()
+    assert "whole steps of 25.00 mm" in found.summary()
     for header in ("Air humidity [%]", "2nd sensor", "lambda", "T°", "Luft-Druck / hPa", "ΔT", "µ", "[V]"):
         assert parse_formula(f"{column_name(header)} > 19.5").names == {column_name(header)}
     assert column_name("Air humidity [%]") == "Air_humidity_percent"

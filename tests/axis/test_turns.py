@@ -116,7 +116,7 @@ def test_a_wave_of_a_turn_is_no_alias_of_rounding() -> None:
     places = np.round(15.0 * np.arange(24.0) + np.random.default_rng(8).uniform(-4.0, 4.0, 24), 1)
     found = sg.diagnose(axis(places, lambda t, w: 3.0 * np.sin(np.radians(t)), units=("deg", None)))
     assert "alias" not in found.summary()
-    assert not any("even steps" in one for one in found.contents["limits"])
+    assert not any("whole steps" in one for one in found.contents["limits"])
 
 
 def test_a_law_that_moves_little_beside_its_own_discrepancy_is_no_finding(monkeypatch: pytest.MonkeyPatch) -> None:

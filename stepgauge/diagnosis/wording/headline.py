@@ -180,7 +180,7 @@ def _unseen(said: Said) -> str:
     step = said.get("axis", {}).get("even_step")
     if said["verdict"] != "adequate" or not step:
         return ""
-    return f"; a period that divides the even steps of {significant(step)} {said['axis']['unit']} cannot be seen"
+    return f"; a period that divides the steps of {significant(step)} {said['axis']['unit']} cannot be seen"
 
 
 def _um(value: float | None) -> str:

@@ -17,7 +17,7 @@ from stepgauge.errors import reading
 from stepgauge.importing.axis.build import AxisOptions, build_axis
 from stepgauge.importing.axis.faces import check_measured, header_answer
 from stepgauge.importing.axis.heights import read_heights, reduced
-from stepgauge.importing.axis.long import Long, to_long
+from stepgauge.importing.axis.long import Long, check_titles, to_long
 from stepgauge.importing.axis.stated import check_stated
 from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.result import Imported
@@ -60,6 +60,8 @@ def import_axis(
     with reading(source.name, "table"):
         file = read_file(source, layout, decisions)
         table = choose_table(file, lambda one: _has_readings(one, layout), layout, source.name, decisions)
+        if "title" in layout.columns.get(Role.IGNORE, "").split("\n"):
+            table = replace(table, titles=[""], block=np.zeros(len(table), np.int64))
         table = _named(named_by_make(table), options.targets, decisions)
         if options.targets is not None and options.targets.gauge and not layout.columns:
             check_measured(table, options.targets)
@@ -67,6 +69,8 @@ def import_axis(
         roles = _circle_columns(roles, decisions)
         decisions.columns = taken_columns(table, [(one.place, one.role, one.unit) for one in roles])
         check_chosen(roles, layout.columns, table.path)
+        if "title=*" not in layout.rows:
+            check_titles(table, roles, decisions)
         found = to_long(table, roles, options.missing, layout.time_unit, decisions)
         recording, targets = build_axis(found, table, options, decisions)
         check_stated(table.facts, recording, source.name)

@@ -79,6 +79,7 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
     decisions.settle()
     assert units is not None
     target = None if target is None else target * _per(found.target_unit, units, options)
+    against = found.column.sign < 0.0
     turned = role == Role.DEVIATION and found.column.role == Role.CORRECTION
     value = found.value * _value_factor(found, units, options, role) * (-1.0 if turned else 1.0)
     reading = (
@@ -93,7 +94,8 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
     for name, values in found.others.items():
         frame[f"{name}_recorded" if name in OWN or name in STATIONS else name] = values
     artefact = options.targets.name if options.targets else "targets" if form == "axis" else "none"
-    comments = {"artefact": artefact, **({"turned": _sign_words(found)} if turned else {})}
+    words = f"readings of {found.column.header}, by hand" if against else _sign_words(found)
+    comments = {"artefact": artefact, **({"turned": words} if turned or against else {})}
     return AxisRecording(frame, form, units, options.sensor, comments, table.path), targets
 
 
@@ -176,6 +178,10 @@ def _role(found: Long, table: Table, target: Array | None, decisions: Decisions)
         return Role.DEVIATION
     if found.column.unit is None and found.column.role != Role.READING:
         return Role.DEVIATION
+    if abs(slope + 1.0) < NEAR_ONE:
+        way = QuestionAnswer("columns", f"{Role.READING}=-{found.column.header}", "to turn their sign")
+        decisions.ask(table.path, "readings go against their targets", way, found=f"{slope:.4g} per unit of target")
+        decisions.settle()
     hint = unit_hint(abs(slope), 1.0)
     words = '1 or about 0; the units in {}, or the right column by {} reading="HEADER"'
     what = f"column {found.column.header!r} holds neither readings nor deviations of the targets{hint}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +16,7 @@ from stepgauge.axis.recording import STATIONS, places_of
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import Unit
-from stepgauge.importing.axis.travel import cycles_of_repeats
+from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
 from stepgauge.importing.tables.cells import is_empty
 from stepgauge.importing.tables.clock import Clock
 from stepgauge.importing.tables.columns import DEVIATIONS, VALUE_ROLES, Column, Role, axis_role, is_known
@@ -150,6 +151,29 @@ def _sweeps(table: Table, roles: Sequence[Column], columns: Sequence[Column], ti
     return cycles_of_repeats(places_of(_targets(table, target)), _row_numbers(table, roles, Role.PLACEMENT, titles))
 
 
+def check_titles(table: Table, roles: Sequence[Column], decisions: Decisions) -> None:
+    """The lines above the blocks say the direction of all rows or of none, and the order of the targets fits them.
+
+    Tables often list the way back with rising targets; falling ones on the way up, or both ways in one block, do not.
+    """
+    way, target = _row_numbers(table, roles, Role.WAY, titles := [title_label(one) for one in table.titles]), None
+    if not any(one.way for one in titles) or any(one.role in (Role.WAY, Role.CYCLE) for one in roles):
+        return
+    target = _only(roles, Role.TARGET)
+    fits = bool(way.all())
+    for n in np.unique(table.block) if target is not None else ():
+        rows = table.block == n
+        order = ways_of_order(places_of(_targets(table, target)[rows])) if target is not None else way[rows]
+        fits &= bool((order == 1).all() or (way[rows] == order).all())
+    if not fits:
+        ways = [
+            QuestionAnswer("rows", "title=*", "to take the lines"),
+            column_answer(Role.IGNORE, "title", "to take the order"),
+        ]
+        what = "the lines above the blocks say other directions than the order of the targets, or not all of them"
+        decisions.ask(table.path, what, *ways, found=shown([repr(one) for one in table.titles]))
+
+
 def _rank(values: Whole) -> Whole:
     """Every value as its place among the different ones, in the order in which they first appear, from 0."""
     return np.asarray(pd.factorize(values)[0]).astype(np.int64)
@@ -163,6 +187,8 @@ def _value_columns(table: Table, roles: Sequence[Column], missing: bool, decisio
         named = [one for one in roles if one.header]
         free = [one for one in named if one.role is None and np.isfinite(table.numbers(one.place)).all()]
         ways = [column_answer(role, one.header) for one in free or named for role in (Role.READING, DEVIATIONS[0])]
+        alike = Counter(re.sub(r"\d+", "*", one.header) for one in free).most_common(1)
+        ways = [column_answer(Role.READING, name, "if all are runs") for name, n in alike if n > 1] + ways
         names = ", ".join(one.header for one in named)
         decisions.ask(table.path, "no column is named as the reading", *ways, found=names)
         decisions.settle()
@@ -236,7 +262,7 @@ def _column_cycles(columns: Sequence[Column]) -> list[int]:
 
 def _picked(table: Table, column: Column, rising: bool, missing: bool) -> tuple[Whole, Array]:
     """Rows and values of one column in the order of travel: upwards in the table for a column of the way back."""
-    values = table.numbers(column.place)
+    values = table.numbers(column.place) * column.sign
     if np.isfinite(values).all():
         rows = np.arange(len(values))
         return (rows[::-1], values[::-1]) if column.label.way < 0 and rising else (rows, values)

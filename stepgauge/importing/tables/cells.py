@@ -22,7 +22,7 @@ from stepgauge.files.units import find_unit
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer
 from stepgauge.importing.tables.source import Source
-from stepgauge.importing.tables.vocabulary import says_run
+from stepgauge.importing.tables.vocabulary import MEASURE, says_run
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,17 +33,17 @@ DELIMITERS = {"semicolon": ";", "tab": "\t", "bar": "|", "comma": ","}
 SPACES = {"spaces": r"\s{2,}", "space": r"\s+", "every space": r"\s+(?#)"}
 """The same for columns that are set apart by white space, as patterns: in the last, date and time of day are two."""
 FIXED = "fixed width"
+_CELL = re.compile(r'"([^"]*)"')
 _DATE_AND_TIME = re.compile(r"(\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}) +(\d{1,2}:\d\d)")
 _OPENS = re.compile(r'(?:^|[;,|\t]) *"[^"]*$')
 """A cell that begins with a quotation mark and does not end."""
 _RULE = re.compile(r"[\s|:+=_-]*[-=_]{3}[\s|:+=_-]*|[\s|:-]*(?:--|[|][\s:]*-)[\s|:-]*")
 """A line that is drawn, as below the header of a markdown table."""
-_NO_VALUE_WORDS = "- -- --- n/a na nan #n/a null none ol over overflow err ***** -fffffff fffffff"
-_NO_VALUE_PHRASES = ("out of range", "no signal", "no echo", "no data", "no reading")
-_NO_VALUE = frozenset(["", *_NO_VALUE_WORDS.split(), *_NO_VALUE_PHRASES])
+_NO_VALUE_WORDS = (
+    "- -- --- n/a na nan #n/a null none ol over overflow err ***** -fffffff fffffff out_of_range no_signal no_echo"
+)
+_NO_VALUE = frozenset(["", *(word.replace("_", " ") for word in _NO_VALUE_WORDS.split())])
 COMMENT_MARKS = ("#", "//", "%", "$$", "!")
-MEASURE = re.compile(r"([-+]?\d[\d.,']*) ?(mm|[uµμn]m|cm|m|in|inch|deg|°|arcsec|s|ms|min|°C|degC)")
-"""A number with its unit."""
 _NUMBERS = re.compile(r"[\s|\"']*[-+]?[.,]?\d")
 DEGREES = re.compile(r"([-+]?)(\d{1,3}) ?° ?(\d{1,2}) ?['′] ?(?:(\d{1,2}(?:[.,]\d+)?) ?(?:\"|″|''))?")
 """An angle in degrees, minutes and seconds."""
@@ -126,16 +126,19 @@ def uncomment_headings(lines: Sequence[str]) -> list[str]:
     said = {n for n, line in enumerate(lines) if is_remark(line) and says_run(line.lstrip("#/%!$ \t"))}
     blocks = {n for n in said if numbers < n < plain[-1]}
     above = {n for n in said if plain and plain[0] < numbers and n < numbers} if blocks else set[int]()
-    return [line.lstrip("#/%!$ \t") if n in blocks | above else line for n, line in enumerate(lines)]
+    text = [line.lstrip("#/%!$ \t").replace('"', "'") for line in lines]
+    return [f'"{text[n]}"' if n in blocks | above else line for n, line in enumerate(lines)]
 
 
-def read_text_cells(source: Source, delimiter: str | None, decisions: Decisions, columns: int | None = None) -> Cells:
+def read_text_cells(
+    source: Source, delimiter: str | None, decisions: Decisions, columns: int | None = None, whole: bool = False
+) -> Cells:
     """Rows of a text; the delimiter is the one given, that of a ``sep=`` line, or the one that divides it best.
 
-    ``columns``: how many there are, where that is known. :class:`InputError` for a text without rows.
+    ``columns``: how many there are, where that is known; ``whole``: whether all is read cell by cell. :class:`InputError` for a text without rows.
     """
     text, encoding = source.decoded
-    head, middle, tail = _parted(text)
+    head, middle, tail = (text.splitlines(), "", list[str]()) if whole else _parted(text)
     lines = uncomment_headings([*(head := _rejoined(head)), *tail])
     if lines and re.fullmatch(r"(?i)sep=.", lines[0].strip()):
         delimiter = delimiter or lines[0].strip()[4]
@@ -148,7 +151,7 @@ def read_text_cells(source: Source, delimiter: str | None, decisions: Decisions,
     in_head = sum(n < len(head) for n in rows)
     bulk = _bulk(middle, split.mark, cells, in_head, len(head) + 1) if middle else None
     if middle and bulk is None:  # not numbers alone: cell by cell
-        return _whole(source, text, encoding, split)
+        return read_text_cells(source, delimiter, decisions, columns, whole=True)
     comments = [line for line in lines if is_remark(line)]
     between = len(bulk) if bulk is not None else 0
     numbers = [n + 1 + (between if n >= len(head) else 0) for n in rows]
@@ -180,15 +183,6 @@ def _rejoined(lines: list[str]) -> list[str]:
                 found[n] = " ".join(found[n : end + 1])
                 found[n + 1 : end + 1] = [""] * (end - n)
     return found
-
-
-def _whole(source: Source, text: str, encoding: str, split: Splitter) -> Cells:
-    """All of a long text cell by cell."""
-    lines = uncomment_headings(text.splitlines())
-    rows = [n for n, line in enumerate(lines) if line.strip() and not is_remark(line) and not _RULE.fullmatch(line)]
-    comments = [line for line in lines if is_remark(line)]
-    blank, notes = len(lines) - len(rows) - len(comments), (f"{encoding}, {split.name}-separated",)
-    return Cells(source.name, split([lines[n] for n in rows]), [n + 1 for n in rows], comments, blank, notes)
 
 
 def _parted(text: str) -> tuple[list[str], str, list[str]]:
@@ -243,7 +237,9 @@ class Splitter:
         if self.mark in SPACES.values():
             joined = _joined if self.mark != SPACES["every space"] else str.strip
             return [
-                [
+                [one[1]]
+                if (one := _CELL.fullmatch(line))
+                else [
                     cell.replace("_", " ") if is_moment(cell) else cell.strip('"')
                     for cell in re.split(self.mark, joined(line))
                 ]

@@ -17,6 +17,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.tables.vocabulary import (
     LABEL,
+    MEASURE,
     WORDS,
     Label,
     parse_label,
@@ -81,7 +82,7 @@ _VECTORS = {**dict.fromkeys(WORDS["approach"], APPROACH), **dict.fromkeys(WORDS[
 @dataclass(frozen=True)
 class Column:
     """``header`` as it stands there, ``name``: without its unit; ``role``: None for a number recorded besides;
-    ``label``: cycle and direction, where the name says them.
+    ``label``: cycle and direction, where the name says them; ``sign``: -1 for readings that go against the targets.
     """
 
     place: int
@@ -90,6 +91,7 @@ class Column:
     role: str | None
     unit: Unit | None
     label: Label = LABEL
+    sign: float = 1.0
 
     @property
     def called(self) -> str:
@@ -107,9 +109,11 @@ def read_columns(
     """The roles of all columns; ``units``: those of a row of units; ``chosen``: headers by role, by hand.
 
     A choice removes its rivals: what else is named as that role, or as another one of values, is recorded besides.
-    Of an axis, columns whose names differ only in a number and a direction are the readings of a wide table.
+    Of an axis, columns whose names differ only in a number and a direction are the readings of a wide table, and
+    readings named by hand with a minus before the header are taken with the other sign.
     """
     columns = []
+    turned = {role: text[1:] for role, text in chosen.items() if role == Role.READING and text.startswith("-")}
     for place, (header, stated) in enumerate(zip(headers, units, strict=True)):
         if len(header) > LONGEST_HEADER:
             columns.append(Column(place, header[:LONGEST_HEADER], header[:LONGEST_HEADER], None, None))
@@ -120,20 +124,24 @@ def read_columns(
         by_hand = _chosen(header, name, place, chosen)
         plain = header.strip() if recipe is POINTS and header.strip() in OF_POINTS else recipe(name, unit)
         role = by_hand or (None if plain in chosen or (recipe is AXIS and _removed(plain, chosen)) else plain)
-        columns.append(Column(place, header, name, Role.DROPPED if role == Role.IGNORE else role, unit))
+        sign = 1.0
+        if by_hand is None and (against := _chosen(header, name, place, turned)):
+            role, sign = against, -1.0
+        columns.append(Column(place, header, name, Role.DROPPED if role == Role.IGNORE else role, unit, sign=sign))
     return columns if recipe is POINTS else _arcsec_columns(columns, chosen)
 
 
-def parse_columns(texts: Sequence[str]) -> dict[str, str]:
+def parse_columns(given: Mapping[str, str] | str | Sequence[str]) -> dict[str, str]:
     """``("reading=Run *", ..)`` as a mapping; :class:`InputError` for what is no role."""
     found: dict[str, str] = {}
-    for text in texts:
+    texts = [f"{name}={header}" for name, header in given.items()] if isinstance(given, Mapping) else given
+    for text in (texts,) if isinstance(texts, str) else texts:
         role, equals, header = text.partition("=")
         name = _CALLED.get(role.strip(), role.strip())
         if name in found and name != Role.IGNORE:
-            expected = f'one HEADER, of several runs a pattern as {name}="Run *", or their names by'
-            raise InputError(naming("columns"), f"{name} is given twice", found=repr(text),
-                             expected=naming("header", words=expected + " {}"))  # fmt: skip
+            words = 'one HEADER, of several runs one for all as "Run *", or {} with names of the runs'
+            what = f"{name} is given twice"
+            raise InputError(naming("columns"), what, found=repr(text), expected=naming("header", words=words))
         if not equals or not header.strip() or name not in ROLES:
             expected = f"NAME=HEADER, NAME of {', '.join(ROLES)}"
             raise InputError(naming("columns"), "not understood", found=repr(text), expected=expected)
@@ -231,7 +239,7 @@ def _labelled(one: Column, chosen: Mapping[str, str]) -> Column:
     """A column whose name says a cycle or a direction: its own, or, as ``Run 3``, that of the readings below it."""
     label, by_hand = parse_label(one.name), _chosen(one.header, one.name, one.place, chosen)
     own = (Role.TARGET, Role.TIME, Role.FROM, Role.TO, Role.U_TARGET, Role.PLACEMENT)
-    if label == LABEL or by_hand == Role.IGNORE or one.role in own:
+    if label == LABEL or by_hand == Role.IGNORE or one.role in own or MEASURE.fullmatch(one.header.strip()):
         return one
     return replace(one, role=None if one.role in (Role.CYCLE, Role.WAY) and by_hand is None else one.role, label=label)
 

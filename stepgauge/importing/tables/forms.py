@@ -14,13 +14,15 @@ import numpy as np
 
 from stepgauge.files.numerals import looks_numeric
 from stepgauge.files.units import find_unit
-from stepgauge.importing.tables.cells import DEGREES, MEASURE, Cell, Cells, any_number
+from stepgauge.importing.tables.cells import DEGREES, Cell, Cells, any_number
 from stepgauge.importing.tables.columns import VALUE_ROLES, Role, axis_role
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.vocabulary import LABEL, WORDS, parse_label, split_name, words_of
+from stepgauge.importing.tables.vocabulary import LABEL, MEASURE, WORDS, parse_label, split_name, words_of
 
 FEWEST = 3
 """Numbers beside one another, or below one another, from which they are of such a form."""
+_RUNS = WORDS["cycle"] | WORDS["way"]
+_OF_RUNS = _RUNS | WORDS["cycle beside"] | WORDS["number of"] | WORDS["count"]
 _PARTS = ("degree", "arcminute", "arcsecond")
 
 
@@ -33,21 +35,30 @@ def arrange_columns(cells: Cells) -> Cells:
 
 
 def _side_by_side(cells: Cells) -> Cells:
-    """Targets that are the names of columns, behind that of the run, as a row of targets above rows of runs."""
+    """Targets that are the names of columns, behind that of the run, as a row of targets above rows of runs.
+
+    Alone, or behind a number of the row, they are names where they state their unit, and the numbers below do not.
+    """
     for n, row in enumerate(cells.rows[:-1]):
         first = next((place for place, cell in enumerate(row) if _target(cell) is not None), 0)
         names, targets = row[:first], [_target(cell) for cell in row[first:]]
-        known = set(words_of(str(names[0]))) <= WORDS["cycle"] | WORDS["way"] if names else False
-        run = known and all(map(_is_text, names))
+        words, below = frozenset(words_of(str(names[0]))) if names else _OF_RUNS, cells.rows[n + 1]
+        stated = all(map(_measured, row[first:])) and len(below) == len(row) and not any(map(_measured, below))
+        run = (words <= _OF_RUNS if stated else words <= _RUNS) and all(map(_is_text, names))
         units = {target[1] for target in targets if target is not None}
         if run and len(targets) >= FEWEST and None not in targets and len(units) == 1:
             unit = units.pop()
             head: list[Cell] = [f"target [{unit}]" if unit else "target", *(one[0] for one in targets if one)]
-            rows = [[_joined(names, one), *one[first:]] for one in cells.rows[n + 1 :] if len(one) == len(row)]
+            rows: list[list[Cell]] = [[_joined(names, one) if words <= _RUNS else f"run {k}", *one[first:]]
+                for k, one in enumerate(cells.rows[n + 1 :], 1) if len(one) == len(row)]  # fmt: skip
             lines = [line for line, one in zip(cells.lines[n + 1 :], cells.rows[n + 1 :], strict=True)
                      if len(one) == len(row)]  # fmt: skip
             return replace(cells, rows=[*cells.rows[:n], head, *rows], lines=[*cells.lines[: n + 1], *lines])
     return cells
+
+
+def _measured(cell: Cell) -> bool:
+    return isinstance(cell, str) and MEASURE.fullmatch(cell) is not None
 
 
 def _target(cell: Cell) -> tuple[str, str] | None:

@@ -25,6 +25,8 @@ _TOKEN = re.compile(r"[^\W\d_]+|[-\u2010\u2014]")
 _LABEL = re.compile(r"[^\W\d_]+|\d+|[+\-−–↑↓→←<>]+")
 _COMPOUND = re.compile(r"(\w{3,}?)s?(temperature|temperatur|temp)")
 """German names in one word, such as "Prüflingstemperatur"."""
+MEASURE = re.compile(r"([-+]?\d[\d.,']*) ?(mm|[uµμn]m|cm|m|in|inch|deg|°|arcsec|s|ms|min|°C|degC)")
+"""A number with its unit."""
 _BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 _BEHIND = re.compile(r"(.*?)\s*(?:\s/\s*|\s+in\s+|_|\s+(?=°))([^\s/]+(?:/[^\s/]+)?)\s*$", re.IGNORECASE)
 _LOOSELY = (

@@ -29,7 +29,10 @@ def read_workbook_cells(source: Source, sheet: str | None) -> Cells:
     with reading(path, "workbook"):
         name, left, rows, blank = _read_grid(path, content, sheet)
     lines = uncomment_headings(["\t".join(map(str, row)) for _, row in rows])
-    rows = [(n, [line] if _is_comment(row) else row) for (n, row), line in zip(rows, lines, strict=True)]
+    rows = [
+        (n, [line.strip('"')] if _is_comment(row) and not is_remark(line) else row)
+        for (n, row), line in zip(rows, lines, strict=True)
+    ]
     comments = [str(row[0]) for _, row in rows if _is_comment(row)]
     rows = [(n, row) for n, row in rows if not _is_comment(row)]
     if not rows:
