@@ -17,9 +17,10 @@ from stepgauge.errors import reading
 from stepgauge.importing.axis.build import AxisOptions, build_axis
 from stepgauge.importing.axis.faces import check_measured, header_answer
 from stepgauge.importing.axis.heights import read_heights, reduced
-from stepgauge.importing.axis.long import Long, check_titles, to_long
+from stepgauge.importing.axis.long import Long, to_long
 from stepgauge.importing.axis.stated import check_stated
 from stepgauge.importing.axis.targets import Targets
+from stepgauge.importing.axis.travel import check_stated_travel
 from stepgauge.importing.result import Imported
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.columns import AXIS, VALUE_ROLES, Column, Role, check_chosen, read_columns
@@ -69,8 +70,7 @@ def import_axis(
         roles = _circle_columns(roles, decisions)
         decisions.columns = taken_columns(table, [(one.place, one.role, one.unit) for one in roles])
         check_chosen(roles, layout.columns, table.path)
-        if "title=*" not in layout.rows:
-            check_titles(table, roles, decisions)
+        check_stated_travel(table, roles, layout, decisions)
         found = to_long(table, roles, options.missing, layout.time_unit, decisions)
         recording, targets = build_axis(found, table, options, decisions)
         check_stated(table.facts, recording, source.name)

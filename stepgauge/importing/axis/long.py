@@ -16,14 +16,14 @@ from stepgauge.axis.recording import STATIONS, places_of
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import Unit
-from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
+from stepgauge.importing.axis.travel import cycles_of_repeats
 from stepgauge.importing.tables.cells import is_empty
 from stepgauge.importing.tables.clock import Clock
-from stepgauge.importing.tables.columns import DEVIATIONS, VALUE_ROLES, Column, Role, axis_role, is_known
+from stepgauge.importing.tables.columns import DEVIATIONS, VALUE_ROLES, Column, Role, axis_role, called, is_known
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.header import text_of
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, column_answer, shown
-from stepgauge.importing.tables.rivals import called, one_of
+from stepgauge.importing.tables.rivals import one_of
 from stepgauge.importing.tables.values import beside, check_finite, clock_of, finite
 from stepgauge.importing.tables.vocabulary import LABEL, WORDS, Label, parse_label, title_label, way_of, words_of
 
@@ -149,29 +149,6 @@ def _sweeps(table: Table, roles: Sequence[Column], columns: Sequence[Column], ti
     if target is None:
         return np.full(len(table.lines), int(max(_column_cycles(columns)) > 1))
     return cycles_of_repeats(places_of(_targets(table, target)), _row_numbers(table, roles, Role.PLACEMENT, titles))
-
-
-def check_titles(table: Table, roles: Sequence[Column], decisions: Decisions) -> None:
-    """The lines above the blocks say the direction of all rows or of none, and the order of the targets fits them.
-
-    Tables often list the way back with rising targets; falling ones on the way up, or both ways in one block, do not.
-    """
-    way, target = _row_numbers(table, roles, Role.WAY, titles := [title_label(one) for one in table.titles]), None
-    if not any(one.way for one in titles) or any(one.role in (Role.WAY, Role.CYCLE) for one in roles):
-        return
-    target = _only(roles, Role.TARGET)
-    fits = bool(way.all())
-    for n in np.unique(table.block) if target is not None else ():
-        rows = table.block == n
-        order = ways_of_order(places_of(_targets(table, target)[rows])) if target is not None else way[rows]
-        fits &= bool((order == 1).all() or (way[rows] == order).all())
-    if not fits:
-        ways = [
-            QuestionAnswer("rows", "title=*", "to take the lines"),
-            column_answer(Role.IGNORE, "title", "to take the order"),
-        ]
-        what = "the lines above the blocks say other directions than the order of the targets, or not all of them"
-        decisions.ask(table.path, what, *ways, found=shown([repr(one) for one in table.titles]))
 
 
 def _rank(values: Whole) -> Whole:

@@ -1,14 +1,64 @@
-"""Direction of travel and cycle of every reading, where the table states neither: from the order of the targets."""
+"""Direction of travel and cycle of every reading, where the table states neither: from the order of the targets.
+
+What it states, in lines above blocks and as cycles, is compared with the targets before.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from stepgauge.axis.recording import places_of
+from stepgauge.importing.tables.columns import Column, Role
+from stepgauge.importing.tables.grid import Table
+from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, column_answer, shown
+from stepgauge.importing.tables.read import TableLayout
+from stepgauge.importing.tables.vocabulary import title_label
+
 Whole = NDArray[np.int64]
+
+
+def check_stated_travel(table: Table, roles: Sequence[Column], layout: TableLayout, decisions: Decisions) -> None:
+    """Asks where directions above blocks, or numbers of cycles, are none by the targets; not what was told by hand."""
+    column = {one.role: one.place for one in roles if one.role in (Role.TARGET, Role.CYCLE, Role.WAY)}
+    place = places_of(table.numbers(column[Role.TARGET])) if Role.TARGET in column else np.zeros(len(table), np.intp)
+    if "title=*" not in layout.rows and not {Role.CYCLE, Role.WAY} & set(column):
+        _check_titles(table, place, decisions)
+    if {Role.TARGET, Role.CYCLE} <= set(column) and Role.CYCLE not in layout.columns:
+        _check_cycles(table, place, column[Role.CYCLE], decisions)
+
+
+def _check_titles(table: Table, place: NDArray[np.intp], decisions: Decisions) -> None:
+    """The lines above the blocks say the direction of all rows or of none, and the order of the targets fits them.
+
+    Tables often list the way back with rising targets; falling ones on the way up, or both ways in one block, do not.
+    """
+    said = np.array([title_label(one).way for one in table.titles])
+    order = [ways_of_order(place[table.block == n]) for n in range(len(said))]
+    fits = all(way and ((one == 1).all() or (one == way).all()) for way, one in zip(said, order, strict=True))
+    if said.any() and not fits:
+        ways = (
+            QuestionAnswer("rows", "title=*", "to take the lines"),
+            column_answer(Role.IGNORE, "title", "to take the order"),
+        )
+        what = "the lines above the blocks say other directions than the order of the targets, or not all of them"
+        decisions.ask(table.path, what, *ways, found=shown([repr(one) for one in table.titles]))
+
+
+def _check_cycles(table: Table, place: NDArray[np.intp], cycle: int, decisions: Decisions) -> None:
+    """A column of cycles has its numbers at every target, or as often at each that has them; other counts do not."""
+    texts = [str(cell) for cell in table.cells(cycle)]
+    counts = Counter(zip(place.tolist(), texts, strict=True))
+    if len(set(counts.values())) > 1 and len(counts) < len(set(place.tolist())) * len(set(texts)):
+        name = table.headers[cycle] or f"#{cycle + 1}"
+        ways = column_answer(Role.CYCLE, name, "if it is"), column_answer(Role.IGNORE, name)
+        what = "a column of cycles has numbers that some targets lack and others repeat"
+        decisions.ask(table.path, what, *ways, found=repr(name))
 
 
 def ways_of_order(place: NDArray[np.intp]) -> Whole:

@@ -135,7 +135,8 @@ def read_text_cells(
 ) -> Cells:
     """Rows of a text; the delimiter is the one given, that of a ``sep=`` line, or the one that divides it best.
 
-    ``columns``: how many there are, where that is known; ``whole``: whether all is read cell by cell. :class:`InputError` for a text without rows.
+    ``columns``: how many there are, where that is known; ``whole``: whether all is read cell by cell.
+    :class:`InputError` for a text without rows.
     """
     text, encoding = source.decoded
     head, middle, tail = (text.splitlines(), "", list[str]()) if whole else _parted(text)

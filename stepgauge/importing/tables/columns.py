@@ -99,6 +99,11 @@ class Column:
         return self.header or f"#{self.place + 1}"
 
 
+def called(one: Column, among: Sequence[Column]) -> str:
+    """How a choice names a column: by its header, or by its place where another one has the same."""
+    return one.called if sum(other.header == one.header for other in among) == 1 else f"#{one.place + 1}"
+
+
 Recipe = Callable[[str, "Unit | None"], "str | None"]
 """What a column is by its name and unit, of what is wanted."""
 

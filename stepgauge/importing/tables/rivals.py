@@ -7,7 +7,6 @@ every deviation twice; targets are set, so they are rounder than readings.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -24,6 +23,7 @@ from stepgauge.importing.tables.columns import (
     VALUES,
     Column,
     Role,
+    called,
     is_known,
     read_columns,
     remainder,
@@ -41,8 +41,6 @@ NEAR = 0.01
 """Of a column that is the same in every row: readings that are as near to it may be those of one target."""
 FOLLOWS = 0.2
 """Readings follow their targets with slope 1, within this in any unit of the same size."""
-PER = (1.0, 1e-3, 1e3, 25.4e-3)
-"""Sizes that the unit of deviations may have in that of the targets, or of the other way round."""
 AGREES = 0.02
 """Of the span of the deviations, beside their last digits: what is told twice may differ by as much."""
 TEMPERATURES_C = (-80.0, 400.0)
@@ -61,8 +59,6 @@ def settled_roles(table: Table, layout: TableLayout, decisions: Decisions) -> li
     _check_kinds(table, roles, layout, decisions)
     if not chosen:
         _check_told_twice(table, roles, decisions)
-    if Role.CYCLE not in chosen:
-        _check_cycles(table, roles, decisions)
     for one in roles:
         if one.role is None:
             _check_unnamed(table, one, roles, chosen, decisions)
@@ -91,11 +87,6 @@ def one_of(
             (why or "asked") if one in open_ else f"a copy of column {first.place + 1}",
         )
     return first
-
-
-def called(one: Column, among: Sequence[Column]) -> str:
-    """How a choice names a column: by its header, or by its place where another one has the same."""
-    return one.called if sum(other.header == one.header for other in among) == 1 else f"#{one.place + 1}"
 
 
 def is_text(table: Table, place: int) -> bool:
@@ -280,7 +271,7 @@ def _check_unnamed(table: Table, one: Column, roles: Sequence[Column], chosen: C
 # what a table says twice
 
 
-def _check_told_twice(table: Table, roles: Sequence[Column], decisions: Decisions) -> None:
+def _check_told_twice(table: Table, roles: list[Column], decisions: Decisions) -> None:
     """Targets, readings and deviations beside one another agree, and targets are the rounder ones."""
     import pandas as pd
 
@@ -288,7 +279,7 @@ def _check_told_twice(table: Table, roles: Sequence[Column], decisions: Decision
         _only(roles, *names) for names in ((Role.TARGET,), (Role.READING,), (Role.DEVIATION, Role.CORRECTION))
     )
     if target is not None and deviation is not None and reading is None:
-        _check_other_target(table, target, deviation, roles, decisions)
+        _check_rival(table, target, deviation, roles, decisions)
     if target is None or reading is None:
         return
     places, values = table.numbers(target.place), table.numbers(reading.place)
@@ -310,32 +301,16 @@ def _check_told_twice(table: Table, roles: Sequence[Column], decisions: Decision
         decisions.ask(table.path, what, *ways)
 
 
-def _check_other_target(
-    table: Table, target: Column, deviation: Column, roles: Sequence[Column], decisions: Decisions
-) -> None:
+def _check_rival(table: Table, target: Column, deviation: Column, roles: list[Column], decisions: Decisions) -> None:
     """Deviations that are the target minus another column: the other one is the target by them."""
-    sign = -1.0 if deviation.role == Role.CORRECTION else 1.0
-    places, stated = table.numbers(target.place), sign * table.numbers(deviation.place)
-    for other in (one for one in roles if one.role is None and (one.unit or target.unit) == target.unit):
-        told = places - table.numbers(other.place)
-        if np.ptp(places) and told.any() and any(np.allclose(told, stated * per, rtol=1e-6, atol=1e-9) for per in PER):
+    unit = target.unit or deviation.unit
+    per = 1.0 if unit is None else (deviation.unit or unit).factor / unit.factor
+    stated = table.numbers(deviation.place) * (-per if deviation.role == Role.CORRECTION else per)
+    for other in (one for one in roles if one.role is None and (one.unit or unit) == unit):
+        if stated.any() and np.allclose(table.numbers(target.place) - table.numbers(other.place), stated, rtol=1e-6):
             ways = [column_answer(Role.TARGET, one.called) for one in (other, target)]
             what = f"{deviation.header!r} is {target.header!r} minus {other.header!r}: which one is the target?"
             decisions.ask(table.path, what, *ways)
-
-
-def _check_cycles(table: Table, roles: Sequence[Column], decisions: Decisions) -> None:
-    """A column of cycles has its numbers at every target, or as often at each that has them; other counts are none."""
-    cycle, target = _only(roles, Role.CYCLE), _only(roles, Role.TARGET)
-    numbers = np.empty(0) if cycle is None else table.numbers(cycle.place)
-    if cycle is None or target is None or not np.isfinite(numbers).all() or (np.diff(numbers) >= 0.0).all():
-        return
-    places = table.numbers(target.place)
-    counts = Counter(zip(places.tolist(), numbers.tolist(), strict=True))
-    if len(set(counts.values())) > 1 and len(counts) < len(np.unique(places)) * len(np.unique(numbers)):
-        ways = column_answer(Role.CYCLE, cycle.called, "if it is"), column_answer(Role.IGNORE, cycle.called)
-        what = "a column of cycles has numbers that some targets lack and others repeat"
-        decisions.ask(table.path, what, *ways, found=repr(cycle.header))
 
 
 def _only(roles: Sequence[Column], *names: str) -> Column | None:
@@ -352,7 +327,7 @@ def _check_difference(table: Table, target: Column, reading: Column, deviation: 
     told = values * (per[1] or of_target) - places * of_target
     size = float(np.abs(stated).max(initial=0.0))
     ratio = max(float(np.abs(told).max()), 1e-12) / (size or 1.0)
-    factor = per[2] or min(PER, key=lambda one: abs(np.log(ratio / one)))
+    factor = per[2] or min((1.0, 1e-3, 1e3, 25.4e-3), key=lambda one: abs(np.log(ratio / one)))
     if not size and not per[2]:
         return
     digits = _last_digit(values) * (per[1] or of_target)  # a target is as it is set
