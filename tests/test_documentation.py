@@ -115,11 +115,14 @@ SHOWN = {
         r"(.|\n)*squareness xy \| −40\d urad(.|\n)*towards - of the first(.|\n)*reversal error y \| 38\.\d um",
     },
     "laser.md": {
-        "laser/diagnosis.md": r"reversal error \| 3\.0(.|\n)*scale error \| 12\.(.|\n)*period (5\.000|4\.999)",
+        "laser/diagnosis.md": r"reversal error \| −2\.98.*backlash by 2\.98\d um more(.|\n)*scale error \| 12\.(.|\n)*"
+        r"period (5\.000|4\.999)",
         "laser-iso230/iso230.json": "do not conform",
     },
     "telescope.md": {"telescope/diagnosis.md": r"period 2\.(50|49)\d* deg"},
-    "printer.md": {"printer/diagnosis.md": r"reversal error \| 10\d(.|\n)*scale error \| [56]\d\d\d um/m"},
+    "printer.md": {
+        "printer/diagnosis.md": r"reversal error \| −11\d.*backlash by 11\d\.\d um more(.|\n)*scale error \| 59\d\d um/m"
+    },
     "cmm-programs.md": {"results/cmm/evaluation.json": '"xm_um"'},
     "certificate.md": {"results/budget/budget.json": r'"not_included": \[\]'},
     "follow.md": {"results/history/history.csv": "2026-09-02"},

@@ -21,7 +21,7 @@ def laser() -> pd.DataFrame:
     for cycle in range(1, 6):
         for way in (1, -1):
             for place in target[::way]:
-                um = 12e-3 * place + 1.5 * np.sin(2.0 * np.pi * place / 5.0 + 0.6) - 3.0 * (way < 0)
+                um = 12e-3 * place + 1.5 * np.sin(2.0 * np.pi * place / 5.0 + 0.6) + 3.0 * (way < 0)
                 reading = place + (um + rng.normal(0.0, 0.15)) / 1000.0
                 rows.append((cycle, "+" if way > 0 else "-", place, round(reading, 5)))
     return pd.DataFrame(rows, columns=["cycle", "direction", "target [mm]", "reading [mm]"])
@@ -43,7 +43,7 @@ def printer() -> pd.DataFrame:
     for cycle in range(1, 4):
         for way in (1, -1):
             for place in np.array([0.0, 7.0, 19.0, 28.0, 41.0, 50.0])[::way]:
-                mm = 6e-3 * place - 0.11 * (way < 0) + rng.normal(0.0, 0.01)
+                mm = 6e-3 * place + 0.11 * (way < 0) + rng.normal(0.0, 0.01)
                 rows.append((cycle, "+" if way > 0 else "-", place, round(place + mm, 2)))
     return pd.DataFrame(rows, columns=["cycle", "direction", "target [mm]", "reading [mm]"])
 
