@@ -121,7 +121,7 @@ SHOWN = {
     },
     "telescope.md": {"telescope/diagnosis.md": r"period 2\.(50|49)\d* deg"},
     "printer.md": {
-        "printer/diagnosis.md": r"reversal error \| −11\d.*backlash by 11\d\.\d um more(.|\n)*scale error \| 59\d\d um/m"
+        "printer/diagnosis.md": r"reversal error \| −11\d.*by 11\d\.\d um more(.|\n)*scale error \| 59\d\d um/m"
     },
     "cmm-programs.md": {"results/cmm/evaluation.json": '"xm_um"'},
     "certificate.md": {"results/budget/budget.json": r'"not_included": \[\]'},
