@@ -62,8 +62,8 @@ def bare_problem(data: Residuals, independent: bool = False) -> Problem:
     """The problem of a recording without candidates; ``independent``: for scatter that is the same for every row."""
     face = data.face - data.face.min()
     certified = (face == np.arange(face.max() + 1)[:, None]) * data.side
-    shown = certified.any(axis=1)
     u_um = np.asarray(data.gauge.u_um)[data.face.min() - 1 :][: len(certified)]
+    shown = certified.any(axis=1) & (u_um > 0.0)  # targets are exact; hundreds of columns that move nothing are slow
     # what the scatter may grow with, from 0 to 1
     growing = {c.name: (c.values - c.values.min()) / c.span for c in ([] if independent else everywhere(data))}
     stated_um, grown_um = float(data.machine.table.repeatability_um), np.hypot(data.grown_um, data.latched_um)
@@ -71,7 +71,7 @@ def bare_problem(data: Residuals, independent: bool = False) -> Problem:
         residual_um=data.um,
         scale_um=stated_um,
         certified=certified[shown],
-        certified_u=np.maximum(u_um[shown], 1e-4),
+        certified_u=u_um[shown],
         free=data.origins.astype(float),
         order=data.order,
         gap=np.zeros(0) if independent else _gaps(data),

@@ -51,7 +51,8 @@ class NoiseProposals:
         elif (burst := self._likeliest_burst(hypothesis)) is not None:
             yield tried(change(noise, burst=burst))
         yield from self._correlated(hypothesis, tried)
-        yield from (tried(change(noise, certificate=f)) for f in (1.0, *prior.certificate_factors))
+        if len(self.problem.certified):
+            yield from (tried(change(noise, certificate=f)) for f in (1.0, *prior.certificate_factors))
         if self.problem.rounded_um.any():
             yield tried(change(noise, rounded=not noise.rounded))
         yield from self._tails(hypothesis, tried)
