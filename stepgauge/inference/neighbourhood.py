@@ -11,7 +11,7 @@ was computed for its head. What a search happened to visit beyond that does not 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations, product
@@ -77,7 +77,10 @@ class WeightedHypothesis:
 
 @dataclass(frozen=True)
 class _Entry:
-    """One set of terms: ``log_posterior`` with its most probable noise; ``hypothesis``: None where it is rated only."""
+    """One set of terms: ``log_posterior`` with its most probable noise; ``hypothesis``: None where it is rated only.
+
+    ``shapes``: what the log posterior rises by if the shapes on the grids of its terms are summed one by one.
+    """
 
     candidates: tuple[Candidate, ...]
     log_posterior: float
@@ -87,11 +90,12 @@ class _Entry:
     hypothesis: Hypothesis | None = None
     expanded: bool = False
     neighbour: bool = False
+    shapes: float = 0.0
 
     @property
     def total(self) -> float:
-        """Log posterior, all models of the noise summed."""
-        return self.log_posterior + self.mixture.log_sum
+        """Log posterior, all shapes and models of the noise summed."""
+        return self.log_posterior + self.shapes + self.mixture.log_sum
 
 
 class Neighbourhood:
@@ -133,11 +137,12 @@ class Neighbourhood:
             self.entries[labels] = entry
             return
         neighbour = entry.neighbour or old.neighbour
+        shapes = old.shapes if old.neighbour else entry.shapes  # the first head that has it is the most probable
         if old.expanded or entry.hypothesis is None:
             entry = old if old.hypothesis is not None or old.log_posterior >= entry.log_posterior else entry
         elif old.hypothesis is not None:
             entry = _united(old, entry)
-        self.entries[labels] = replace(entry, neighbour=neighbour)
+        self.entries[labels] = replace(entry, neighbour=neighbour, shapes=shapes)
 
     def _next(self) -> frozenset[str] | None:
         """The most probable set of terms that is not expanded yet, if it is probable."""
@@ -155,18 +160,20 @@ class Neighbourhood:
             found = self.search.added(entry.base, entry.proposal)
         found = self.search.reshaped(found)
         mixture = self._mixture(found)
-        own = _Entry(entry.candidates, found.log_posterior + self._shapes_gain(found), mixture, found, None, found)
+        gain, each = self._shapes_gain(found)
+        own = _Entry(entry.candidates, found.log_posterior, mixture, found, None, found, shapes=gain)
         self.entries[labels] = replace(own, expanded=True, neighbour=True)
         bases = [found, *(self._without(found, place) for place in range(len(found.terms)))]
         self.noises[found.noise.model] = found.noise
         for base in bases:
+            shapes = gain if base is found else sum(each.get(label, 0.0) for label in base.labels)
             if base is not found:
-                self._enter(self._fewer(base, mixture))
+                self._enter(replace(self._fewer(base, mixture), shapes=shapes))
             if len(base.terms) < MOST_TERMS and (base is found or not self._is_more(labels)):
-                self._neighbours(base, mixture)
+                self._neighbours(base, mixture, shapes)
 
-    def _neighbours(self, base: Hypothesis, mixture: Mixture) -> None:
-        """All hypotheses with one term more than a base."""
+    def _neighbours(self, base: Hypothesis, mixture: Mixture, shapes: float) -> None:
+        """All hypotheses with one term more than a base; ``shapes``: of its terms."""
         top = max(one.log_posterior for one in self.entries.values())
         near, lower, rated = top - self.computed, list[float](), list[tuple[Proposal, float]]()
         for one in self.search.screen(base):
@@ -176,12 +183,13 @@ class Neighbourhood:
                 continue
             found = self.search.added(base, one)
             lower.append(found.log_posterior - worth)
-            self._enter(self._neighbour(found, mixture))
+            self._enter(replace(self._neighbour(found, mixture), shapes=shapes))
         less = float(np.median(lower)) if lower else 0.0
         own = tuple(term.candidate for term in base.terms)
         for one, worth in rated:
             if worth + less > top - NEGLIGIBLE:
-                self._enter(_Entry((*own, one.candidate), worth + less, mixture, base, one, neighbour=True))
+                more = _Entry((*own, one.candidate), worth + less, mixture, base, one, neighbour=True, shapes=shapes)
+                self._enter(more)
 
     def _without(self, found: Hypothesis, place: int) -> Hypothesis:
         """The hypothesis without a term; a second law of a kind is the first one without that."""
@@ -221,18 +229,28 @@ class Neighbourhood:
                 every[noise.model] = (noise, log)
         return Mixture(tuple(every.values()))
 
-    def _shapes_gain(self, head: Hypothesis) -> float:
-        """What the log posterior rises by if all shapes on the grids of all terms are summed, by computing each."""
+    def _shapes_gain(self, head: Hypothesis) -> tuple[float, dict[str, float]]:
+        """What the log posterior rises by if shapes on the grids of all terms are summed, and of each term alone.
+
+        All combinations are computed where they are few, else the sum of what each term has by itself.
+        """
         gridded = [term.candidate.atoms for term in head.terms if term.candidate.named and term.shape is None]
         few = math.prod(gridded) <= MOST_SHAPES
         choices = [self._shapes(head, place, few) for place in range(len(head.terms))]
-        as_it_is = all(one == [term] for one, term in zip(choices, head.terms, strict=True))
-        if as_it_is or np.prod([len(one) for one in choices]) > MOST_SHAPES:
-            return 0.0
-        every = [
-            self.search.evidence.apart(terms, head.noise, head.sigma_um).log_posterior for terms in product(*choices)
-        ]
-        return float(special.logsumexp(every)) - head.log_posterior
+        each = {}
+        for place, (term, own) in enumerate(zip(head.terms, choices, strict=True)):
+            if own != [term]:
+                alone = [[one] for one in head.terms]
+                alone[place] = own
+                each[term.candidate.label] = self._summed(head, alone)
+        if len(each) > 1 and math.prod(len(one) for one in choices) <= MOST_SHAPES:
+            return self._summed(head, choices), each
+        return sum(each.values()), each
+
+    def _summed(self, head: Hypothesis, choices: Sequence[Sequence[Term]]) -> float:
+        """Log posterior of all combinations of some shapes together, over that of a hypothesis."""
+        every = (self.search.evidence.apart(terms, head.noise, head.sigma_um) for terms in product(*choices))
+        return float(special.logsumexp([one.log_posterior for one in every])) - head.log_posterior
 
     def _shapes(self, head: Hypothesis, place: int, every: bool) -> list[Term]:
         """A term with each of its shapes, or the probable ones; as it is where it has one, or is no point of the grid.
