@@ -72,7 +72,7 @@ class _Value:
         scale, unit = (RELATIVE.get(self.unit, 1e-6), "") if spec == FACTOR else (1.0, self.unit)
         value = 1.0 + self.value * scale if spec == FACTOR else abs(self.value)
         if not self.u:
-            return f"{rounded(value, 7 if spec == FACTOR else 4)} {unit}".strip()
+            return f"{rounded(value, 8 if spec == FACTOR else 4)} {unit}".strip()
         text, expanded = uncertain(value, COVERAGE * self.u * scale, most=9)
         return f"{text} ± {expanded} {unit}".strip() + f" (k = {COVERAGE:g})"
 

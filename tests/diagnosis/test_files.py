@@ -241,7 +241,8 @@ def test_what_to_do_stands_before_the_evidence_for_it() -> None:
         assert values(member).replace("\n", "; ") in row
         assert uncertainties(member).replace("\n", "; ") in row
         assert f" {probability(member['conditional_probability'] * effect['probability'])} |" in row
-        assert remedy(member).repair in row
+        alone = {name: {**p, "u": None} for name, p in member["parameters"].items()}  # each u has its column
+        assert remedy({**member, "parameters": alone}).repair in row
         assert remedy(member).check in first
     assert effect["commands"][0] in first
     for word in ("chi-square", "held out", "Steps of the search", "degrees of freedom"):
