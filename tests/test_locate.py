@@ -205,13 +205,33 @@ def test_a_placement_file_says_the_same(gauge, yaw, pitch, origin) -> None:
     assert other.details == one.details or not one.details["notes"]
 
 
+@pytest.mark.parametrize("percent", [0.3, -0.3, 0.9])
+def test_a_scale_that_is_off_is_no_contradiction_on_a_machine_that_may_have_it(percent: float) -> None:
+    """The placement keeps middle and direction and the certified distance, and its file says how far that was off."""
+    gauge = make_gauge(14)
+    pose = make_pose(0.7, 0.05, origin=(100, 200, 50))
+    true, points = pose.placement(gauge), make_points(gauge, pose, RADIUS, (1, 14))
+    middle = (true.c1_mm + true.c2_mm) / 2.0
+    read = points + np.outer((points - middle) @ true.axis, true.axis) * percent / 100.0
+    with pytest.raises(InputError, match=r'C1 and C2 are .* apart.*kind = "machine tool"'):
+        locate(read, gauge, (1, 14), 1.0, RADIUS)
+    found = locate(read, gauge, (1, 14), 1.0, RADIUS, scale_error=0.01)
+    np.testing.assert_allclose([found.c1_mm, found.c2_mm], [true.c1_mm, true.c2_mm], atol=0.02)
+    again = parse_placement(format_placement(found), "again", gauge, 0.0)
+    distance = gauge.block_centre_mm[13] - gauge.block_centre_mm[0]
+    assert again.details["too_long_mm"] == pytest.approx(percent / 100.0 * distance, abs=0.03)
+    assert [f"{abs(percent):.2f} % (" in note for note in again.details["notes"]] == [True]
+    with pytest.raises(InputError, match="not blocks 1 and 13: the distance fits blocks 1 and 14"):
+        locate(points, gauge, (1, 13), 1.0, RADIUS, scale_error=0.01)
+
+
 POINTS = "point,x_mm,y_mm,z_mm\n" + "\n".join(f"{i},{i},0,{i % 3}" for i in range(1, 17)) + "\n"
 
 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("\n5,5,0,2", "", ["1 of the 16 points missing", "no 5"]),
+        ("\n5,5,0,2", "", ["1 of the 16 points missing", "not there: 5"]),
         ("\n5,5,0,2", "\n4,5,0,2", [":6", "twice", "4"]),
         ("\n5,5,0,2", "\n17,5,0,2", [":6", "unknown point", "17"]),
         ("\n5,5,0,2", "\n5,5,0", [":6", "cut short"]),

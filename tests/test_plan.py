@@ -203,8 +203,35 @@ def test_what_is_in_the_way_is_named() -> None:
     assert "tip ball comes too close to the rail" in refused(gauge, make_machine(), height_mm=-5.4)
     short = make_machine(stylus_length_mm=8.0)
     assert "probe body comes too close to" in refused(gauge, short)
+    assert "true size: body_diameter_mm = 25 (not stated, the usual one) in [probe]" in refused(gauge, short, 0.001)
+    assert "body_diameter_mm = 30 in [probe]" in refused(gauge, make_machine(stylus_length_mm=8.0, body_diameter_mm=30))
     assert "stylus shank comes too close to" in refused(gauge, make_machine(), pitch=0.3)
     assert "not on the faces" in refused(gauge, make_machine(), height_mm=8.0)
+
+
+@pytest.mark.parametrize("percent", [0.3, -0.3, 0.9])
+def test_a_placement_read_off_a_scale_that_is_off_is_planned_about_its_middle(tmp_path: Path, percent: float) -> None:
+    """Block centres 500 mm apart as a mill shows them, by hand: direction, middle and the certified distance stay."""
+    gauge = make_gauge(14)
+    true = make_pose(0.3, 0.0).placement(gauge)
+    lies, middle = tmp_path / "lies.toml", (true.c1_mm + true.c2_mm) / 2.0
+    ends = [(middle + (end - middle) * (1.0 + percent / 100.0)).tolist() for end in (true.c1_mm, true.c2_mm)]
+    lies.write_text(f"c1_mm = {ends[0]}\nc2_mm = {ends[1]}\nfirst_block = 1\nlast_block = 14\n")
+    table = make_machine().table
+    mill = replace(make_machine(), table=table.model_copy(update={"kind": "machine tool"}))
+    for machine in (None, make_machine()):
+        with pytest.raises(InputError, match=r'kind = "machine tool"'):
+            plan(lies, gauge, machine, cycles=1, tip_radius_mm=2.0)
+    known = plan(true, gauge, mill, cycles=1, tip_radius_mm=2.0).program
+    if abs(percent) > 0.5:
+        with pytest.raises(InputError, match=r"the search is too short.*expected search_mm 1\.6"):
+            plan(lies, gauge, mill, cycles=1, tip_radius_mm=2.0, search_mm=1.0)
+    planned = plan(lies, gauge, mill, cycles=1, tip_radius_mm=2.0, search_mm=4.0)
+    assert re.search(rf"{abs(percent):.2f} % .*too {'long' if percent > 0 else 'short'}", planned.summary())
+    np.testing.assert_allclose(planned.program.position_mm, known.position_mm, atol=1e-6)
+    lies.write_text(lies.read_text().replace("last_block = 14", "last_block = 13"))
+    with pytest.raises(InputError, match="are not blocks 1 and 13"):
+        plan(lies, gauge, mill, cycles=1, tip_radius_mm=2.0)
 
 
 def test_a_head_turned_square_to_a_steep_gauge_has_room() -> None:

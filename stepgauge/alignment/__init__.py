@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.alignment.blocks import Blocks, fit_up, solve_blocks
+from stepgauge.alignment.checks import undo_scale
 from stepgauge.alignment.scatter import find_scatter
 from stepgauge.alignment.slips import check_points
 from stepgauge.errors import InputError, naming
@@ -23,7 +24,14 @@ from stepgauge.files.arrays import Array
 from stepgauge.files.tables import read_numbers
 from stepgauge.files.text import read_text
 from stepgauge.gauge.certified import Gauge
-from stepgauge.gauge.placement import STANDING_COS, Placement, has_yaw, make_placement
+from stepgauge.gauge.placement import (
+    STANDING_COS,
+    Placement,
+    block_distance_mm,
+    has_yaw,
+    make_placement,
+    scale_note,
+)
 from stepgauge.recording.lines import is_beside
 
 POINT_COLUMNS = ("point", "x_mm", "y_mm", "z_mm")
@@ -89,6 +97,7 @@ def locate(
     tip_radius_mm: float | None = None,
     where: str | Path = "points",
     turned: bool = False,
+    scale_error: float = 0.0,
 ) -> Placement:
     """Find how the gauge lies.
 
@@ -101,6 +110,7 @@ def locate(
     tip_radius_mm : nominal tip radius, checked against the one that the points give
     where : file name for messages
     turned : the gauge is known to be steeper than :data:`STEEP_DEG`, or rotated by more than :data:`TURNED_DEG`
+    scale_error : largest relative scale error that the machine may have; the blocks are placed about their middle
 
     Returns
     -------
@@ -113,6 +123,9 @@ def locate(
         a gauge that is rotated or steep without being stated so
     """
     up, notes = _choose_up(points, gauge, blocks)
+    points, off_mm = undo_scale(points, gauge, blocks, up, scale_error)
+    if off_mm:
+        notes = [*notes, scale_note(off_mm, block_distance_mm(gauge, *blocks))]
     check_points(points, gauge, blocks, up, tip_radius_mm, where)
     if not turned:
         _check_lies(points, gauge, blocks, up, where)
@@ -126,6 +139,7 @@ def locate(
             **_uncertainty(points, gauge, blocks, up, scatter.sigma_um),
             **scatter.to_table(),
         },
+        **({"too_long_mm": round(off_mm, 4)} if off_mm else {}),
     }
     centre = found.centre_mm
     return make_placement(

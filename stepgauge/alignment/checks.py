@@ -18,7 +18,7 @@ from stepgauge.alignment.blocks import Blocks, solve_blocks
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
-from stepgauge.gauge.placement import block_distance_mm, distance_tolerance_mm
+from stepgauge.gauge.placement import block_distance_mm, distance_tolerance_mm, scaled_tolerance_mm
 
 SMALLEST_TRIANGLE_MM = 1.0
 """Least height of the triangle of the three front points."""
@@ -96,6 +96,27 @@ def complaint(points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | 
     if not np.linalg.norm(found.centre_mm[1] - found.centre_mm[0]) < far:
         return "the points do not make two blocks"
     return next(chain(_complaints(found, gauge, blocks), _agreement(points, found, gauge, blocks, up)), None)
+
+
+def undo_scale(
+    points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None, scale_error: float
+) -> tuple[Array, float]:
+    """The points with the blocks as far apart as certified, and by how much they were too far apart, mm.
+
+    Scaled about the middle along the axis; unchanged, and 0, where a possible scale error does not explain them.
+    """
+    try:
+        centre = solve_blocks(points, gauge, blocks, up).centre_mm
+    except np.linalg.LinAlgError:
+        return points, 0.0
+    length = float(np.linalg.norm(centre[1] - centre[0]))
+    certified = block_distance_mm(gauge, *blocks)
+    off_mm = length - certified
+    if not distance_tolerance_mm(certified) < abs(off_mm) <= scaled_tolerance_mm(gauge, blocks, scale_error):
+        return points, 0.0
+    axis = (centre[1] - centre[0]) / length
+    scaled = points - np.outer((points - centre.mean(axis=0)) @ axis, axis) * (off_mm / length)
+    return (scaled, off_mm) if complaint(scaled, gauge, blocks, up) is None else (points, 0.0)
 
 
 def _complaints(found: Blocks, gauge: Gauge, blocks: tuple[int, int]) -> Iterator[str]:

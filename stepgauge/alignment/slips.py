@@ -15,13 +15,19 @@ import numpy as np
 
 from stepgauge.alignment.adjustment import Adjustment, expected_place, suspects
 from stepgauge.alignment.blocks import fit_up, rough_axis, solve_blocks
-from stepgauge.alignment.checks import check_tip, collinear, complaint, one_place, wrong_unit
+from stepgauge.alignment.checks import check_tip, collinear, complaint, one_place, undo_scale, wrong_unit
 from stepgauge.alignment.surface import check_tip_centres
 from stepgauge.errors import InputError, Naming, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.resources import folder
 from stepgauge.gauge.certified import Gauge, read_gauge
-from stepgauge.gauge.placement import STANDING_COS, block_distance_mm, distance_tolerance_mm
+from stepgauge.gauge.placement import (
+    POSSIBLE_SCALE_ERROR,
+    STANDING_COS,
+    STATE_KIND,
+    block_distance_mm,
+    distance_tolerance_mm,
+)
 
 Explains = Callable[..., bool]
 ALIKE = 4.0
@@ -56,7 +62,8 @@ def check_points(
     slip = next((slip for turned in (False, True) for slip in _slips(points, gauge, blocks, turned)), None)
     if slip:
         raise InputError(where, slip, found=wrong)
-    raise InputError(where, wrong)
+    scaled = undo_scale(points, gauge, blocks, up, POSSIBLE_SCALE_ERROR)[1] != 0.0
+    raise InputError(where, wrong, expected=STATE_KIND if scaled else None)
 
 
 def _judge(gauge: Gauge, blocks: tuple[int, int], turned: bool) -> Explains:

@@ -12,6 +12,9 @@ from stepgauge.cli.build import make_command
 from stepgauge.project.find import find_project
 from stepgauge.verbs.catalogue import GROUPS, PLACES, VERBS, find_verb, verbs_of
 
+CALLED = {"page": "web", "browser": "web", "gui": "web", "calibrate": "evaluate", "placement": "locate"}
+"""Verbs by what they are looked for as."""
+
 
 class VerbGroup(click.Group):
     """Verbs by headings (``tasks``); a word that is no verb is a group of verbs itself."""
@@ -64,13 +67,15 @@ class VerbGroup(click.Group):
         return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """The verb that is meant; one that is mistyped is an error that names the nearest."""
+        """The verb that is meant; one that is mistyped is an error that names the nearest and what there is."""
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError as error:
-            near = difflib.get_close_matches(args[0], self.list_commands(ctx), n=1)
+            names, word = self.list_commands(ctx), args[0].lower()
+            known = {name: name for name in names} | {called: one for called, one in CALLED.items() if one in names}
+            near = [known[one] for one in difflib.get_close_matches(word, known, n=1)]
             hint = f" Did you mean '{near[0]}'?" if near else ""
-            raise click.UsageError(error.message + hint, ctx) from None
+            raise click.UsageError(f"{error.message}{hint} There are: {', '.join(names)}.", ctx) from None
 
 
 def make_group(name: str) -> VerbGroup:

@@ -23,8 +23,18 @@ from stepgauge.gauge.certified import Gauge
 if TYPE_CHECKING:
     import pandas as pd
 
+    from stepgauge.machine.file import Machine
+
 STANDING_COS = 0.999
 """|a.z| above which machine +z gives no usable up direction (within 2.6 deg of vertical)."""
+SCALE_ERRORS = {"machine tool": 0.01, "printer": 0.01}
+"""Largest scale error of the kinds of machine whose steps per mm someone types in; other kinds: as probed by hand."""
+POSSIBLE_SCALE_ERROR = max(SCALE_ERRORS.values())
+"""What is allowed where the machine is not asked for; the path of a machine is planned by its own kind."""
+STATE_KIND = (
+    "of a machine tool or printer, whose scale may be off by 1 %, give the machine file"
+    ' with kind = "machine tool" or "printer" in [machine]'
+)
 UPRIGHT_SIN = 1e-3
 """An axis within this angle of the vertical has no yaw."""
 
@@ -40,6 +50,7 @@ class PlacementTable(TomlTable):
     last_block: int = Field(ge=2, description="number of the block that has its centre at c2_mm")
     gauge_serial: str | None = Field(None, description="serial number of the gauge that was located")
     tip_radius_mm: float | None = Field(None, gt=0, le=20, description="effective tip radius found at locating, mm")
+    too_long_mm: float | None = Field(None, description="distance found between the two blocks minus certified, mm")
     uncertainty: dict[str, Any] = Field(default_factory=dict, description="standard uncertainties")
     angles: dict[str, Any] = Field(default_factory=dict, description="orientation of the axis and the block normals")
     notes: list[str] = Field(default_factory=list, description="what locate remarked")
@@ -145,9 +156,9 @@ def has_yaw(axis: ArrayLike) -> bool:
     return float(np.hypot(*np.asarray(axis, float)[:2])) > UPRIGHT_SIN
 
 
-def read_placement(path: str | Path, gauge: Gauge | None) -> Placement:
+def read_placement(path: str | Path, gauge: Gauge | None, scale_error: float = POSSIBLE_SCALE_ERROR) -> Placement:
     """Read a placement file and check it, also against its gauge if given (:class:`InputError` names the key)."""
-    return parse_placement(read_text(path), path, gauge)
+    return parse_placement(read_text(path), path, gauge, scale_error)
 
 
 def is_placement_file(path: str | Path) -> bool:
@@ -155,8 +166,14 @@ def is_placement_file(path: str | Path) -> bool:
     return Path(path).suffix.lower() == ".toml"
 
 
-def parse_placement(text: str, path: str | Path, gauge: Gauge | None) -> Placement:
-    """A placement from the text of its file; ``path`` is for messages."""
+def parse_placement(
+    text: str, path: str | Path, gauge: Gauge | None, scale_error: float = POSSIBLE_SCALE_ERROR
+) -> Placement:
+    """A placement from the text of its file; ``path`` is for messages.
+
+    Centres whose distance is off by no more than a possible ``scale_error`` (relative) are moved to the certified
+    distance: middle and direction stay, a note says how far it was off.
+    """
     data = parse_toml(text, path)
     table = check_table(PlacementTable, data.get("placement", data), path)
     if gauge is not None:
@@ -174,10 +191,11 @@ def parse_placement(text: str, path: str | Path, gauge: Gauge | None) -> Placeme
     except ValueError as error:
         raise InputError(path, str(error), expected="two block centres and, for a standing gauge, key up") from None
     _check_directions(table, placement, path)
-    if gauge is not None:
-        _check_distance(placement, path, gauge)
     details = {"uncertainty": table.uncertainty, "angles": table.angles, "notes": table.notes}
-    return replace(placement, details={k: v for k, v in details.items() if v})
+    stated = replace(placement, details={k: v for k, v in details.items() if v})
+    if table.too_long_mm is not None:
+        stated.details["too_long_mm"] = table.too_long_mm
+    return stated if gauge is None else _certified_distance(stated, path, gauge, scale_error)
 
 
 def _check_blocks(table: PlacementTable, path: str | Path, gauge: Gauge) -> None:
@@ -212,17 +230,43 @@ def _check_directions(table: PlacementTable, placement: Placement, path: str | P
             raise InputError(path, f"key {name} is not {other}", found=list(given), expected=meant.round(6).tolist())
 
 
-def _check_distance(placement: Placement, path: str | Path, gauge: Gauge) -> None:
+def _certified_distance(placement: Placement, path: str | Path, gauge: Gauge, scale_error: float) -> Placement:
+    """The placement about its middle with the distance as certified, where a scale can be off that far."""
     found = float(np.linalg.norm(placement.c2_mm - placement.c1_mm))
-    certified = block_distance_mm(gauge, placement.first_block, placement.last_block)
-    if abs(found - certified) > distance_tolerance_mm(certified):
+    blocks = placement.first_block, placement.last_block
+    certified = block_distance_mm(gauge, *blocks)
+    off_mm = found - certified
+    if abs(off_mm) <= distance_tolerance_mm(certified):
+        return placement
+    if abs(off_mm) > scaled_tolerance_mm(gauge, blocks, scale_error):
+        expected = f"{certified:.3f} mm"
+        if abs(off_mm) <= scaled_tolerance_mm(gauge, blocks, POSSIBLE_SCALE_ERROR):
+            expected = f"{certified:.3f} mm; {STATE_KIND}"
         raise InputError(
             path,
             f"c1_mm and c2_mm are not blocks {placement.first_block} and {placement.last_block} of {gauge.table.name}"
             + _inch_hint(found, certified),
             found=f"{found:.3f} mm apart",
-            expected=f"{certified:.3f} mm",
+            expected=expected,
         )
+    half = placement.axis * off_mm / 2.0
+    notes = [*placement.details.get("notes", ()), scale_note(off_mm, certified)]
+    details = {**placement.details, "too_long_mm": round(off_mm, 4), "notes": notes}
+    return replace(placement, c1_mm=placement.c1_mm + half, c2_mm=placement.c2_mm - half, details=details)
+
+
+def scale_note(off_mm: float, certified_mm: float) -> str:
+    """Remark on two blocks whose distance is too long by ``off_mm``."""
+    percent, far = 100.0 * abs(off_mm) / certified_mm, abs(off_mm)
+    if off_mm > 0.0:
+        return (
+            f"the distance C1-C2 is {percent:.2f} % ({far:.3f} mm) too long: the scale along the gauge,"
+            " or another pair of blocks"
+        )
+    return (
+        f"the distance C1-C2 is {percent:.2f} % ({far:.3f} mm) too short: the scale along the gauge,"
+        " or another pair of blocks"
+    )
 
 
 def _inch_hint(found_mm: float, certified_mm: float) -> str:
@@ -240,6 +284,18 @@ def block_distance_mm(gauge: Gauge, first: int, last: int) -> float:
 def distance_tolerance_mm(certified_mm: float) -> float:
     """Largest error of a located block distance: probing by hand, 10 K of steel and a poor machine, mm."""
     return 0.1 + 3e-4 * certified_mm
+
+
+def possible_scale_error(machine: Machine | None) -> float:
+    """The largest relative scale error that is possible on the stated kind of machine; 0 where none is stated."""
+    return SCALE_ERRORS.get(machine.table.kind or "", 0.0) if machine else 0.0
+
+
+def scaled_tolerance_mm(gauge: Gauge, blocks: tuple[int, int], scale_error: float) -> float:
+    """The same of a machine with a possible relative ``scale_error``, mm; nearer to these blocks than to the next."""
+    certified = block_distance_mm(gauge, *blocks)
+    by_scale = min(0.1 + scale_error * certified, 0.5 * float(np.diff(gauge.block_centre_mm).min()))
+    return max(distance_tolerance_mm(certified), by_scale)
 
 
 def write_placement(path: str | Path, placement: Placement) -> None:

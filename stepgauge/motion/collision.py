@@ -31,10 +31,14 @@ class ToolPart:
 
 @dataclass(frozen=True)
 class Tool:
-    """The moving parts; ``upward`` is the unit vector from the tip towards the probe body, in machine directions."""
+    """The moving parts; ``upward`` is the unit vector from the tip towards the probe body, in machine directions.
+
+    ``body``: its diameter as the machine file has it, in words.
+    """
 
     parts: tuple[ToolPart, ...]
     upward: Array
+    body: str
 
     @property
     def tip_radius_mm(self) -> float:
@@ -50,7 +54,9 @@ def make_tool(probe: ProbeTable) -> Tool:
         ToolPart("stylus shank", probe.shank_radius_mm, 0.0, length),
         ToolPart("probe body", probe.body_diameter_mm / 2.0, length, length + probe.body_length_mm),
     )
-    return Tool(parts, -np.asarray(probe.stylus_direction))
+    default = "" if "body_diameter_mm" in probe.model_fields_set else " (not stated, the usual one)"
+    body = f"body_diameter_mm = {probe.body_diameter_mm:g}{default}"
+    return Tool(parts, -np.asarray(probe.stylus_direction), body)
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,11 @@ from stepgauge.motion.moves import Path, Program, trace
 
 PROBED_BLOCK_MARGIN_MM = 0.1
 """Least gap of shank and body to the block that is probed; elsewhere the full margin applies."""
+LEAST_SEARCH_MM = 0.4
+"""Search beyond a face that is known to be off its place."""
 FACE_TOLERANCE_MM = 1e-6
+LEAST_TURN_COS = math.cos(math.radians(1.0))
+"""A stylus that stands square within 1 deg gains nothing by a turn of the head."""
 ALONG = 0.5
 """Component of an approach from which its stand-off makes the path longer along a machine axis."""
 
@@ -103,9 +107,17 @@ def check_path(
     conflicts = [(name, one) for name, (_, found) in judged.items() for one in found]
     if conflicts:
         name, first = conflicts[0]
-        expected = _remedy(name, placement, first.expected, higher)
+        expected = _remedy(name, tool, placement, first.expected, higher)
         raise _refused(program, [one for _, one in conflicts], first.where, first.what, first.found, expected)
     return {name: least for name, (least, _) in judged.items()}
+
+
+def check_search(off_mm: float, search_mm: float) -> None:
+    """:class:`InputError` where a face that is ``off_mm`` away from its place would not be found."""
+    if search_mm < off_mm + LEAST_SEARCH_MM * (off_mm > 0.0):
+        what = f"the search is too short: by the distance between the blocks, a face may be {off_mm:.2f} mm off"
+        least = naming("search_mm", words=f"{{}} {off_mm + LEAST_SEARCH_MM:.1f}")
+        raise InputError("path", what, found=f"{search_mm:g} mm", expected=least)
 
 
 def _check_faces(program: Program, faces: Sequence[int], path: Path, obstacles: Obstacles, radius_mm: float) -> None:
@@ -174,19 +186,21 @@ def _worst(short: Array) -> Iterator[tuple[int, int]]:
         yield piece, int(short[piece].argmax())
 
 
-def _remedy(part: str, placement: Placement, expected: str, higher: str | None) -> Naming | str:
+def _remedy(part: str, tool: Tool, placement: Placement, expected: str, higher: str | None) -> Naming | str:
     """What is expected, and how to reach it."""
     if part == "tip ball":
         words = f"{expected} (another {{}}, {{}} or {{}}, or a smaller tip)"
         return naming("standoff_mm", "clearance_mm", "route", words=words)
-    square = ", ".join(f"{0.0 - value:.9f}" for value in placement.up)
-    longer = (
-        "take a longer stylus, or turn the head so that the stylus stands square to the gauge:"
-        f" stylus_direction = [{square}] in [probe])"
-    )
+    words = f"take a longer stylus, or state the true size: {tool.body} in [probe])"
+    if tool.upward @ placement.up < LEAST_TURN_COS:
+        square = ", ".join(f"{0.0 - value:.9f}" for value in placement.up)
+        words = (
+            "take a longer stylus, or turn the head so that the stylus stands square to the gauge:"
+            f" stylus_direction = [{square}] in [probe])"
+        )
     if higher is None:
-        return f"{expected} ({longer}"
-    return naming(higher, words=f"{expected} (probe higher with {{}}, {longer}")
+        return f"{expected} ({words}"
+    return naming(higher, words=f"{expected} (probe higher with {{}}, {words}")
 
 
 def _move_name(program: Program, path: Path, piece: int) -> str:

@@ -21,11 +21,15 @@ APPROACH = ("approach_i", "approach_j", "approach_k")
 
 @dataclass(frozen=True, repr=False)
 class Plan(Plotted):
-    """Moves that were checked against gauge and rail, and against the machine's travel where ``travel_checked``."""
+    """Moves that were checked against gauge and rail, and against the machine's travel where ``travel_checked``.
+
+    ``notes``: of the placement.
+    """
 
     drawn_by: ClassVar[str] = "run.draw_plan"
     program: Program
     travel_checked: bool
+    notes: tuple[str, ...] = ()
 
     def summary(self) -> str:
         """Points, moves, time at full speed, and what the path was checked against."""
@@ -34,6 +38,7 @@ class Plan(Plotted):
         return join_lines(
             f"{size}; about {duration_words(duration_s(self.program))} at full speed",
             f"path checked: gauge, rail{travel}",
+            *(f"note: {note}" for note in self.notes),
         )
 
     def to_frame(self) -> pd.DataFrame:

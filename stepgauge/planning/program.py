@@ -18,7 +18,7 @@ from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.motion.collision import make_tool
 from stepgauge.motion.moves import ProbingSettings, Program, trace
-from stepgauge.planning.check import check_program, check_travel
+from stepgauge.planning.check import check_program, check_search, check_travel
 from stepgauge.planning.log_check import NOT_KNOWN, log_difference
 from stepgauge.planning.plan import PlanOptions, faces_in_order, make_program, middle_standoff_mm
 from stepgauge.probes.schema import ConstantTable
@@ -142,13 +142,15 @@ def checked_program(
     """The moves, checked: ball, shank and body clear of gauge and rail, every search meets its own face, travel kept.
 
     Without a machine the probe is a ball on a plain stylus and the travel is not checked. :class:`InputError` names
-    the move that fails.
+    the move that fails. Where the blocks were not found as far apart as certified, a face may be off by half of that.
     """
+    off_mm = abs(placement.details.get("too_long_mm", 0.0)) / 2.0
+    check_search(off_mm, settings.search_mm)
     probe = machine.probe if machine else ConstantTable(tip_radius_mm=settings.tip_radius_mm)
     probe = probe.model_copy(update={"tip_radius_mm": settings.tip_radius_mm})
     program = make_program(placement, gauge, options, settings)
     faces = [face for _, face in faces_in_order(options)]
-    check_program(program, faces, placement, gauge, make_tool(probe), options.margin_mm)
+    check_program(program, faces, placement, gauge, make_tool(probe), options.margin_mm + off_mm)
     if machine is not None:
         check_travel(program, machine)
     return replace(program, stylus=probe.stylus_direction)

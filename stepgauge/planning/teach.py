@@ -15,7 +15,7 @@ from stepgauge.alignment.blocks import fit_up, rough_axis, unit, usual_up
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
-from stepgauge.gauge.placement import Placement, distance_tolerance_mm
+from stepgauge.gauge.placement import Placement, possible_scale_error, scaled_tolerance_mm
 from stepgauge.machine.file import Machine
 from stepgauge.motion.collision import make_tool
 from stepgauge.motion.moves import ProbingSettings, Program, ProgramBuilder
@@ -42,7 +42,9 @@ PLACES = (
 RAIL = 6
 
 
-def rough_placement(points: Array, gauge: Gauge, blocks: tuple[int, int], tip_radius_mm: float) -> Placement:
+def rough_placement(
+    points: Array, gauge: Gauge, blocks: tuple[int, int], tip_radius_mm: float, scale_error: float = 0.0
+) -> Placement:
     """How the gauge lies, from rough positions ``(16, 3)``: the axis through the middles of the two blocks' points.
 
     :class:`InputError` where the blocks are not as far from each other as certified.
@@ -64,11 +66,12 @@ def rough_placement(points: Array, gauge: Gauge, blocks: tuple[int, int], tip_ra
     middle = (gauge.position_mm[0::2] + gauge.position_mm[1::2]) / 2.0
     certified = float(middle[blocks[1] - 1] - middle[blocks[0] - 1])
     found = float(np.linalg.norm(centre[1] - centre[0]))
-    if abs(found - certified) > distance_tolerance_mm(certified) + 3.0:
+    if abs(found - certified) > scaled_tolerance_mm(gauge, blocks, scale_error) + 3.0:
         words = f"{certified:.1f} mm between blocks {blocks[0]} and {blocks[1]}"
         what = "the two blocks are not as far from each other as certified"
         raise InputError("the 16 positions", what, found=f"{found:.1f} mm", expected=words)
-    return Placement(centre[0], centre[1], axis, unit(up - axis * (axis @ up)), *blocks)
+    inward = axis * (found - certified) / 2.0
+    return Placement(centre[0] + inward, centre[1] - inward, axis, unit(up - axis * (axis @ up)), *blocks)
 
 
 def teach_program(
@@ -94,7 +97,7 @@ def teach_program(
     InputError
         positions of other blocks, a way that comes too close to the gauge, a move outside the travel
     """
-    placement = rough_placement(points, gauge, blocks, settings.tip_radius_mm)
+    placement = rough_placement(points, gauge, blocks, settings.tip_radius_mm, possible_scale_error(machine))
     program = _program(placement, gauge, blocks, settings)
     probe = machine.probe if machine else ConstantTable(tip_radius_mm=settings.tip_radius_mm)
     probe = probe.model_copy(update={"tip_radius_mm": settings.tip_radius_mm})

@@ -71,7 +71,8 @@ def locate(
     Parameters
     ----------
     points : CSV file, log, table with x_mm,y_mm,z_mm, or tip centres in mm, shape ``(16, 3)``
-    machine : machine file; gives tip radius and repeatability where they are not stated
+    machine : machine file; gives tip radius and repeatability where they are not stated; of the kinds "machine tool"
+        and printer, whose scale may be off by 1 %, the distance of the blocks may be off as far
     blocks : the two blocks that were probed, 1:21; default: the first and the last
     tip_radius_mm : nominal tip radius, checked against the points; default: the machine's, if given
     repeatability_um : standard deviation of a probed coordinate; default: the machine's, or 1
@@ -94,13 +95,13 @@ def locate(
     """
     from stepgauge.alignment import locate as locate_points
     from stepgauge.alignment.surface import tip_centres
-    from stepgauge.gauge.placement import format_placement, parse_placement
+    from stepgauge.gauge.placement import format_placement, parse_placement, possible_scale_error
     from stepgauge.planning.plan import parse_blocks
     from stepgauge.verbs.inputs import resolve_blocks, resolve_gauge, resolve_machine
 
     steps = resolve_gauge(gauge)
-    if machine is not None:
-        cmm = resolve_machine(machine)
+    cmm = None if machine is None else resolve_machine(machine)
+    if cmm is not None:
         tip_radius_mm = cmm.probe.tip_radius_mm if tip_radius_mm is None else tip_radius_mm
         repeatability_um = cmm.table.virtual_repeatability_um if repeatability_um is None else repeatability_um
     sigma_um = UNKNOWN_REPEATABILITY_UM if repeatability_um is None else repeatability_um
@@ -109,7 +110,7 @@ def locate(
     read = _read(points, surface)
     if surface:
         read = tip_centres(read, steps, probed, tip_radius_mm, where, turned)
-    found = locate_points(read, steps, probed, sigma_um, tip_radius_mm, where, turned)
+    found = locate_points(read, steps, probed, sigma_um, tip_radius_mm, where, turned, possible_scale_error(cmm))
     return parse_placement(format_placement(found), where, steps)
 
 

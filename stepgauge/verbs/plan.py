@@ -165,7 +165,8 @@ def plan(
         only_blocks=only,
         first_again=first_again,
     )
-    return Plan(checked_program(lies, steps, cmm, options, settings), cmm is not None)
+    program = checked_program(lies, steps, cmm, options, settings)
+    return Plan(program, cmm is not None, tuple(lies.details.get("notes", ())))
 
 
 def _teach(
@@ -206,14 +207,15 @@ def _read_or_locate(
 ) -> "Placement":
     """The placement in a TOML file, or located from the 16 points in a file."""
     from stepgauge.alignment import locate
-    from stepgauge.gauge.placement import is_placement_file, read_placement
+    from stepgauge.gauge.placement import is_placement_file, possible_scale_error, read_placement
     from stepgauge.planning.plan import parse_blocks
 
     if is_placement_file(source):
-        return read_placement(source, gauge)
+        return read_placement(source, gauge, possible_scale_error(machine))
     from stepgauge.importing.sixteen import read_sixteen  # long to load
 
     if tip_radius_mm is None and machine is not None:
         tip_radius_mm = machine.probe.tip_radius_mm
     sigma_um = machine.table.virtual_repeatability_um if machine else 1.0
-    return locate(read_sixteen(source), gauge, parse_blocks(points_on or ":", gauge), sigma_um, tip_radius_mm, source)
+    blocks, scale_error = parse_blocks(points_on or ":", gauge), possible_scale_error(machine)
+    return locate(read_sixteen(source), gauge, blocks, sigma_um, tip_radius_mm, source, scale_error=scale_error)

@@ -52,7 +52,8 @@ def test_help_of_a_verb_is_its_help(run: Run) -> None:
 def test_a_mistyped_verb_is_corrected(run: Run) -> None:
     complaint = refused(run("evaluat"))
     assert "No such command 'evaluat'" in complaint
-    assert "Did you mean 'evaluate'?" in complaint
+    assert "Did you mean 'evaluate'? There are: init, status, web, demo, locate," in complaint
+    assert "Did you mean 'web'?" in refused(run("page"))
 
 
 def test_locate_writes_the_placement_and_says_how_the_gauge_lies(files: Path) -> None:
