@@ -567,13 +567,18 @@ def test_no_certificate_of_readings_off_the_stated_axis(tmp_path: Path) -> None:
 
 
 def test_one_limit_for_whoever_judges() -> None:
-    """That of now, of the certificate, of the evaluation, of the machine file; two that differ: refused."""
+    """That of now, of the evaluation, of the machine file; a certificate that differs: refused.
+
+    A certificate file is used again: with the machine's limit changed it certified the old one as passed.
+    """
     machine = shipped()[1]
     machine = replace(machine, table=machine.table.model_copy(update={"mpe": "4 + L/100"}))
     texts = {"asked": "min(1 + L/350, 3)", "certified": "2 + L/300", "stored": "3 + L/200"}
-    for name in ("certified", "stored"):
-        left = {key: text for key, text in texts.items() if key in (name, "stored")}
-        assert limit_of({}, machine, **left) == Mpe.parse(texts[name])
+    assert limit_of({}, machine, stored=texts["stored"]) == Mpe.parse("3 + L/200")
+    assert limit_of({}, None, certified=texts["certified"]) == Mpe.parse("2 + L/300")
+    for stored in (None, texts["stored"]):
+        with pytest.raises(InputError, match="certificate states another limit"):
+            limit_of({}, machine, certified=texts["certified"], stored=stored)
     assert limit_of({}, machine, asked=texts["asked"], stored=texts["stored"]) == Mpe.parse("min(1 + L/350, 3)")
     assert limit_of({}, machine, asked="2 + L/300 um", certified=texts["certified"]) == Mpe.parse("2 + L/300")
     with pytest.raises(InputError, match=r"certificate states another limit; found 1 \+ L/350; expected 2 \+ L/300"):

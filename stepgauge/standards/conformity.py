@@ -114,20 +114,18 @@ def limit_of(
 ) -> Mpe | None:
     """The one limit that an evaluation is judged by, wherever that is done; None where nobody states one.
 
-    ``asked`` now or ``certified`` in a certificate file (:class:`InputError` where they differ), else ``stored`` in the
-    evaluation, else that of the machine file, which must be of the machine of the recording (``comments``).
+    ``asked`` now, else ``stored`` in the evaluation, else that of the machine file, which must be of the machine of the
+    recording (``comments``), else ``certified`` in a certificate file, which must be the same limit
+    (:class:`InputError`): one certificate after the other is made from that file.
     """
-    limits = [Mpe.parse(text) for text in (asked, certified) if text is not None]
-    if len(limits) == 2 and limits[0] != limits[1]:
-        raise InputError(naming("mpe"), "the certificate states another limit", found=asked, expected=certified)
-    if limits:
-        return limits[0]
-    if stored is not None:
-        return Mpe.parse(stored)
-    if machine is None or machine.table.mpe is None:
-        return None
-    check_recorded(comments, machine)
-    return Mpe.parse(machine.table.mpe)
+    known = asked if asked is not None else stored
+    if known is None and machine is not None and machine.table.mpe is not None:
+        check_recorded(comments, machine)
+        known = machine.table.mpe
+    if known is not None and certified is not None and Mpe.parse(known) != Mpe.parse(certified):
+        raise InputError(naming("mpe"), "the certificate states another limit", found=known, expected=certified)
+    text = known if known is not None else certified
+    return None if text is None else Mpe.parse(text)
 
 
 def conformity(evaluation: Mapping[str, Any], budget: StoredBudget | None, mpe: Mpe) -> Conformity:

@@ -32,11 +32,13 @@ class Mpe:
 
     @classmethod
     def parse(cls, text: str) -> Mpe:
-        """``1.8 + L/350``, ``2 + 3L/1000``, ``2.5``, ``min(1.8 + L/350, 3)``; um at the end may stand.
+        """``1.8 + L/350``, ``2,5 + 3L/1000``, ``2.5``, ``min(1.8 + L/350, 3)``; um at the end may stand.
 
         :class:`InputError` for anything else, and where nothing would be permitted.
         """
         compact = re.sub(r"\s+|[uµμ]m", "", text)
+        if not compact.lower().startswith("min("):  # there a comma stands between the two limits
+            compact = re.sub(r"(?<=\d),(?=\d)", ".", compact)
         capped = re.fullmatch(rf"min\((.+),({_NUMBER})\)", compact, re.I)
         match = _FORM.fullmatch(capped[1] if capped else compact)
         if match is None:

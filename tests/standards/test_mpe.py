@@ -15,6 +15,7 @@ def test_by_hand() -> None:
     """1.8 + 420/350 = 3.0 um; lengths count by their size; a cap holds."""
     np.testing.assert_allclose(Mpe.parse("1.8 + L/350").at_um([0.0, 420.0, -420.0]), [1.8, 3.0, 3.0])
     np.testing.assert_allclose(Mpe.parse("min(1.8+L/350, 2.5)").at_um([0.0, 420.0]), [1.8, 2.5])
+    assert Mpe.parse("2,5 + L/300") == Mpe.parse("2.5 + L/300")
     np.testing.assert_allclose(Mpe.parse("2.5 um").at_um([0.0, 420.0]), 2.5)
     np.testing.assert_allclose(Mpe.parse("L/200").at_um([100.0]), 0.5)
 

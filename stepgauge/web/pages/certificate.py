@@ -117,8 +117,10 @@ def _values(site: Site, said: Laboratory | None) -> dict[str, str]:
         for key in AIR:
             pair = getattr(said.conditions, key) or ("", "")
             known |= {f"conditions.{key}_{end}": value for end, value in zip(ENDS, pair, strict=True)}
-    else:
-        known = _machine_values(site)
+    machine = _machine_values(site)
+    known = machine | known
+    if machine.get("statements.mpe"):  # one limit for page and certificate: that of the machine as it is stated now
+        known["statements.mpe"] = machine["statements.mpe"]
     if site.has_project:
         known["person.name"] = known.get("person.name") or site.project().common.get("operator", "")
     return {one.name: one.shown(known.get(one.name)) for some in groups().values() for one in some}
