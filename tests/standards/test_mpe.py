@@ -55,7 +55,7 @@ def test_what_is_printed_is_read_again(a: float, k: int, cap: int | None) -> Non
         "",
         "A + L/K",
         "1.8 + L*350",
-        "1,8 + L/350",
+        "1,8,2 + L/350",
         "-1 + L/300",
         "1 + L/0",
         "1 + 0L/9",
