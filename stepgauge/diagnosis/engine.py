@@ -40,6 +40,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.inference.hypothesis import Hypothesis, log_posterior
+from stepgauge.inference.metric import Metric
 from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.search import Progress, Search
 from stepgauge.machine.file import Machine
@@ -191,7 +192,7 @@ def _make_diagnosis(
     fit = _fit(data, noise, concluded.findings, remainder_um)
     remarks = (
         *_remarks(found, data, start_s),
-        *_pretravel(data, data.um - shares),
+        *_pretravel(found, data, data.um - shares),
         *misfit(fit.rms_before_um, fit.rms_after_um),
     )
     return GaugeDiagnosis(
@@ -268,12 +269,34 @@ def _fit(data: Residuals, noise: Noise, stated: Sequence[Finding], remainder_um:
     )
 
 
-def _pretravel(data: Residuals, left_um: Array) -> Iterator[Phrase]:
+REVERSAL = "reversal_error"
+"""A law that moves all readings of a placement as the radius does: where its size is open, so is the radius."""
+
+
+def _pretravel(found: Searched, data: Residuals, left_um: Array) -> Iterator[Phrase]:
     """The pre-travel that nobody stated, by what is left of the readings beside the origins: a value, and no fault."""
     if not data.radius_stated:
         sizes_um = np.linalg.lstsq(data.origins.T, left_um, rcond=None)[0]
-        found_um = USUAL_PRETRAVEL_UM + sizes_um[len(data.origins) - len(data.radii)]
-        yield {"say": "pretravel", "um": number(float(found_um), "um")}
+        um = float(USUAL_PRETRAVEL_UM + sizes_um[len(data.origins) - len(data.radii)])
+        vague = any(one.named and one.label.startswith(REVERSAL) for one in found.model.forms)
+        u = {} if vague else {"u": number(_radius_u_um(found), "um")}
+        yield {"say": "pretravel", "um": number(um, "um"), **u}
+
+
+def _radius_u_um(found: Searched) -> float:
+    """Standard uncertainty of the effective radius that nobody stated, beside origins, laws, forms and certificate.
+
+    Each law may be larger by as much as it was found: where it moves all readings as the radius does, u is its size.
+    """
+    model, data, problem = found.model, found.data, found.search.problem
+    state, beside = model.state, [one.term.nuisance for one in (*model.forms, *model.geometry)]
+    known = replace(problem, free=problem.free[:0])
+    metric = Metric(known, state.noise, found.search.noise_models, state.sigma_um, beside)
+    laws = [one.displacement_um(data) for one in model.fitted.solved]
+    columns = metric(np.vstack([data.origins, *laws]))
+    prior = np.repeat([0.0, 1.0], [len(data.origins), len(laws)])
+    variance = np.linalg.pinv(columns @ columns.T + np.diag(prior)).diagonal()
+    return float(np.sqrt(variance[len(data.origins) - len(data.radii)]) * model.wider)
 
 
 def insufficient(recorded: Residuals) -> GaugeDiagnosis:

@@ -7,6 +7,8 @@ import re
 import pytest
 
 import stepgauge as sg
+from stepgauge.diagnosis.output.files import diagnosis_to_dict
+from stepgauge.diagnosis.wording.limits import machine_doubts
 from tests.conftest import ROOT
 
 BRIDGE = (ROOT / "calibration_data/machines/bridge-cmm.toml").read_text()
@@ -42,7 +44,20 @@ def test_a_pre_travel_that_is_stated_wrongly_is_a_finding_and_one_that_is_not_st
     found = sg.diagnose(recording, "step-gauge-420", machines["unstated"])
     assert found.findings == ()
     [remark] = [one for one in found.remarks if one["say"] == "pretravel"]
-    assert remark["um"]["value"] == pytest.approx(7.5, abs=0.6)
+    off_um, u_um = abs(remark["um"]["value"] - 7.5), remark["u"]["value"]
+    assert off_um < 3.0 * u_um
+    assert 0.02 < u_um < 0.5
+    assert re.search(
+        r"pre-travel: 7\.\d+ ± 0\.\d+ um \(k = 2\) fits .* pretravel_um in \[probe\]",
+        " ".join(machine_doubts(diagnosis_to_dict(found))),
+    )
+
+
+def test_a_backlash_of_open_size_leaves_the_pre_travel_open_and_says_what_helps() -> None:
+    said = {"inputs": {"machine": {"tip_radius_mm": 1.0, "kind": "machine tool"}}, "effects": [], "verdict": "unknown"}
+    [words] = machine_doubts({**said, "measured": {"pretravel_um": 90.2, "pretravel_u_um": None}})
+    assert "do not tell it from a backlash: a placement along a diagonal, or pretravel_um stated in [probe]" in words
+    assert "90" not in words
 
 
 def test_the_virtual_machine_takes_what_is_usual(machines: dict[str, sg.Machine]) -> None:

@@ -258,9 +258,13 @@ def _noise(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
     }
 
 
-def _pretravel(remarks: Iterable[Mapping[str, Any] | str]) -> list[float]:
-    """The pre-travel that fits, um, where the machine file states none."""
-    return [one["um"]["value"] for one in remarks if not isinstance(one, str) and one["say"] == "pretravel"]
+def _pretravel(remarks: Iterable[Mapping[str, Any] | str], number: str = "um") -> list[float]:
+    """The pre-travel that fits, um, where the machine file states none, or its standard uncertainty."""
+    return [
+        one[number]["value"]
+        for one in remarks
+        if not isinstance(one, str) and one["say"] == "pretravel" and number in one
+    ]
 
 
 def _measured(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
@@ -274,6 +278,7 @@ def _measured(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
         "length_mm": float(np.ptp(data.probings.certified_mm())),
         "duration_s": float(np.ptp(data.probings.time_s)) if data.has_time else None,
         "pretravel_um": next(iter(_pretravel(diagnosis.remarks)), None),
+        "pretravel_u_um": next(iter(_pretravel(diagnosis.remarks, "u")), None),
         "placements": [
             {
                 "placement": int(rows["placement"].iloc[0]),

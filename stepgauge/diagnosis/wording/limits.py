@@ -126,7 +126,9 @@ def machine_doubts(said: Mapping[str, Any], language: str = "en") -> Iterator[st
         fits = plus_minus({"value": stated_mm + larger_mm, "u": (radius.get("u") or 0.0) * 1e-3, "unit": "mm"})
         yield say("tip", language, fits=fits + f" (k = {COVERAGE:g})" * bool(radius.get("u")), stated=f"{stated_mm:g}")
     elif pretravel_um is not None:
-        yield say("pretravel", language, um=f"{pretravel_um:.1f} um")
+        u_um = said["measured"].get("pretravel_u_um", 0.0)
+        um = plus_minus({"value": float(pretravel_um), "u": u_um, "unit": "um"}) + f" (k = {COVERAGE:g})" * bool(u_um)
+        yield say("pretravel_open", language) if u_um is None else say("pretravel", language, um=um)
     if machine.get("kind", "") is None and (said["verdict"] == "unknown" or "geometric_errors" in effects):
         yield say("no_kind", language)
     rivals = {kind for one in said["effects"] for kind in one["confounded_with"]}
