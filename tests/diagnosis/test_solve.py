@@ -55,7 +55,7 @@ def test_what_other_faces_do_not_show_is_not_predicted_as_anything() -> None:
     data, sigma_um = found.data, found.noise.by_row_um
     first = np.asarray(data.probings.certified_mm() * 1e-3)
     second = first + np.where(data.face < 3, 1.0, 1e-4 * np.random.default_rng(5).standard_normal(len(data)))
-    (faces,) = [folds for folds in make_folds(data) if folds.by == "faces"]
+    faces = make_folds(data)["faces"]
     none = holdout_rms(data, sigma_um, np.zeros((len(data), 0)), faces)
     assert holdout_rms(data, sigma_um, np.column_stack([first, second]), faces) < 10.0 + none
     assert holdout_rms(data, sigma_um, first[:, None], faces) == pytest.approx(none, rel=0.05)

@@ -69,7 +69,7 @@ def test_fast_then_slow_is_recognised_and_the_slow_touch_is_the_reading(
 def test_touches_without_a_system_are_asked_for_with_a_program_and_repeats_without(tmp_path: Path) -> None:
     random = np.random.default_rng(3)
     text = "".join(prb(point + random.normal(0.0, 2e-3) * AXIS) + prb(point) for point in PRINTED)
-    with pytest.raises(InputError, match=r"a reading is repeated.*accept doubled takes the last touch of each"):
+    with pytest.raises(InputError, match=r"a reading is repeated.*accept=.doubled. takes the last touch of each"):
         imported(tmp_path, text)
     result = imported(tmp_path, text, "doubled")
     np.testing.assert_allclose(result.recording.position_mm, PRINTED, atol=1e-9)
@@ -114,7 +114,7 @@ def test_a_machine_that_stopped_by_itself_in_an_i_plus_plus_session(tmp_path: Pa
     stop = "" if error.startswith("E") else "00004 GoTo(X(1))\n"
     path = tmp_path / "session.log"
     path.write_text("".join([*text[:5], stop, error + "\n", *text[5:], "90000 EndSession()\n"]))
-    with pytest.raises(InputError, match=r"an alarm in the middle of the run.*accept alarm"):
+    with pytest.raises(InputError, match=r"an alarm in the middle of the run.*accept=.alarm."):
         import_log(path, "ippdme", CASE.gauge, CASE.placement)
     accepted = import_log(path, "ippdme", CASE.gauge, CASE.placement, options=ImportOptions(accept=["alarm"]))
     np.testing.assert_allclose(accepted.recording.position_mm, CASE.recording.position_mm, atol=1e-6)
@@ -126,7 +126,7 @@ def test_readings_after_an_alarm_are_asked_for(tmp_path: Path, alarm: str) -> No
     text = "\n".join([*lines[:20], alarm, "[MSG:Caution: Unlocked]", "error:9", *lines[20:]])
     after = len(PRINTED) - 10
     with pytest.raises(
-        InputError, match=rf"console.log:21: an alarm .*found {ALARMS[alarm]}.*, and {after} of .*accept alarm"
+        InputError, match=rf"console.log:21: an alarm .*found {ALARMS[alarm]}.*, and {after} of .*accept=.alarm."
     ):
         imported(tmp_path, text)
     result = imported(tmp_path, text, "alarm")
@@ -152,7 +152,7 @@ def test_a_point_that_has_lost_one_of_its_touches_is_missing(tmp_path: Path, pro
     touches = console(21.0, 0.0).splitlines()
     for lost in (0, 8, 18, 22):  # a coarse or a fine touch: which, nobody can tell
         text = "\n".join(touches[:lost] + touches[lost + 2 :])
-        with pytest.raises(InputError, match="accept missing"):
+        with pytest.raises(InputError, match="accept=.missing."):
             imported(tmp_path, text, program=program)
         point = lost // 4
         there = imported(tmp_path, text, "missing", program=program).recording
@@ -163,7 +163,7 @@ def test_touches_that_may_be_either_are_asked_for(tmp_path: Path) -> None:
     over_um = np.where(np.arange(len(PRINTED)) % 6 < 5, 3.0, -3.0)
     pairs = zip(PRINTED, over_um, SIGN, strict=True)
     text = "".join(prb(point + 1e-3 * over * sign * AXIS) + prb(point) for point, over, sign in pairs)
-    with pytest.raises(InputError, match=r"fast and then slowly, or repeats.*accept doubled .* or repeats"):
+    with pytest.raises(InputError, match=r"fast and then slowly, or repeats.*accept=.doubled. .* or repeats"):
         imported(tmp_path, text, program=False)
     last = imported(tmp_path, text, "doubled", program=False).recording
     np.testing.assert_allclose(last.position_mm, PRINTED, atol=1e-9)
@@ -175,7 +175,7 @@ SHIFT = (-1200.0, 35.0, -410.5)
 
 def test_a_shift_of_all_coordinates_is_told_and_the_recording_keeps_those_of_the_log(tmp_path: Path) -> None:
     text = console(shift=SHIFT)
-    with pytest.raises(InputError, match=r"shifted as a whole.*\(-1199.999, 35.000, -410.500\).*accept shift"):
+    with pytest.raises(InputError, match=r"shifted as a whole.*\(-1199.999, 35.000, -410.500\).*accept=.shift."):
         imported(tmp_path, text)
     result = imported(tmp_path, text, "shift")
     np.testing.assert_allclose(result.recording.position_mm, PRINTED + SHIFT, atol=1e-9)
@@ -311,7 +311,7 @@ def departed(kinds: tuple[str, ...]) -> str:
 def test_one_message_names_all_that_is_to_be_accepted(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     with pytest.raises(InputError) as error:
         imported(tmp_path, departed(kinds))
-    named = re.findall(r"accept (\w+)", str(error.value).rpartition("all together: ")[2])
+    named = re.findall(r'accept="(\w+)"', str(error.value).rpartition("all together: ")[2])
     assert sorted(named) == sorted(kinds)
     found = imported(tmp_path, departed(kinds), *named).recording
     assert len(found) == len(PRINTED) - ("missing" in kinds)
@@ -321,9 +321,9 @@ def test_all_five_at_once_and_a_choice_that_leads_nowhere(tmp_path: Path) -> Non
     every = ("alarm", "doubled", "foreign", "missing", "order")
     with pytest.raises(InputError, match="all together") as error:
         imported(tmp_path, departed(every))
-    named = re.findall(r"accept (\w+)", str(error.value).rpartition("all together: ")[2])
+    named = re.findall(r'accept="(\w+)"', str(error.value).rpartition("all together: ")[2])
     assert len(imported(tmp_path, departed(every), *named).recording) == len(PRINTED) - 1
-    with pytest.raises(InputError, match="with accept alarm it is refused, too: the probing is aimed beside"):
+    with pytest.raises(InputError, match="with accept=.alarm. it is refused, too: the probing is aimed beside"):
         imported(tmp_path, departed(("alarm",)) + prb(PRINTED[0] + np.array([0.0, 40.0, 0.0])) * 40)
 
 
@@ -331,6 +331,6 @@ def test_without_a_program_a_face_that_was_missed_once_is_no_other_face(tmp_path
     text = "".join(prb(point) for n, point in enumerate(PRINTED) if n != 10) + prb(PRINTED[-1])
     with pytest.raises(InputError) as error:
         imported(tmp_path, text, program=False)
-    named = re.findall(r"accept (\w+)", str(error.value))
+    named = re.findall(r'accept="(\w+)"', str(error.value))
     assert {"missing", "doubled"} <= set(named)
     assert len(imported(tmp_path, text, *named, program=False).recording) == len(PRINTED) - 1
