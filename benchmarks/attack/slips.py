@@ -44,7 +44,7 @@ from stepgauge.standards.drift import drift_test, read_drift
 from stepgauge.standards.iso230_decision import Requirement, parameters_um
 from stepgauge.standards.iso10360 import Choices, Specification, length_test
 from stepgauge.standards.iso10360_5 import ProbingLimits, TestSphere, probing_test
-from stepgauge.standards.iso10360_5_files import overall as probing_words
+from stepgauge.standards.iso10360_5_files import decide_test
 from stepgauge.standards.length_uncertainty import TestConditions
 from stepgauge.standards.mpe import Mpe
 from stepgauge.standards.positioning import positioning_test
@@ -271,7 +271,9 @@ def run_sphere(world: World) -> Answer:
     limits = ProbingLimits({"P_Form": 5.0, "P_Size": 4.0})
     test = probing_test([read_points(path)], TestSphere(25.0, 0.1, 0.1, 0.03, True), [6.0], limits)
     um = [one.value_um for one in test.values]
-    return Answer.of(um, 0.5, test.conditions, probing_words(test) if test.conditions.preventing else str(test.outcome))
+    return Answer.of(
+        um, 0.5, test.conditions, decide_test(test).text if test.conditions.preventing else str(test.outcome)
+    )
 
 
 def run_drift(world: World) -> Answer:

@@ -12,7 +12,7 @@ from stepgauge.inference.problem import GaussianProcess, slices
 from stepgauge.inference.proposal import FULL, HypothesisResidual, Proposal
 
 Array = NDArray[np.float64]
-MOST_FEATURES, SEEN_FEATURES = 90, 0.9999
+MOST_FEATURES, SEEN_FEATURES = 90, 0.99
 """Largest number of features of a random function in a look, and the share of its variance that is sufficient."""
 SETTLING = 3
 """Rounds in which the noise beside a function settles, from that of the repeats."""
@@ -25,16 +25,16 @@ class Kernels:
 
     def __init__(self, smooth: Sequence[GaussianProcess]) -> None:
         self.smooth = smooth
-        chosen = [_chosen(features) for one in smooth for features in one.features]
+        chosen = [_chosen(features, 1.0 if one.rough else SEEN_FEATURES) for one in smooth for features in one.features]
         self.slices = slices([len(one) for one in chosen])
         self.features = np.concatenate(chosen) if chosen else np.zeros((0, 0))
 
 
-def _chosen(features: Array) -> Array:
-    """The largest features ``(m, n)`` of a kernel, as many as hold nearly all of its variance."""
+def _chosen(features: Array, share: float) -> Array:
+    """The largest features ``(m, n)`` of a kernel, as many as hold a share of its variance."""
     size = (features**2).sum(axis=1)
     most = np.argsort(-size)
-    seen = np.searchsorted(np.cumsum(size[most]) / size.sum(), SEEN_FEATURES)
+    seen = np.searchsorted(np.cumsum(size[most]) / size.sum(), share)
     if size.min() < 0.1 * size.max():
         most = most[: min(MOST_FEATURES, 1 + int(seen))]
     return features[most]

@@ -143,9 +143,13 @@ class Law(Candidate):
 
 @dataclass(frozen=True, eq=False)
 class GaussianProcess(Candidate):
-    """Many amplitudes, few shapes: random functions of one covariate, one set of ``features (d, n)`` per kernel."""
+    """Many amplitudes, few shapes: random functions of one covariate, one set of ``features (d, n)`` per kernel.
+
+    ``rough``: whether the least features of a kernel count, too, as those of a random walk far above the noise do.
+    """
 
     features: tuple[Array, ...] = ()
+    rough: bool = False
 
     @property
     def atoms(self) -> int:

@@ -206,7 +206,14 @@ def test_a_rough_function_far_above_the_scatter_is_rated_by_what_it_leaves(seed:
     walk = np.cumsum(np.random.default_rng(seed).normal(0.0, 2.0, FACES))
     sizes = AmplitudePrior(np.array([1.0, 3.0, 10.0]), np.log([0.3, 0.4, 0.3]))
     candidate = GaussianProcess(
-        "walk", "walk", False, float(np.log(0.03)), sizes, None, features=(matern(coordinate(), 1.0, rough=True),)
+        "walk",
+        "walk",
+        False,
+        float(np.log(0.03)),
+        sizes,
+        None,
+        features=(matern(coordinate(), 1.0, rough=True),),
+        rough=True,
     )
     one = problem(noise(seed) + np.tile(walk, REPEATS), (candidate,))
     evidence = Evidence(one, NoisePriors())

@@ -32,6 +32,7 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
     LAGGED,
     LENGTH,
     LEVELS,
+    ROUGH,
     TREND,
     WANDERING,
     RandomFunction,
@@ -115,7 +116,8 @@ def _candidate(
     moved = [columns * share for columns in one.features]
     features = tuple(columns[np.abs(columns).max(axis=1) > 1e-9] for columns in moved)
     if all(len(columns) for columns in features):
-        yield GaussianProcess(one.covariate, label, False, odds, sizes, function, features=features)
+        rough = ROUGH in one.kernels and one.covariate not in WANDERING
+        yield GaussianProcess(one.covariate, label, False, odds, sizes, function, features=features, rough=rough)
 
 
 def _beside(one: RandomFunction, share: Array, atom: int) -> Array:
