@@ -152,7 +152,7 @@ def test_a_point_that_has_lost_one_of_its_touches_is_missing(tmp_path: Path, pro
     touches = console(21.0, 0.0).splitlines()
     for lost in (0, 8, 18, 22):  # a coarse or a fine touch: which, nobody can tell
         text = "\n".join(touches[:lost] + touches[lost + 2 :])
-        with pytest.raises(InputError, match="accept=.missing."):
+        with pytest.raises(InputError, match=r"accept=.missing."):
             imported(tmp_path, text, program=program)
         point = lost // 4
         there = imported(tmp_path, text, "missing", program=program).recording
@@ -323,7 +323,7 @@ def test_all_five_at_once_and_a_choice_that_leads_nowhere(tmp_path: Path) -> Non
         imported(tmp_path, departed(every))
     named = re.findall(r'accept="(\w+)"', str(error.value).rpartition("all together: ")[2])
     assert len(imported(tmp_path, departed(every), *named).recording) == len(PRINTED) - 1
-    with pytest.raises(InputError, match="with accept=.alarm. it is refused, too: the probing is aimed beside"):
+    with pytest.raises(InputError, match=r"with accept=.alarm. it is refused, too: the probing is aimed beside"):
         imported(tmp_path, departed(("alarm",)) + prb(PRINTED[0] + np.array([0.0, 40.0, 0.0])) * 40)
 
 
