@@ -192,7 +192,7 @@ def test_a_verb_that_reads_a_foreign_file_has_a_budget(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], verb: str
 ) -> None:
     monkeypatch.setattr("stepgauge.files.resource_limits.FILE_SECONDS", -1.0)
-    monkeypatch.setattr("stepgauge.importing.recorded.import_recording", lambda *_, **__: run_on({}))
+    monkeypatch.setattr("stepgauge.importing.recorded.import_asked", lambda *_, **__: run_on({}))
     monkeypatch.setattr("stepgauge.alignment.locate", lambda *_, **__: run_on({}))
     points = (ROOT / "examples/demo/points.csv").read_text()
     (tmp_path / "log.csv").write_text("a,b\n1,2\n" if verb == "import" else points)

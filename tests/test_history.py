@@ -82,7 +82,7 @@ def test_where_the_date_comes_from(tmp_path: Path) -> None:
     assert read_entries(path, tmp_path, "")[0].measured_at == datetime.datetime(2023, 11, 5)
     assert read_entries(path, tmp_path, "")[0].date_source == "path"
     path = write(tmp_path / "undated")
-    with pytest.raises(InputError, match=r"nothing says when this was measured.*measured_at.*date_from file"):
+    with pytest.raises(InputError, match=r"nothing says when this was measured.*measured_at.*date_from=.file"):
         read_entries(path, tmp_path, "")
     assert read_entries(path, tmp_path, "", "file")[0].date_source == "file"
 
