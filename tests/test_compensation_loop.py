@@ -172,7 +172,7 @@ def test_what_no_source_confirms_is_written_only_when_asked_for_by_its_name() ->
     for name in unconfirmed:
         for said in (None, *(unconfirmed - {name})):
             with pytest.raises(
-                InputError, match=f"doubles the error; found the sense .* expected .* {name}., and a co"
+                InputError, match=f"doubles the error; found the sense .* expected .*{name}., and a co"
             ):
                 render_table(table, FORMATS[name], unconfirmed_sense=said)
         assert "NOT CONFIRMED" in render_table(table, FORMATS[name], unconfirmed_sense=name)
