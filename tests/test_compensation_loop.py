@@ -171,9 +171,7 @@ def test_what_no_source_confirms_is_written_only_when_asked_for_by_its_name() ->
     assert unconfirmed == {"fanuc", "fanuc-g10", "heidenhain"}
     for name in unconfirmed:
         for said in (None, *(unconfirmed - {name})):
-            with pytest.raises(
-                InputError, match=f"doubles the error; found the sense .* expected .*{name}., and a co"
-            ):
+            with pytest.raises(InputError, match=f"doubles the error; found the sense .* expected .*{name}., and a co"):
                 render_table(table, FORMATS[name], unconfirmed_sense=said)
         assert "NOT CONFIRMED" in render_table(table, FORMATS[name], unconfirmed_sense=name)
     with pytest.raises(InputError, match="unconfirmed_sense: the sense of csv is confirmed; found csv"):
