@@ -22,7 +22,7 @@ def apply_defaults(command: VerbCommand, ctx: click.Context, project: Project, w
     check_options(project, words, options)
     own = project.table(words)
     values: dict[str, Any] = {}
-    for key, value in {**project.common, **own}.items():
+    for key, value in project.stated(*words).items():
         option = options.get(key)
         if option is None or (key not in own and option.parameter.repeated):
             continue  # what takes one file per placement of the gauge is no matter for all verbs

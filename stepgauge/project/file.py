@@ -72,6 +72,10 @@ class Project:
                 return {}
         return dict(table)
 
+    def stated(self, *verb: str) -> dict[str, Any]:
+        """What the file states for a verb: its table over the keys at the top."""
+        return {**self.common, **self.table(verb)}
+
     def place(self, value: str) -> str:
         """A path that the file states, seen from the working folder; one that stands nowhere is a name, and stays."""
         path = self.folder / os.path.expanduser(value)

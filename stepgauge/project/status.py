@@ -262,8 +262,7 @@ def _next(
 
 def _has_limit(project: Project) -> bool:
     """Whether a maximum permissible error is stated, by which something is decided."""
-    stated = {**project.common, **project.table(("report",))}
-    return bool(stated.get("mpe") or read_machine(stated_file(project, "machine")).table.mpe)
+    return bool(project.stated("report").get("mpe") or read_machine(stated_file(project, "machine")).table.mpe)
 
 
 def _command(project: Project, verb: str, path: str, output: str = "") -> str:

@@ -66,7 +66,7 @@ def decided(
         return None, None
     try:
         project = site.project()
-        stated = {**project.common, **project.table(("report",))}
+        stated = project.stated("report")
         machine = site.stated("machine") if "machine" in stated else None
         said = read_sources(dict(evaluation), None, (), machine, budget, mpe=stated.get("mpe"))
     except InputError as error:

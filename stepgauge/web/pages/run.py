@@ -55,7 +55,7 @@ def show(request: Request) -> Response:
 
 def _asked_fields(site: Site, words: Words) -> dict[str, Field]:
     """The fields, with what holds where they are empty: of a program what it has, else what the project states."""
-    stated = {**site.project().common, **site.project().table(("plan",))} if site.has_project else {}
+    stated = site.project().stated("plan") if site.has_project else {}
     found = {name: replace(one, default=str(stated.get(name, one.default))) for name, one in fields().items()}
     own = words("run.of_program", usual=found["cycles"].default)
     return {**found, "cycles": replace(found["cycles"], default=own)}
