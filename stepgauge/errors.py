@@ -122,8 +122,7 @@ class Naming:
     words: str = "{}"
 
     def __str__(self) -> str:
-        first, *rest = self.words.split("{}", len(self.names))
-        return first + "".join(_python_value(name, behind) for name, behind in zip(self.names, rest, strict=False))
+        return self._filled(_python_value)
 
     def cli_text(self) -> str:
         """With the options that stand for the arguments."""
@@ -131,13 +130,12 @@ class Naming:
 
     def named(self, name: Callable[[str], str]) -> str:
         """With other names of the arguments."""
-        return self._with(map(name, self.names))
+        return self._filled(lambda one, behind: name(one) + behind)
 
-    def _with(self, names: Iterable[str]) -> str:
-        words = self.words
-        for name in names:
-            words = words.replace("{}", name, 1)
-        return words
+    def _filled(self, said: Callable[[str, str], str]) -> str:
+        """The words with each name as ``said`` together with what stands behind it."""
+        first, *rest = self.words.split("{}", len(self.names))
+        return first + "".join(said(name, behind) for name, behind in zip(self.names, rest, strict=False))
 
 
 def naming(*names: str, words: str = "{}") -> Naming:
