@@ -66,9 +66,8 @@ class Features:
         sizes, weight = self.smooth[0].sizes.sd, self.smooth[0].sizes.log_weight
         dot, lost = products[:, 0], products[:, 1:]
         variance = sizes[:, None] ** 2 / self._noise_beside(beside, sizes, dot)
-        shrunk = variance / (1.0 + variance * self.value)
         price = 0.5 * np.add.reduceat(np.log1p(variance * self.value), self.first, axis=1)
-        gain = np.add.reduceat(shrunk * dot**2, self.first, axis=1)
+        shrunk, gain = self._gain(variance, dot)
         evidence = beside.student(gain) - price
         if lost.shape[1]:
             for kernel in np.argsort(-evidence.max(axis=0))[:MOST_EXACT]:
@@ -86,9 +85,14 @@ class Features:
         noise = np.full((len(sizes), len(self.first)), min(beside.noise, 1.0))
         for _ in range(SETTLING):
             variance = sizes[:, None] ** 2 / np.repeat(noise, count, axis=1)
-            gain = np.add.reduceat(variance / (1.0 + variance * self.value) * dot**2, self.first, axis=1)
+            _, gain = self._gain(variance, dot)
             noise = beside.noise * (1.0 - np.clip(gain / beside.total, 0.0, FULL))
         return np.repeat(noise, count, axis=1)
+
+    def _gain(self, variance: Array, dot: Array) -> tuple[Array, Array]:
+        """Shrunk amplitudes over ``dot`` by feature, and the reduction of the sum of squares by kernel."""
+        shrunk = variance / (1.0 + variance * self.value)
+        return shrunk, np.add.reduceat(shrunk * dot**2, self.first, axis=1)
 
     def _summed(self, evidence: Array, sizes: Array) -> Iterator[Proposal]:
         first = 0

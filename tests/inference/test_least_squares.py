@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -25,13 +26,8 @@ def valley_slopes(x: Array) -> Array:
     return np.array([[-20.0 * x[0], 10.0], [-1.0, 0.0]])
 
 
-def test_the_end_of_a_curved_valley_is_found() -> None:
-    np.testing.assert_allclose(least_squares(valley, valley_slopes, np.array([-1.2, 1.0]), 1e-12, 500), 1.0, rtol=1e-6)
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_a_wave_in_noise_is_fitted_as_by_minpack(seed: int) -> None:
-    random = np.random.default_rng(seed)
+def wave_in_noise(random: np.random.Generator) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
+    """Residuals of amplitude, frequency and phase from a noisy sine, and their slopes."""
     seen = 3.0 * np.sin(2.1 * TURNS + 0.4) + random.normal(0.0, 0.3, len(TURNS))
 
     def left(x: Array) -> Array:
@@ -41,6 +37,17 @@ def test_a_wave_in_noise_is_fitted_as_by_minpack(seed: int) -> None:
         inside = x[1] * TURNS + x[2]
         return -np.column_stack([np.sin(inside), x[0] * TURNS * np.cos(inside), x[0] * np.cos(inside)])
 
+    return left, slopes
+
+
+def test_the_end_of_a_curved_valley_is_found() -> None:
+    np.testing.assert_allclose(least_squares(valley, valley_slopes, np.array([-1.2, 1.0]), 1e-12, 500), 1.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_wave_in_noise_is_fitted_as_by_minpack(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    left, slopes = wave_in_noise(random)
     start = np.array([1.0, 1.9, 0.0])
     expected = optimize.least_squares(left, start, slopes, method="lm", ftol=1e-12).x
     np.testing.assert_allclose(least_squares(left, slopes, start, 1e-12, 200), expected, rtol=1e-4)
@@ -78,15 +85,7 @@ def test_a_bound_is_kept_and_the_other_parameters_go_on_along_it() -> None:
 
 def test_a_step_that_a_bound_cuts_short_may_lead_farther_than_its_slopes_say() -> None:
     random = np.random.default_rng(327)
-    seen = 3.0 * np.sin(2.1 * TURNS + 0.4) + random.normal(0.0, 0.3, len(TURNS))
-
-    def left(x: Array) -> Array:
-        return seen - x[0] * np.sin(x[1] * TURNS + x[2])
-
-    def slopes(x: Array) -> Array:
-        inside = x[1] * TURNS + x[2]
-        return -np.column_stack([np.sin(inside), x[0] * TURNS * np.cos(inside), x[0] * np.cos(inside)])
-
+    left, slopes = wave_in_noise(random)
     start = np.array([random.uniform(-3.0, 3.0), random.uniform(0.5, 6.0), random.uniform(-3.0, 3.0)])
     half = random.uniform(0.0, 0.3, 3)
     found = least_squares(left, slopes, start, 1e-12, 200, (start - half, start + half))
