@@ -137,6 +137,7 @@ def _doubts(
     several = answer.alternatives(LEAST_ODDS)
 
     def why(one: StatedTerm, solved: Solved | None) -> str:
+        """The doubt about a law, empty where there is none."""
         if solved is not None and not solved.is_possible:
             return "impossible"
         if one in modulated:
