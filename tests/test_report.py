@@ -32,6 +32,7 @@ from stepgauge.reports.page import Page, PrintedTable, TableColumn, UserStatemen
 from stepgauge.reports.reading import check_gauge, check_machine, check_placements, read_checked_evaluation
 from stepgauge.reports.render import Pages, render_html, render_pdf, set_in_print, write_report
 from stepgauge.reports.sections import Section
+from tests.conftest import ROOT
 from tests.measured import ALONG_X, lay, one_placement, shipped, two_placements, with_gaps
 
 DAY = datetime.date(2026, 5, 4)
@@ -446,3 +447,12 @@ def test_files_of_something_else_are_refused() -> None:
     wrong = replace(lay(gauge), details={"angles": {"n1_to_axis_mrad": "small"}})
     with pytest.raises(InputError, match=r"angles\.n1_to_axis_mrad"):
         check_placements(data, [wrong], ["p.toml"])
+
+
+@pytest.mark.parametrize("name", ["report.html.j2", "story.html.j2"])
+def test_a_class_of_a_page_has_one_look(name: str) -> None:
+    """The star of an interpolated value and the place of an accreditation mark were one: a box in each row of faces."""
+    styles = (ROOT / "templates/reports" / name).read_text(encoding="utf-8")
+    rules = re.findall(r"^\.(\w+) {", styles, re.M)
+    assert rules
+    assert len(rules) == len(set(rules))
