@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -51,10 +52,14 @@ def _check_titles(table: Table, place: NDArray[np.intp], decisions: Decisions) -
 
 
 def _check_cycles(table: Table, place: NDArray[np.intp], cycle: int, decisions: Decisions) -> None:
-    """A column of cycles has its numbers at every target, or as often at each that has them; other counts do not."""
+    """A column of cycles lists one after the other, or has its numbers as often at each target that has them.
+
+    One after the other a run may have been broken off; other counts are not those of cycles.
+    """
     texts = [str(cell) for cell in table.cells(cycle)]
     counts = Counter(zip(place.tolist(), texts, strict=True))
-    if len(set(counts.values())) > 1 and len(counts) < len(set(place.tolist())) * len(set(texts)):
+    in_turn = len(list(groupby(texts))) == len(set(texts))
+    if not in_turn and len(set(counts.values())) > 1 and len(counts) < len(set(place.tolist())) * len(set(texts)):
         name = table.headers[cycle] or f"#{cycle + 1}"
         ways = column_answer(Role.CYCLE, name, "if it is"), column_answer(Role.IGNORE, name)
         what = "a column of cycles has numbers that some targets lack and others repeat"
