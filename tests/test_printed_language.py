@@ -60,6 +60,17 @@ JOINED = {
     "Not measured: faces {}; what needs them is left undefined.",
     "all readings of a placement are off together, each placement by an amount of its own, along the approach",
     "Residuals before and after and without the structure, against what they may depend on",
+    *("1 cause named", "{} causes named", "1 gauge", "1 hall", "1 machine", "1 probe", "1 machine type"),
+    *("{} machine types", "1 visit (placements of a gauge on a machine): {}", "Diagnosis of {}, read by an {}"),
+    *("machine reversal of {}", "machine scale of {}", "machine squareness of {}"),
+    *("measure each gauge of them without the others", "measure each machine of them without the others"),
+    *("wear of the fronts", "wear of the used blocks", "one azimuth of {} deg", "one polar angle of {} deg"),
+    *("deviation after ({})", "deviation before ({})", "residual after", "residual after (µm)"),
+    *("residual after,\nwithout the structure (µm)", "{}\nresidual after ({})", "change along machine {} (µm/m)"),
+    "The answer does not have the odds of {} to 1 that were asked for: {}.",
+    "with a chance of {} % it shows what was hidden so far ({})",
+    *("{} by ISO 230-3:2020", "Environmental temperature variation error (ETVE)"),
+    "Thermal distortion by moving a linear axis",
     "Residuals before and after and without the structure; noise of a probing: {}",
 }
 """Put together of several texts of the code."""

@@ -88,7 +88,7 @@ def test_what_two_laws_may_do_together_has_the_rest_of_the_probability() -> None
     found = case("scale")
     (one,) = found.findings
     alone = replace(one, probability=0.98, own=0.69, members=(), confounded_with=("squareness + reversal_error",))
-    text = markdown(diagnosis_story(diagnosis_to_dict(replace(found, findings=(alone,))), ()))
+    text = markdown(diagnosis_story(diagnosis_to_dict(replace(found, findings=(alone,)))))
     first = text.split("## Evidence")[0]
     rows = [line.split(" | ") for line in first.splitlines() if line.startswith(("| 1 |", "| or |"))]
     assert [row[1] for row in rows] == ["scale error x", "others"]

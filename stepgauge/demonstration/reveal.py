@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -16,11 +16,14 @@ from stepgauge.demonstration.figure import story_figure
 from stepgauge.demonstration.seal import open_seal
 from stepgauge.diagnosis.wording.limits import predictions
 from stepgauge.diagnosis.wording.notation import probability
-from stepgauge.figures.style import figure_svg, save_figure
+from stepgauge.figures.style import save_figure
 from stepgauge.files.text import read_result
 from stepgauge.reports.blocks import bullets, figure, part, table, words
 from stepgauge.reports.diagnosis import story
 from stepgauge.reports.render import write_report
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FIGURE, PAGE = "story.png", "story.html"
 CAPTION = (
@@ -62,7 +65,7 @@ def reveal(folder: Path, concealed: Concealed, diagnosis: Path) -> Revealed:
     fault = next(one.words for one in FAULTS if one.kind == truth["kind"])
     answer = compare_answer(truth, found)
     drawn = story_figure(answer, fault, pd.read_csv(diagnosis / "residuals.csv"), found["fit"])
-    write_report(folder / PAGE, _page(fault, answer, found, concealed.checksum, figure_svg(drawn)))
+    write_report(folder / PAGE, _page(fault, answer, found, concealed.checksum, drawn))
     save_figure(drawn, folder / FIGURE, simulated=True)
     return Revealed(fault, answer, found["fit"], (folder / FIGURE, folder / PAGE))
 
@@ -80,13 +83,13 @@ def _fit(fit: Mapping[str, Any]) -> str:
     return f"{rms}; {held}. {predictions(fit)}"
 
 
-def _page(fault: str, answer: RevealedFault, found: Mapping[str, Any], checksum: str, svg: str) -> dict[str, Any]:
+def _page(fault: str, answer: RevealedFault, found: Mapping[str, Any], checksum: str, drawn: Figure) -> dict[str, Any]:
     numbers = [[one.name, one.unit, f"{one.truth:g}", f"{one.found:.4g}", one.u_text] for one in answer.numbers]
     members = [[one.label, probability(one.probability), "concealed" if one.is_truth else ""] for one in answer.members]
     parts = [
         part(
             "What was concealed, and what was found",
-            figure(FIGURE, CAPTION, {FIGURE: svg}),
+            figure(FIGURE, CAPTION, drawn),
             table(["Parameter", "Unit", "Concealed", "Found", "u"], numbers, [0, 0, 0, 0, 1]) if numbers else None,
             words(_fit(found["fit"])),
         ),

@@ -24,6 +24,7 @@ MOST = 0.8
 """So much of several sentences is one template's own words."""
 _SENTENCE = re.compile(r"(?<=[.]) (?=[^\W\d_a-z]|[–*\u201c])")
 _POINT = re.compile(r"(?<![\w./:'\"=-])(?:(?<=\([uU] = )|(?<!= ))([-+−]?\d+)\.(\d+)(?![\w./'\"])")
+_WORD = re.compile(r"[^\W\d_]{2}")
 _QUOTED = re.compile(r"""('[^']*'|"[^"]*")""")
 _NO_PROSE = re.compile(r"""'[^']*'|"[^"]*"|--[\w-]+|[\w-]*[_/][\w/.-]*""")
 _MICRO = re.compile(r"(?<=\d )u(?=m\b|rad\b)")
@@ -89,6 +90,31 @@ def known_texts() -> Mapping[str, str]:
     return {one.replace(" um", " µm").replace("deg C", "°C"): german for one, german in known.items()} | known
 
 
+_LISTED = re.compile(r"(, | and | or | \+ )")
+_CHOICE = re.compile(r"[xyz]{1,2}|\d+|all|once")
+"""What stands behind the name of an effect in its label: axis, plane, placement."""
+
+
+def _named(label: str) -> str | None:
+    """The German of a text that is known whole, or of the label of an effect: its name and its choices."""
+    if label in known_texts():
+        return known_texts()[label]
+    words = label.split()
+    count = next((n for n, one in enumerate(reversed(words)) if not _CHOICE.fullmatch(one)), 0)
+    name = known_texts().get(" ".join(words[: len(words) - count]))
+    return " ".join([name, *(known_texts().get(one, one) for one in words[len(words) - count :])]) if name else None
+
+
+def _list_of_names(text: str) -> str | None:
+    """A list of such texts in German; None where any of them is not known."""
+    parts = _LISTED.split(text)
+    names = [_named(one) for one in parts[::2]]
+    if text in known_texts() or None in names:
+        return known_texts().get(text)
+    joints = [f" {catalogue()[one.strip()]} " if one.strip() in ("and", "or") else one for one in parts[1::2]]
+    return "".join(f"{name}{joint}" for name, joint in zip(names, [*joints, ""], strict=True))
+
+
 _NAMED = re.compile(r"{([^{}]*)}")
 SHORT = 12
 """Letters of a sentence of a diagnosis: a shorter one may stand in any text."""
@@ -105,13 +131,15 @@ def _diagnosed() -> dict[str, str]:
 
 @cache
 def effects() -> Mapping[str, str]:
-    """German names of effects, alone and with their axes, and of sensors."""
-    from stepgauge.diagnosis.wording.findings import name_of
+    """German names of effects, alone and with their axes, of covariates and of sensors."""
+    from stepgauge.diagnosis.wording.findings import name_of, words
+    from stepgauge.diagnosis.wording.phrases import COVARIATES
     from stepgauge.effects import effect_kinds
 
-    names = {name_of(kind): name_of(kind, language="de") for kind in effect_kinds(every=True)}
+    kinds = [(kind, "gauge") for kind in effect_kinds(every=True)] + [(kind, "map") for kind in words("map")]
+    names = {name_of(*one): name_of(*one, "de") for one in kinds}
     known = {f"{name}{more}": f"{german}{more}" for name, german in names.items() for more in ("", " {}")}
-    return {**known, **_sensors()}
+    return {**COVARIATES, **known, **_sensors()}
 
 
 def _sensors() -> Mapping[str, str]:
@@ -193,13 +221,13 @@ def _between_numbers(text: str) -> str:
 def _translated(text: str, deep: int, whole: bool = True) -> str:
     """A message in German; ``whole``: :class:`UntranslatedError` where words of it are English that no template knows,
     and may not be names that people gave."""
-    if text in known_texts():
-        return known_texts()[text]
+    if (names := _list_of_names(text)) is not None:
+        return names
     ways: list[Callable[[], str]] = []
     if deep and not _QUOTED.fullmatch(text):
         found = _template(text)
         lists = [(joint, parts) for joint in _JOINTS if len(parts := text.split(joint)) > 1]
-        known = [all(_known_words(one) >= OWN_SHARE * len(one) for one in parts) for _, parts in lists]
+        known = [all(map(_is_part, parts)) for _, parts in lists]
         joined = [partial(_join, parts, joint, deep, whole) for joint, parts in lists]
         filled = [partial(_fill_gaps, found, deep, whole)] if found else []
         owned = found is not None and _length(found[0]) >= OWN_SHARE * len(text)
@@ -213,6 +241,11 @@ def _translated(text: str, deep: int, whole: bool = True) -> str:
     if whole and ENGLISH.search(_BETWEEN.sub("", _NO_PROSE.sub("", text))):
         raise UntranslatedError(text)
     return text
+
+
+def _is_part(text: str) -> bool:
+    """Whether a part of a list is a message, or has no words at all."""
+    return _known_words(text) >= OWN_SHARE * len(text) or not _WORD.search(text)
 
 
 def _join(parts: Sequence[str], joint: str, deep: int, whole: bool) -> str:

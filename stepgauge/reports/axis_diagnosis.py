@@ -26,7 +26,7 @@ def captions(said: Said) -> dict[str, str]:
     return {"residuals": "Deviations before and after, against what they may depend on"}
 
 
-def evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:
+def evidence(said: Said, drawn: Sequence[Block], language: str) -> Iterator[Block]:
     """What was measured, and what speaks for the statements."""
     axis = said["axis"]
     unit, noise, fit = axis["deviation_unit"], said["noise"], said["fit"]
@@ -42,7 +42,7 @@ def evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:
     if said["located"]:
         yield table(
             ("systematic in", "form", "share of the structure", "probability"),
-            [located_row(one) for one in said["located"]],
+            [located_row(one, said, language) for one in said["located"]],
             (0.0, 1.0, 0.0, 0.0),
         )
     yield from check_blocks(said)

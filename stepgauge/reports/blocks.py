@@ -8,13 +8,16 @@ from __future__ import annotations
 import base64
 import re
 import struct
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stepgauge.figures.style import STYLE
 from stepgauge.files.notation import clean
 from stepgauge.files.text import read_bytes, read_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Block = dict[str, Any]
 PAGE_PT = 174.0 / 25.4 * 72.0
@@ -59,15 +62,18 @@ def table(
     }
 
 
-def figure(name: str, caption: str, figures: Mapping[str, str]) -> Block:
-    """A picture by the name of its file, its content from ``figures`` (SVG; empty where only the name is wanted).
+def figure(name: str, caption: str, drawn: Figure | str = "") -> Block:
+    """A picture by the name of its file: a figure, which is put into the language of its page, or SVG.
 
     ``share`` of the width of the page: its own width, at most the whole.
     """
-    svg = figures.get(name, "")
-    width = re.search(r'\bwidth="([\d.]+)pt"', svg[:1000])
-    share = min(float(width[1]) / PAGE_PT, 1.0) if width else 1.0
-    return {"kind": "figure", "name": name, "svg": svg, "caption": clean(caption), "share": share}
+    if isinstance(drawn, str):
+        found = re.search(r'\bwidth="([\d.]+)pt"', drawn[:1000])
+        width = float(found[1]) if found else PAGE_PT
+    else:
+        width = 72.0 * drawn.get_figwidth()
+    share = min(width / PAGE_PT, 1.0)
+    return {"kind": "figure", "name": name, "svg": drawn, "caption": clean(caption), "share": share}
 
 
 def part(title: str, *blocks: Block | None) -> dict[str, Any]:

@@ -20,9 +20,10 @@ from stepgauge.reports import axis_diagnosis, gauge_diagnosis, probe_diagnosis
 from stepgauge.reports.blocks import figure, part
 from stepgauge.reports.blocks import pictures as pictures_of
 from stepgauge.reports.findings import do_first, first_lines, found_part
-from stepgauge.reports.render import translator
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from stepgauge.diagnosis.result import Diagnosis
 
 Said = Mapping[str, Any]
@@ -39,25 +40,23 @@ def first_of(said: Said, language: str = "en") -> list[str]:
 
 
 def diagnosis_story(
-    said: Said, figures: Sequence[str] = (), pictures: Mapping[str, str] | None = None, language: str = "en"
+    said: Said, figures: Mapping[str, Figure | str] | None = None, language: str = "en"
 ) -> dict[str, Any]:
     """The content of a page on a diagnosis of a machine, an axis or a probe's map.
 
     Parameters
     ----------
     said : content of a ``diagnosis.json``
-    figures : names of the figures beside it, the overview first
-    pictures : their contents (SVG) by name, for pages that hold their figures; one that is missing is left out
+    figures : by the names of their files, the overview first; empty text where only the name is wanted
     language : of the page
     """
     room = _room(said)
     captions = room.captions(said)
-    shown = [name for name in figures if pictures is None or pictures.get(name)]
-    drawn = [figure(name, captions[Path(name).stem], pictures or {}) for name in shown]
+    drawn = [figure(name, captions[Path(name).stem], one) for name, one in (figures or {}).items()]
     parts = [
         do_first(said, language),
         found_part(said, *drawn[:1], language=language),
-        part("Evidence", *room.evidence(said, drawn[1:])),
+        part("Evidence", *room.evidence(said, drawn[1:], language)),
         part("Appendix", *room.appendix(said, language)),
     ]
     example = "gauge" in said["inputs"] and bool(said["inputs"]["gauge"]["example"])
@@ -72,13 +71,9 @@ def _room(said: Said) -> ModuleType:
 
 def story_of(found: Diagnosis, language: str = "en") -> dict[str, Any]:
     """The content of a page from a diagnosis, with its figures drawn now."""
-    from stepgauge.figures.style import figure_svg
-
     if not (figures := found.figures()) and found.path:
         return read_story(found.path, language)
-    page = {"language": language, "own": ()}
-    drawn = {name: figure_svg(one, translator(page)) for name, one in figures.items()}
-    return diagnosis_story(found.contents, list(drawn), drawn, language)
+    return diagnosis_story(found.contents, figures, language)
 
 
 def read_story(path: str | Path, language: str = "en") -> dict[str, Any]:
@@ -88,7 +83,7 @@ def read_story(path: str | Path, language: str = "en") -> dict[str, Any]:
     """
     said, folder = read_said(path)
     names = [f"{stem}{kind}" for stem in FIGURES for kind in PICTURES if (folder / f"{stem}{kind}").is_file()]
-    return diagnosis_story(said, names, dict(pictures_of(folder, names)), language)
+    return diagnosis_story(said, dict(pictures_of(folder, names)), language)
 
 
 def read_said(path: str | Path) -> tuple[dict[str, Any], Path]:

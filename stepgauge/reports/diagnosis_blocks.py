@@ -9,6 +9,7 @@ from stepgauge.diagnosis.wording.catalogue import say
 from stepgauge.diagnosis.wording.findings import meaning, name_of, subject
 from stepgauge.diagnosis.wording.headline import possible_name
 from stepgauge.diagnosis.wording.notation import percent, plus_minus, probability, symbol
+from stepgauge.diagnosis.wording.phrases import structure_words
 from stepgauge.reports.blocks import Block, heading, table, words
 
 Said = Mapping[str, Any]
@@ -56,10 +57,11 @@ def check_blocks(said: Said) -> Iterator[Block]:
     yield table(("part", "deviation", "", "what was found"), rows)
 
 
-def located_row(one: Said, *faces: str) -> list[str]:
+def located_row(one: Said, said: Said, language: str, *faces: str) -> list[str]:
     """A form of the residuals: covariate, the faces it is on where that is told, words, share and probability."""
     p = one.get("probability", one.get("probability_if_alone"))
-    return [one["covariate"], *faces, one["where"], percent(one["share"]), probability(p)]
+    where = structure_words(one, subject(said), language)
+    return [one["covariate"], *faces, where, percent(one["share"]), probability(p)]
 
 
 def trail_blocks(said: Said) -> Iterator[Block]:

@@ -33,7 +33,7 @@ from stepgauge.diagnosis.wording.notation import (
     told_numbers,
     without,
 )
-from stepgauge.diagnosis.wording.phrases import nearest_law
+from stepgauge.diagnosis.wording.phrases import covariate_name, nearest_law, structure_words
 from stepgauge.diagnosis.wording.structure import SCATTER, remedy_of_structure
 from stepgauge.effects.words import Wording
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
@@ -168,8 +168,8 @@ def proposal(one: Said, language: str) -> str:
 
 
 def _remedy_of_row(row: Said, language: str = "en") -> Wording:
-    both = f"{row['covariate']} and {row['beside']}" if row.get("beside") else str(row["covariate"])
-    return remedy_of_structure(row["forms"], both, language)
+    on = [covariate_name(row[key], language=language) for key in ("covariate", "beside") if row.get(key)]
+    return remedy_of_structure(row["forms"], listed(on, language=language), language)
 
 
 def found_part(said: Said, *more: Block | None, language: str = "en") -> dict[str, Any]:
@@ -188,7 +188,7 @@ def found_part(said: Said, *more: Block | None, language: str = "en") -> dict[st
         if others and p >= 1.0 - SURE:
             inner.append(len(rows))
             rows.append(_together_row(others, p))
-    rows += [_form_row(row, number) for number, row in _structure(said)]
+    rows += [_form_row(row, number, said, language) for number, row in _structure(said)]
     if not rows:
         return part("What was found", words(_nothing(said)), *more)
     listing = table(FOUND, rows, _SHARES, inner, _note(said, left_out))
@@ -240,8 +240,8 @@ def _row(first: str, one: Said, p: float | None, said: Said, language: str) -> l
     return [first, name, values(one), uncertainties(one), "" if p is None else probability(p), text]
 
 
-def _form_row(row: Said, number: int) -> list[str]:
-    text = f"{row['where']}. Its cause is not known."
+def _form_row(row: Said, number: int, said: Said, language: str) -> list[str]:
+    text = f"{structure_words(row, subject(said), language)}. Its cause is not known."
     name = row["form"] if row.get("form") in SCATTER else f"{UNKNOWN_NAME}: {row['covariate']}"
     return [str(number), name, "", "", probability(row["probability"]), text]
 

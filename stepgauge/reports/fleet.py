@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from stepgauge.figures.style import figure_svg
 from stepgauge.files.notation import counted, rounded
 from stepgauge.files.text import read_result
 from stepgauge.fleet.hierarchical.answer import WORDS, began, owner_of, words_of
@@ -54,7 +53,9 @@ def read_story(path: str | Path) -> dict[str, Any]:
 
 
 def _sentence(said: Said) -> str:
-    owners = ", ".join(counted(number, "line" if kind == "type" else kind) for kind, number in said["owners"].items())
+    owners = ", ".join(
+        counted(number, "machine type" if kind == "type" else kind) for kind, number in said["owners"].items()
+    )
     share, count = said["expected_false_share"], len(said["causes"])
     false = f"; {share * count:.1f} of the causes ({100.0 * share:.1f} %) are expected to be false" if count else ""
     return f"{counted(said['visits'], 'visit')} (placements of a gauge on a machine): {owners}{false}."
@@ -98,7 +99,7 @@ def _sizes(causes: Sequence[Said]) -> Iterator[Block]:
 
     shown = f" The likeliest {MOST_CAUSES} of {len(causes)}." if len(causes) > MOST_CAUSES else ""
     caption = f"Sizes with their expanded uncertainty U (k = 2); hollow: one of a set.{shown}"
-    yield figure(FIGURE, caption, {FIGURE: figure_svg(causes_figure(causes))})
+    yield figure(FIGURE, caption, causes_figure(causes))
 
 
 def _settled(said: Said) -> Iterator[Block]:

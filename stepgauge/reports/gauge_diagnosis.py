@@ -50,13 +50,13 @@ def captions(said: Said) -> dict[str, str]:
     }
 
 
-def evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:
+def evidence(said: Said, drawn: Sequence[Block], language: str) -> Iterator[Block]:
     """What was measured, and what speaks for the statements."""
     yield from _measured(said)
     yield from drawn
     yield from odds_blocks(said)
     yield from check_blocks(said)
-    yield from _located(said)
+    yield from _located(said, language)
     yield heading("Before and after")
     yield _fit(said)
 
@@ -95,14 +95,14 @@ def _placed(p: Said) -> list[object]:
     return [p["placement"], f"({axis})", f"{p['first_block']} to {p['last_block']}", p["cycles"], p["probings"]]
 
 
-def _located(said: Said) -> Iterator[Block]:
+def _located(said: Said, language: str) -> Iterator[Block]:
     yield heading("Where the residuals are systematic")
     if not said["located"]:
         yield words("Nowhere: no dependence on any covariate is more probable than scatter.")
         return
     yield table(
         ("covariate", "faces", "form", "share of the structure", "probability"),
-        [located_row(one, one["side"]) for one in said["located"]],
+        [located_row(one, said, language, one["side"]) for one in said["located"]],
         (0.0, 0.0, 1.0, 0.0, 0.0),
         note="These are the forms of the residuals before any effect is named.",
     )

@@ -41,6 +41,7 @@ def investigation_story(said: Said) -> dict[str, Any]:
         ],
         "data": {"name": "investigation.json", "text": json.dumps(said, indent=1, ensure_ascii=False)},
         "version": said["stepgauge"],
+        "own": [said["machine"], said["gauge"]["name"]],
     }
 
 
@@ -113,7 +114,7 @@ def _asked(said: Said) -> Iterator[Block]:
         yield words(_why(run["why"]) if run["why"] else "The first run: how the gauge lay.")
         yield words(f"After it: {run['learnt']['summary']}.")
         if run["learnt"]["hypotheses"]:
-            yield bullets([f"{percent(one['probability'])} {_words(one)}" for one in run["learnt"]["hypotheses"]])
+            yield bullets([f"{_words(one)}: {percent(one['probability'])}" for one in run["learnt"]["hypotheses"]])
 
 
 def _row(run: Said) -> Sequence[str]:

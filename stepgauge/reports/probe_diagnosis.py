@@ -32,7 +32,7 @@ def captions(said: Said) -> dict[str, str]:
     return {name: text + (after if name != "effects" else "") for name, text in _CAPTIONS.items()}
 
 
-def evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:
+def evidence(said: Said, drawn: Sequence[Block], language: str) -> Iterator[Block]:
     """What was measured, and what speaks for the statements."""
     yield from _measured(said)
     yield from drawn
@@ -40,7 +40,7 @@ def evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:
     if not said["probabilities"]:
         yield words(_untried(said))
     yield from check_blocks(said)
-    yield from _located(said)
+    yield from _located(said, language)
     yield from _fit(said)
 
 
@@ -93,7 +93,7 @@ def _repeatability(said: Said) -> str:
     return f"No direction was repeated; estimated from the residuals of the model beyond the rounding, {over}."
 
 
-def _located(said: Said) -> Iterator[Block]:
+def _located(said: Said, language: str) -> Iterator[Block]:
     yield heading("Where the residuals are systematic")
     if not said["located"]:
         judged = said["verdict"] != "insufficient"
@@ -103,7 +103,7 @@ def _located(said: Said) -> Iterator[Block]:
         return
     yield table(
         ("covariate", "form", "share of the structure", "probability"),
-        [located_row(one) for one in said["located"]],
+        [located_row(one, said, language) for one in said["located"]],
         (0.0, 1.0, 0.0, 0.0),
         note="These are the forms of the residuals before any cause is named; for named causes it is the probability of"
         " the form alone.",

@@ -190,7 +190,7 @@ def _diagnosis_page(_: ReportRequest, result: File | Diagnosis, recordings: list
         what = "its page is made from the files of a diagnosis"
         raise InputError("result", what, found="a Diagnosis", expected="the folder that Diagnosis.write made")
     said, folder = read_said(result)
-    return diagnosis_page(said, diagnosis_story(said, ()), read_rows(folder))
+    return diagnosis_page(said, diagnosis_story(said), read_rows(folder))
 
 
 def _evaluation_page(asked: ReportRequest, result: File | Evaluation, recordings: list[Any]) -> dict[str, Any]:

@@ -60,7 +60,7 @@ def said(name: str) -> dict[str, Any]:
 
 
 def report_text(data: dict[str, Any], figures: Sequence[str] = ()) -> str:
-    return markdown(diagnosis_story(data, figures))
+    return markdown(diagnosis_story(data, dict.fromkeys(figures, "")))
 
 
 def numbers(value: Any) -> Iterator[float]:

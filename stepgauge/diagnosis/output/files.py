@@ -57,7 +57,7 @@ def write_diagnosis(folder: str | Path, diagnosis: ComputedDiagnosis, suffix: st
     target = Path(folder)
     said, texts = diagnosis.outputs(target)
     drawn = {f"{name}.{suffix}": figure for name, figure in diagnosis.figures().items()}
-    texts = {"diagnosis.md": markdown(diagnosis_story(said, list(drawn))), **texts}
+    texts = {"diagnosis.md": markdown(diagnosis_story(said, dict.fromkeys(drawn, ""))), **texts}
     write_json(target / FILE, said)
     for name, text in texts.items():
         write_sealed(target / name, text)
