@@ -41,7 +41,7 @@ def test_a_failed_save_leaves_the_old_figure(tmp_path, monkeypatch):
 def test_a_figure_that_is_drawn_once_is_that_of_matplotlib(tmp_path):
     style.save_figure(drawn(), tmp_path / "a.png", simulated=False)
     with style.figure_style():
-        drawn().savefig(tmp_path / "b.png", metadata={})
+        drawn().savefig(tmp_path / "b.png", metadata={}, pil_kwargs=style.PACKED)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 

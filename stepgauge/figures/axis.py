@@ -8,7 +8,15 @@ import numpy as np
 
 from stepgauge.diagnosis.axis.residuals import AxisData
 from stepgauge.diagnosis.result import GaugeDiagnosis
-from stepgauge.figures.style import COLORS, CYCLE, draw_before_and_after, figure_style, new_figure
+from stepgauge.figures.style import (
+    COLORS,
+    CYCLE,
+    add_legend,
+    axes_entries,
+    draw_before_and_after,
+    figure_style,
+    new_figure,
+)
 from stepgauge.files.arrays import Array
 
 if TYPE_CHECKING:
@@ -32,15 +40,14 @@ def axis_figure(found: GaugeDiagnosis, data: AxisData) -> Figure:
     panels = _panels(found, data)
     unit = _printed(recording.units.deviation)
     with figure_style():
-        figure = new_figure(70.0 + 55.0 * (len(panels) - 1) if len(panels) > 1 else 110.0, 100.0)
+        figure = new_figure(70.0 + 55.0 * (len(panels) - 1) if len(panels) > 1 else 110.0, 100.0, solved=False)
         grid = figure.subplots(2, len(panels), sharey="row", squeeze=False)
         for axes, um, name in zip(grid, (found.before_um, found.after_um), ("before", "after"), strict=True):
             for one, (label, x) in zip(axes, panels, strict=True):
                 _draw(one, x, um * way * factor, way, 2.0 * found.noise.sigma_um * factor)
                 one.set_xlabel(label if name == "after" else "")
             axes[0].set_ylabel(f"deviation {name} ({unit})")
-        if recording.both_ways:
-            figure.legend(*grid[0][0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
+        add_legend(figure, axes_entries(grid[0][0]))
     return figure
 
 
@@ -99,6 +106,6 @@ def _draw(axes: Axes, x: Array, y: Array, way: Array, two_sigma: float | None) -
             style: dict[str, Any] = {"linestyle": "none", "markersize": 2.6, "markeredgewidth": 0.0, "alpha": 0.6}
             axes.plot(x[rows], y[rows], marker=marker, color=colour, label=name, rasterized=True, **style)
     for level in () if two_sigma is None else (-two_sigma, two_sigma):
-        axes.axhline(level, color="black", linewidth=0.7, linestyle=(0, (4, 3)))
+        axes.axhline(level, color="black", linewidth=0.7, linestyle=(0, (4, 3)), label="± two sigma of the scatter")
     axes.axhline(0.0, color=COLORS["grey"], linewidth=0.7, zorder=1)
     axes.spines[["top", "right"]].set_visible(False)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stepgauge.compensation.result import Compensation
 from stepgauge.compensation.table import CompensationTable
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
+from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure, save_figure
 
 WIDTH_MM, HEIGHT_MM, ALONE_MM = 170.0, 100.0, 75.0
 GREY = COLORS["grey"]
@@ -74,17 +74,8 @@ def _marks(curves: Sequence[Curve]) -> tuple[tuple[Line2D, ...], tuple[Patch, ..
 
 
 def _add_legend(figure: Figure, curves: Sequence[Curve]) -> None:
-    handles, labels = figure.axes[0].get_legend_handles_labels()
     inferred, bands = _marks(curves)
-    entries: list[Any] = [*handles, inferred, bands]
-    figure.legend(
-        entries,
-        [*labels, "inferred", "± 2 u"],
-        handler_map=legend_handlers(),
-        loc="outside upper center",
-        ncols=4,
-        frameon=False,
-    )
+    add_legend(figure, {**axes_entries(figure.axes[0]), "inferred": inferred, "± 2 u": bands})
 
 
 def _curves(table: CompensationTable) -> list[Curve]:

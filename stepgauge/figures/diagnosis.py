@@ -27,7 +27,14 @@ from stepgauge.figures.effect_panels import (
     panels,
     sides,
 )
-from stepgauge.figures.style import COLORS, draw_before_and_after, figure_style, new_figure
+from stepgauge.figures.style import (
+    COLORS,
+    add_legend,
+    axes_entries,
+    draw_before_and_after,
+    figure_style,
+    new_figure,
+)
 from stepgauge.files.arrays import Array
 
 if TYPE_CHECKING:
@@ -61,7 +68,7 @@ def overview_figure(diagnosis: GaugeDiagnosis) -> Figure:
     drawn = _covariates_that_matter(diagnosis)
     limit = _limit(diagnosis)
     with figure_style():
-        figure = new_figure(180.0, 48.0)
+        figure = new_figure(180.0, 48.0, solved=False)
         row = figure.subplots(1, len(drawn), sharey=True, squeeze=False)[0]
         for axes, covariate in zip(row, drawn, strict=True):
             x = covariate_values(covariate, diagnosis.data)
@@ -73,7 +80,7 @@ def overview_figure(diagnosis: GaugeDiagnosis) -> Figure:
             _label_x(axes, label_of(covariate))
         row[0].set_ylim(-limit, limit)
         row[0].set_ylabel("residual (µm)")
-        _legend(figure, row[0])
+        add_legend(figure, axes_entries(row[0]))
     return figure
 
 
@@ -83,7 +90,7 @@ def residual_figure(diagnosis: GaugeDiagnosis) -> Figure:
     drawn = _covariates_that_matter(diagnosis)
     after = diagnosis.rest_um
     with figure_style():
-        figure = new_figure(180.0, 105.0)
+        figure = new_figure(180.0, 105.0, solved=False)
         grid = figure.subplots(2, len(drawn) + 1, sharey=True, squeeze=False, width_ratios=[1.0] * len(drawn) + [0.55])
         limit = _limit(diagnosis)
         grid[0][0].set_ylim(-limit, limit)
@@ -93,12 +100,12 @@ def residual_figure(diagnosis: GaugeDiagnosis) -> Figure:
                 _scatter(one, covariate_values(covariate, data), um, sides(data))
                 _noise_lines(one, diagnosis.noise.sigma_um)
                 _ring_outliers(one, covariate_values(covariate, data), np.clip(um, -limit, limit), diagnosis)
-            _distribution(axes[-1], um[np.isfinite(diagnosis.noise.by_row_um)], diagnosis.noise.sigma_um, name)
+            _distribution(axes[-1], um[np.isfinite(diagnosis.noise.by_row_um)], diagnosis.noise.sigma_um)
             axes[0].set_ylabel(f"residual {told if name == 'after' else name} (µm)")
         for one, covariate in zip(grid[1], drawn, strict=False):
             _label_x(one, label_of(covariate))
         grid[1][-1].set_xlabel("density")
-        _legend(figure, grid[0][0], grid[0][-1])
+        add_legend(figure, axes_entries(grid[0][0], grid[0][-1]))
     return figure
 
 
@@ -131,14 +138,14 @@ def effect_figure(diagnosis: GaugeDiagnosis) -> Figure:
     rows = (len(found) + 1) // 2 if len(found) > 1 else 1
     with figure_style():
         across = min(len(found), 2)
-        figure = new_figure(180.0 if across > 1 else 120.0, 62.0 * rows + 8.0)
+        figure = new_figure(180.0 if across > 1 else 120.0, 62.0 * rows + 8.0, solved=False)
         grid = figure.subplots(rows, across, squeeze=False)
         for axes, panel in zip(grid.flat, found, strict=False):
             _effect_panel(axes, panel, rest + panel.share_um, diagnosis)
             axes.set_title(textwrap.fill(panel.title, TITLE_CHARACTERS[across]), loc="left")
         for axes in grid.flat[len(found) :]:
             axes.set_axis_off()
-        _legend(figure, *grid.flat[: len(found)], most=5 if across > 1 else 4)
+        add_legend(figure, axes_entries(*grid.flat[: len(found)]))
     return figure
 
 
@@ -200,12 +207,11 @@ def _limit(diagnosis: GaugeDiagnosis) -> float:
     return 1.1 * max(float(before.max(initial=0.0)), 3.0 * diagnosis.noise.sigma_um, 1e-3)
 
 
-def _distribution(axes: Axes, um: Array, sigma_um: float, name: str) -> None:
+def _distribution(axes: Axes, um: Array, sigma_um: float) -> None:
     """Histogram lying on its side, with the noise alone as a line."""
-    colour = COLORS[name]
     reach = max(float(np.abs(um).max(initial=0.0)), 3.0 * sigma_um, 1e-3)
     bins = np.linspace(-reach, reach, int(np.clip(2.0 * np.sqrt(len(um)), 11, 61)))
-    axes.hist(um, bins.tolist(), density=True, orientation="horizontal", color=colour, alpha=0.6, linewidth=0)
+    axes.hist(um, bins.tolist(), density=True, orientation="horizontal", color=COLORS["grey"], alpha=0.6, linewidth=0)
     if sigma_um > 0.0:
         y = np.linspace(-reach, reach, 301)
         density = np.exp(-0.5 * (y / sigma_um) ** 2) / (sigma_um * np.sqrt(2.0 * np.pi))
@@ -253,7 +259,7 @@ def _name_lines(axes: Axes, panel: EffectPanel, law: Array, placement: NDArray[n
     for end, numbers in ends.items() if len({*map(frozenset, ends.values())}) > 1 else ():
         name = f"placement {', '.join(map(str, sorted(numbers)))}"
         behind = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.5}  # where another line crosses it
-        axes.annotate(name, end, (2, 5), textcoords="offset points", fontsize="small", bbox=behind, zorder=6)
+        axes.annotate(name, end, (2, 5), textcoords="offset points", fontsize="small", bbox=behind, zorder=8)
 
 
 def _label_x(axes: Axes, label: str) -> None:
@@ -307,20 +313,4 @@ def _means(axes: Axes, panel: EffectPanel, um: Array, rows: NDArray[np.bool_], g
         elinewidth=0.9,
         zorder=6,
         label="means ± two standard errors",
-    )
-
-
-def _legend(figure: Figure, *drawn: Axes, most: int = 5) -> None:
-    """Every entry once, in few rows of about equal length with at most so many entries."""
-    entries: dict[str, Any] = {}
-    for axes in drawn:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            entries.setdefault(label, handle)
-    rows = -(-len(entries) // most)
-    figure.legend(
-        list(entries.values()),
-        list(entries),
-        loc="outside upper center",
-        ncols=-(-len(entries) // rows),
-        frameon=False,
     )

@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import face_rows
 from stepgauge.figures.faces import POSITION_LABEL, column
-from stepgauge.figures.style import COLORS, CYCLE, draw_dimension, figure_style, legend_handlers, new_figure
+from stepgauge.figures.style import COLORS, CYCLE, add_legend, draw_dimension, figure_style, new_figure
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import counted
 from stepgauge.standards.mpe import Mpe
@@ -273,13 +273,4 @@ def _add_legend(figure: Figure, rows: Sequence[Mapping[str, Any]]) -> None:
     more += [line for line in errors.get_lines() if line.get_label() == LEFT_OUT]
     more += [bar for bar in errors.containers if bar.get_label() and not str(bar.get_label()).startswith("_")]
     entries |= {str(one.get_label()): one for one in more}
-    figure.legend(
-        handles=list(entries.values()),
-        labels=list(entries),
-        handler_map=legend_handlers(),
-        loc="outside upper center",
-        ncols=len(entries) if len(entries) <= 6 else 4,
-        columnspacing=1.2,
-        handlelength=1.8,
-        frameon=False,
-    )
+    add_legend(figure, entries)

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
+from stepgauge.figures.style import COLORS, CYCLE, add_legend, figure_style, new_figure, save_figure
 from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.history.entries import QUANTITIES
 from stepgauge.history.result import History
@@ -68,15 +68,7 @@ def history_figure(series: Sequence[Series], limits: Mapping[str, float], machin
             _dates(panels[-1])
         panels[0].set_title(_title(series, machine), loc="left", fontweight="bold")
         figure.align_ylabels(panels)
-        entries = _legend(series, directions, limits)
-        figure.legend(
-            list(entries.values()),
-            list(entries),
-            handler_map=legend_handlers(),
-            loc="outside upper center",
-            ncols=5,
-            frameon=False,
-        )
+        add_legend(figure, _legend(series, directions, limits))
     return figure
 
 

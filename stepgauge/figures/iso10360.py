@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.figures.style import COLORS, CYCLE, add_legend, figure_style, new_figure
 from stepgauge.files.arrays import Array
 from stepgauge.standards.iso10360 import KINDS, LengthTest
 from stepgauge.standards.iso10360_positions import TestLength
@@ -115,7 +115,7 @@ def _legend(figure: Figure, test: LengthTest) -> None:
         Line2D([], [], color=CYCLE[slot], marker=MARKERS[slot], markerfacecolor="none", linewidth=0, label=label)
         for slot, label in enumerate(_position_labels(test))
     ]
-    figure.legend(handles=entries, loc="outside upper center", ncols=5, columnspacing=1.2, frameon=False)
+    add_legend(figure, {str(one.get_label()): one for one in entries})
 
 
 def _position_labels(test: LengthTest) -> list[str]:

@@ -13,12 +13,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
-from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
 
-from stepgauge.figures.style import COLORS, CYCLE, draw_dimension, figure_style, new_figure
+from stepgauge.figures.style import COLORS, CYCLE, add_legend, draw_dimension, figure_style, new_figure
 from stepgauge.standards.iso230 import AxisParameters, Direction
 from stepgauge.standards.positioning import AxisTest, Units
 
@@ -142,12 +141,4 @@ def _legend(figure: Figure, looks: Sequence[_LineStyle]) -> None:
         Patch(facecolor=to_rgba(look.color, 0.15), edgecolor=look.color, linewidth=0.6, linestyle=(0, (4, 2)))
         for look in looks
     )
-    figure.legend(
-        handles=[*entries, both],
-        labels=[*(str(one.get_label()) for one in entries), "± 2 s"],
-        handler_map={tuple: HandlerTuple(ndivide=None, pad=0.3)},
-        loc="outside upper center",
-        ncols=len(entries) + 1,
-        columnspacing=1.2,
-        frameon=False,
-    )
+    add_legend(figure, {**{str(one.get_label()): one for one in entries}, "± 2 s": both})

@@ -13,7 +13,14 @@ from stepgauge.diagnosis.maps.model import ChangeTerm, changed_table, predict
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.result import rms
 from stepgauge.diagnosis.wording.findings import name_of
-from stepgauge.figures.style import COLORS, draw_before_and_after, figure_style, new_figure
+from stepgauge.figures.style import (
+    COLORS,
+    add_legend,
+    axes_entries,
+    draw_before_and_after,
+    figure_style,
+    new_figure,
+)
 from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import unit_vectors
 
@@ -63,7 +70,7 @@ def figures_of(found: MapDiagnosis) -> dict[str, Figure]:
 def residual_figure(found: MapDiagnosis) -> Figure:
     """Residuals over azimuth and polar angle: before, and after on a scale of their own where something was changed."""
     drawn = [(fit, *stage) for fit in found.fits for stage in _stages(fit, found)]
-    fig = new_figure(180.0, 42.0 * len(drawn) + 14.0)
+    fig = new_figure(180.0, 42.0 * len(drawn) + 14.0, solved=False)
     axes = fig.subplots(len(drawn), 2, squeeze=False, sharex="col", sharey="row")
     for row, (fit, stage, values) in zip(axes, drawn, strict=True):
         for panel, angle in zip(row, (found.data.azimuth_deg % 360.0, found.data.polar_deg), strict=True):
@@ -74,7 +81,7 @@ def residual_figure(found: MapDiagnosis) -> Figure:
     axes[-1][1].set_xlabel(POLAR)
     _azimuth_ticks(axes[-1][0], found)
     fig.align_ylabels(axes[:, 0])
-    _legend(fig, *axes.flat)
+    add_legend(fig, axes_entries(*axes.flat))
     return fig
 
 
@@ -103,7 +110,7 @@ def direction_figure(found: MapDiagnosis) -> Figure:
     for panel in axes[-1]:
         panel.set_xlabel(AZIMUTH)
     _azimuth_ticks(axes[-1][0], found)
-    _legend(fig, *axes.flat)
+    add_legend(fig, axes_entries(*axes.flat))
     return fig
 
 
@@ -128,8 +135,7 @@ def _explain(fig: Figure) -> None:
 
     dot = Line2D([], [], linestyle="none", marker="o", color=COLORS["grey"], markersize=3.0)
     line = Line2D([], [], color=COLORS["grey"], linewidth=1.1)
-    words = ["measured, all else taken out", "fitted law"]
-    fig.legend([dot, line], words, loc="outside upper center", ncols=2, frameon=False)
+    add_legend(fig, {"measured, all else taken out": dot, "fitted law": line})
 
 
 def panels(found: MapDiagnosis) -> list[Panel]:
@@ -287,12 +293,3 @@ def _curves(index: NDArray[np.intp]) -> list[tuple[int, Any]]:
 def _azimuth_ticks(axes: Axes, found: MapDiagnosis) -> None:
     if np.ptp(found.data.azimuth_deg) > 180.0:
         axes.set_xticks(np.arange(0.0, 361.0, 60.0))
-
-
-def _legend(fig: Figure, *drawn: Axes) -> None:
-    entries: dict[str, Any] = {}
-    for axes in drawn:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            entries.setdefault(label, handle)
-    if entries:
-        fig.legend(list(entries.values()), list(entries), loc="outside upper center", ncols=5, frameon=False)

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from stepgauge.figures.evaluation import BACKWARD, FORWARD, DirectionStyle, draw_mpe
-from stepgauge.figures.style import COLORS, figure_style, legend_handlers, new_figure
+from stepgauge.figures.style import COLORS, add_legend, figure_style, new_figure
 from stepgauge.files.notation import counted
 from stepgauge.standards.mpe import Mpe
 
@@ -38,7 +38,7 @@ def bidirectional_figure(table: pd.DataFrame, mpe: Mpe | None = None) -> Figure:
         axes.set_ylabel("error, indicated − certified (µm)")
         axes.set_title(f"{_title(table)}, both ways of probing", loc="left", fontweight="bold")
         axes.spines[["top", "right"]].set_visible(False)
-        _add_legend(figure, _legend(axes))
+        add_legend(figure, _legend(axes))
     return figure
 
 
@@ -62,18 +62,6 @@ def _pair(**look: Any) -> tuple[Line2D, ...]:
     return tuple(
         Line2D([], [], **{**look, "color": d.color, "marker": d.marker if look["marker"] is True else look["marker"]})
         for d in (FORWARD, BACKWARD)
-    )
-
-
-def _add_legend(figure: Figure, entries: dict[str, Any]) -> None:
-    figure.legend(
-        list(entries.values()),
-        list(entries),
-        handler_map=legend_handlers(),
-        handlelength=3.0,
-        loc="outside upper center",
-        ncols=5 if "2s of a face" in entries else min(len(entries), 3) if len(entries) > 4 else 4,
-        frameon=False,
     )
 
 
@@ -106,7 +94,7 @@ def repeatability_figure(table: pd.DataFrame) -> Figure:
         single.set_title(f"pooled 2s: ±{2 * pooled:.2f} µm", loc="right")
         for axes in (single, spread):
             axes.spines[["top", "right"]].set_visible(False)
-        _add_legend(figure, _spread_legend())
+        add_legend(figure, _spread_legend())
     return figure
 
 

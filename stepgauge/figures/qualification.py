@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.figures.style import COLORS, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, add_legend, axes_entries, figure_style, new_figure, save_figure
 from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import angles_rad, probe_frame
 
@@ -56,8 +56,7 @@ def draw_sections(
         for i, section in enumerate(sections):
             limits = _radial_limits(sections[i - i % columns :][:columns])
             _draw_section(fig.add_subplot(rows, columns, i + 1, projection="polar"), section, limits)
-        handles, labels = fig.axes[0].get_legend_handles_labels()
-        fig.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+        add_legend(fig, axes_entries(fig.axes[0]), "lower center")
 
 
 def draw_qualification(approach: Array, result: Qualification, path: str | Path) -> None:
@@ -74,7 +73,7 @@ def draw_qualification(approach: Array, result: Qualification, path: str | Path)
                 axes.plot(np.degrees(angle), values, marker, color=COLORS[color], label=label)
             axes.set_xlabel(f"{name} about the stylus (°)")
         left.set_ylabel("radial residual (\N{MICRO SIGN}m)")
-        fig.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
+        add_legend(fig, axes_entries(left), "lower center")
 
 
 def draw_residuals(axes: Axes, result: Qualified) -> None:

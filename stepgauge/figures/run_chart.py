@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stepgauge.evaluation.probings import TEMPERATURES
 from stepgauge.figures.evaluation import BACKWARD, FORWARD
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure
 
 WIDTH_MM, HEIGHT_MM, ALONE_MM = 170.0, 110.0, 75.0
 GREY = COLORS["grey"]
@@ -44,7 +44,7 @@ def run_chart_figure(tables: Sequence[pd.DataFrame]) -> Figure:
                     label=label if number == 0 else "_more",
                 )  # fmt: skip
         _label(list(panels), temperatures, timed)
-        figure.legend(loc="outside upper center", ncols=8, frameon=False)
+        add_legend(figure, axes_entries(*panels))
     return figure
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure, save_figure
 from stepgauge.files.arrays import Array
 from stepgauge.machine.readout import TOTAL_SHARE
 
@@ -40,8 +40,7 @@ def draw_shares(path: str | Path, shares: pd.DataFrame, face: Array, position_mm
             axes.set_title(name, loc="left")
             axes.set_ylabel("share along the\napproach (µm)")
         panels[1].set_xlabel("position along the gauge (mm)")
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
+        add_legend(figure, axes_entries(panels[0]), "lower center")
         if title:
             figure.suptitle(title)
         save_figure(figure, path, simulated=True)

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
@@ -68,6 +69,8 @@ FORMATS = ("png", "pdf", "svg")
 _MM_PER_INCH = 25.4
 LOOKED_AT_MM = (160.0, 90.0)
 # Without dates two runs on the same data give the same file.
+PACKED = {"compress_level": 3}
+"""A level of zlib with which a picture of dots and lines is a quarter larger and written in two thirds of the time."""
 _UNDATED: dict[str, dict[str, Any]] = {"pdf": {"CreationDate": None}, "svg": {"Date": None}, "png": {}}
 
 
@@ -90,8 +93,10 @@ def figure_style() -> Iterator[None]:
         rcParams.update(before)
 
 
-def new_figure(width_mm: float, height_mm: float) -> Figure:
+def new_figure(width_mm: float, height_mm: float, solved: bool = True) -> Figure:
     """An empty figure of this printed size, laid out by matplotlib so that no label is cut.
+
+    ``solved``: False for panels in a grid with numbers at their ticks, which :func:`add_legend` sets in place.
 
     Artists read the style when they are made: a drawing function works inside ``with figure_style():`` or is decorated
     with ``@figure_style()``.
@@ -100,12 +105,13 @@ def new_figure(width_mm: float, height_mm: float) -> Figure:
     from matplotlib.figure import Figure
 
     size = (width_mm / _MM_PER_INCH, height_mm / _MM_PER_INCH)
+    layout: Any = "constrained" if solved else None
     with figure_style():
         if _ON_SCREEN.get():
             from matplotlib import pyplot
 
-            return pyplot.figure(figsize=size, layout="constrained")
-        figure = Figure(figsize=size, layout="constrained")
+            return pyplot.figure(figsize=size, layout=layout)
+        figure = Figure(figsize=size, layout=layout)
         FigureCanvasAgg(figure)
     return figure
 
@@ -129,11 +135,114 @@ def own_axes() -> Axes:
         return new_figure(*LOOKED_AT_MM).subplots()
 
 
-def legend_handlers() -> dict[type, Any]:
-    """For ``handler_map`` of a legend: an entry that is a tuple of marks shows all of them, as they are drawn."""
+def add_legend(figure: Figure, entries: Mapping[str, Any], where: str = "upper center") -> None:
+    """A legend outside of the panels, in as many columns as the width has room for.
+
+    ``entries``: marks by what they are; of a tuple of marks all are shown. ``where``: ``upper center`` or at the foot.
+    """
     from matplotlib.legend_handler import HandlerTuple
 
-    return {tuple: HandlerTuple(ndivide=None, pad=0.3)}
+    place: dict[str, Any] = {"loc": f"outside {where}"}
+    if figure.get_layout_engine() is None:
+        place = {"loc": where, "borderaxespad": 0.2}
+    columns = _columns(list(entries), 72.0 * figure.get_figwidth())
+    legend = figure.legend(
+        list(entries.values()),
+        list(entries),
+        handler_map={tuple: HandlerTuple(ndivide=None, pad=0.3)},
+        ncols=columns,
+        frameon=False,
+        columnspacing=SPACING_EM,
+        **place,
+    )
+    for mark in legend.legend_handles:
+        if mark is not None:
+            mark.set_alpha(None if mark.get_alpha() is None else max(float(mark.get_alpha() or 0.0), LEAST_ALPHA))
+    _LEGENDS[legend] = _Legend(dict(entries), where, -(-len(entries) // columns))
+    if figure.get_layout_engine() is None:
+        _lay_out(figure)
+
+
+def axes_entries(*panels: Axes) -> dict[str, Any]:
+    """What the legend of some panels says, every entry once."""
+    entries: dict[str, Any] = {}
+    for axes in panels:
+        for mark, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, mark)
+    return entries
+
+
+def _columns(labels: Sequence[str], width_pt: float) -> int:
+    """The most columns of about equal length that fit into a width."""
+    letter, em = LETTER_EM * STYLE["legend.fontsize"], STYLE["legend.fontsize"]
+    for rows in range(1, len(labels)):
+        widest = [max(map(len, labels[first : first + rows])) for first in range(0, len(labels), rows)]
+        if sum(letter * one + (MARK_EM + SPACING_EM) * em for one in widest) <= width_pt:
+            return len(widest)
+    return 1
+
+
+LETTER_EM, MARK_EM, SPACING_EM = 0.6, 2.8, 1.4
+"""Mean width of a letter, of a mark with the space behind it, and between columns, in sizes of the font."""
+LEAST_ALPHA = 0.6
+"""A mark in a legend is not fainter: it stands alone."""
+
+
+class _Legend(NamedTuple):
+    """What a legend was made of: in another language it may need other columns."""
+
+    entries: dict[str, Any]
+    where: str
+    rows: int
+
+
+_LEGENDS: WeakKeyDictionary[Any, _Legend] = WeakKeyDictionary()
+
+
+def _lay_out(figure: Figure) -> None:
+    """Margins of a figure of panels in a grid, from what stands beside them.
+
+    A layout that is solved takes as long as drawing: it lays out every text twice before anything is drawn.
+    """
+    panels: list[tuple[Axes, Any]] = [(one, one.get_subplotspec()) for one in figure.axes if one.axison]
+    grid: Any = figure.axes[0].get_gridspec()
+    left, beside = (
+        max((_left_pt(one) for one, at in panels if at.is_first_col() is first), default=0.0) for first in (True, False)
+    )
+    foot, below = (
+        max((_below_pt(one) for one, at in panels if at.is_last_row() is last), default=0.0) for last in (True, False)
+    )
+    titles = [one.get_title(place) for one, _ in panels for place in ("left", "right")]
+    above = TITLE_PT * max(title.count("\n") + 1 if title else 0 for title in titles)
+    head = above + LEGEND_PT * sum(_LEGENDS[one].rows for one in figure.legends if one in _LEGENDS) + GAP_PT
+    width, height = (72.0 * one for one in figure.get_size_inches())
+    foot += SIMULATED_LINE_PT
+    between, over = beside + GAP_PT, below + above + GAP_PT
+    across = (width - left - GAP_PT - between * (grid.ncols - 1)) / grid.ncols
+    down = (height - foot - head - over * (grid.nrows - 1)) / grid.nrows
+    figure.subplots_adjust(
+        left / width, foot / height, 1.0 - GAP_PT / width, 1.0 - head / height, between / across, over / down
+    )
+
+
+GAP_PT, TITLE_PT, LEGEND_PT, LINE_PT, TICK_PT = 7.0, 13.0, 12.5, 10.0, 7.0
+"""Between panels; height of a line of a title, of a legend and of a label; a tick with the space behind it."""
+
+
+def _left_pt(axes: Axes) -> float:
+    """Width of what stands left of a panel."""
+    label, ticks = axes.get_ylabel(), axes.yaxis
+    width = LINE_PT * (label.count("\n") + 1.5) if label else 0.0
+    if ticks.get_tick_params().get("labelleft", True):
+        longest = max(map(len, ticks.get_major_formatter().format_ticks(list(ticks.get_majorticklocs()))), default=0)
+        width += TICK_PT + LETTER_EM * STYLE["ytick.labelsize"] * longest
+    return width
+
+
+def _below_pt(axes: Axes) -> float:
+    """Height of what stands below a panel."""
+    ticks = TICK_PT + STYLE["xtick.labelsize"] if axes.xaxis.get_tick_params().get("labelbottom", True) else 0.0
+    return float(ticks + 1.5 * LINE_PT * bool(axes.get_xlabel()))
 
 
 def figure_format(path: str | Path) -> str:
@@ -192,13 +301,16 @@ def translate_figure(figure: Figure, translate: Callable[[str], str]) -> None:
         def set_locs(self, locs: list[float]) -> None:
             self.inner.set_locs(locs)
 
-    if translate is str:
-        return
-    for text in figure.findobj(Text):
-        text.set_text(translate(text.get_text()))
-    for axes in figure.axes:
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_formatter(Translated(axis.get_major_formatter()))
+    if translate is not str:
+        for text in figure.findobj(Text):
+            text.set_text(translate(text.get_text()))
+        for axes in figure.axes:
+            for axis in (axes.xaxis, axes.yaxis):
+                axis.set_major_formatter(Translated(axis.get_major_formatter()))
+        for legend in [one for one in figure.legends if one in _LEGENDS]:
+            made = _LEGENDS[legend]
+            legend.remove()
+            add_legend(figure, {translate(label): mark for label, mark in made.entries.items()}, made.where)
 
 
 def _mark_simulated(fig: Figure) -> None:
@@ -224,7 +336,7 @@ def _draw_once(fig: Figure, path: Path) -> None:
     dpi, canvas = fig.dpi, fig.canvas
     try:
         fig.dpi = matplotlib.rcParams["savefig.dpi"]
-        FigureCanvasAgg(fig).print_png(path, metadata=_UNDATED["png"])
+        FigureCanvasAgg(fig).print_png(path, metadata=_UNDATED["png"], pil_kwargs=PACKED)
     finally:
         fig.dpi = dpi
         fig.set_canvas(canvas)
