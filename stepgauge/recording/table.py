@@ -200,13 +200,14 @@ def join_recordings(recordings: Sequence[Recording]) -> Recording:
     parts, taken = list[Recording](), 0
     for recording in recordings:
         number = recording.columns["placement"]
-        parts.append(recording.assign_columns(placement=number + taken) if number.min() <= taken else recording)
-        taken = int(parts[-1].columns["placement"].max())
+        known = number.min(initial=taken + 1) <= taken  # a run may have ended before its first touch
+        parts.append(recording.assign_columns(placement=number + taken) if known else recording)
+        taken = int(parts[-1].columns["placement"].max(initial=taken))
     comments: dict[str, str] = {}
     for recording in recordings:
         for key, value in recording.comments.items():
-            known = comments.get(key, value)
-            comments[key] = known if value in known.split("; ") else f"{known}; {value}"
+            said = comments.get(key, value)
+            comments[key] = said if value in said.split("; ") else f"{said}; {value}"
     path = ", ".join(recording.path for recording in recordings)
     names = dict.fromkeys(name for part in parts for name in part.columns)
     return Recording({name: np.concatenate([_column(part, name) for part in parts]) for name in names}, comments, path)
