@@ -1,54 +1,136 @@
-"""The further run that is worth most for a set of causes: Bayesian experimental design (Lindley 1956).
+"""The further run that is worth most for a statement: Bayesian experimental design (Lindley 1956).
 
-Every feasible run (the gauge rotated, shifted, end for end, or measured at another speed) is added to the recording by
-simulation. What is expected to be learnt about which cause of the set it is follows from the part of the effect that
-each rival, with its parameters fitted anew, cannot explain (:mod:`stepgauge.inference.design`).
+Every feasible run (the gauge rotated, shifted, end for end, with another stylus, or measured at another speed) is added
+to the recording by simulation. What is expected to be learnt follows from how far the predictions of the probable
+hypotheses of the search lie apart in its readings (:mod:`stepgauge.inference.design`). Hypotheses that give a statement
+the same laws are one answer to it.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from shlex import quote
 
 import numpy as np
 
-from stepgauge.diagnosis.fits.solve import Solved, orthonormal
-from stepgauge.diagnosis.further_runs import ExtendedRecording, FurtherRun, can_be_planned, extended, further_runs
-from stepgauge.diagnosis.laws.library import family_signatures
+from stepgauge.diagnosis.further_runs import FurtherRun, can_be_planned, extended
+from stepgauge.diagnosis.hypotheses import MOST, Predicting, RivalHypothesis, Searched, every_hypothesis
+from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Located
-from stepgauge.diagnosis.stated_model import Model
 from stepgauge.diagnosis.wording.catalogue import listed
 from stepgauge.diagnosis.wording.findings import describe_rivals, name_of
-from stepgauge.effects import along_approach_um
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.resources import called
 from stepgauge.gauge.placement import format_placement
-from stepgauge.inference.design import expected_information_gain
-from stepgauge.inference.problem import Candidate
+from stepgauge.inference.design import distances, expected_information_gain
 
-_AXIS = re.compile(r"_([xyz])\b")
-ALONG = "the gauge along machine "
+Answer = frozenset[str]
+"""The laws that a hypothesis gives a statement."""
+STRUCTURE = "structure"
+"""In place of a law in the answer of a hypothesis that has structure without one."""
 TELLING = 9.0
-"""Increase of chi-square from which a run excludes a rival."""
+"""Chi-square from which a run excludes a rival."""
 NEARLY = 0.95
 """Part of the largest expected information from which a run that is less trouble is taken."""
+LEAST_NATS = 0.03
+"""A run that is expected to tell less is not worth a person's way to the machine, nats."""
 NO_SEPARATION = "nothing within this travel: in every placement and at every speed they look alike; log temperatures"
-MORE_LINES = "lay the gauge along further edges and diagonals of the volume, each line at two places"
 UNSOUGHT = "not looked for among many recordings; 'stepgauge diagnose' of this one does"
+
+
+class Question:
+    """What a statement leaves open: answers, the first of which is stated, with their probabilities.
+
+    ``hypotheses``: the most probable one of each answer, of laws only where there is one, since structure without a law
+    bends to most readings.
+    """
+
+    def __init__(self, every: Iterable[tuple[Answer, RivalHypothesis]], stated: Answer | None = None) -> None:
+        sums, leads = dict[Answer, float](), dict[Answer, RivalHypothesis]()
+        for answer, one in every:
+            sums[answer] = sums.get(answer, 0.0) + one.probability
+            if answer not in leads or (one.is_of_laws and not leads[answer].is_of_laws):
+                leads[answer] = one
+        self.answers = sorted(sums, key=lambda one: (one != stated, -sums[one]))[:MOST]
+        self.hypotheses = [leads[one] for one in self.answers]
+        p = np.array([sums[one] for one in self.answers])
+        self.probability = p / p.sum()
+
+
+def _which_of_set(finding: Finding, every: Sequence[RivalHypothesis]) -> Question:
+    """Whether it is the stated law, with whatever else, or others of its set in its place."""
+    stated = frozenset({finding.label})
+    rivals = {*(frozenset({one.label}) for one in finding.members), *(frozenset(one.laws) for one in finding.several)}
+    own = stated.union(*rivals)
+    answers = ((stated if finding.label in one.laws else own & one.laws, one) for one in every)
+    return Question(((answer, one) for answer, one in answers if answer in rivals | {stated}), stated)
+
+
+def _which_hypothesis(every: Sequence[RivalHypothesis]) -> Question:
+    """Which laws it is, or structure without a law beside which."""
+    return Question((one.laws | (frozenset() if one.is_of_laws else {STRUCTURE}), one) for one in every)
 
 
 @dataclass(frozen=True)
 class ProposedRun:
-    """A further run: the information that is expected of it, nats; the rivals that it excludes, and those it leaves."""
+    """A further run: the information expected of it, nats; the answers that it excludes, and those it leaves."""
 
     run: FurtherRun
     expected_information_gain: float
-    excludes: tuple[str, ...]
-    leaves: tuple[str, ...]
+    excludes: tuple[Answer, ...]
+    leaves: tuple[Answer, ...]
+
+
+class Design:
+    """What every feasible run would tell of some questions."""
+
+    def __init__(self, found: Searched, priors: Priors, questions: Sequence[Question]) -> None:
+        self.found, self.placements = found, dict[str, str]()
+        """``placements``: texts of the placement files of proposed runs, by file name."""
+        possible = list({id(one): one for question in questions for one in question.hypotheses}.values())
+        self._index = {id(one): index for index, one in enumerate(possible)}
+        self._predicting = Predicting(found, possible, priors)
+
+    @cached_property
+    def _runs(self) -> list[tuple[FurtherRun, Array]]:
+        """The runs whose readings can be predicted, with the chi-square distances ``(h, h)`` of the predictions."""
+        known, found = len(self.found.data), []
+        for more in extended(self.found.data, self.found.model.state.sigma_um):
+            try:
+                predictions = self._predicting(more)
+            except InputError:
+                continue
+            new = np.arange(len(more.data)) >= known
+            found.append((more.run, distances(predictions, new, more.metric)))
+        return found
+
+    def separate(self, question: Question, least_nats: float = 0.0) -> ProposedRun | None:
+        """The run that is expected to tell most about a question; None if no feasible run excludes an answer."""
+        places = [self._index[id(one)] for one in question.hypotheses]
+        rivals, found = question.answers[1:], []
+        for run, every in self._runs if rivals else ():
+            distance = every[np.ix_(places, places)]
+            gain = expected_information_gain(question.probability, distance)
+            excludes = tuple(one for one, chi2 in zip(rivals, distance[0, 1:], strict=True) if chi2 > TELLING)
+            if excludes and gain >= least_nats:
+                leaves = tuple(one for one in rivals if one not in excludes)
+                found.append(ProposedRun(run, gain, excludes, leaves))
+        return self._least_trouble(found)
+
+    def _least_trouble(self, found: list[ProposedRun]) -> ProposedRun | None:
+        """Among the runs that can be planned and are worth nearly as much as the best, the one of least trouble."""
+        while found:
+            most = max(one.expected_information_gain for one in found)
+            first = next(one for one in found if one.expected_information_gain >= NEARLY * most)
+            if can_be_planned(first.run, self.found.data):
+                return first
+            found.remove(first)
+        return None
 
 
 def planned_command(run: FurtherRun, data: Residuals, placements: dict[str, str]) -> str:
@@ -58,76 +140,49 @@ def planned_command(run: FurtherRun, data: Residuals, placements: dict[str, str]
     """
     from stepgauge.programs import DIALECTS  # its run was planned, so that all are loaded
 
-    name, suffix = f"separate-{len(placements) + 1}", Path(data.program.split("; ")[0]).suffix
-    placements[f"{name}.toml"] = format_placement(run.placement)
+    text, suffix = format_placement(run.placement), Path(data.program.split("; ")[0]).suffix
+    known = next((name for name, one in placements.items() if one == text), f"separate-{len(placements) + 1}.toml")
+    placements[known] = text
     dialect = next((one for one in DIALECTS.values() if one.suffix == suffix), DIALECTS["dmis"])
     speed = "" if run.speed_mm_s is None else f" --measuring-speed {run.speed_mm_s:g}"
     gauge, machine = called(data.gauge.path), called(data.machine.select_stylus(run.stylus).path)
-    files = f"{name}.toml -g {quote(gauge)} -m {quote(machine)}"
+    name, files = Path(known).stem, f"{known} -g {quote(gauge)} -m {quote(machine)}"
     return f"stepgauge plan {files} -d {dialect.name} --cycles {run.cycles}{speed} -o {name}{dialect.suffix}"
 
 
 def add_separations(
-    findings: Sequence[Finding], model: Model, data: Residuals, wanted: bool = True
-) -> tuple[list[Finding], dict[str, str]]:
-    """The findings with the reasons of their sets and the measurements that separate them; placements by file.
+    findings: Sequence[Finding], structure: Sequence[Located], found: Searched, priors: Priors, wanted: bool
+) -> tuple[list[Finding], list[Located], dict[str, str]]:
+    """Findings with the reasons of their sets, and both with the runs that tell what it is; placements by file name.
 
-    ``wanted``: whether to look for these measurements.
+    ``wanted``: whether to look for these runs.
     """
-    placements: dict[str, str] = {}
-    several = [bool(one.confounded_with or one.alternatives) for one in findings]
-    possible = extended(data, model.state.sigma_um) if wanted and data.gauge.path and any(several) else []
-    found = list(findings)
-    for index, finding in enumerate(findings):
-        if several[index]:
-            how = UNSOUGHT
-            if wanted:
-                how = MORE_LINES if finding.effects else _separate_by(index, finding, model, data, possible, placements)
-            found[index] = replace(finding, reason=_reason(finding, data), separate_by=how)
-    return found, placements
+    several = [one for one in findings if one.confounded_with or one.alternatives]
+    sought = wanted and bool(found.data.gauge.path) and bool(several or structure)
+    every = every_hypothesis(found) if sought else []
+    asked = {id(one): _which_of_set(one, every) for one in several if sought}
+    anything = [_which_hypothesis(every)] if sought and structure else []
+    design = Design(found, priors, [*asked.values(), *anything])
+    told = {id(one): _separated(one, asked.get(id(one)), design, wanted) for one in several}
+    best = next((design.separate(one, LEAST_NATS) for one in anything), None)
+    how = "" if best is None else f"{best.run.words}: {planned_command(best.run, found.data, design.placements)}"
+    left = [replace(one, separate_by=how) for one in structure]
+    return [told.get(id(one), one) for one in findings], left, design.placements
 
 
-def _separate_by(
-    index: int,
-    finding: Finding,
-    model: Model,
-    data: Residuals,
-    possible: Sequence[ExtendedRecording],
-    placements: dict[str, str],
-) -> str:
-    """The run that separates a set, in words with its command."""
-    others = {one.label for one in finding.members} - {finding.label}
-    every = [one for one in model.laws[index].credible_set.members if one.candidate.named]
-    members = [one for one in every if one.candidate.source.label in others]
-    rivals = [(one.candidate, one.proposal.atom) for one in members]
-    probability = [model.laws[index].lead.probability, *(one.probability for one in members)]
-    best = separate(index, model.fitted.solved, rivals, probability, possible)
-    if best is None:
-        return NO_SEPARATION
-    command = planned_command(best.run, data, placements)
-    rest = f"; nothing within this travel separates it from {listed(best.leaves, 'or')}" if best.leaves else ""
-    return f"{best.run.words}, which separates it from {', '.join(best.excludes)}: {command}{rest}"
+def _separated(finding: Finding, question: Question | None, design: Design, wanted: bool) -> Finding:
+    """A finding with the reason of its set and the run that separates it, in words with its command."""
+    how, data = NO_SEPARATION if wanted else UNSOUGHT, design.found.data
+    best = None if question is None else design.separate(question)
+    if best is not None:
+        command = planned_command(best.run, data, design.placements)
+        rest = f"; nothing within this travel separates it from {_named(best.leaves, 'or')}" if best.leaves else ""
+        how = f"{best.run.words}, which separates it from {_named(best.excludes)}: {command}{rest}"
+    return replace(finding, reason=_reason(finding, data), separate_by=how)
 
 
-def add_placements(
-    structure: Sequence[Located], data: Residuals, excluded: float, placements: dict[str, str]
-) -> Iterator[Located]:
-    """Structure with the measurement that tells whether laws that the readings do not exclude are in its place.
-
-    Laws of several axes together have one sum along each line that was measured, and are told apart along each axis
-    alone. ``excluded``: odds below which a law counts as excluded; ``placements``: texts of placement files, added to.
-    """
-    for one in structure:
-        near = [law for law in one.laws if law.odds * excluded >= 1.0]
-        axes = sorted({axis for law in near for label in law.laws for axis in _AXIS.findall(label)})
-        if not near or not data.gauge.path:
-            yield one
-            continue
-        runs = [run for run in further_runs(data) if run.words.startswith(ALONG) and run.words[len(ALONG)] in axes]
-        runs = [run for run in runs if can_be_planned(run, data)]
-        commands = [planned_command(run, data, placements) for run in runs]
-        where = listed([run.words for run in runs]) or f"the gauge along {listed(axes) or 'other directions'}"
-        yield replace(one, separate_by=": ".join([f"{where}, each alone", *filter(None, ["; ".join(commands)])]))
+def _named(answers: Sequence[Answer], last: str = "and") -> str:
+    return listed([" + ".join(sorted(one)) for one in answers], last)
 
 
 def _reason(finding: Finding, data: Residuals) -> str:
@@ -137,61 +192,3 @@ def _reason(finding: Finding, data: Residuals) -> str:
     count = int(data.placement.max()) + 1
     where = "the one placement" if count == 1 else f"the {count} placements"
     return f"in {where} of this recording {name_of(finding.label)} and {others} have the same signature"
-
-
-def separate(
-    index: int,
-    solved: Sequence[Solved],
-    rivals: Sequence[tuple[Candidate, int]],
-    probability: Sequence[float],
-    possible: Sequence[ExtendedRecording],
-) -> ProposedRun | None:
-    """The run that is expected to tell most about which of a set is the cause; None if no feasible run tells anything.
-
-    Parameters
-    ----------
-    index : index in ``solved`` of the rivals
-    solved : the fitted effects
-    rivals : the other laws for this place, each with the number of its shape
-    probability : of the finding and of each rival
-    possible : result of :func:`extended`, of which those count that can be planned
-    """
-    found = []
-    labels = [candidate.source.label for candidate, _ in rivals]  # one law in several parts has one label
-    p = np.array(probability) / sum(probability)
-    for one in possible:
-        try:
-            left = _left_over(one, index, solved, rivals)
-        except InputError:
-            continue
-        distance = np.zeros((len(p), len(p)))
-        distance[0, 1:] = distance[1:, 0] = left
-        leaves = tuple(dict.fromkeys(label for label, chi2 in zip(labels, left, strict=True) if chi2 <= TELLING))
-        excludes = tuple(label for label in dict.fromkeys(labels) if label not in leaves)
-        if excludes:
-            found.append(ProposedRun(one.run, expected_information_gain(p, distance), excludes, leaves))
-    while found:
-        most = max(one.expected_information_gain for one in found)
-        # among runs that are worth nearly as much the one that is the least trouble
-        first = next(one for one in found if one.expected_information_gain >= NEARLY * most)
-        if can_be_planned(first.run, possible[0].data):
-            return first
-        found.remove(first)
-    return None
-
-
-def _left_over(
-    one: ExtendedRecording, index: int, solved: Sequence[Solved], rivals: Sequence[tuple[Candidate, int]]
-) -> list[float]:
-    """The chi-square of the effect that each rival cannot explain, with the extra run added."""
-    more, metric = one.data, one.metric
-    effect = metric(np.asarray(along_approach_um(solved[index].effect, more.probings)))
-    others = [metric(along_approach_um(s.effect, more.probings)) for i, s in enumerate(solved) if i != index]
-    left_over = []
-    for candidate, atom in rivals:
-        family = candidate.source
-        columns = metric(family_signatures(family, family.atoms[atom], more))
-        basis = orthonormal(np.vstack([*others, *columns]).T)
-        left = effect - basis @ (basis.T @ effect)
-        left_over.append(float(left @ left))
-    return left_over

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stepgauge.axis.sensors import without_probe
 from stepgauge.diagnosis.clock import clock_start_s, counted_from, on_recording_clock
-from stepgauge.diagnosis.design import add_placements, add_separations
+from stepgauge.diagnosis.design import add_separations
 from stepgauge.diagnosis.findings import findings
 from stepgauge.diagnosis.fits.solve import solve
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
+from stepgauge.diagnosis.hypotheses import Searched
 from stepgauge.diagnosis.laws import geometry
 from stepgauge.diagnosis.laws.library import carried
 from stepgauge.diagnosis.noise import (
@@ -41,7 +42,6 @@ from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
 from stepgauge.inference.hypothesis import Hypothesis, log_posterior
 from stepgauge.inference.metric import Metric
-from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.search import Progress, Search
 from stepgauge.machine.file import Machine
 from stepgauge.probes.schema import USUAL_PRETRAVEL_UM
@@ -53,17 +53,6 @@ MOST_SEARCHED = 3000
 FEWEST_RUNS = 6
 CONFIRMED = 4.0
 """Standard uncertainties from which all rows confirm the size of a law that was found in some."""
-
-
-@dataclass(frozen=True)
-class Searched:
-    """A search with its answer, and its residuals; ``reached``: log posterior of the best hypothesis that it led to."""
-
-    data: Residuals
-    search: Search
-    answer: Posterior
-    model: Model
-    reached: float
 
 
 def diagnose(
@@ -174,11 +163,9 @@ def _make_diagnosis(
     if len(found.data) < len(data):
         told = _on_all_rows(told, model, data)
         left = [replace(one, share_um=np.zeros(0)) for one in left]
-    told, placements = add_separations(told, model, found.data, separations)
     if not any(one.probability >= priors.decision.stated for one in left):
         left += undecided(answer, told, priors.decision)
-    if separations:
-        left = list(add_placements(left, found.data, priors.decision.excluded, placements))
+    told, left, placements = add_separations(told, left, found, priors, separations)
     noise = noise_of(model, search.problem, data)
     named, nameless = stated_scatter(answer, model, noise, data, priors, without)
     told += named

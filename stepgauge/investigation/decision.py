@@ -12,8 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from stepgauge.diagnosis.design import LEAST_NATS
 from stepgauge.diagnosis.engine import diagnose_with_search
 from stepgauge.diagnosis.further_runs import FurtherRun, extended
+from stepgauge.diagnosis.hypotheses import RivalHypothesis, hypotheses
 from stepgauge.diagnosis.priors import Priors, shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import GaugeDiagnosis
@@ -22,14 +24,11 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.inference.design import expected_information_gain
 from stepgauge.investigation.feasible_runs import Costed, Reach, cost_runs, directions, possible_runs, run_json
-from stepgauge.investigation.hypotheses import RivalHypothesis, hypotheses
 from stepgauge.investigation.relevance import Foreseen, Foresight, foresee
 from stepgauge.investigation.undetected import Unseen, unseen
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
 
-LEAST_NATS = 0.03
-"""A run that is expected to tell less is not worth a person's way to the machine, nats."""
 TOLD_APART = 9.0
 """Chi-square from which a run is said to tell two hypotheses apart."""
 SHOWN = 4

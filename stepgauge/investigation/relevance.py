@@ -13,13 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.engine import Searched
 from stepgauge.diagnosis.further_runs import ExtendedRecording
+from stepgauge.diagnosis.hypotheses import Predicting, RivalHypothesis, Searched
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.inference.design import Prediction, distances
-from stepgauge.investigation.hypotheses import Predicting, RivalHypothesis
 
 Answer = tuple[frozenset[str], bool]
 """The laws that are there, and whether there is something else."""

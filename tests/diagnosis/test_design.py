@@ -1,29 +1,107 @@
-"""The run that separates the members of a set."""
+"""The run that tells what a statement leaves open."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
 import pytest
 
-from stepgauge.diagnosis.design import extended, separate
-from stepgauge.diagnosis.engine import diagnose_with_search
-from stepgauge.diagnosis.residuals import make_residuals
-from tests.diagnosis.made import ALONG_X, gauge, machine, record
+from stepgauge.diagnosis.design import Question, _which_hypothesis, _which_of_set
+from stepgauge.diagnosis.engine import diagnose
+from stepgauge.diagnosis.hypotheses import HypothesisTerm, RivalHypothesis
+from stepgauge.gauge.placement import read_placement
+from stepgauge.machine.file import Machine, read_machine
+from stepgauge.machine.virtual import RunConditions, run_program
+from stepgauge.motion.moves import ProbingSettings
+from stepgauge.planning.plan import PlanOptions, make_program, middle_standoff_mm
+from stepgauge.recording import Recording, join_recordings
+from tests.diagnosis.made import ALONG_X, ALONG_Y, gauge, machine, record
 
 
-def test_one_law_in_several_parts_is_one_rival_of_which_all_must_be_excluded() -> None:
+def hypothesis(probability: float, *labels: str) -> RivalHypothesis:
+    """Laws by their labels, and structure without a law as ``~``."""
+    every = [SimpleNamespace(named=one != "~", source=SimpleNamespace(label=one)) for one in labels]
+    parts: Any = tuple(HypothesisTerm(one, 0, 1.0) for one in every)  # type: ignore[arg-type]
+    return RivalHypothesis(parts, probability)
+
+
+def finding(label: str, *members: str, several: Sequence[tuple[str, ...]] = ()) -> Any:
+    laws = [SimpleNamespace(laws=one) for one in several]
+    return SimpleNamespace(label=label, members=[SimpleNamespace(label=one) for one in members], several=laws)
+
+
+def told(question: Question) -> list[tuple[list[str], float]]:
+    return [(sorted(one), round(float(p), 6)) for one, p in zip(question.answers, question.probability, strict=True)]
+
+
+def test_hypotheses_with_the_same_laws_of_a_set_are_one_answer() -> None:
+    """What stands beside a law is no other answer, and what has none of the set says nothing of it."""
+    every = [
+        hypothesis(0.4, "a"),
+        hypothesis(0.2, "a", "x"),
+        hypothesis(0.1, "a", "b"),
+        hypothesis(0.15, "b", "~"),
+        hypothesis(0.05, "b", "x"),
+        hypothesis(0.06, "~"),
+        hypothesis(0.04, "c", "d"),
+    ]
+    question = _which_of_set(finding("a", "b", several=[("c", "d")]), every)
+    assert told(question) == [(["a"], 0.744681), (["b"], 0.212766), (["c", "d"], 0.042553)]
+    assert question.hypotheses == [every[0], every[4], every[6]]  # structure would bend to whatever is read
+    anything = _which_hypothesis(every)
+    assert told(anything)[:3] == [(["a"], 0.4), (["a", "x"], 0.2), (["b", "structure"], 0.15)]
+
+
+def test_one_law_in_several_parts_of_a_record_is_one_rival() -> None:
     """Laws in parts of the record have the label of the law: a set with two of them ended in a traceback."""
-    truth = machine(({"kind": "scale_error", "axis": "x", "ppm": 8.0},))
-    data = make_residuals(record(truth, (ALONG_X,)), gauge(), machine())
-    told, searched = diagnose_with_search(data, separations=False)
-    assert searched is not None
-    model = searched.model
-    others = [one for one in model.laws[0].credible_set.members if one.candidate.named][1:3]
-    rivals = [(one.candidate, one.proposal.atom) for one in others]
-    possible = extended(data, model.state.sigma_um)
-    once = separate(0, model.fitted.solved, rivals, [0.5, *[0.25] * len(rivals)], possible)
-    twice = separate(0, model.fitted.solved, [*rivals, rivals[0]], [0.5, *[0.125] * (len(rivals) + 1)], possible)
-    assert told.findings[0].confounded_with
-    assert once is not None
-    assert twice is not None
-    assert (twice.run, twice.excludes) == (once.run, once.excludes)
-    assert twice.expected_information_gain == pytest.approx(once.expected_information_gain, rel=0.5)
+    every = [hypothesis(0.6, "a"), hypothesis(0.3, "b"), hypothesis(0.1, "b", "b")]
+    assert told(_which_of_set(finding("a", "b", "b"), every)) == [(["a"], 0.6), (["b"], 0.4)]
+
+
+def followed(text: str, folder: Path, on: Machine, first: Recording, start_s: float) -> Recording:
+    """The recording followed by that of the proposed placement."""
+    (folder / "separate-1.toml").write_text(text)
+    steps = gauge()
+    placement = read_placement(folder / "separate-1.toml", steps)
+    settings = ProbingSettings(standoff_mm=middle_standoff_mm(steps, 2.0))
+    options = PlanOptions(placement.first_block, placement.last_block, cycles=3)
+    program = make_program(placement, steps, options, settings)
+    run = run_program(program, on, steps, placement, 77, RunConditions(20.0, 77, start_s))
+    return join_recordings([first, run.recording])
+
+
+def mill(effects: Sequence[dict[str, Any]] = ()) -> Machine:
+    return replace(read_machine("machining-centre"), effects=tuple(effects))
+
+
+@pytest.mark.parametrize(("shipped", "tip_um"), [(machine, 5.0), (mill, 5.0), (mill, 30.0)])
+def test_what_is_open_is_settled_by_the_run_that_is_proposed(
+    shipped: Callable[..., Machine], tip_um: float, tmp_path: Path
+) -> None:
+    """A tip of another size and play of y: along x and y alone this is play of x and y, or ``unknown`` as it was.
+
+    For the unknown no run was proposed, or one along an axis along which the gauge had lain. The radius and a trigger
+    delay are told apart by another speed.
+    """
+    stated, play = shipped(), {"kind": "reversal_error", "axis": "y", "um": 12.0}
+    probe: Any = stated.probe
+    other = probe.model_copy(update={"tip_radius_mm": probe.tip_radius_mm + tip_um * 1e-3})
+    on = replace(shipped([play]), probe=other)
+    centre = np.mean(stated.travel_mm, axis=1)
+    first = record(on, (ALONG_X, ALONG_Y), cycles=3, centres=[centre, centre])
+    found = diagnose(first, gauge(), stated)
+    open_ones = [one.separate_by for one in (*found.findings, *found.unexplained) if one.separate_by]
+    assert any("the diagonal of x and" in one for one in open_ones)
+    taken = first
+    for start_s in (9000.0, 18000.0, 27000.0):
+        if not any("the gauge along" in one.separate_by for one in (*found.findings, *found.unexplained)):
+            break
+        taken = followed(next(iter(found.placements.values())), tmp_path, on, taken, start_s)
+        found = diagnose(taken, gauge(), stated)
+    assert found.verdict == "effects"
+    assert {"effective_radius", "reversal_error_y"} == {one.label for one in found.findings}

@@ -19,6 +19,7 @@ from numpy.polynomial.legendre import legval
 
 from stepgauge.diagnosis.engine import diagnose, diagnose_with_search
 from stepgauge.diagnosis.further_runs import extended
+from stepgauge.diagnosis.hypotheses import Predicting, hypotheses
 from stepgauge.diagnosis.laws.geometry import KIND, PARTS, Geometry, integrated_sizes
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.problem import make_problem
@@ -30,7 +31,6 @@ from stepgauge.gauge.placement import make_placement
 from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import NoiseModels
 from stepgauge.inference.problem import Law
-from stepgauge.investigation.hypotheses import Predicting, hypotheses
 from stepgauge.machine.virtual import RunConditions, run_program
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.planning.plan import PlanOptions, make_program

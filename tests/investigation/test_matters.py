@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.further_runs import FurtherRun, extended
+from stepgauge.diagnosis.hypotheses import HypothesisTerm, RivalHypothesis
 from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.investigation.decision import NOTHING, End, InvestigationState, Rated, decide
-from stepgauge.investigation.hypotheses import HypothesisTerm, RivalHypothesis
 from stepgauge.investigation.relevance import Foresight, answers
 from stepgauge.investigation.undetected import Unseen, unseen
 from tests.diagnosis.made import ALONG_Y, gauge, machine, record

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,7 +11,6 @@ import numpy as np
 from scipy import special
 from scipy.linalg import cho_factor, cho_solve
 
-from stepgauge.diagnosis.engine import Searched
 from stepgauge.diagnosis.fits.solve import solve
 from stepgauge.diagnosis.further_runs import ExtendedRecording, independent_metric
 from stepgauge.diagnosis.gaussian_processes.candidates import random_function_candidates
@@ -19,15 +18,29 @@ from stepgauge.diagnosis.laws.candidates import usual_signature
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.stated_model import Model
 from stepgauge.effects import Effect, along_approach_um
 from stepgauge.files.arrays import Array
 from stepgauge.inference.design import Prediction
 from stepgauge.inference.metric import Metric, nuisances
+from stepgauge.inference.posterior import Posterior
 from stepgauge.inference.problem import Candidate, Law
+from stepgauge.inference.search import Search
 
 LEAST = 3e-3
 """Hypotheses that are less probable than this are not looked at."""
 MOST = 16
+
+
+@dataclass(frozen=True)
+class Searched:
+    """A search with its answer, and its residuals; ``reached``: log posterior of the best hypothesis that it led to."""
+
+    data: Residuals
+    search: Search
+    answer: Posterior
+    model: Model
+    reached: float
 
 
 @dataclass(frozen=True)
@@ -51,6 +64,16 @@ class RivalHypothesis:
     probability: float
 
     @property
+    def is_of_laws(self) -> bool:
+        """Whether it has no structure without a law."""
+        return all(part.candidate.named for part in self.parts)
+
+    @property
+    def laws(self) -> frozenset[str]:
+        """The labels of its laws; one law in several parts of the record has one."""
+        return frozenset(str(one.candidate.source.label) for one in self.parts if one.candidate.named)
+
+    @property
     def words(self) -> str:
         """The hypothesis by the names of its parts."""
         return " and ".join(sorted(_name(one.candidate) for one in self.parts)) or "nothing"
@@ -62,17 +85,22 @@ def _name(candidate: Candidate) -> str:
     return f"something unknown over {candidate.source.covariate}"
 
 
-def hypotheses(found: Searched) -> list[RivalHypothesis]:
-    """The most probable hypotheses of a search, their probabilities summing to one.
+def every_hypothesis(found: Searched) -> list[RivalHypothesis]:
+    """All hypotheses of a search, the most probable first, their probabilities summing to one.
 
     Those that were computed and, for every term of the best one, the rivals that were only rated.
     """
     worth = _computed(found) | _rated(found)
     ranked = sorted(worth.values(), key=lambda one: -one[1])
     share = special.softmax([value for _, value in ranked])
-    kept = [(parts, p) for (parts, _), p in zip(ranked, share, strict=True) if p >= LEAST][:MOST]
-    total = sum(p for _, p in kept)
-    return [RivalHypothesis(parts, float(p / total)) for parts, p in kept]
+    return [RivalHypothesis(parts, float(p)) for (parts, _), p in zip(ranked, share, strict=True)]
+
+
+def hypotheses(found: Searched) -> list[RivalHypothesis]:
+    """The most probable hypotheses of a search, the most probable first, their probabilities summing to one."""
+    kept = [one for one in every_hypothesis(found) if one.probability >= LEAST][:MOST]
+    total = sum(one.probability for one in kept)
+    return [replace(one, probability=one.probability / total) for one in kept]
 
 
 Worth = dict[frozenset[str], tuple[tuple[HypothesisTerm, ...], float]]
