@@ -63,9 +63,10 @@ class Question:
 
 
 def _which_of_set(finding: Finding, every: Sequence[RivalHypothesis]) -> Question:
-    """Whether it is the stated law, with whatever else, or others of its set in its place."""
+    """Whether it is the stated law, with whatever else, or another of its set in its place; or several, if no other."""
     stated = frozenset({finding.label})
-    rivals = {*(frozenset({one.label}) for one in finding.members), *(frozenset(one.laws) for one in finding.several)}
+    several = () if finding.members else finding.several
+    rivals = {*(frozenset({one.label}) for one in finding.members), *(frozenset(one.laws) for one in several)}
     own = stated.union(*rivals)
     answers = ((stated if finding.label in one.laws else own & one.laws, one) for one in every)
     return Question(((answer, one) for answer, one in answers if answer in rivals | {stated}), stated)

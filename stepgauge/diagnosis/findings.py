@@ -85,8 +85,8 @@ def _direction(effect: Effect, probings: Probings) -> Array | None:
 
 
 def _scattered(data: Residuals) -> Probings:
-    """Probings all over the travel of the machine, in all directions; other columns are those of the recording."""
-    random, rows = np.random.default_rng(0), np.arange(ANYWHERE) % len(data)
+    """Probings all over the travel of the machine, in all directions; other columns as all over the recording."""
+    random, rows = np.random.default_rng(0), np.linspace(0, len(data) - 1, ANYWHERE).astype(int)
     columns = {name: values[rows] for name, values in data.columns.items()}
     low, high = data.probings.setting.travel_mm.T
     columns |= dict(zip(POSITION, (low + (high - low) * random.random((ANYWHERE, 3))).T, strict=True))

@@ -96,9 +96,13 @@ def filled(text: str, values: Mapping[str, Mapping[str, Any]], language: str = "
 
 
 def direction_words(direction: Any) -> str:
-    """A machine axis by name, or a direction by its components."""
+    """A machine axis by name, also where the components are those of one, or a direction by its components."""
     if isinstance(direction, str):
         return direction
     if not all(isinstance(one, int | float) for one in direction):
         return ", ".join(map(str, direction))
-    return f"({', '.join(f'{round(float(one), 3) + 0.0:.3f}' for one in direction)})"
+    shares = [round(float(one), 3) + 0.0 for one in direction]
+    along = [name for name, one in zip("xyz", shares, strict=False) if abs(one) == 1.0]
+    if along:
+        return f"{'-' if min(shares) < 0.0 else ''}{along[0]}"
+    return f"({', '.join(f'{one:.3f}' for one in shares)})"

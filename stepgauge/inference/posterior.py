@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -84,6 +84,14 @@ class AlternativeHypothesis:
     come: tuple[Candidate, ...]
     odds: float
     hypothesis: Hypothesis
+
+
+def _one_each(rivals: Sequence[Collection[str]], labels: Sequence[str]) -> bool:
+    """Whether every label can be taken from another one of the collections."""
+    if not labels:
+        return True
+    first, rest = labels[0], labels[1:]
+    return any(first in one and _one_each([*rivals[:i], *rivals[i + 1 :]], rest) for i, one in enumerate(rivals))
 
 
 class Posterior:
@@ -200,7 +208,8 @@ class Posterior:
     def alternatives(self, least_odds: float) -> list[AlternativeHypothesis]:
         """Hypotheses with several terms in place of terms of the best, with odds of at least ``least_odds``.
 
-        Each of these terms must be needed: if the hypothesis is as probable without one, that is the alternative.
+        Each of these terms must be needed: if the hypothesis is as probable without one, that is the alternative. Terms
+        that are each replaced by a rival of their own are no further one.
         """
         assert self.neighbourhood  # what is not computed yet is computed for it
         likeliest = self._likeliest
@@ -211,12 +220,20 @@ class Posterior:
             gone = tuple(label for label in mine if label not in theirs)
             come = tuple(c for label, c in theirs.items() if label not in mine)
             odds = float(np.exp(hypothesis.log_posterior - self.best.log_posterior))
-            if odds < least_odds or not come or not gone or len(gone) == len(come) == 1:
+            if odds < least_odds or not come or not gone or self._each_replaced(gone, come, odds):
                 continue
             fewer = [likeliest[labels - {one.label}] for one in come if labels - {one.label} in likeliest]
             if all(one.log_posterior < hypothesis.log_posterior for one in fewer):
                 found.append(AlternativeHypothesis(gone, come, odds, hypothesis))
         return sorted(found, key=lambda one: -one.odds)
+
+    def _each_replaced(self, gone: Sequence[str], come: Sequence[Candidate], odds: float) -> bool:
+        """Whether the terms that come are rivals, one by one, of those that go, and each at least as probable alone."""
+        if len(gone) != len(come) or len(gone) == 1:
+            return len(gone) == len(come)
+        of = {self.best.terms[one.term].candidate.label: one.members for one in self.sets}
+        near = [{m.candidate.label for m in of[g] if m.probability >= odds * of[g][0].probability} for g in gone]
+        return _one_each(near, [one.label for one in come])
 
     def _shown(self, term: Term) -> float:
         """Size of a term's signature beside what nothing is known of."""

@@ -11,6 +11,7 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
+from stepgauge.effects.words import direction_words
 from tests.diagnosis.made import ALONG_X, ALONG_Y, gauge, machine, record
 from tests.diagnosis.test_selection import NOISE_UM, bent, clean, names, side, told
 
@@ -147,3 +148,25 @@ def test_one_placement_has_one_law_of_its_alignment() -> None:
         data = make_residuals(clean(axes), gauge(), machine(noise_um=NOISE_UM))
         labels = [one.label for one in effect_families(data, shipped_priors()) if one.kind == "misalignment"]
         assert labels == [f"misalignment{one.removeprefix('misalignment')}" for one in expected]
+
+
+def test_a_step_within_one_placement_has_the_direction_of_its_line_and_is_one_law() -> None:
+    """A free direction beside it was told as a rival of the same size, with u five times as large and half the odds."""
+    truth: dict[str, object] = {"kind": "step_change", "direction": "x", "time_s": 150.0, "um": 1.0}
+    recording = record(machine([truth]), (ALONG_X, ALONG_Y))
+    assert recording.frame.groupby("placement")["time_s"].max().iloc[0] > 200.0
+    (found,) = diagnose(recording, gauge(), machine()).findings
+    assert (found.label, found.members) == ("step_change_x", ())
+    assert found.own > 0.95
+    um = found.parameters["um"]
+    assert um.u is not None
+    assert um.u < 0.15
+    assert um.value == pytest.approx(1.0, abs=3.0 * um.u)
+
+
+@pytest.mark.parametrize(
+    ("direction", "words"),
+    [("x", "x"), ((1.0, -5.6e-6, 0.0), "x"), ((0.0, -1.0, 0.0), "-y"), ((0.6, 0.8, 0.0), "(0.600, 0.800, 0.000)")],
+)
+def test_a_direction_along_a_machine_axis_is_said_by_its_name(direction: object, words: str) -> None:
+    assert direction_words(direction) == words

@@ -295,6 +295,17 @@ def test_two_laws_that_two_others_may_replace_are_as_probable_as_they_are_togeth
         assert set_probability(answer, [lead], combined) > 0.99
 
 
+def test_laws_replaced_one_by_one_by_rivals_of_their_own_are_no_further_alternative() -> None:
+    """Two sets of two were told a second time, as two laws together in place of two."""
+    one, two = coordinate(), np.cos(9.0 * turns())
+    pairs = {"a": one, "as a": one, "b": two, "as b": two}
+    laws = [law(label, um[None, None]) for label, um in pairs.items()]
+    answer = answer_of(Search(problem(noise() + one + two, laws), NoisePriors()), shipped_priors().decision)
+    assert [len(place.members) for place in answer.sets] == [2, 2]
+    assert {"as a", "as b"} in [set(labels) for labels in answer.log_posterior]
+    assert answer.alternatives(1e-4) == []
+
+
 def test_what_stands_in_a_set_is_probable_or_not_excluded_by_the_readings() -> None:
     """A rare law that fits as well is listed, and so is what has a tenth of the probability, however common it is."""
     lead, rare, tenth = rival("lead", 0.75, 0.05), rival("rare", 0.03, 0.002), rival("tenth", 0.1, 0.2)

@@ -12,6 +12,7 @@ from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stepgauge.diagnosis.laws.grids import choices_of, shapes_of
 from stepgauge.diagnosis.priors import Priors
@@ -140,7 +141,7 @@ def effect_families(data: Residuals, priors: Priors, without: Collection[str] = 
             where, taken = covariate_of(law, data), _taken(atoms)
             family = Family(law, law.kind, choices, atoms, columns, where, taken=taken, log_weight=weight)
             if law.free_direction():
-                yield from _directed(family, directions)
+                yield from _directed(family, directions, data)
                 continue
             size = _sizes(columns, [np.ones((1, len(data)))])[0]
             if len(data.radii) and not _differs(columns, data):
@@ -229,16 +230,27 @@ def covariate_of(law: type[Effect], data: Residuals) -> str:
     return PLACE if recording != "gauge" and (first == "coordinate" or of_distance) else first
 
 
-def _directed(family: Family, directions: Sequence[tuple[Direction, Array]]) -> Iterator[Family]:
+def _directed(family: Family, directions: Sequence[tuple[Direction, Array]], data: Residuals) -> Iterator[Family]:
     """One family for every direction, from the signatures of a motion along each approach."""
     sizes, free = _sizes(family.pattern, [shares for _, shares in directions]), family.law.free_direction()
     for (direction, shares), size in zip(directions, sizes, strict=True):
         if isinstance(direction, np.ndarray):
             rest = {name: value for name, value in family.choices.items() if name != free}
             own = replace(family, choices=rest, shares=shares, directions=direction)
+            size = size * _tells_direction(family.pattern, shares, data)
         else:
             own = replace(family, choices=family.choices | {free: direction}, shares=shares)
         yield from _shown_shapes(own, size)
+
+
+def _tells_direction(pattern: Array, shares: Array, data: Residuals) -> NDArray[np.bool_]:
+    """Which shapes show every component ``(k, n)`` of a free direction beside the origins.
+
+    One that shows in one placement, as a step within it does, is a motion along its line, whatever the direction.
+    """
+    left = np.array([data.without_origins(pattern * share) for share in shares])
+    value = np.linalg.eigvalsh(np.einsum("iadn,jadn->aij", left, left))
+    return np.asarray(value[:, 0] > SEEN_SHARE**2 * value[:, -1])
 
 
 def _sizes(pattern: Array, shares: Sequence[Array]) -> list[Array]:
