@@ -43,7 +43,7 @@ NO_SEPARATION = "nothing within this travel: in every placement and at every spe
 UNSOUGHT = "not looked for among many recordings; 'stepgauge diagnose' of this one does"
 
 
-class Question:
+class RivalAnswers:
     """What a statement leaves open: answers, the first of which is stated, with their probabilities.
 
     ``hypotheses``: the most probable one of each answer, of laws only where there is one, since structure without a law
@@ -62,19 +62,19 @@ class Question:
         self.probability = p / p.sum()
 
 
-def _which_of_set(finding: Finding, every: Sequence[RivalHypothesis]) -> Question:
+def _which_of_set(finding: Finding, every: Sequence[RivalHypothesis]) -> RivalAnswers:
     """Whether it is the stated law, with whatever else, or another of its set in its place; or several, if no other."""
     stated = frozenset({finding.label})
     several = () if finding.members else finding.several
     rivals = {*(frozenset({one.label}) for one in finding.members), *(frozenset(one.laws) for one in several)}
     own = stated.union(*rivals)
     answers = ((stated if finding.label in one.laws else own & one.laws, one) for one in every)
-    return Question(((answer, one) for answer, one in answers if answer in rivals | {stated}), stated)
+    return RivalAnswers(((answer, one) for answer, one in answers if answer in rivals | {stated}), stated)
 
 
-def _which_hypothesis(every: Sequence[RivalHypothesis]) -> Question:
+def _which_hypothesis(every: Sequence[RivalHypothesis]) -> RivalAnswers:
     """Which laws it is, or structure without a law beside which."""
-    return Question((one.laws | (frozenset() if one.is_of_laws else {STRUCTURE}), one) for one in every)
+    return RivalAnswers((one.laws | (frozenset() if one.is_of_laws else {STRUCTURE}), one) for one in every)
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class ProposedRun:
 class Design:
     """What every feasible run would tell of some questions."""
 
-    def __init__(self, found: Searched, priors: Priors, questions: Sequence[Question]) -> None:
+    def __init__(self, found: Searched, priors: Priors, questions: Sequence[RivalAnswers]) -> None:
         self.found, self.placements = found, dict[str, str]()
         """``placements``: texts of the placement files of proposed runs, by file name."""
         possible = list({id(one): one for question in questions for one in question.hypotheses}.values())
@@ -110,7 +110,7 @@ class Design:
             found.append((more.run, distances(predictions, new, more.metric)))
         return found
 
-    def separate(self, question: Question, least_nats: float = 0.0) -> ProposedRun | None:
+    def separate(self, question: RivalAnswers, least_nats: float = 0.0) -> ProposedRun | None:
         """The run that is expected to tell most about a question; None if no feasible run excludes an answer."""
         places = [self._index[id(one)] for one in question.hypotheses]
         rivals, found = question.answers[1:], []
@@ -171,7 +171,7 @@ def add_separations(
     return [told.get(id(one), one) for one in findings], left, design.placements
 
 
-def _separated(finding: Finding, question: Question | None, design: Design, wanted: bool) -> Finding:
+def _separated(finding: Finding, question: RivalAnswers | None, design: Design, wanted: bool) -> Finding:
     """A finding with the reason of its set and the run that separates it, in words with its command."""
     how, data = NO_SEPARATION if wanted else UNSOUGHT, design.found.data
     best = None if question is None else design.separate(question)

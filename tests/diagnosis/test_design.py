@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stepgauge.diagnosis.design import Question, _which_hypothesis, _which_of_set
+from stepgauge.diagnosis.design import RivalAnswers, _which_hypothesis, _which_of_set
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.hypotheses import HypothesisTerm, RivalHypothesis
 from stepgauge.gauge.placement import read_placement
@@ -35,7 +35,7 @@ def finding(label: str, *members: str, several: Sequence[tuple[str, ...]] = ()) 
     return SimpleNamespace(label=label, members=[SimpleNamespace(label=one) for one in members], several=laws)
 
 
-def told(question: Question) -> list[tuple[list[str], float]]:
+def told(question: RivalAnswers) -> list[tuple[list[str], float]]:
     return [(sorted(one), round(float(p), 6)) for one, p in zip(question.answers, question.probability, strict=True)]
 
 
