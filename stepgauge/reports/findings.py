@@ -153,8 +153,8 @@ def _again(said: Said, language: str) -> Iterator[str]:
     for number, row in _structure(said):
         for one in row["open"]:
             laws = [" + ".join(name_of(label, "gauge", language) for label in law["labels"]) for law in one["laws"]]
-            text = proposal(one, language)
-            yield f"{number}, {say('tell_laws', language, laws=listed(laws, 'or', language), text=text)}"
+            told = {"laws": listed(laws, "or", language), "text": proposal(one, language)}
+            yield f"{number}, {say('tell_laws' if laws else 'separate', language, **told)}"
     of = subject(said).of
     if of != "axis" and said["verdict"] != "insufficient" and (said["effects"] or said["unexplained"]):
         yield say(f"compare_{of}", language)

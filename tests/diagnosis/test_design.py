@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,8 @@ import pytest
 from stepgauge.diagnosis.design import RivalAnswers, _which_hypothesis, _which_of_set
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.hypotheses import HypothesisTerm, RivalHypothesis
+from stepgauge.diagnosis.output.files import commands_in
+from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.gauge.placement import read_placement
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.machine.virtual import RunConditions, run_program
@@ -65,30 +68,39 @@ def test_one_law_in_several_parts_of_a_record_is_one_rival() -> None:
     assert told(_which_of_set(finding("a", "b", "b"), every)) == [(["a"], 0.6), (["b"], 0.4)]
 
 
-def followed(text: str, folder: Path, on: Machine, first: Recording, start_s: float) -> Recording:
-    """The recording followed by that of the proposed placement."""
-    (folder / "separate-1.toml").write_text(text)
-    steps = gauge()
-    placement = read_placement(folder / "separate-1.toml", steps)
+def followed(found: GaugeDiagnosis, folder: Path, on: Machine, first: Recording, start_s: float) -> Recording:
+    """The recording followed by that of the first run that is proposed."""
+    (command,) = next(filter(None, (commands_in(one) for one in proposed(found))))
+    (folder / "lies.toml").write_text(found.placements[command.split()[2]])
+    steps, speed = gauge(), re.search(r"--measuring-speed (\S+)", command)
+    placement = read_placement(folder / "lies.toml", steps)
     settings = ProbingSettings(standoff_mm=middle_standoff_mm(steps, 2.0))
+    if speed:
+        settings = replace(settings, measuring_speed_mm_s=float(speed[1]))
     options = PlanOptions(placement.first_block, placement.last_block, cycles=3)
     program = make_program(placement, steps, options, settings)
-    run = run_program(program, on, steps, placement, 77, RunConditions(20.0, 77, start_s))
+    run = run_program(program, on, steps, placement, int(start_s), RunConditions(20.0, int(start_s), start_s))
     return join_recordings([first, run.recording])
+
+
+def proposed(found: GaugeDiagnosis) -> list[str]:
+    return [one.separate_by for one in (*found.findings, *found.unexplained) if "stepgauge plan" in one.separate_by]
 
 
 def mill(effects: Sequence[dict[str, Any]] = ()) -> Machine:
     return replace(read_machine("machining-centre"), effects=tuple(effects))
 
 
-@pytest.mark.parametrize(("shipped", "tip_um"), [(machine, 5.0), (mill, 5.0), (mill, 30.0)])
+@pytest.mark.parametrize(
+    ("shipped", "kind", "tip_um"),
+    [(machine, "cmm", 5.0), (mill, "machine tool", 30.0), (mill, None, 30.0)],
+)
 def test_what_is_open_is_settled_by_the_run_that_is_proposed(
-    shipped: Callable[..., Machine], tip_um: float, tmp_path: Path
+    shipped: Callable[..., Machine], kind: str | None, tip_um: float, tmp_path: Path
 ) -> None:
     """A tip of another size and play of y: along x and y alone this is play of x and y, or ``unknown`` as it was.
 
-    For the unknown no run was proposed, or one along an axis along which the gauge had lain. The radius and a trigger
-    delay are told apart by another speed.
+    For the unknown no run was proposed, or one along an axis along which the gauge had lain.
     """
     stated, play = shipped(), {"kind": "reversal_error", "axis": "y", "um": 12.0}
     probe: Any = stated.probe
@@ -96,14 +108,15 @@ def test_what_is_open_is_settled_by_the_run_that_is_proposed(
     on = replace(shipped([play]), probe=other)
     centre = np.mean(stated.travel_mm, axis=1)
     first = record(on, (ALONG_X, ALONG_Y), cycles=3, centres=[centre, centre])
-    found = diagnose(first, gauge(), stated)
-    open_ones = [one.separate_by for one in (*found.findings, *found.unexplained) if one.separate_by]
-    assert any("the diagonal of x and" in one for one in open_ones)
+    found = diagnose(first, gauge(), stated, kind=kind)
+    assert proposed(found)
     taken = first
     for start_s in (9000.0, 18000.0, 27000.0):
-        if not any("the gauge along" in one.separate_by for one in (*found.findings, *found.unexplained)):
+        if not proposed(found):
             break
-        taken = followed(next(iter(found.placements.values())), tmp_path, on, taken, start_s)
-        found = diagnose(taken, gauge(), stated)
+        taken = followed(found, tmp_path, on, taken, start_s)
+        found = diagnose(taken, gauge(), stated, kind=kind)
+        assert found.summary()
+        found.write(tmp_path / str(start_s))
     assert found.verdict == "effects"
     assert {"effective_radius", "reversal_error_y"} == {one.label for one in found.findings}

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.wording.aliases import periods_of
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import describe_rivals, finding_name, name_of, subject
@@ -112,10 +113,9 @@ def _systematic(said: Said) -> list[Said]:
 
 def _or_laws(said: Said, language: str) -> str:
     """Laws that the readings do not exclude in the place of the first structure."""
-    first = said["unexplained"][0]
-    if not first.get("separate_by"):
+    law, of = next(iter(said["unexplained"][0].get("laws", ())), None), subject(said).of
+    if law is None or law["odds"] * shipped_priors().decision.excluded < 1.0:
         return ""
-    law, of = first["laws"][0], subject(said).of
     names = listed([name_of(label, of, language) for label in law["labels"]], language=language)
     together = say("together", language) if len(law["labels"]) > 1 else ""
     return say("or_laws", language, names=names, together=together, odds=odds_text(law["odds"], language))
