@@ -12,9 +12,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from functools import partial, wraps
+from functools import cache, partial, wraps
 from os import PathLike
-from typing import ClassVar, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, ClassVar, ParamSpec, TypeVar
+
+if TYPE_CHECKING:
+    from stepgauge.verbs.define import VerbParameter
 
 LONGEST = 300
 """Characters of a message."""
@@ -23,24 +26,10 @@ _WORD = 24
 _SHORTEST = 40
 """Characters that are left of a part of a message that is too long."""
 _UNIT = re.compile(r"_(per_K|mm|um|mm_s|s|C|K|deg|mrad|percent|MB)$")
-_CALLED = {
-    "columns": "column",
-    "placements": "placement",
-    "styli": "further-stylus",
-    "tolerances": "tolerance",
-    "constants": "set",
-    "expansion_per_K": "expansion",
-    "expansion_uncertainty_per_K": "u-expansion",
-}
-"""Arguments whose options have other names: those of several values, which are repeated, and some that are shorter."""
 P = ParamSpec("P")
 T = TypeVar("T")
 
 
-_ARGUMENTS: dict[str, str] = {}
-"""Arguments by their options, of the verbs that were used."""
-_WORDS: dict[str, set[str]] = {}
-"""Choices by argument, of the same."""
 _VALUE = r' \w+=(?:"[^"]*"|[^\s;,)]+)| [a-z0-9-]+'
 _NAMED = re.compile(rf"'?stepgauge [^';,)]*|(?<![\w-])--([a-z][a-z0-9-]*)({_VALUE})?")
 """A command, which stays, or an option with what stands behind it."""
@@ -63,15 +52,25 @@ def nearest_first(given: object, words: Iterable[str], names: Mapping[str, str] 
     return f"{known[near[0]]}? All: {every}" if near else every
 
 
-def name_option(argument: str, option: str = "", words: Iterable[str] = ()) -> None:
-    """An argument has this option: that of an argument of several values, which is repeated, has another name.
+@cache
+def _declared() -> tuple[VerbParameter, ...]:
+    """The parameters of all verbs: asked for when a message is put into words, not before."""
+    from stepgauge.verbs.catalogue import all_verbs
 
-    ``words``: its choices.
-    """
-    if option:
-        _CALLED[argument] = option
-    _ARGUMENTS[option_of(argument)] = argument
-    _WORDS.setdefault(argument, set()).update(words)
+    return tuple(one for _, verb in all_verbs() for one in verb.parameters)
+
+
+@cache
+def _argument_by_option() -> dict[str, str]:
+    """Those that Python can state before those that say what the command line writes."""
+    every = sorted(_declared(), key=lambda one: not one.writes)
+    return {one.key: one.name for one in reversed(every)}
+
+
+@cache
+def _choices(argument: str) -> frozenset[str]:
+    """Words that an argument may have."""
+    return frozenset(word for one in _declared() if one.name == argument for word in getattr(one.one, "words", ()))
 
 
 def python_text(text: str) -> str:
@@ -82,7 +81,7 @@ def python_text(text: str) -> str:
 def _argument_of(option: re.Match[str]) -> str:
     if option[1] is None:
         return option[0]
-    return _python_value(_ARGUMENTS.get(f"--{option[1]}", option[1].replace("-", "_")), option[2] or "")
+    return _python_value(_argument_by_option().get(option[1], option[1].replace("-", "_")), option[2] or "")
 
 
 def _python_value(argument: str, behind: str) -> str:
@@ -92,7 +91,7 @@ def _python_value(argument: str, behind: str) -> str:
     key, equals, one = value.partition("=")
     if equals:
         return f'{argument}={{"{key}": "{one.strip(chr(34))}"}}{behind[len(value) + 1 :]}'
-    return f'{argument}="{value}"{behind[len(value) + 1 :]}' if value in _WORDS.get(argument, ()) else argument + behind
+    return f'{argument}="{value}"{behind[len(value) + 1 :]}' if value in _choices(argument) else argument + behind
 
 
 @contextmanager
@@ -106,8 +105,13 @@ def for_command() -> Iterator[None]:
 
 
 def option_of(name: str) -> str:
-    """The option of the command line that stands for an argument: without its unit, which ``--help`` states."""
-    return "--" + _UNIT.sub("", _CALLED.get(name, name)).replace("_", "-")
+    """The option of the command line that stands for an argument, or would."""
+    return "--" + next((one.key for one in _declared() if one.name == name), without_unit(name))
+
+
+def without_unit(name: str) -> str:
+    """A name as the command line has it: without its unit, which ``--help`` states."""
+    return _UNIT.sub("", name).replace("_", "-")
 
 
 @dataclass(frozen=True)

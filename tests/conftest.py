@@ -16,7 +16,6 @@ import pytest
 from hypothesis import HealthCheck, Phase, settings
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-import stepgauge
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import Machine, read_machine
 
@@ -34,8 +33,6 @@ settings.register_profile(
 )
 settings.load_profile("stepgauge")
 
-for name in stepgauge.__all__:  # messages name the arguments of verbs that were used: whatever ran before, all of them
-    getattr(stepgauge, name)
 ROOT = Path(__file__).resolve().parent.parent
 ON_FIGURES = ("figure", "plot", "test_readme")
 """Words in the names of tests and modules whose figures are laid out and saved as a user gets them."""

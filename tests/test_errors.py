@@ -13,12 +13,12 @@ import click
 import pytest
 
 import stepgauge
-from stepgauge.cli import cli, main, run_command
-from stepgauge.errors import LONGEST, InputError, ProgramStoppedError, naming, option_of
+from stepgauge.cli import main, run_command
+from stepgauge.errors import LONGEST, InputError, ProgramStoppedError, naming
 from stepgauge.files.text import read_json
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.recording import read_recording
-from stepgauge.verbs.catalogue import VERBS
+from stepgauge.verbs.catalogue import all_verbs
 
 
 def refuse() -> None:
@@ -76,12 +76,23 @@ def test_what_has_no_place_and_what_has_no_name(tmp_path: Path) -> None:
             read("")
 
 
-def test_every_argument_that_a_message_names_has_an_option() -> None:
-    """Of some verb, by the name that the message gives it; what Python can call writes no option into its messages."""
-    options = {name for verb in commands() for one in verb.params for name in (*one.opts, *one.secondary_opts)}
+def test_every_argument_that_a_message_names_is_one_of_a_verb() -> None:
+    """By its name in Python, as an option of a text by one name; what Python calls writes no option into errors."""
+    arguments = {one.name for _, verb in all_verbs() for one in verb.parameters}
     named = {name for path in SOURCES if "web" not in path.parts for name in _named(path)}  # a page has its own words
     assert len(named) > 30
-    assert {name for name in named if option_of(name) not in options} == set()
+    assert named - arguments == set()
+    by_option: dict[str, set[str]] = {}
+    for _, verb in all_verbs():
+        for parameter in verb.parameters:
+            by_option.setdefault(parameter.key, set()).add(parameter.name)
+    ambiguous = {option for option, names in by_option.items() if len(names) > 1}
+    for path in SOURCES:
+        texts = [
+            str(one.value) for one in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(one, ast.Constant)
+        ]
+        said = {option for text in texts for option in re.findall(r"(?<!\{p\} )[(;,] ?--([a-z-]+)|^--([a-z-]+) ", text)}
+        assert {one for pair in said for one in pair} & ambiguous == set(), path
     for path in SOURCES:
         if path.relative_to(PACKAGE).parts[0] not in COMMAND_LINE_ONLY:
             assert [text for text in _raised(path) if re.search(r"(?<![\w-])--[a-z]", text)] == [], path
@@ -91,16 +102,6 @@ PACKAGE = Path(stepgauge.__file__).parent
 SOURCES = sorted(PACKAGE.rglob("*.py"))
 COMMAND_LINE_ONLY = ("cli", "compensation", "dcc", "exporting", "history", "importing", "live", "standards")
 """Rooms whose functions only verbs call, but for `measure` and the budget, whose messages still name options."""
-
-
-def commands() -> list[click.Command]:
-    """All verbs, those of groups too."""
-    found = [cli.get_command(click.Context(cli), name) for name in VERBS]
-    groups = [one for one in found if isinstance(one, click.Group)]
-    inner = [
-        one.get_command(click.Context(one), name) for one in groups for name in one.list_commands(click.Context(one))
-    ]
-    return [one for one in (*found, *inner) if one is not None]
 
 
 def _calls(path: Path, function: str) -> list[ast.Call]:

@@ -58,6 +58,7 @@ UPWARD = {
     ("diagnosis", "figures"): "a result draws itself",
     ("diagnosis", "reports"): "a result writes its report",
     ("fleet", "reports"): "a result writes its report",
+    ("errors", "verbs"): "a message names arguments as the verbs declare them",
     ("verbs", "web"): "the verb 'web' opens that door",
 }
 """Arrows of imports inside functions that lead back up, and why; there may be no further one."""

@@ -169,8 +169,8 @@ Placement.write(self, path)
 Plan.summary(self)
 Plan.to_frame(self)
 Plan.plot(self, axes=None)
-Plan.write(self, path, dialect=None, *, template=None, tool="", unchecked=False, options=None)
-Plan.text(self, dialect, *, template=None, tool="", unchecked=False, options=None)
+Plan.write(self, path, dialect=None, *, template=None, tool="", unchecked=False, settings=None)
+Plan.text(self, dialect, *, template=None, tool="", unchecked=False, settings=None)
 Recording.summary(self)
 Recording.to_frame(self)
 Recording.plot(self, axes=None)
@@ -546,6 +546,7 @@ def test_the_decision_is_a_value_of_every_result_with_limits(tmp_path: Path, mea
     assert "positions" in length.decision.reason
     for one in (length, positioning):
         one.write(tmp_path / "test")
+        assert sg.read_result(tmp_path / "test" / f"{one.name}.json").decision == one.decision
         said = read_json(tmp_path / "test" / f"{one.name}.json")["decision"]
         assert (said["passed"], said["reason"]) == (one.decision.passed, one.decision.reason)
     with pytest.raises(sg.InputError, match="budget: needs mpe, or machine with a limit"):

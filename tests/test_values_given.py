@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import re
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -62,6 +64,45 @@ def test_a_diagnosis_takes_what_an_import_gives() -> None:
     assert sg.diagnose(stated).contents == sg.diagnose(stated.recording).contents
     with pytest.raises(InputError, match=r"a table that is no recording.*import_recording"):
         sg.diagnose(table())
+
+
+def test_every_diagnosis_tells_its_progress() -> None:
+    """Of an axis and of the map of a probe as of a gauge."""
+    heard: list[list[str]] = []
+    sg.diagnose(axis(), progress=heard.append)
+    assert heard
+    before = len(heard)
+    sg.diagnose(sg.probe_map("omp40-2-50mm"), probe="omp40-2-100mm", progress=heard.append)
+    assert len(heard) > before
+
+
+def test_a_qualification_goes_in_as_it_was_found_written_or_read_back(tmp_path: Path) -> None:
+    sphere = sg.probe_sphere("omp40-2-50mm", seed=3)
+    found = sg.qualify_probe(sphere, sphere_diameter_mm=25.0, tip_diameter_mm=6.0)
+    found.write(tmp_path / "q.json")
+    given = (found, tmp_path / "q.json", sg.read_result(tmp_path / "q.json"))
+    first, *others = [sg.compensate_points(sphere, qualification=one).to_frame() for one in given]
+    assert all(one.equals(first) for one in others)
+    with pytest.raises(InputError, match="qualification: this is no qualification; found SpherePoints"):
+        sg.compensate_points(sphere, qualification=sphere)
+
+
+def test_a_wrong_name_is_answered_by_one_that_the_verb_takes_and_was_not_given() -> None:
+    """Before what is missing, for that may be what was misspelt."""
+    with pytest.raises(TypeError, match=r"argument 'tip_diameter_mm'; did you mean 'tip_diameters_mm'\?"):
+        sg.iso10360_5([], tip_diameter_mm=3.0)
+    with pytest.raises(TypeError, match=r"argument 'set'; did you mean 'constants'\?"):
+        sg.import_recording("log.csv", set={"direction": "+"})
+    with pytest.raises(TypeError, match="argument 'colour'; it takes points, gauge, machine, "):
+        sg.locate("points.csv", "step-gauge-420", colour="red")
+    for name in {verb.function.__name__ for _, verb in all_verbs()} & {*sg.__all__}:
+        function = getattr(sg, name)
+        known = inspect.signature(function).parameters
+        for wrong in {other for one in known for other in (one[:-1], one.replace("_", ""), f"{one}_mm")} - {*known}:
+            with pytest.raises(TypeError, match=f"{name}.* argument '{wrong}'; ") as raised:
+                function(**{wrong: 1})
+            near = re.search(r"did you mean '(\w+)'", str(raised.value))
+            assert near is None or near[1] in known
 
 
 def test_a_report_of_a_test_says_who_writes_it(tmp_path: Path) -> None:

@@ -117,7 +117,7 @@ def _alignment(readings: Readings, span_mm: float, matters_um: float) -> Iterato
         f" {short_um:.2f} um"
     )
     if short_um > matters_um:
-        expected = "readings along the axis of the gauge, or its placement (--placement)"
+        expected = "readings along the axis of the gauge, or its placement"
         yield Condition("alignment", "prevents", words, found, expected, short_um)
     elif short_um > NOTABLE_UM:
         yield Condition("alignment", "contribution", words, found, "the axis of the gauge", short_um)

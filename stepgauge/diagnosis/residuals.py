@@ -249,7 +249,7 @@ def _radius_mm(recording: Recording, machine: Machine) -> Array:
             own, rows = machine.select_stylus(one), styli == one
         except InputError:
             what = f"the recording was made with stylus {one}, which is not stated"
-            expected = naming("styli", words="{} with a machine file of each further stylus")
+            expected = naming("further_styli", words="{} with a machine file of each further stylus")
             raise InputError(recording.path, what, expected=expected) from None
         radius_mm[rows] = own.probe.tip_radius_mm - own.sensor.pretravel_um(approach[rows]) * 1e-3
     return radius_mm

@@ -350,7 +350,7 @@ def _check_stated_once(log: ProbeLog, frame: pd.DataFrame, stated_C: float) -> N
     name = "gauge_temperature_C"
     if name in frame and not np.allclose(frame[name].to_numpy(float), stated_C, atol=SAME_K, rtol=0.0):
         found = f"{stated_C:g} deg C, and {frame[name].mean():.6g} deg C on average in the log"
-        expected = naming("gauge_temperature", words="a log without temperatures of the gauge, or no {}")
+        expected = naming("gauge_temperature_C", words="a log without temperatures of the gauge, or no {}")
         raise InputError(log.path, "two temperatures of the gauge", found=found, expected=expected)
 
 

@@ -57,7 +57,7 @@ def parse_contribution(text: str) -> Contribution:
     first, *more = (part.partition("=") for part in text.split(","))
     pairs = {"name": first[0].strip(), "value": first[2].strip(), **{k.strip(): v.strip() for k, _, v in more}}
     if not all(mark for _, mark, _ in (first, *more)) or len(pairs) != len(more) + 2:
-        raise InputError(naming("contribution"), "this is no contribution", found=repr(text), expected=EXPECTED)
+        raise InputError(naming("contributions"), "this is no contribution", found=repr(text), expected=EXPECTED)
     numbers = {"value", "dof", "sensitivity", "sensitivity_per_m"}
     try:
         typed = {key: float(value) if key in numbers else value for key, value in pairs.items()}
@@ -65,4 +65,4 @@ def parse_contribution(text: str) -> Contribution:
     except (ValidationError, ValueError) as error:
         found = error.errors()[0] if isinstance(error, ValidationError) else None
         what = f"key {found['loc'][0]}: {found['msg']}" if found else str(error)
-        raise InputError(naming("contribution"), what, found=repr(text), expected=EXPECTED) from None
+        raise InputError(naming("contributions"), what, found=repr(text), expected=EXPECTED) from None

@@ -86,7 +86,9 @@ def _check_tips(recording: Recording, machine: Machine) -> None:
                 f"the recording was made with another tip than that of {own.path}",
                 found=f"# {key}: {recording.comments[key]}",
                 expected=naming(
-                    "machine", "styli", words=f"{own.probe.tip_radius_mm:g}, or the file of this tip by {{}} or {{}}"
+                    "machine",
+                    "further_styli",
+                    words=f"{own.probe.tip_radius_mm:g}, or the file of this tip by {{}} or {{}}",
                 ),
             )
 

@@ -57,7 +57,7 @@ class Plan(Plotted):
         template: str | Path | None = None,
         tool: str = "",
         unchecked: bool = False,
-        options: Mapping[str, str] | None = None,
+        settings: Mapping[str, str] | None = None,
     ) -> ProgramText:
         """The program for a controller, read back as the controller would and compared with the plan.
 
@@ -68,7 +68,7 @@ class Plan(Plotted):
         template : a Jinja template instead of the shipped one
         tool : what the controller calls the probe (dmis, ippdme)
         unchecked : with a template: a text that cannot be read back is made all the same, and says so itself
-        options : how the control is set up, where it differs from the usual
+        settings : how the control is set up, where it differs from the usual
 
         Returns
         -------
@@ -76,7 +76,7 @@ class Plan(Plotted):
         """
         dialect = find_dialect(dialect).name
         check_tool(tool, dialect)
-        return program_text(replace(self.program, tool=tool), dialect, template, unchecked, options or {})
+        return program_text(replace(self.program, tool=tool), dialect, template, unchecked, settings or {})
 
     def write(
         self,
@@ -86,14 +86,14 @@ class Plan(Plotted):
         template: str | Path | None = None,
         tool: str = "",
         unchecked: bool = False,
-        options: Mapping[str, str] | None = None,
+        settings: Mapping[str, str] | None = None,
     ) -> ProgramText:
         """Write the program of :meth:`text`; the dialect is that of the suffix (.dmi, .ngc, .nc, ..) by default.
 
         Beside it go the files that the control needs besides (the mask of HEIDENHAIN).
         """
         name = dialect or dialect_of(path)
-        rendered = self.text(name, template=template, tool=tool, unchecked=unchecked, options=options)
+        rendered = self.text(name, template=template, tool=tool, unchecked=unchecked, settings=settings)
         rendered.write(path)
         return rendered
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -182,7 +183,11 @@ def write_qualification(path: str | Path, qualification: Qualification) -> None:
 
 def read_qualification(path: str | Path) -> Qualification:
     """A qualification file; :class:`InputError` names what is wrong with it."""
-    data = read_result(path, KIND)
+    return qualification_of(read_result(path, KIND), path)
+
+
+def qualification_of(data: Mapping[str, Any], path: str | Path) -> Qualification:
+    """What a file of a qualification states."""
     return check_table(Qualification, {key: value for key, value in data.items() if key not in _ABOUT}, path)
 
 

@@ -13,7 +13,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.dates import moment_now
 from stepgauge.files.display import Plotted, figures
-from stepgauge.files.stored import WrittenResult
+from stepgauge.files.stored import StoredResult, WrittenResult
 from stepgauge.files.tables import csv_text, read_rows
 from stepgauge.files.text import write_text
 from stepgauge.physics.directions import evenly_spread_points, iso_10360_5_points
@@ -28,7 +28,14 @@ from stepgauge.probes.compensation import (
     write_compensated,
 )
 from stepgauge.probes.files import APPROACH, POSITION, ProbedPoints
-from stepgauge.probes.qualification import Method, Qualification, write_qualification
+from stepgauge.probes.qualification import (
+    KIND,
+    Method,
+    Qualification,
+    qualification_of,
+    read_qualification,
+    write_qualification,
+)
 from stepgauge.recording.lines import read_comments
 from stepgauge.recording.simulated import SIMULATED_COMMENT
 
@@ -127,7 +134,11 @@ class Qualified(WrittenResult, Plotted):
         ]
         lobes, compensated = found.lobes, found.form_error_compensated_um
         if lobes is None or compensated is None:
-            why = f"not determined: {found.undetermined}" if found.undetermined else "not known: give --tip-diameter"
+            why = (
+                f"not determined: {found.undetermined}"
+                if found.undetermined
+                else "not known without the diameter of the tip"
+            )
             return "\n".join([*lines, f"lobes              {why}"])
         model = f"{lobes.transducer}, A = {lobes.constant_um:.2f} um"
         if lobes.transducer == "kinematic":
@@ -195,6 +206,18 @@ class Compensated(Plotted):
             drawing.draw_sphere_errors(probed.approach, self.spheres, axis, path, simulated)
         else:
             drawing.draw_compensation(probed.approach, self.points.pretravel_um, axis, path, simulated)
+
+
+def given_qualification(given: str | Path | Qualified | StoredResult) -> tuple[Qualification, str | Path]:
+    """A qualification by its file, as it was found or as it was read back, and its place for messages."""
+    if isinstance(given, Qualified):
+        return given.qualification, KIND
+    if isinstance(given, StoredResult) and given.kind == KIND:
+        return qualification_of(given.values, KIND), KIND
+    if isinstance(given, str | Path):
+        return read_qualification(given), given
+    expected = "what qualify_probe gives, or its file"
+    raise InputError(naming(KIND), "this is no qualification", found=type(given).__name__, expected=expected)
 
 
 def compensated(

@@ -190,7 +190,7 @@ class Fanuc(GCode):
         value, whole, decimals = self.number(f"#{match[1]}"), int(match[2]), int(match[3])
         size = f"{abs(value):.{decimals}f}"
         if len(size.split(".")[0]) > whole:
-            found, expected = f"{value:.4f} in [{match[2]}{match[3]}]", "more digits before the point (--set digits)"
+            found, expected = f"{value:.4f} in [{match[2]}{match[3]}]", "more digits before the point (setting digits)"
             self.reader.fail("the number does not fit in the log", found=found, expected=expected)
         width = whole + (decimals + 1 if decimals else 0)
         return ("-" if value < 0 else " ") + size.rjust(width)

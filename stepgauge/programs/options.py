@@ -88,10 +88,12 @@ def chosen(dialect: str, options: Mapping[str, Option], said: Mapping[str, str])
     for name, value in said.items():
         if name not in options:
             known = ", ".join(options) or "none"
-            raise InputError(naming("set"), f"not an option of {dialect}", found=repr(name), expected=known)
+            raise InputError(naming("settings"), f"not an option of {dialect}", found=repr(name), expected=known)
         kind = options[name].kind
         text = kind.text(value)
         if text is None:
-            raise InputError(naming("set"), f"{name} is not of its type", found=repr(value), expected=kind.expected)
+            raise InputError(
+                naming("settings"), f"{name} is not of its type", found=repr(value), expected=kind.expected
+            )
         values[name] = text
     return values

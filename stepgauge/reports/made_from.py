@@ -28,7 +28,7 @@ def recordings_of(evaluation: dict[str, Any], path: str | Path) -> list[Path]:
         if not typed or not place.is_file():
             what = "a recording of this evaluation is not there"
             raise InputError(
-                path, what, found=typed or "not in a file", expected=naming("recording", words="it, given with {}")
+                path, what, found=typed or "not in a file", expected=naming("recordings", words="it, given with {}")
             )
         found.append(place)
     return found

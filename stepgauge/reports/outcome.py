@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from stepgauge.conditions.decision import ConformityDecision
 from stepgauge.errors import InputError
 from stepgauge.files.display import Written, join_lines
-from stepgauge.files.stored import WrittenResult
+from stepgauge.files.stored import StoredResult, WrittenResult
 from stepgauge.reports.page import UserStatements
 
 if TYPE_CHECKING:
@@ -87,3 +87,12 @@ class StandardTest(WrittenResult):
             for path, one in drawn.items():
                 save_figure(one, path, bool(content["simulated"]), translator(content))
             return Written([*self.write_values(Path(folder)), *drawn, report], [f"note: {note}" for note in notes])
+
+
+class StoredTest(StoredResult):
+    """A test by a standard as its file has it."""
+
+    @property
+    def decision(self) -> ConformityDecision:
+        """What followed for its limits."""
+        return ConformityDecision.read(self.values["decision"])

@@ -317,7 +317,7 @@ def missing(model: MonteCarloModel, asked: BudgetOptions) -> list[tuple[str, str
             "resolution",
             "resolution_um in [uncertainty] of the machine file",
         ),
-        (bool(located), "alignment (cosine error)", "--placement with its [uncertainty] yaw_urad and pitch_urad"),
+        (bool(located), "alignment (cosine error)", "the placement with its [uncertainty] yaw_urad and pitch_urad"),
         (REPEATABILITY in keys, "repeatability", "two or more cycles, or machine.repeatability_um"),
     )
     own = {one.name for one in (*machine.contributions, *asked.contributions)}

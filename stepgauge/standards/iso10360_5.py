@@ -214,7 +214,7 @@ def _stylus(points: ProbedPoints, sphere: TestSphere, tip_mm: float) -> StylusPo
     if abs(fit.radius_mm - expected) > FAR_OFF_MM:
         raise InputError(
             path,
-            "the points contradict --sphere-diameter or --tip-diameter",
+            naming("sphere_diameter_mm", "tip_diameters_mm", words="the points contradict {} or {}"),
             found=f"tip centres on a sphere of radius {fit.radius_mm:.4f} mm",
             expected=f"about {expected:.4f} mm",
         )

@@ -88,13 +88,13 @@ class SevenPositions(WrittenResult):
         *,
         template: str | Path | None = None,
         tool: str = "",
-        options: Mapping[str, str] | None = None,
+        settings: Mapping[str, str] | None = None,
     ) -> list[str]:
         """Write placements, programs, machine files and ``plan.json``; returns notes on the programs."""
         check_tool(tool, dialect)
         named = [_named(one, tool) for one in self.positions]
         with self.keeping():
-            return write_plan(folder, named, self.machine, dialect, template, options)
+            return write_plan(folder, named, self.machine, dialect, template, settings)
 
 
 def _named(one: PlannedPosition, tool: str) -> PlannedPosition:

@@ -157,7 +157,7 @@ def _bidirectional(tip: TipDiameter | None) -> Rule:
     if tip.own_block:
         found = (
             f"the diameter is from {tip.origin}: an error of size that the qualification leaves is hidden"
-            " (--tip-diameter states the qualified one)"
+            " unless the qualified one is stated"
         )
         return Rule(source, asks, found, False)
     return Rule(source, asks, f"{tip.diameter_mm:.5f} mm, {tip.origin} as such", True)

@@ -173,7 +173,7 @@ def _nearest(sizes: Array, wanted_mm: float) -> int:
     index = int(np.abs(sizes - wanted_mm).argmin()) if sizes.size else 0
     if not sizes.size or abs(sizes[index] - wanted_mm) > SAME_LENGTH_MM:
         raise InputError(
-            naming("lengths"),
+            naming("lengths_mm"),
             f"no length of {wanted_mm:g} mm was measured",
             found=", ".join(f"{size:g}" for size in sizes[:40]) + " mm",
             expected=f"one of these to {SAME_LENGTH_MM:g} mm",

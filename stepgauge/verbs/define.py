@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, wraps
 from typing import Any, ParamSpec, TypeVar
 
-from stepgauge.errors import name_option, option_of
+from stepgauge.errors import without_unit
 from stepgauge.verbs.kind import ARGUMENT, Kind
 from stepgauge.verbs.kinds import Reads, Repeated, Supplied, Writes
 
@@ -71,7 +71,7 @@ class VerbParameter:
     @property
     def key(self) -> str:
         """Its name at the command line and in the project file: without the unit."""
-        return option_of(self.name).removeprefix("--")
+        return without_unit(getattr(self.kind, "option", "") or self.name)
 
     @property
     def at_command(self) -> bool:
@@ -177,7 +177,7 @@ def verb(
             try:
                 readable.bind(*args, **kwargs)  # which names what the function takes by **, too
             except TypeError as error:
-                raise TypeError(_unbound(function.__name__, error, readable.parameters, kwargs)) from None
+                raise TypeError(_unbound(known, error, readable.parameters, kwargs)) from None
             bound = signature.bind(*args, **kwargs)
             for one in signature.parameters.values():
                 if one.kind is inspect.Parameter.VAR_KEYWORD:
@@ -221,11 +221,19 @@ def _plain(annotation: Any) -> Any:
     return _Plain(re.sub(r"ForwardRef\('([^']*)'\)|'([^']*)'|\b(?:[a-z_]\w*\.)+(?=[A-Z])", r"\1\2", text))
 
 
-def _unbound(name: str, error: TypeError, known: Mapping[str, Any], given: Mapping[str, Any]) -> str:
-    """What Python says of a call that does not fit, with the function's name, and a name that was probably meant."""
-    unknown = [one for one in given if one not in known]
-    near = difflib.get_close_matches(unknown[0], known, 1) if unknown else []
-    return f"{name}() {error}{f'; did you mean {near[0]!r}?' if near else ''}"
+def _unbound(verb: Verb, error: TypeError, known: Mapping[str, Any], given: Mapping[str, Any]) -> str:
+    """What Python says of a call that does not fit, with the function's name, and a name that was probably meant.
+
+    What is not known comes first, for it may be what is missing, misspelt or as the command line calls it.
+    """
+    name, unknown = verb.function.__name__, [one for one in given if one not in known]
+    if not unknown:
+        return f"{name}() {error}"
+    free = {one: one for one in known if one not in given}
+    free |= {one.key.replace("-", "_"): one.name for one in verb.parameters if one.name in free}
+    near = difflib.get_close_matches(unknown[0], free, 1)
+    meant = f"; did you mean {free[near[0]]!r}?" if near else f"; it takes {', '.join(known)}"
+    return f"{name}() got an unexpected keyword argument {unknown[0]!r}{meant}"
 
 
 def verb_of(function: Callable[..., Any]) -> Verb:
@@ -257,8 +265,6 @@ def _parameters(function: Callable[..., Any], writes: bool) -> tuple[VerbParamet
             continue
         kind = next((mark for mark in marks if isinstance(mark, Kind)), Kind())
         shared = next((mark for mark in marks if isinstance(mark, str) and mark != ARGUMENT), "")
-        one_of = kind.kind if isinstance(kind, Repeated) else kind
-        name_option(one.name, kind.option if isinstance(kind, Repeated) else "", getattr(one_of, "words", ()))
         sentence = stated.get(one.name, shared)
         found.append(VerbParameter(one.name, kind, one.default, sentence, ARGUMENT in marks, writes))
     return tuple(found)

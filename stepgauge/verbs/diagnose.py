@@ -131,7 +131,7 @@ def diagnose(
         if excluded or each or kind:
             where = naming("without", "each", "kind", words="{}, {}, {}")
             raise InputError(where, "are for recordings", expected=naming("probe", words="no {}"))
-        return _map(given, probe, columns, table)
+        return _map(given, probe, columns, table, progress)
     of_axis = are_of_axis(given)
     if of_axis and (gauge is not None or machine is not None):
         given_too = naming("gauge" if gauge is not None else "machine")
@@ -145,7 +145,7 @@ def diagnose(
         one = partial(_together, gauge=steps, machine=cmm, without=excluded, table=table, kind=kind)
     if each:
         return _separately(given, one, jobs)
-    return one(given) if of_axis else one(given, progress=progress)
+    return one(given, progress=progress)
 
 
 def _together(
@@ -163,15 +163,15 @@ def _together(
     return replace(found, recordings=tuple(tables))
 
 
-def _axes(given: Any, without: list[str], table: Any, kind: Any) -> "Diagnosis":
+def _axes(given: Any, without: list[str], table: Any, kind: Any, progress: Any = None) -> "Diagnosis":
     """Recordings of one axis, a spot or distances, as settings up of one axis."""
     from stepgauge.diagnosis.axis.diagnosis import diagnose_axes
     from stepgauge.verbs.inputs import resolve_axis, several
 
-    return diagnose_axes([resolve_axis(one) for one in several(given)], without, table, kind)
+    return diagnose_axes([resolve_axis(one) for one in several(given)], without, table, kind, progress)
 
 
-def _map(given: list[Any], probe: File, columns: "Mapping[str, str] | None", table: Any) -> "Diagnosis":
+def _map(given: list[Any], probe: File, columns: "Mapping[str, str] | None", table: Any, progress: Any) -> "Diagnosis":
     """The map of a probe."""
     from stepgauge.diagnosis.maps.data import data_of_map, read_map_data
     from stepgauge.diagnosis.maps.diagnose import judged_map
@@ -184,7 +184,7 @@ def _map(given: list[Any], probe: File, columns: "Mapping[str, str] | None", tab
         raise InputError(naming("probe"), "takes one map at a time", found=len(given))
     one = given_table(given[0])
     data = read_map_data(one, columns) if isinstance(one, File) else data_of_map(require_kind(one, DirectionMap, "map"))
-    return judged_map(data, probe, table)
+    return judged_map(data, probe, table, progress)
 
 
 def _separately(given: list[Any], one: Any, jobs: int | None) -> Any:

@@ -54,7 +54,7 @@ def write(
             naming("unchecked"), naming("template", words="goes with {}: shipped ones are always read back")
         )
     rendered = plan.write(
-        output, dialect, template=template, tool=tool, unchecked=unchecked, options=dict(settings or {})
+        output, dialect, template=template, tool=tool, unchecked=unchecked, settings=dict(settings or {})
     )
     return Written([output, *rendered.further_files(output)], [rendered.note])
 

@@ -13,6 +13,7 @@ from stepgauge.verbs.shared import FIGURES, CoverageFactor, File, OutputFile, Pl
 if TYPE_CHECKING:
     import pandas as pd
 
+    from stepgauge.files.stored import StoredResult
     from stepgauge.probes.angles import Angles
     from stepgauge.probes.directions_map import DirectionMap
     from stepgauge.probes.results import BenchResult, Compensated, Qualified, SpherePoints
@@ -264,7 +265,7 @@ def write_compensated(points: "Compensated", output: OutputFile, *, plot: Plot =
 def compensate_points(
     points: Points,
     *,
-    qualification: Annotated[File, Reads("FILE", short="q")],
+    qualification: Annotated["File | Qualified | StoredResult", Reads("FILE", short="q")],
     method: Annotated[str, OneOf("lobed", "mean")] = "lobed",
     on_sphere: Annotated[bool, Flag()] = False,
 ) -> "Compensated":
@@ -276,7 +277,8 @@ def compensate_points(
 
     Parameters
     ----------
-    qualification : what 'stepgauge probe qualify' found for this tip (a JSON file made with --tip-diameter)
+    qualification : of this tip, made with the diameter of its ball: what 'stepgauge probe qualify' wrote (JSON); in
+        Python also what qualify_probe gives
     method : correct for the pre-travel of each direction, or for its mean in all directions as controllers do (R_eff)
     on_sphere : the points lie on one sphere: report its diameter and form error for both methods
 
@@ -290,11 +292,10 @@ def compensate_points(
     """
     from stepgauge.files.tables import given_table
     from stepgauge.probes.files import read_points
-    from stepgauge.probes.qualification import read_qualification
-    from stepgauge.probes.results import compensated
+    from stepgauge.probes.results import compensated, given_qualification
 
-    probed, known = read_points(given_table(points)), read_qualification(qualification)
-    return compensated(probed, known, method, qualification, on_sphere)  # type: ignore[arg-type]
+    probed, (known, where) = read_points(given_table(points)), given_qualification(qualification)
+    return compensated(probed, known, method, where, on_sphere)  # type: ignore[arg-type]
 
 
 def write_bench(bench: "BenchResult", output: OutputFile, *, plot: Plot = None) -> list[Path]:

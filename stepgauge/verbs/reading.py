@@ -73,7 +73,8 @@ def read_result(path: File) -> Any:
     -------
     What the function named ``read_`` and its noun gives (evaluation, diagnosis, budget, gauge, machine, placement,
     recording, axis recording, probe map), equal to what was written; of any other verb a ``StoredResult`` with the same
-    ``summary()`` and ``to_frame()``, and ``values``, all that the file states.
+    ``summary()`` and ``to_frame()``, of a test by a standard the same ``decision``, and ``values``, all that the file
+    states.
 
     Raises
     ------
@@ -82,13 +83,17 @@ def read_result(path: File) -> Any:
     """
     from stepgauge.diagnosis.result import read_diagnosis
     from stepgauge.files.stored import read_stored, stored_kind
+    from stepgauge.reports.outcome import StoredTest
     from stepgauge.standards.budget_files import read_budget
 
     if Path(path).is_file() and Path(path).suffix.lower() != ".json":
         return _reader_of(Path(path))(path)
     kind, file = stored_kind(path)
     own = {"diagnosis": read_diagnosis, "budget": read_budget, "evaluation": read_evaluation}
-    return own[kind](file) if kind in own else read_stored(file)
+    if kind in own:
+        return own[kind](file)
+    stored = read_stored(file)
+    return StoredTest(stored.kind, stored.values) if stored.values.get("decision") else stored
 
 
 def _reader_of(path: Path) -> Callable[[Any], Any]:

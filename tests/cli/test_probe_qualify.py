@@ -88,7 +88,7 @@ def test_without_the_tip_there_is_a_radius_but_no_lobes(points, tmp_path):
     found = json.loads(out.read_text())
     assert found["lobes"] is None
     assert found["r_eff_mm"] == pytest.approx(2.0, abs=0.01)
-    assert "give --tip-diameter" in result.output
+    assert "not known without the diameter of the tip" in result.output
 
 
 def test_uncertainty_of_the_sphere_goes_into_the_radius(points, tmp_path):

@@ -31,6 +31,7 @@ from stepgauge.diagnosis.wording.phrases import Phrase, covariate_name, number, 
 from stepgauge.files.arrays import Array
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
+from stepgauge.inference.search import Progress
 from stepgauge.recording.simulated import is_simulated
 
 if TYPE_CHECKING:
@@ -78,7 +79,11 @@ class AxisDiagnosis(ComputedDiagnosis):
 
 
 def diagnose_axis(
-    recording: AxisRecording, without: Collection[str] = (), priors: Priors | None = None, kind: str | None = None
+    recording: AxisRecording,
+    without: Collection[str] = (),
+    priors: Priors | None = None,
+    kind: str | None = None,
+    progress: Progress | None = None,
 ) -> AxisDiagnosis:
     """What is behind the deviations of an axis; parameters as :func:`stepgauge.diagnosis.engine.diagnose`.
 
@@ -92,7 +97,7 @@ def diagnose_axis(
     absent = {*not_candidates(recording.sensor, recording.form, recording.units.axis == "rotary"), *without}
     if conditions.preventing:
         return AxisDiagnosis("insufficient", insufficient(data.residuals), data, conditions, (recording,))
-    found, searched = diagnose_with_search(data.residuals, absent, table.adapt(kinds))
+    found, searched = diagnose_with_search(data.residuals, absent, table.adapt(kinds), progress=progress)
     found = replace(found, unexplained=tuple(sorted(found.unexplained, key=lambda one: -one.probability)))
     probability = {} if searched is None else kind_probabilities(searched.answer, kinds, table)
     return AxisDiagnosis(found.verdict, found, data, conditions, (recording,), kinds=probability)
@@ -115,10 +120,11 @@ def diagnose_axes(
     without: Collection[str] = (),
     priors: Priors | None = None,
     kind: str | None = None,
+    progress: Progress | None = None,
 ) -> AxisDiagnosis:
     """Recordings of one axis together, as its settings up."""
     whole = recordings[0] if len(recordings) == 1 else join_axis_recordings(recordings)
-    return replace(diagnose_axis(whole, without, priors, kind), recordings=tuple(recordings))
+    return replace(diagnose_axis(whole, without, priors, kind, progress), recordings=tuple(recordings))
 
 
 def _rows(told: AxisDiagnosis) -> pd.DataFrame:

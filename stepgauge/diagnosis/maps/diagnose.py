@@ -36,6 +36,7 @@ from stepgauge.files.arrays import Array
 from stepgauge.files.config import read_toml
 from stepgauge.files.resources import find_data
 from stepgauge.inference.noise_models import OUTLYING
+from stepgauge.inference.search import Progress
 from stepgauge.probes.read import probe_table
 
 HALF_A_DIGIT = 0.5 + 1e-6
@@ -43,10 +44,12 @@ SIX_DIGITS = 5.1e-6
 """Relative resolution of six printed digits."""
 
 
-def judged_map(data: MapData, probe_path: str | Path, priors: Priors | None = None) -> MapDiagnosis:
+def judged_map(
+    data: MapData, probe_path: str | Path, priors: Priors | None = None, progress: Progress | None = None
+) -> MapDiagnosis:
     """The diagnosis of a map against a probe file, or the shipped one of that name."""
     table, where = read_probe_table(probe_path)
-    return replace(diagnose_map(MapModel(table, where, data), priors=priors), probe_path=where)
+    return replace(diagnose_map(MapModel(table, where, data), priors=priors, progress=progress), probe_path=where)
 
 
 def read_probe_table(probe_path: str | Path) -> tuple[dict[str, Any], str]:
@@ -61,7 +64,10 @@ def read_probe_table(probe_path: str | Path) -> tuple[dict[str, Any], str]:
 
 
 def diagnose_map(
-    model: MapModel, candidates: Sequence[ProbeChange] | None = None, priors: Priors | None = None
+    model: MapModel,
+    candidates: Sequence[ProbeChange] | None = None,
+    priors: Priors | None = None,
+    progress: Progress | None = None,
 ) -> MapDiagnosis:
     """The diagnosis of a map; without ``candidates`` all possible changes of the model of the probe are tried.
 
@@ -76,7 +82,7 @@ def diagnose_map(
         return _unchanged("adequate", model, scatter)
     if candidates is None:
         candidates = candidates_for(model.table, [m.name for m in model.data.measured])
-    return _diagnosis_of(stated_map(model, candidates, scatter, priors or shipped_priors()), scatter)
+    return _diagnosis_of(stated_map(model, candidates, scatter, priors or shipped_priors(), progress), scatter)
 
 
 def _reproduced(model: MapModel) -> bool:

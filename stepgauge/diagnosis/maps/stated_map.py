@@ -28,7 +28,7 @@ from stepgauge.inference.metric import Metric
 from stepgauge.inference.noise_models import OUTLYING
 from stepgauge.inference.posterior import Member, Posterior
 from stepgauge.inference.problem import Candidate
-from stepgauge.inference.search import Search
+from stepgauge.inference.search import Progress, Search
 
 PASSES = 4
 SETTLED = 0.1
@@ -93,12 +93,18 @@ class StatedMap:
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")
-def stated_map(model: MapModel, candidates: Sequence[ProbeChange], scatter: MapScatter, priors: Priors) -> StatedMap:
+def stated_map(
+    model: MapModel,
+    candidates: Sequence[ProbeChange],
+    scatter: MapScatter,
+    priors: Priors,
+    progress: Progress | None = None,
+) -> StatedMap:
     """What is stated of a map, with what the changes do together."""
     rows = MapRows(model, scatter.sigma)
     interaction = np.zeros(len(rows.um))
     for _ in range(PASSES):
-        search = Search(make_problem(rows, candidates, priors, interaction), priors.scatter)
+        search = Search(make_problem(rows, candidates, priors, interaction), priors.scatter, progress)
         found = _stated(rows, search, priors)
         sigma = _sigma(rows, found.state, scatter)
         change = np.array(sigma) / np.array(rows.sigma)

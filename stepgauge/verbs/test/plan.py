@@ -33,7 +33,7 @@ def write(
     tool : what the controller calls the probe (dmis, ippdme); default: PROBE in DMIS, StepGaugeProbe in I++ DME
     settings : how the control is set up where it differs from the usual ('stepgauge list dialects NAME')
     """
-    notes = planned.write(output, dialect, template=template, tool=tool, options=dict(settings or {}))
+    notes = planned.write(output, dialect, template=template, tool=tool, settings=dict(settings or {}))
     return Written([output], notes)
 
 
