@@ -33,7 +33,8 @@ ENGLISH = re.compile(
     r"\b(the|is|are|not|of|and|or|with|which|than|there|these|those|to|from|at|as|by|it|one|none|no|must|first|also)\b"
 )
 """Words of English sentences, and of none of the names, keys and values that fill gaps."""
-_JOINTS = ("; ", ": ", ", ", " (")
+_BRACKET = " ("
+_JOINTS = ("; ", ": ", ", ", _BRACKET)
 _PRINTED_POINT = re.compile(r"(?<![\w./:'\"-])([-+−]?\d+)\.(\d+)(?![\w'\"/]|\.\d)")
 _VECTOR = re.compile(r"(?<=\()[-−\d.]+(?:, [-−\d.]+)+(?=\))")
 _BETWEEN = re.compile(r"(?<=[\d%°CmKN]) (to|and|or) (?=[-−\d])")
@@ -235,6 +236,8 @@ def _translated(text: str, deep: int, whole: bool = True) -> str:
             [one for one, is_known in zip(joined, known, strict=True) if is_known is wanted] for wanted in (True, False)
         )
         ways = [*filled, *sure, *rest] if owned else [*sure, *filled, *rest]
+        named = [joint != _BRACKET and all(map(_is_named, parts)) for joint, parts in lists]
+        ways = [*(one for one, is_named in zip(joined, named, strict=True) if is_named), *ways]
     for way in ways:
         with suppress(UntranslatedError):
             return way()
@@ -246,6 +249,11 @@ def _translated(text: str, deep: int, whole: bool = True) -> str:
 def _is_part(text: str) -> bool:
     """Whether a part of a list is a message, or has no words at all."""
     return _known_words(text) >= OWN_SHARE * len(text) or not _WORD.search(text)
+
+
+def _is_named(text: str) -> bool:
+    """Whether a part of a list is a list of names that are known whole, or has no words."""
+    return not _WORD.search(text) or _list_of_names(text) is not None
 
 
 def _join(parts: Sequence[str], joint: str, deep: int, whole: bool) -> str:
