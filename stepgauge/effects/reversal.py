@@ -38,7 +38,7 @@ class ReversalError(Effect):
         "{axis} indicates {um} {um:more|less} when probed towards + than towards -: backlash, hysteresis of the"
         " drive, or a pre-travel that depends on the direction. The size of a block has this error.",
         "Drive {axis} to a dial gauge from both sides: if it does not differ, the cause is the probe.",
-        "Enter a backlash of {axis} ({axis:$160|$161|$162} of grblHAL, BACKLASH of LinuxCNC) {um:plus|minus}"
+        "Enter a backlash of {axis}{steps: ({axis:$160|$161|$162} of grblHAL, BACKLASH of LinuxCNC)|} {um:plus|minus}"
         " {um:±}; or adjust the drive, or qualify the probe.",
         german=Wording(
             "Umkehrspanne",
@@ -46,7 +46,7 @@ class ReversalError(Effect):
             " Antriebs oder ein richtungsabhängiger Vorlaufweg. Die Größe eines Blocks hat diesen Fehler.",
             "{axis} von beiden Seiten an eine Messuhr fahren: Zeigt sie keinen Unterschied, ist der Taster die"
             " Ursache.",
-            "Lose von {axis} ({axis:$160|$161|$162} von grblHAL, BACKLASH von LinuxCNC)"
+            "Lose von {axis}{steps: ({axis:$160|$161|$162} von grblHAL, BACKLASH von LinuxCNC)|}"
             " {um:plus|minus} {um:±}; oder den Antrieb einstellen, oder den Taster neu einmessen.",
         ),
     )

@@ -4,7 +4,8 @@ A template names parameters in braces: ``{ppm}`` is the magnitude with its unit,
 significant digits, ``{at_mm:=4}`` with its sign, ``{um:±}`` with its expanded uncertainty, ``{ppm:factor}`` the
 factor from true to indicated lengths with its own, ``{um:later|earlier}`` one of two, the first for a positive value or
 a text, ``{axis:$100|$101|$102}`` what belongs to an axis. They may hold names again:
-``{lag_s:, {lag_s:3} late|}``. ``{largest}`` is the largest displacement.
+``{lag_s:, {lag_s:3} late|}``. ``{largest}`` is the largest displacement, ``{steps:of steppers|of others}`` what is told
+of machines that are set by their steps.
 """
 
 from __future__ import annotations

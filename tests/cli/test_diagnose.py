@@ -101,7 +101,7 @@ def test_what_to_enter_is_told_with_its_number_and_no_other_verb_takes_a_diagnos
     ppm = diagnosis(tmp_path / "out")["effects"][0]["parameters"]["ppm"]["value"]
     assert f"found: 1: scale error x: {ppm:.0f}"[:-1] in said
     story = (tmp_path / "out" / "diagnosis.md").read_text(encoding="utf-8")
-    assert f"steps per mm of x ($100 of grbl, M92 of Marlin) times {1.0 + ppm * 1e-6:.6f}" in story
+    assert f"a linear correction of x that divides by {1.0 + ppm * 1e-6:.6f}" in story
     frame = read_diagnosis(tmp_path / "out").to_frame()
     assert (frame["rival_of"] == "scale_error_x").any()
     assert frame.groupby("effect")["probability"].first().sum() <= 1.0

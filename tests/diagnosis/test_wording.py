@@ -45,7 +45,7 @@ def test_every_kind_declares_all_its_words_in_both_languages(kind: str, of: str)
         assert gaps(getattr(english, part)) == gaps(getattr(german, part)), part
     effect = effect_kinds(every=True).get(kind)
     if effect is not None and of != "map":
-        known = {one.name for one in effect.parameters()} | {"largest", "aliases", "turns"}
+        known = {one.name for one in effect.parameters()} | {"largest", "aliases", "turns", "steps"}
         every = (text for one in (english, german) for text in (one.means, one.check, one.repair))
         assert set().union(*map(gaps, every)) <= known
 
@@ -127,10 +127,18 @@ def items(data: dict[str, Any]) -> dict[str, list[str]]:
     return {one["title"]: one["items"] for one in do_first(data, "de")["blocks"]}
 
 
-FACTOR = (
+FACTOR = "1: Eine lineare Korrektur von y, die durch 1,00002504 ± 0,00000040 (k = 2) teilt."
+STEPS = (
     "1: Schritte je mm von y ($101 von grbl, M92 von Marlin) mal 1,00002504 ± 0,00000040 (k = 2);"
-    " oder eine lineare Korrektur, die dadurch teilt."
+    " oder eine lineare Korrektur von y, die durch diese Zahl teilt."
 )
+
+
+@pytest.mark.parametrize(("kind", "repair"), [("machine tool", STEPS), ("cmm", FACTOR), (None, FACTOR)])
+def test_controllers_that_are_set_by_steps_are_named_for_machines_that_have_them(kind: str | None, repair: str) -> None:
+    """A coordinate measuring machine was told to set $100 of grbl."""
+    told = said("effects") | {"inputs": {"machine": {"kind": kind}}}
+    assert items(told)["Beheben"] == [repair]
 
 
 def test_a_verdict_and_what_to_do_first_in_german() -> None:

@@ -7,7 +7,7 @@ The words are those that its effect declares (:class:`stepgauge.effects.words.Wo
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -29,7 +29,7 @@ class Subject:
     """What was diagnosed: ``of`` a recording of a ``gauge``, of an ``axis`` by itself, or the ``map`` of a probe.
 
     ``position``, ``deviation``: the units in which it is told; ``form``: of an axis, ``axis``, ``spot`` or
-    ``distances``; ``both_ways``: whether it was read in both directions of travel.
+    ``distances``; ``both_ways``: whether it was read in both directions of travel; ``machine``: the kind of machine.
     """
 
     of: str = "gauge"
@@ -37,6 +37,7 @@ class Subject:
     deviation: str = "um"
     form: str = ""
     both_ways: bool = True
+    machine: str = ""
 
     def key(self, name: str) -> str:
         """The name of a number in the user's units: ``period_mm`` as ``period_deg``."""
@@ -45,6 +46,8 @@ class Subject:
 
 
 GAUGE, MAP = Subject(), Subject("map")
+STEPPERS = ("machine tool", "printer")
+"""Kinds of machines whose controllers are set by steps per mm and a backlash."""
 
 
 def subject(said: Said) -> Subject:
@@ -53,7 +56,8 @@ def subject(said: Said) -> Subject:
         axis = said["axis"]
         ways = bool(axis["both_ways"]) and axis["form"] == "axis"
         return Subject("axis", axis["unit"], axis["deviation_unit"], axis["form"], ways)
-    return MAP if "map" in said["inputs"] else GAUGE
+    inputs = said["inputs"]
+    return MAP if "map" in inputs else replace(GAUGE, machine=inputs.get("machine", {}).get("kind") or "")
 
 
 def words_of(kind: str, of: str = "gauge", language: str = "en") -> Wording:
@@ -170,6 +174,7 @@ def _values(one: Said, at: Subject, language: str) -> dict[str, Said]:
     sure = [name for name, p in stated.items() if p.get("u") and is_determined(p)]
     values["determined"] = {"value": listed([name_of(name) for name in sure])}
     values["turns"] = {"value": _turns(values, language) if at.position == "deg" else None}
+    values["steps"] = {"value": at.machine in STEPPERS}
     values["aliases"] = {"value": bool(one.get("aliases"))}
     values["largest"] = {"value": one.get(at.key("largest_um")), "unit": at.deviation}
     return values
