@@ -6,6 +6,7 @@ reference face and with its own expanded uncertainty.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -25,7 +26,7 @@ from stepgauge.machine.file import Machine, check_recorded
 from stepgauge.standards.mpe import Mpe
 
 if TYPE_CHECKING:
-    from stepgauge.standards.budget_files import StoredBudget
+    from stepgauge.standards.budget_files import StoredBudget, StoredSource
 
 SHORT: Mapping[Outcome, str] = {
     "conforms": "pass",
@@ -55,13 +56,55 @@ class FaceDecision:
 
 
 @dataclass(frozen=True)
+class NeededUncertainty:
+    """The face that is farthest from a decision, and what its largest source must become so that there is one.
+
+    ``expanded_um``: its U; ``needed_um``: the U from which it is decided; ``source``: the largest one, with its
+    standard uncertainty ``u_um``; ``allowed_um``: the largest that decides with the others as they are, None where the
+    others alone are too large.
+    """
+
+    face: int
+    expanded_um: float
+    needed_um: float
+    source: StoredSource
+    u_um: float
+    allowed_um: float | None
+
+    @property
+    def text(self) -> str:
+        """What decides, in words."""
+        said = f"at face {self.face} U is {self.expanded_um:.2g} um, and {self.needed_um:.2g} um decides"
+        largest = f"the largest source is {self.source.label} with u = {self.u_um:.2g} um"
+        if self.allowed_um is None:
+            return f"{said}; {largest}, without which U would still be too large"
+        return f"{said}; {largest}, which must be below {self.allowed_um:.2g} um"
+
+
+def _needed(face: FaceDecision, budget: StoredBudget) -> NeededUncertainty | None:
+    line = budget.find("xf" if face.face % 2 else "xb", face.placement, face.face)
+    if line is None or not line.contributions_um:
+        return None
+    source, largest = max(line.contributions_um.items(), key=lambda one: abs(one[1]))
+    needed_um = abs(face.limit_um - abs(face.error_um))
+    left = (needed_um / line.k) ** 2 - (line.u_um**2 - largest**2)
+    stated = next(one for one in budget.sources if one.name == source)
+    allowed_um = math.sqrt(left) if left > 0.0 else None
+    return NeededUncertainty(face.face, line.expanded_um, needed_um, stated, abs(largest), allowed_um)
+
+
+@dataclass(frozen=True)
 class Conformity:
-    """The decision on every face that was probed; ``missing``: what U lacks; ``prevented``: why none is made."""
+    """The decision on every face that was probed; ``missing``: what U lacks; ``prevented``: why none is made.
+
+    ``needed``: what would decide where an error lies within U of its limit.
+    """
 
     mpe: Mpe
     faces: tuple[FaceDecision, ...]
     missing: tuple[str, ...]
     prevented: str
+    needed: NeededUncertainty | None = None
 
     @property
     def outcome(self) -> Outcome:
@@ -78,7 +121,8 @@ class Conformity:
         faces = [(f"placement {one.placement}, face {one.face}", one.outcome) for one in self.faces]
         beyond = sum(abs(one.error_um) > one.limit_um for one in self.faces)
         text = f"{self.text} {beyond} of {len(self.faces)} errors are beyond the limit." if self.missing else self.text
-        lacking = f"U lacks {'; '.join(self.missing)}" if self.missing else "an error lies within U of its limit"
+        near = "an error lies within U of its limit" + (f": {self.needed.text}" if self.needed else "")
+        lacking = f"U lacks {'; '.join(self.missing)}" if self.missing else near
         reason = {"no statement": self.prevented, "not decidable": lacking}.get(self.outcome, "")
         return ConformityDecision(self.outcome, text, reason, tuple(faces))
 
@@ -145,7 +189,10 @@ def conformity(evaluation: Mapping[str, Any], budget: StoredBudget | None, mpe: 
         for placed in evaluation["placements"]
         for row, length in _probed(placed["faces"])
     )
-    return Conformity(mpe, faces, missing, conditions.no_statement)
+    near = [one for one in faces if one.outcome == "not decidable" and not missing]
+    needed = [found for one in near if budget is not None and (found := _needed(one, budget)) is not None]
+    farthest = min(needed, key=lambda one: one.needed_um / one.expanded_um, default=None)
+    return Conformity(mpe, faces, missing, conditions.no_statement, farthest)
 
 
 def _probed(rows: list[dict[str, Any]]) -> list[tuple[dict[str, Any], float]]:

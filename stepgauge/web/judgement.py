@@ -11,9 +11,11 @@ from stepgauge.web.texts import Words
 
 if TYPE_CHECKING:
     from stepgauge.standards.budget_files import StoredBudget
-    from stepgauge.standards.conformity import Conformity
+    from stepgauge.standards.conformity import Conformity, NeededUncertainty
 
 
+STATED_IN = {"gauge": "gauge file", "machine": "machine file", "plan": "recording", "locate": "placement file"}
+"""The pages on which a source is stated, or made smaller, by the file that its ``stated_by`` names."""
 LOOK = {"conforms": "good", "does not conform": "error", "not decidable": "warning", "no statement": "warning"}
 """How a decision is shown."""
 
@@ -37,12 +39,25 @@ def verdict(words: Words, judged: Conformity, has_budget: bool) -> dict[str, Any
     if judged.missing and not judged.prevented:
         lacking = words("result.lacking", what=", ".join(source_name(words, one) for one in judged.missing))
         lines.append(lacking if has_budget else words("result.compute_first"))
-    if judged.outcome == "not decidable" and not judged.missing:
-        lines.append(words("result.undecidable_how"))
+    there: tuple[str, ...] = ("machine", "gauge") if judged.missing and has_budget else ()
+    if judged.needed is not None:
+        lines.append(_needed(words, judged.needed))
+        there = tuple(page for page, file in STATED_IN.items() if file in judged.needed.source.stated_by)
     probabilities = [one.probability for one in judged.faces if one.probability is not None]
     if probabilities and judged.outcome != "no statement":
         lines.append(words("result.probability", least=words.number(100 * min(probabilities), 1)))
-    return {"look": LOOK[judged.outcome], "word": words(f"outcome.{key_of(judged.outcome)}"), "lines": lines}
+    look, word = LOOK[judged.outcome], words(f"outcome.{key_of(judged.outcome)}")
+    return {"look": look, "word": word, "lines": lines, "there": there}
+
+
+def _needed(words: Words, needed: NeededUncertainty) -> str:
+    """What must become smaller so that an error within U of its limit is decided."""
+    numbers = {"u": needed.u_um, "expanded": needed.expanded_um, "needed": needed.needed_um}
+    said = {name: words.number(um) for name, um in numbers.items()}
+    said["source"] = source_name(words, needed.source.label)
+    if needed.allowed_um is None:
+        return words("result.undecidable_even_without", face=needed.face, **said)
+    return words("result.undecidable_how", face=needed.face, allowed=words.number(needed.allowed_um), **said)
 
 
 def source_name(words: Words, what: str) -> str:

@@ -8,6 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepgauge.conditions.decision import conformity_probability, decide, together
+from stepgauge.standards.conformity import conformity
+from stepgauge.standards.mpe import Mpe
+from tests.dcc.made import evaluated
 
 POSITIVE = st.floats(0.01, 100.0)
 
@@ -54,3 +57,27 @@ def test_one_that_does_not_conform_decides() -> None:
     assert together(["conforms", "not decidable", "does not conform"]) == "does not conform"
     assert together(["conforms", "not decidable"]) == "not decidable"
     assert together(["conforms", "conforms"]) == "conforms"
+
+
+@pytest.mark.parametrize("mpe_um", [0.6, 0.8, 1.0, 1.2])
+def test_what_decides_is_what_the_largest_source_must_become(mpe_um: float) -> None:
+    """More cycles were advised, whatever the largest source was."""
+    evaluation, budget = evaluated(1)
+    budget = budget.model_copy(update={"not_included": []})
+    judged = conformity(evaluation, budget, Mpe.parse(str(mpe_um)))
+    needed = judged.needed
+    assert judged.outcome == "not decidable"
+    assert needed is not None
+    assert needed.text in judged.decision.reason
+    face = judged.of(1, needed.face)
+    line = budget.find("xf" if needed.face % 2 else "xb", 1, needed.face)
+    assert face is not None
+    assert line is not None
+    assert needed.u_um == max(line.contributions_um.values())
+    others = line.u_um**2 - needed.u_um**2
+    if needed.allowed_um is None:
+        assert decide(face.error_um, face.limit_um, line.k * np.sqrt(others)) == "not decidable"
+    else:
+        for share, decided in ((0.99, True), (1.01, False)):
+            expanded_um = line.k * np.sqrt(others + (share * needed.allowed_um) ** 2)
+            assert (decide(face.error_um, face.limit_um, expanded_um) != "not decidable") is decided

@@ -6,6 +6,7 @@ import json
 import re
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from starlette.requests import Request
 import stepgauge as sg
 from stepgauge.cli import main
 from stepgauge.evaluation.evaluate import evaluate
-from stepgauge.standards.budget_files import StoredGap, write_budget
+from stepgauge.standards.budget_files import StoredGap, StoredLine, write_budget
 from stepgauge.standards.budget_given import stated_with
 from stepgauge.standards.conformity import conformity
 from stepgauge.standards.mpe import Mpe
@@ -69,12 +70,15 @@ def test_the_chart_has_the_limit_as_the_data_sheet_gives_it(folder: Path) -> Non
         assert below["y"] == [-one for one in above["y"]]
 
 
+def smaller(line: StoredLine) -> dict[str, Any]:
+    contributions = {name: um / 9 for name, um in line.contributions_um.items()}
+    return {"u_um": line.u_um / 9, "expanded_um": line.expanded_um / 9, "contributions_um": contributions}
+
+
 def budget(folder: Path, gaps: list[str]) -> None:
     """A budget of the evaluation with a U that is small against 30 um."""
     found = evaluated(1)[1]
-    sure = [
-        one.model_copy(update={"u_um": one.u_um / 9, "expanded_um": one.expanded_um / 9}) for one in found.quantities
-    ]
+    sure = [one.model_copy(update=smaller(one)) for one in found.quantities]
     left = [StoredGap(what=gap, state_by="-") for gap in gaps]
     where = folder / f"results/budget-{len(gaps)}"
     where.mkdir()
@@ -82,9 +86,14 @@ def budget(folder: Path, gaps: list[str]) -> None:
     write_budget(where, found.model_copy(update={"quantities": sure, "not_included": left, "given": given}))
 
 
-def page(folder: Path) -> str:
+def page(folder: Path, language: str = "en") -> str:
     app = make_app(Site(folder, VERBS, 1, "-"))
-    scope = {"type": "http", "app": app, "headers": [], "query_string": b"evaluation=results/evaluation"}
+    scope = {
+        "type": "http",
+        "app": app,
+        "headers": [(b"accept-language", language.encode())],
+        "query_string": b"evaluation=results/evaluation",
+    }
     return bytes(errors(Request({**scope, "method": "GET", "path": "/result/errors"})).body).decode()
 
 
@@ -101,6 +110,21 @@ def test_the_page_decides_as_the_report_does(folder: Path, mpe: str, gaps: list[
     judged = conformity(evaluated(1)[0], None, Mpe.parse(mpe))
     assert shown.count("</td></tr>") >= len(judged.faces) > 0
     assert f"<td>{word}</td></tr>" in shown
+
+
+@pytest.mark.parametrize(
+    ("language", "said"), [("en", "The largest source is"), ("de", "Der größte Beitrag kommt von")]
+)
+def test_what_would_decide_is_the_largest_source_with_the_page_where_it_is_made_smaller(
+    folder: Path, language: str, said: str
+) -> None:
+    """More cycles were advised, whatever was the largest."""
+    limit(folder, "0.6")
+    budget(folder, [])
+    shown = page(folder, language)
+    assert said in shown
+    assert {"en": "the repeatability", "de": "die Wiederholbarkeit"}[language] in shown
+    assert 'class="button" href="/plan"' in shown
 
 
 def test_of_two_budgets_the_complete_one_counts(folder: Path) -> None:
