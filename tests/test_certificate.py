@@ -437,7 +437,7 @@ def test_the_range_names_the_faces_that_have_a_mean_error() -> None:
     evaluation, _ = evaluated(1)
     row = next(row for row in result_table(evaluation, None).rows if row[0] == "Range of the mean error XM")
     known = [one["face"] for one in evaluation["placements"][0]["faces"] if one["xm_um"] is not None]
-    assert row[1].startswith(f"faces {known[0]} to {known[-1]}, of 110.0 mm")
+    assert row[1].startswith(f"faces {known[0]} to {known[-1]}, of 90.0 mm")
     assert known[0] > 1
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -127,6 +127,12 @@ def face_rows(result: PlacementResult) -> list[dict[str, Any]]:
         }
         for i, face in enumerate(result.face)
     ]
+
+
+def mean_error_extent(rows: Sequence[Mapping[str, Any]]) -> tuple[tuple[int, int] | None, float]:
+    """First and last of the faces (:func:`face_rows`) with a mean error XM, None without any; their distance in mm."""
+    found = [(int(row["face"]), float(row["nominal_mm"])) for row in rows if row["xm_um"] is not None]
+    return ((found[0][0], found[-1][0]), found[-1][1] - found[0][1]) if found else (None, 0.0)
 
 
 def face_frame(evaluation: Evaluation) -> pd.DataFrame:

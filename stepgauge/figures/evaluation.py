@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from stepgauge.evaluation.evaluate import Evaluation
-from stepgauge.evaluation.files import face_rows
+from stepgauge.evaluation.files import face_rows, mean_error_extent
 from stepgauge.figures.faces import POSITION_LABEL, column
 from stepgauge.figures.style import COLORS, CYCLE, add_legend, draw_dimension, figure_style, new_figure
 from stepgauge.files.arrays import Array
@@ -98,8 +98,8 @@ def _reference_mm(rows: Sequence[Mapping[str, Any]]) -> float:
 
 def describe(placement: Mapping[str, Any]) -> str:
     """Content of the figure in a sentence: its caption and alternative text."""
-    said = [f"range of the mean error {_um(placement['band_um'])} over {placement['span_mm']:.1f} mm"]
     rows, worst = placement["faces"], placement["worst_two_sigma_um"]
+    said = [f"range of the mean error {_um(placement['band_um'])} over {mean_error_extent(rows)[1]:.1f} mm"]
     if worst is None:
         said.append("2s undefined (no face was probed twice)")
     else:

@@ -58,7 +58,9 @@ class Imported(Summarized):
         found = self.settled()
         if isinstance(found, AxisRecording):
             return f"{len(found)} readings"
-        return f"{len(found)} probings, placement {', '.join(map(str, found.placements))}"
+        if len(found.placements) == 1:  # its number says nothing alone, and is the same in every file
+            return f"{len(found)} probings"
+        return f"{len(found)} probings, placements {', '.join(map(str, found.placements))}"
 
     def write(self, path: str | Path) -> None:
         """Write the recording as CSV; errors as :meth:`settled`."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from stepgauge.conditions import stored_conditions
+from stepgauge.evaluation.files import mean_error_extent
 from stepgauge.files.notation import UNDEFINED, make_sentence, quantity, uncertain
 from stepgauge.machine.file import Machine
 from stepgauge.reports.page import PrintedTable, TableColumn
@@ -37,10 +38,9 @@ def _rows(result: dict[str, Any], budget: StoredBudget | None, several: bool) ->
     cycles = f"{most} cycles" if fewest == most else f"{fewest} to {most} cycles"
     lines = [_error(result, name, budget) for name in NAMES]
     lines.append(_radius(result, budget))
-    mean = [row["face"] for row in rows if row["xm_um"] is not None]
-    ends = f"faces {mean[0]} to {mean[-1]}" if mean else "no face"
-    span = f"{ends}, of {quantity(result['span_mm'], 1, 'mm')}"
-    lines.append(["Range of the mean error XM", span, quantity(result["band_um"], 2, "µm"), UNDEFINED, UNDEFINED])
+    ends, length_mm = mean_error_extent(rows)
+    extent = f"faces {ends[0]} to {ends[1]}, of {quantity(length_mm, 1, 'mm')}" if ends else "no face"
+    lines.append(["Range of the mean error XM", extent, quantity(result["band_um"], 2, "µm"), UNDEFINED, UNDEFINED])
     two_s = quantity(result["worst_two_sigma_um"], 2, "µm")
     lines.append(["Largest 2s of a face", cycles, two_s, UNDEFINED, UNDEFINED])
     return [[head + line[0], *line[1:]] for line in lines]

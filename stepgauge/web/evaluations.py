@@ -58,6 +58,71 @@ def recording_files(site: Site) -> list[str]:
     return [str(path.relative_to(site.folder)) for path in there]
 
 
+@dataclass(frozen=True)
+class RecordingChoice:
+    """A recording that may be diagnosed with others; ``said``: when, how warm; ``ticked``: by default it is."""
+
+    name: str
+    said: str
+    ticked: bool
+
+
+def recording_choices(site: Site, asked: Sequence[str] = ()) -> list[RecordingChoice]:
+    """The recordings of the project; without any asked the newest is.
+
+    Ticked are those of the same gauge and machine, under the same conditions and of the same day as the first that is
+    asked: placements of one machine in one state. So are those for which it was planned as the next measurement.
+    """
+    newest = sorted(recording_files(site), key=lambda one: -(site.folder / one).stat().st_mtime)[:MOST_LISTED]
+    asked = list(asked) or newest[:1]
+    names = dict.fromkeys([*asked, *newest])
+    found = {name: _conditions(str(site.folder / name), stamps(site.folder / name)) for name in names}
+    first = found.get(asked[0]) if asked else None
+    planned = _planned_for(site, asked[0]) if first else set()
+    choices = []
+    for name, own in found.items():
+        alike = bool(first and own and own[:-2] == first[:-2] and (own[-2] == first[-2] or name in planned))
+        choices.append(RecordingChoice(name, ", ".join(own[-2:]) if own else "", name in asked or alike))
+    return choices
+
+
+@lru_cache(MOST_LISTED)
+def _conditions(path: str, _: tuple[Stamp, ...]) -> tuple[str, ...] | None:
+    """What recordings of one state of a machine have in common, then the day and how warm the gauge was.
+
+    None for what cannot be read, and for a recording of one axis.
+    """
+    from stepgauge.recording import read_recording
+    from stepgauge.recording.conventions import KEY
+    from stepgauge.recording.simulated import is_simulated
+
+    try:
+        one = read_recording(path)
+    except InputError:
+        return None
+    said = [one.comments.get(key, "") for key in ("gauge", "gauge_serial", "machine", KEY)]
+    warm = [name for name in one.columns if name.endswith("_C")]
+    mean_C = one.columns["gauge_temperature_C"].mean() if "gauge_temperature_C" in one.columns else math.nan
+    day = one.comments.get("measured_at", "")[:10]
+    return (*said, str(is_simulated(one.comments)), *warm, day, "" if math.isnan(mean_C) else f"{mean_C:.1f} °C")
+
+
+def _planned_for(site: Site, name: str) -> set[str]:
+    """The recordings of diagnoses whose next measurement was planned before this recording came, and not in them."""
+    came, found = (site.folder / name).stat().st_mtime, set[str]()
+    for path in files_named(site, "diagnosis.json"):
+        try:
+            said = json.loads(path.read_text("utf-8"))
+            made_from = [str(one["path"]) for one in said["inputs"].get("recordings", ())]
+            programs = [command.split()[-1] for one in said["effects"] for command in one["commands"]]
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            continue
+        written = [place.stat().st_mtime for one in programs if (place := site.folder / one).is_file()]
+        if name not in made_from and any(moment <= came for moment in written):
+            found |= set(made_from)
+    return found
+
+
 def evaluation_file(site: Site, name: str) -> Path:
     """The file of an evaluation, as one would type it."""
     return existing(site.folder, f"{name}/evaluation.json").relative_to(site.folder)
@@ -200,6 +265,14 @@ def recordings_and_gauge(site: Site, name: str) -> tuple[list[Path], str]:
         return recordings, str(gauge_of(data, place))
     except InputError:  # written by a program that said nothing of its gauge; whether it is this one is checked
         return recordings, site.stated("gauge")
+
+
+def evaluation_choices(site: Site, name: str) -> list[RecordingChoice]:
+    """What may be diagnosed of an evaluation; nothing where its recordings are not there any more."""
+    try:
+        return recording_choices(site, recording_names(site, name, with_inputs=False))
+    except InputError:
+        return []
 
 
 def recording_names(site: Site, name: str, with_inputs: bool = True) -> list[str]:

@@ -14,8 +14,20 @@ if TYPE_CHECKING:
     from stepgauge.standards.conformity import Conformity, NeededUncertainty
 
 
-STATED_IN = {"gauge": "gauge file", "machine": "machine file", "plan": "recording", "locate": "placement file"}
-"""The pages on which a source is stated, or made smaller, by the file that its ``stated_by`` names."""
+STATED_AT: Mapping[str, str] = {
+    "certificate": "gauge#table",
+    "gauge.expansion_per_K": "gauge#expansion_uncertainty_per_K",
+    "drift of the gauge": "gauge#drift_um_per_m_per_year",
+    "gauge temperature": "machine#u_gauge_temperature_K",
+    "machine.temperature_C": "machine#u_scale_temperature_K",
+    "machine.scale_expansion_per_K": "machine#u_scale_expansion_per_K",
+    "probing": "machine#u_probing_um",
+    "resolution": "machine#resolution_um",
+    "temperature convention of the readings": "machine#temperature_convention",
+    "alignment": "locate#points",
+    "repeatability": "plan#cycles",
+}
+"""Page and field where a source of uncertainty is stated, or made smaller."""
 LOOK = {"conforms": "good", "does not conform": "error", "not decidable": "warning", "no statement": "warning"}
 """How a decision is shown."""
 
@@ -42,7 +54,7 @@ def verdict(words: Words, judged: Conformity, has_budget: bool) -> dict[str, Any
     there: tuple[str, ...] = ("machine", "gauge") if judged.missing and has_budget else ()
     if judged.needed is not None:
         lines.append(_needed(words, judged.needed))
-        there = tuple(page for page, file in STATED_IN.items() if file in judged.needed.source.stated_by)
+        there = (STATED_AT.get(judged.needed.source.name, "machine"),)
     probabilities = [one.probability for one in judged.faces if one.probability is not None]
     if probabilities and judged.outcome != "no statement":
         lines.append(words("result.probability", least=words.number(100 * min(probabilities), 1)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Iterable
 from functools import cache
 from itertools import takewhile
 from typing import TYPE_CHECKING, Any
@@ -21,7 +22,13 @@ _HINT = re.compile(r"; | \(")
 _ROW_OF = re.compile(r":\d+$")
 _UP = re.compile(r"(?:\.\./)+")
 _OPTION = re.compile(r"--([a-z][a-z0-9-]*)")
-_TICKED = re.compile(r"\b([a-z]\w*) = true in \[\w+\]")
+_STATED = re.compile(
+    r"\b([a-z]\w*) = (\"[^\"]*\"(?: (?:or|oder) \"[^\"]*\")*|\[[^\]]*\]|[^\s,;()]+) (?:in|unter) \[{1,2}\w+\]{1,2}"
+)
+"""A line of a file, with its table."""
+_TABLE = re.compile(r"(?:\b[Tt]ab(?:le|elle) )?\[{1,2}([a-z]+)\]{1,2}( (?=[a-z]+_[a-z]))?")
+_NOT_OF_A_PAGE = re.compile(r" \(the command below\)|,? (?:and another file|und eine andere Datei)\b")
+"""What only somebody at the command line can do."""
 _KEY = re.compile(
     r"(?<![\w./'\"=\[-])(?:(?:machine|probe|gauge|certificate|uncertainty)\.([a-z]\w*)|([a-z]+(?:_[A-Za-z]+)+))"
     r"(?![\w/'\"=\]]|\.\w)"
@@ -77,8 +84,16 @@ class Words:
             return f"{self(f'certificate_part.{table}')} – {own}" if with_part else own
         plain = _plain(name)
         keys = (f"field.{name}", f"field.{plain}", f"wrong.{name}", f"quantity.{name}", f"nav.{name}")
-        key = next((one for one in keys if self.has(one)), "")
-        return self(key) if key else plain.replace("_", " ")
+        return self._first(keys) or plain.replace("_", " ")
+
+    def hint(self, name: str) -> str:
+        """Where a person finds what a field asks for; nothing where that is plain."""
+        table, _, key = name.rpartition(".")
+        return self._first((f"hint.{table}_{key}", f"hint.{key}", f"hint.{_plain(key)}"))
+
+    def _first(self, keys: Iterable[str]) -> str:
+        """The first of these texts that there is."""
+        return next((self(one) for one in keys if self.has(one)), "")
 
     def effect(self, label: str) -> str:
         """An effect by its kind, or by its label, which has its choices behind the kind: ``scale_error_x``."""
@@ -137,11 +152,25 @@ class Words:
     def plain(self, text: str) -> str:
         """A text of the program for somebody who sees fields and pages: no command, option, key or way up a folder."""
         text = _UP.sub("", text.removeprefix("stepgauge: error: ")).replace(f"{os.getcwd()}/", "")
-        text = text.replace(" (the command below)", "")
-        text = _TICKED.sub(lambda found: self("page.ticked", field=self.label(found[1])), text)
+        text = _STATED.sub(self._stated, _NOT_OF_A_PAGE.sub("", text))
+        text = _TABLE.sub(self._part_of, text)
         text = _COMMAND.sub(self._page_of, text)
         text = _OPTION.sub(lambda found: self._short_label(found[1].replace("-", "_")), text)
         return print_units(_KEY.sub(self._field_of, text))
+
+    def _stated(self, line: re.Match[str]) -> str:
+        """A field of the page with what it is to have, for a line of a file."""
+        field = self._short_label(line[1])
+        return (
+            self("page.ticked", field=field) if line[2] == "true" else f"{self('page.field', field=field)}: {line[2]}"
+        )
+
+    def _part_of(self, table: re.Match[str]) -> str:
+        """The part of a form for a table of a file; nothing before the name of a key, which has its own."""
+        if table[2]:
+            return ""
+        key = next((key for key in (f"certificate_part.{table[1]}", f"nav.{table[1]}") if self.has(key)), "")
+        return self("page.field", field=self(key)) if key else table[0]
 
     def _field_of(self, key: re.Match[str]) -> str:
         """The field of the page for a key of a file; the key where there is none."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import stepgauge as sg
 from stepgauge.files.text import write_json
 from stepgauge.web.pages import diagnosis
 from tests.conftest import ROOT
+from tests.dcc.made import one_recording
 from tests.diagnosis.test_files import said as said_of
 from tests.web.conftest import Asked, Served, make_project
 from tests.web.test_run import post
@@ -66,6 +68,35 @@ def test_causes_that_stand_for_a_finding_together_have_a_row_and_a_probability(t
     assert body.count("/diagnosis/without") == 2
 
 
+def test_placements_of_one_state_are_diagnosed_together_by_default(tmp_path: Path) -> None:
+    """The recording that a diagnosis had planned was diagnosed alone, and could not tell its rivals apart."""
+    folder = make_project(tmp_path / "project")
+    days = {
+        "first": "2026-05-04",
+        "old": "2026-03-01",
+        "other": "2026-05-04",
+        "planned": "2026-05-05",
+        "same": "2026-05-05",
+    }
+    for number, (name, day) in enumerate(days.items()):
+        made = one_recording().assign_comments(measured_at=day, gauge_serial="B" if name == "other" else "A")
+        made.write(folder / f"recordings/{name}.csv")
+        os.utime(folder / f"recordings/{name}.csv", (1000 + 10 * number,) * 2)
+    (folder / "results/first").mkdir(parents=True)
+    (folder / "results/first/separate-1.dmi").write_text("")
+    os.utime(folder / "results/first/separate-1.dmi", (1025, 1025))
+    data = said_of("scale")
+    data["inputs"]["recordings"] = [{"path": "recordings/first.csv", "sha256": ""}]
+    data["effects"][0]["commands"] = ["stepgauge plan next.toml -o results/first/separate-1.dmi"]
+    write_json(folder / "results/first/diagnosis.json", data)
+    shown = Asked(folder).get(diagnosis.show, recording="recordings/planned.csv")
+    ticked = {name for name in days if f'value="recordings/{name}.csv" checked' in shown}
+    assert ticked == {"first", "planned", "same"}
+    assert 'value="recordings/old.csv">' in shown
+    assert "2026-03-01" in shown
+    assert "Made from: Placement 1: recordings/first.csv" in shown or "Made from: recordings/first.csv" in shown
+
+
 def test_one_that_cannot_be_read_leaves_the_page_on_which_another_is_made(tmp_path: Path) -> None:
     folder = make_project(tmp_path / "project")
     data = said_of("scale")
@@ -75,5 +106,5 @@ def test_one_that_cannot_be_read_leaves_the_page_on_which_another_is_made(tmp_pa
     shown = Asked(folder).get(diagnosis.show)
     assert 'role="alert"' in shown
     assert "the page Diagnosis" not in shown
-    assert "recordings/one.csv</option>" in shown
+    assert 'value="recordings/one.csv" checked' in shown
     assert "Diagnose</button>" in shown

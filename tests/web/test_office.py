@@ -114,7 +114,7 @@ def test_the_history_leads_to_a_run_and_the_probe_has_a_body(office: Path, watch
     with Served(office) as server:
         page.goto(f"{server.address}/history")
         page.get_by_text("Limits", exact=True).click()
-        page.get_by_label("Largest 2s").fill("0.01")
+        page.get_by_label("Largest repeatability 2s").fill("0.01")
         page.get_by_text("beyond the limit 0.01").first.wait_for()
         page.locator("#history [data-ready]").wait_for()
         is_readable(watched)

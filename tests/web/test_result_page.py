@@ -124,7 +124,7 @@ def test_what_would_decide_is_the_largest_source_with_the_page_where_it_is_made_
     shown = page(folder, language)
     assert said in shown
     assert {"en": "the repeatability", "de": "die Wiederholbarkeit"}[language] in shown
-    assert 'class="button" href="/plan"' in shown
+    assert 'class="button" href="/plan#cycles"' in shown
 
 
 def test_of_two_budgets_the_complete_one_counts(folder: Path) -> None:
@@ -150,7 +150,7 @@ def test_the_limit_of_another_machine_and_a_wrong_one_decide_nothing(folder: Pat
     limit(folder, "nothing")
     shown = page(folder)
     assert "this is no maximum permissible error" in shown
-    assert "Range of XM" in shown
+    assert "Range of the mean error XM" in shown
     of_machine(folder, "25", "Another ")
     shown = page(folder)
     assert "Undecidable:" in shown
@@ -205,3 +205,27 @@ def test_another_placement_does_not_replace_that_of_readings_that_were_taken(fol
     assert (folder / "placement.toml").read_bytes() == before
     assert 'placement = "placement-2.toml"' in (folder / "stepgauge.toml").read_text("utf-8")
     assert placement_words(site, "results/evaluation") == ["--placement", "placement.toml"]
+
+
+def advised(folder: Path, **um: float) -> str:
+    """The page where every error has this budget, and the hardest needs U = 0.8 um at most."""
+    found = evaluated(1)[1]
+    u = float(np.hypot.reduce([*um.values()]))
+    lines = [
+        one.model_copy(update={"u_um": u, "expanded_um": 2 * u, "k": 2.0, "contributions_um": um})
+        for one in found.quantities
+    ]
+    where = folder / "results/budget-advice"
+    where.mkdir(exist_ok=True)
+    given = stated_with(sg.read_gauge(folder / "gauge/step-gauge-420.toml"), sg.read_machine(folder / MACHINE), [])
+    write_budget(where, found.model_copy(update={"quantities": lines, "not_included": [], "given": given}))
+    worst = max(abs(one.error_um) for one in conformity(evaluated(1)[0], None, Mpe.parse("30")).faces)
+    limit(folder, f"{worst + 0.8:.6f}")
+    return page(folder)
+
+
+def test_what_is_undecidable_is_led_to_the_largest_contribution_and_how_far_it_must_fall(folder: Path) -> None:
+    """It advised more cycles, whatever the budget said."""
+    shown = advised(folder, **{"gauge temperature": 0.5, "repeatability": 0.1, "certificate": 0.1})
+    assert 'href="/machine#u_gauge_temperature_K"' in shown
+    assert "cycles" not in shown.split("verdict")[1].split("</div>")[0]

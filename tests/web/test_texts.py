@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import stepgauge.web
-from stepgauge.languages.messages import LANGUAGES
+from stepgauge.languages.messages import LANGUAGES, read_german
 from stepgauge.languages.messages import texts as catalogue
-from stepgauge.web.pages import NAVIGATION
+from stepgauge.web.pages import NAVIGATION, gauge, machine
 from stepgauge.web.render import json_answer, stated_on
 from stepgauge.web.texts import Words, best_language
 
@@ -33,7 +33,7 @@ FAMILIES = tuple(
             "source",
         ),
         *("face_role", "machine_kind", "condition", "condition_state", "outcome", "report_said"),
-        *("certificate_part", "field", "error_name", "open_source", "open_source_from", "quantity", "probe_value"),
+        *("certificate_part", "field", "error_name", "hint", "quantity", "probe_value"),
         *(
             "probe_held",
             "figure",
@@ -97,6 +97,11 @@ def test_numbers_are_written_as_the_language_writes_them() -> None:
     [
         ("stepgauge: error: ../../results/a.json: wrong", "results/a.json: wrong"),
         ("expected a measured recording; or example = true in [certificate]", "the tick “"),
+        (
+            'a number of its own, replaces = "7" in [certificate], and another file',
+            'a number of its own, “Replaces certificate”: "7"',
+        ),
+        ("table [item] has another serial number", "“What was calibrated” has another serial number"),
         ("performed_from is after performed_to", "“First day of the calibration” is after “Last day”"),
         ("compare the placements (stepgauge locate).", "the page Locate"),
         ("compare them: stepgauge report BEFORE AFTER -o overlay.pdf", "the page Result"),
@@ -108,6 +113,30 @@ def test_words_of_the_command_line_are_those_of_the_page(line: str, shown: str) 
     assert shown in said
     assert not re.search(r"stepgauge|[.][.]/|= true|[a-z]_[a-z]|BEFORE|command", said), said
     assert Words("en").ended("recordings/my_table.csv") == "recordings/my_table.csv"
+
+
+def test_no_message_names_a_line_or_a_table_of_a_file_that_the_page_writes() -> None:
+    """A certificate over another one asked for ``replaces = "7" in [certificate]``."""
+    line = re.compile(r"\w+ = \S+ (?:in|unter) \[|\[{1,2}(?:certificate|item|machine|probe|gauge)\b|--[a-z]{2}")
+    for text in (one for pair in read_german("messages.toml").items() for one in pair):
+        assert not line.search(Words("de").plain(text)), text
+
+
+def test_every_number_that_a_form_asks_for_says_where_it_is_found() -> None:
+    """A technician guessed the drift, the standard uncertainties and the width of a block."""
+    asked = [*gauge.fields()[0], *gauge.fields()[1], *(one for some in machine.groups().values() for one in some)]
+    numbers = [one.name for one in asked if one.kind == "number" and not re.fullmatch("[xyz]_(?:low|high)", one.name)]
+    unclear = (
+        "method.deviations",
+        "statements.adjustment",
+        "certificate.mark",
+        "certificate.replaces",
+        "item.condition",
+    )
+    assert [name for name in (*numbers, *unclear) if not Words("de").hint(name)] == []
+    plain = [one.name.removesuffix(one.name[one.name.rfind("_") :]).replace("_", " ") for one in asked]
+    assert not {Words("de").label(one.name) for one in asked} & {*plain, *(one.name.replace("_", " ") for one in asked)}
+    assert set(numbers) >= {"drift_um_per_m_per_year", "u_gauge_temperature_K", "block_width_mm"}
 
 
 def test_a_format_is_no_command_and_a_folder_of_the_server_is_not_shown(

@@ -39,7 +39,8 @@ def test_from_sixteen_points_to_the_cause_and_the_printed_report(folder: Path, w
         page.get_by_role("button", name="Start the measurement").click()
         page.get_by_text("All points are measured").wait_for()
         page.locator("#errors[data-ready]").wait_for()
-        page.get_by_role("button", name="Diagnose").click()
+        page.get_by_role("link", name="Diagnose", exact=True).click()
+        page.get_by_role("button", name="Diagnose", exact=True).click()
 
         page.locator("#residuals[data-ready]").wait_for()
         page.get_by_text("Known causes explain").wait_for()

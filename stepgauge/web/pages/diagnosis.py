@@ -15,7 +15,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web.evaluations import recording_names
+from stepgauge.web.evaluations import recording_choices
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
@@ -50,8 +50,10 @@ def show(request: Request) -> Response:
         told = _told(site, name, words_of(request)) if (site.folder / name / FILE).is_file() else None
     except InputError as error:  # another one can be chosen, or made
         stale = error
-    recordings = [one for one in listed(site.folder, [".csv", ".parquet"]) if Path(one).parts[0] == "recordings"]
-    return render(request, "diagnosis.html.j2", name=name, told=told, known=known, recordings=recordings, stale=stale)
+    asked = request.query_params.get("recording", "")
+    choices = recording_choices(site, [relative(site.folder, str(existing(site.folder, asked)))] if asked else ())
+    content = {"name": name, "told": told, "known": known, "choices": choices, "stale": stale}
+    return render(request, "diagnosis.html.j2", **content, is_new=bool(asked) or told is None)
 
 
 def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
@@ -70,12 +72,22 @@ def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
     return {
         "summary": headline({**said, "effects": [_likely_only(one) for one in said["effects"]]}, words.language),
         "warnings": warnings(said, words.language),
+        "made_from": _made_from(said, words),
         "verdict": said["verdict"],
         "unit": "σ" if of_map else unit,  # of a map, whose quantities have several
         "effects": effects,
         "of_map": of_map,
         "steps": [block for block in steps if block["kind"] != "code"],
     }
+
+
+def _made_from(said: Mapping[str, Any], words: Words) -> list[str]:
+    """The recordings of a diagnosis, each with the placement that it is there, as the figure counts them."""
+    names = [str(one["path"]) for one in said["inputs"].get("recordings", ())]
+    numbers = [one["placement"] for one in said.get("measured", {}).get("placements", ())]
+    if len(names) != len(numbers):
+        return names
+    return [f"{words('diagnosis.placement')} {number}: {name}" for number, name in zip(numbers, names, strict=True)]
 
 
 def _likely_only(effect: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -179,11 +191,9 @@ def _spoken(column: str) -> str:
 
 
 def diagnose(request: Request, form: Form) -> Response:
-    """``stepgauge diagnose`` of the ticked recordings, or of those of an evaluation."""
+    """``stepgauge diagnose`` of the ticked recordings as placements of one machine."""
     site = site_of(request)
     names = [one for one in form.text("recordings").split("\n") if one.strip()]
-    if form.has("evaluation"):
-        names = recording_names(site, relative(site.folder, form.text("evaluation")))
     files = [relative(site.folder, str(existing(site.folder, one.strip()))) for one in names]
     if not files:
         raise InputError("recordings", "none is ticked", expected="one or more")

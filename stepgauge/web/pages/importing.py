@@ -15,6 +15,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError, naming
+from stepgauge.web.evaluations import recording_choices
 from stepgauge.web.fields import Field
 from stepgauge.web.folder import existing, free_name, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
@@ -74,6 +75,7 @@ def show(request: Request) -> Response:
         name=relative(site.folder, str(free_name(site.folder, FIRST_NAME))),
         programs=listed(site.folder, PROGRAMS, deep=1),
         saved=saved,
+        choices=recording_choices(site, [relative(site.folder, saved)]) if saved else [],
         of_axis=bool(saved) and _is_of_axis(site, saved),
     )
 

@@ -16,7 +16,7 @@ from starlette.routing import Route
 
 from stepgauge.errors import InputError
 from stepgauge.web.fields import Field
-from stepgauge.web.folder import existing, listed, relative
+from stepgauge.web.folder import existing, free_name, listed, relative
 from stepgauge.web.forms import Form, asked_form, form_endpoint
 from stepgauge.web.render import json_answer, render, run_verb, site_of
 from stepgauge.web.site import Site
@@ -140,11 +140,11 @@ def _asked(request: Request) -> PlanSettings:
     return PlanSettings.of(site_of(request), asked_form(request))
 
 
-def _program_name(asked: PlanSettings) -> str:
+def _program_name(site: Site, asked: PlanSettings) -> str:
+    """A name of its own: a program that was written may be at the machine, and its readings are compared with it."""
     from stepgauge.programs import find_dialect
 
-    dialect = asked.values["dialect"]
-    return f"program{find_dialect(dialect).suffix}"
+    return relative(site.folder, str(free_name(site.folder, f"program{find_dialect(asked.values['dialect']).suffix}")))
 
 
 def show(request: Request) -> Response:
@@ -171,7 +171,7 @@ def part(request: Request) -> Response:
     """What the choices lead to: numbers, conflicts."""
     asked, site = _asked(request), site_of(request)
     drafted = _draft(site, asked)
-    _program_name(asked)
+    _program_name(site, asked)
     return render(
         request,
         "plan_part.html.j2",
@@ -213,7 +213,7 @@ def write(request: Request, form: Form) -> Response:
     """``stepgauge plan``: the whole program, into the folder of the project."""
     site = site_of(request)
     asked = PlanSettings.of(site, form)
-    name = _program_name(asked)
+    name = _program_name(site, asked)
     query: Mapping[str, str] = dict(asked.texts) | {"written": name}
     return run_verb(request, asked.arguments(relative(site.folder, site.placement), name), "/plan", **query)
 

@@ -16,6 +16,7 @@ from stepgauge.errors import InputError
 from stepgauge.web.evaluations import (
     ERRORS,
     EvaluationView,
+    evaluation_choices,
     evaluation_file,
     evaluation_folders,
     joined_recording,
@@ -94,6 +95,7 @@ def errors(request: Request) -> Response:
         notes=_notes(conditions, shown, words),
         preventing=" ".join(one.expected for one in conditions.preventing),
         simulated=_is_simulated(shown.data),
+        choices=evaluation_choices(site, shown.name),
         has_budget=budget is not None and why is None,
     )
 
