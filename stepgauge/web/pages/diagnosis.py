@@ -52,7 +52,7 @@ def show(request: Request) -> Response:
         stale = error
     asked = request.query_params.get("recording", "")
     choices = recording_choices(site, [relative(site.folder, str(existing(site.folder, asked)))] if asked else ())
-    content = {"name": name, "told": told, "known": known, "choices": choices, "stale": stale}
+    content: dict[str, Any] = {"name": name, "told": told, "known": known, "choices": choices, "stale": stale}
     return render(request, "diagnosis.html.j2", **content, is_new=bool(asked) or told is None)
 
 
