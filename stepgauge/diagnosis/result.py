@@ -227,10 +227,25 @@ class Diagnosis(Plotted):
         return {}
 
     def changed(self) -> list[str]:
-        """Files that it was made from which are there, but are not as they were."""
+        """Files that it was made from which are there, but are not as they were: of a machine file what it used."""
+        machine = self.contents["inputs"].get("machine") or {}
         return [
-            one for one, known in _files(self.contents["inputs"]) if Path(one).is_file() and file_sha256(one) != known
+            one
+            for one, known in _files(self.contents["inputs"])
+            if Path(one).is_file()
+            and file_sha256(one) != known
+            and not (one == machine.get("path") and _states_the_same(one, machine.get("stated_sha256")))
         ]
+
+
+def _states_the_same(path: str, stated_sha256: str | None) -> bool:
+    from stepgauge.diagnosis.output.files import stated_digest
+    from stepgauge.machine.file import read_machine
+
+    try:
+        return stated_sha256 is not None and stated_digest(read_machine(path)) == stated_sha256
+    except InputError:
+        return False
 
 
 def _numbers(effects: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:

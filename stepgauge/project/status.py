@@ -25,6 +25,7 @@ from stepgauge.project.file import Project, lacking, stated_file
 from stepgauge.recording import read_recording
 from stepgauge.recording.columns import REQUIRED
 from stepgauge.recording.simulated import is_simulated
+from stepgauge.standards.budget_given import check_given
 
 MOST = 1000
 """Recordings and results that are looked at; more belong into a store."""
@@ -178,19 +179,21 @@ def _results(project: Project) -> Iterator[ProjectItem]:
         for path in sorted(project.folder.glob(f"**/{kind}.json"))[:MOST]:
             shown = os.path.relpath(path.parent)
             try:
-                said, inputs, lacking = _result_words(path, kind)
+                said, inputs, lacking = _result_words(path, kind, project)
                 yield ProjectItem(kind, shown, said, files=frozenset(_digests(inputs)), lacking=lacking)
             except InputError as error:
                 yield ProjectItem(kind, shown, error.cli_text(), wrong=True)
 
 
-def _result_words(path: Path, kind: str) -> tuple[str, Any, tuple[tuple[str, str], ...]]:
+def _result_words(path: Path, kind: str, project: Project) -> tuple[str, Any, tuple[tuple[str, str], ...]]:
     """What a result says of itself, its inputs, and what it lacks for a decision.
 
     :class:`InputError` where it is not what its inputs now give.
     """
     if kind != "diagnosis":
         data = read_result(path, kind)
+        if kind == "budget":
+            _check_stated(data, path, project)
         gaps = data.get("not_included", [])
         open_ = f"; incomplete: not stated are {', '.join(str(one['what']) for one in gaps)}" if gaps else ""
         lacking = [(str(one["what"]), str(one["state_by"])) for one in gaps]
@@ -201,6 +204,15 @@ def _result_words(path: Path, kind: str) -> tuple[str, Any, tuple[tuple[str, str
         what = f"{found.changed()[0]} has changed since this was made from it"
         raise InputError(path, what, expected="this made again, with what is there now")
     return found.verdict, found.contents["inputs"], ()
+
+
+def _check_stated(budget: dict[str, Any], path: Path, project: Project) -> None:
+    """:class:`InputError` where gauge and machine of the project state something else than the budget was made with."""
+    gauge, machine = read_gauge(stated_file(project, "gauge")), read_machine(stated_file(project, "machine"))
+    for serial, own in ((budget["gauge_serial"], gauge.table.serial), (budget["machine"], machine.table.name)):
+        if serial != own:  # of another one, which it does not claim to be of
+            return
+    check_given(budget.get("given"), path, gauge, machine)
 
 
 def _digests(inputs: Any) -> Iterator[str]:

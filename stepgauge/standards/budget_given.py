@@ -42,10 +42,13 @@ def stated_gauge(gauge: Gauge) -> dict[str, Any]:
 
 
 def stated_machine(machine: Machine) -> dict[str, Any]:
-    """The tables of a machine file and of its probe, with every standard uncertainty beside its value."""
+    """The tables of a machine file and of its probe, with every standard uncertainty beside its value.
+
+    Without its limit: that is what a result is judged by, and no result depends on it.
+    """
     own, probe = Path(machine.path).parent, Path(machine.probe_path or machine.path).parent
     return {
-        "machine": machine.table.model_dump(mode="json"),
+        "machine": machine.table.model_dump(mode="json", exclude={"mpe"}),
         "probe": _embed_tables(machine.probe.model_dump(mode="json"), probe),
         "effect": [_embed_tables(one, own) for one in machine.effects],
         "uncertainty": machine.stated.model_dump(mode="json"),

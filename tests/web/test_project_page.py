@@ -8,12 +8,21 @@ from pathlib import Path
 import pytest
 
 from stepgauge.cli import main
+from stepgauge.diagnosis.output.files import stated_digest
 from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.files.checksum import file_sha256
+from stepgauge.files.text import write_json
+from stepgauge.machine.file import read_machine
+from stepgauge.project.file import read_project
+from stepgauge.project.status import project_status
 from stepgauge.recording import Recording
+from stepgauge.verbs.catalogue import VERBS
 from stepgauge.web.pages import importing, project
 from tests.dcc.made import one_recording
+from tests.diagnosis.test_files import said as said_of
 from tests.measured import lay, shipped
 from tests.web.conftest import Asked, make_project
+from tests.web.test_result_page import budget
 
 
 @pytest.fixture
@@ -71,3 +80,31 @@ def test_a_report_is_next_only_where_something_can_be_decided(folder: Path) -> N
     assert "the temperature correction of the readings" in shown
     assert 'href="/machine"' in shown
     assert 'href="/report"' not in shown
+
+
+def test_a_result_is_outdated_by_what_it_depends_on_alone(folder: Path) -> None:
+    """A new limit outdated diagnoses, which do not know it, and another uncertainty no budget."""
+    file = folder / "machine/bridge-cmm.toml"
+    text = file.read_text("utf-8") + "\n[uncertainty]\ngauge_temperature_K = 0.1\n"
+    file.write_text(text, "utf-8")
+    budget(folder, [])
+    data = said_of("scale")
+    inputs = {
+        "path": "machine/bridge-cmm.toml",
+        "sha256": file_sha256(file),
+        "stated_sha256": stated_digest(read_machine(file)),
+    }
+    data["inputs"] = {**data["inputs"], "recordings": [], "gauge": {}, "machine": inputs}
+    (folder / "results/diagnosis").mkdir()
+    write_json(folder / "results/diagnosis/diagnosis.json", data)
+
+    def outdated(was: str, now: str) -> set[str]:
+        assert was in text
+        file.write_text(text.replace(was, now, 1), "utf-8")
+        found = project_status(read_project("stepgauge.toml", VERBS)).items
+        return {one.what for one in found if one.wrong and one.what in ("budget", "diagnosis")}
+
+    assert outdated("", "") == set()
+    assert outdated("[machine]\n", '[machine]\nmpe = "3 + L/300"\n') == set()
+    assert outdated("gauge_temperature_K = 0.1", "gauge_temperature_K = 0.2") == {"budget"}
+    assert outdated("repeatability_um = ", "repeatability_um = 1") == {"budget", "diagnosis"}

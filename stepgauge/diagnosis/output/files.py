@@ -6,10 +6,12 @@ data give none) and ``unit``, choices (axis, plane, face, direction, ...) have `
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +37,9 @@ from stepgauge.diagnosis.wording.phrases import worded, worded_all
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
 from stepgauge.files.text import format_of, write_json, write_sealed
+from stepgauge.machine.file import Machine
 from stepgauge.recording.simulated import is_simulated
+from stepgauge.standards.budget_given import stated_machine
 
 FORMAT = format_of("diagnosis")
 MACHINE_FILE = "machine.diagnosed.toml"
@@ -315,12 +319,20 @@ def _inputs(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
         },
         "machine": {
             **_file(machine.path),
+            "stated_sha256": stated_digest(machine),
             "name": machine.table.name,
             "kind": machine.table.kind,
             "tip_radius_mm": machine.probe.tip_radius_mm,
             "effects": [effect.get("kind") for effect in machine.effects],
         },
     }
+
+
+def stated_digest(machine: Machine) -> str:
+    """SHA-256 of what a machine file states that a diagnosis depends on: without limit and uncertainties."""
+    stated = stated_machine(machine)
+    used = {key: stated[key] for key in ("machine", "probe", "effect")}
+    return sha256(json.dumps([used, stated["uncertainty"]["resolution_um"]], sort_keys=True).encode()).hexdigest()
 
 
 def _file(path: str | Path) -> dict[str, Any]:
