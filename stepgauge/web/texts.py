@@ -30,7 +30,7 @@ _TABLE = re.compile(r"(?:\b[Tt]ab(?:le|elle) )?\[{1,2}([a-z]+)\]{1,2}( (?=[a-z]+
 _NOT_OF_A_PAGE = re.compile(r" \(the command below\)|,? (?:and another file|und eine andere Datei)\b")
 """What only somebody at the command line can do."""
 _KEY = re.compile(
-    r"(?<![\w./'\"=\[-])(?:(?:machine|probe|gauge|certificate|uncertainty)\.([a-z]\w*)|([a-z]+(?:_[A-Za-z]+)+))"
+    r"(?<![\w./'\"=\[-])(?:(?:machine|probe|gauge|certificate|uncertainty)\.([a-z]\w*)(?:\.u\b)?|([a-z]+(?:_[A-Za-z]+)+))"
     r"(?![\w/'\"=\]]|\.\w)"
 )
 _COMMAND = re.compile(r"'?\bstepgauge ([a-z]+)\b(?: (?:[A-Z]{2,}|-{1,2}[a-z][\w-]*|[\w/.-]+\.[a-z]{2,4}))*'?")
@@ -175,6 +175,8 @@ class Words:
     def _field_of(self, key: re.Match[str]) -> str:
         """The field of the page for a key of a file; the key where there is none."""
         name = key[1] or key[2]
+        if key[0].startswith("uncertainty.") and self.has(f"field.{_plain(f'u_{name}')}"):
+            name = f"u_{name}"
         known = self.has(f"field.{name}") or self.has(f"field.{_plain(name)}")
         return self("page.field", field=self._short_label(name)) if known else key[0]
 

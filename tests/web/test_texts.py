@@ -102,6 +102,10 @@ def test_numbers_are_written_as_the_language_writes_them() -> None:
             'a number of its own, “Replaces certificate”: "7"',
         ),
         ("table [item] has another serial number", "“What was calibrated” has another serial number"),
+        (
+            "not the file of the budget (a.json): key uncertainty.gauge_temperature_K.u",
+            "key “Temperature of the gauge, standard uncertainty”",
+        ),
         ("performed_from is after performed_to", "“First day of the calibration” is after “Last day”"),
         ("compare the placements (stepgauge locate).", "the page Locate"),
         ("compare them: stepgauge report BEFORE AFTER -o overlay.pdf", "the page Result"),
