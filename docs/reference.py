@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import inspect
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import click
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 
 import stepgauge
 from stepgauge.cli import TASKS, cli
@@ -22,7 +23,15 @@ from stepgauge.effects.compensation import COLUMNS as TABLE_COLUMNS
 from stepgauge.figures.style import CYCLE
 from stepgauge.fleet import schema
 from stepgauge.gauge.certified import CertificateTable, GaugeTable, read_gauge
-from stepgauge.machine.file import MachineTable, read_machine
+from stepgauge.gauge.placement import PlacementTable
+from stepgauge.live.faults import EventTable
+from stepgauge.machine.contribution import Contribution
+from stepgauge.machine.file import MachineTable, UncertaintyTable, read_machine
+from stepgauge.machine.uncertain import UncertainTable
+from stepgauge.probes.schema import TABLES as PROBES
+from stepgauge.probes.schema import ProbeTable
+from stepgauge.reports.certificate_file import TABLES as HEAD
+from stepgauge.reports.certificate_file import ResponsiblePerson
 from stepgauge.verbs.catalogue import VERBS
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -41,7 +50,6 @@ def write_reference(folder: Path) -> None:
         (folder / name).mkdir(parents=True, exist_ok=True)
     write_verbs(folder / "verbs")
     write_effects(folder / "effects")
-    (folder / "files.md").write_text(files_page(), encoding="utf-8")
     write_python(folder / "python")
     (folder / "fleet.md").write_text(fleet_page(), encoding="utf-8")
 
@@ -154,16 +162,14 @@ def verb_text(command: click.Command, context: click.Context) -> str:
 
 
 def files_page() -> str:
-    """Keys of the files that people write."""
-    parts = ["# Files", "", "## Recording of a gauge, CSV or Parquet", "", columns_of(RECORDING)]
+    """docs/files.md: keys of the files that people write, and columns of their recordings, from the code."""
+    parts = ["# Files", "", "Written by `python docs/reference.py`.", "", "## Recording of a gauge, CSV or Parquet", "", columns_of(RECORDING)]
     parts += ["## Recording of an axis, a spot or distances, CSV", "", columns_of(AXIS_RECORDING)]
     parts += ["Every other column of numbers is kept, and a diagnosis asks whether the readings follow it.", ""]
-    for title, model in (
-        ("Gauge file, `[gauge]`", GaugeTable),
-        ("Gauge file, `[certificate]`", CertificateTable),
-        ("Machine file, `[machine]`", MachineTable),
-    ):
-        parts += [f"## {title}", "", keys_of(model)]
+    for title, models in FILES.items():
+        parts += [f"## {title}", ""]
+        for model in all_tables(models):
+            parts += [str(inspect.getdoc(model)).partition("\n")[0], "", keys_of(model)]
     parts += [
         "## Project file `stepgauge.toml`",
         "",
@@ -174,6 +180,15 @@ def files_page() -> str:
     return "\n".join(parts)
 
 
+FILES: dict[str, tuple[type[BaseModel], ...]] = {
+    "Gauge file": (GaugeTable, CertificateTable),
+    "Placement file": (PlacementTable,),
+    "Machine file": (MachineTable, UncertaintyTable, Contribution, UncertainTable),
+    "Probe file, or `[probe]` of the machine file": (ProbeTable, *PROBES.values()),
+    "Faults of `stepgauge serve`": (EventTable,),
+    "Head of a certificate, `certificate.toml`": (*HEAD.values(), ResponsiblePerson),
+}
+"""The files that people write by their tables; a test holds them against all tables that there are."""
 RECORDING = {
     "placement": "which laying of the gauge, from 1; 1 where the column is missing",
     "cycle": "which cycle, from 1",
@@ -202,15 +217,41 @@ def columns_of(columns: dict[str, str]) -> str:
     return table(("column", "meaning"), ((f"`{name}`", meaning) for name, meaning in columns.items()))
 
 
+def all_tables(models: Iterable[type[BaseModel]]) -> Iterator[type[BaseModel]]:
+    """Tables, each followed by those that its keys hold."""
+    for model in models:
+        yield model
+        own = (field.annotation for name, field in model.model_fields.items() if name in own_keys(model))
+        yield from all_tables(one for kind in own for one in _held(kind) if issubclass(one, BaseModel))
+
+
+def _held(kind: Any) -> Iterator[type]:
+    """The types in an annotation: of ``list[SectionTable]`` the section."""
+    if isinstance(kind, type) and not get_args(kind):
+        yield kind
+    for part in get_args(kind):
+        yield from _held(part)
+
+
+def own_keys(model: type[BaseModel]) -> list[str]:
+    """Keys of a table that the one that it extends has not."""
+    return [name for name in model.model_fields if name not in getattr(model.__base__, "model_fields", {})]
+
+
 def keys_of(model: type[BaseModel]) -> str:
     """The fields of a table with their meaning and default."""
     rows = []
-    for name, field in model.model_fields.items():
-        default = (
-            "required" if field.is_required() else f"`{field.default}`" if field.default is not None else "optional"
-        )
-        rows.append((f"`{name}`", field.description or "", default))
-    return table(("key", "meaning", "default"), rows)
+    for name in own_keys(model):
+        field = model.model_fields[name]
+        rows.append((f"`{name}`", field.description or "", "required" if field.is_required() else standard_of(field)))
+    return table(("key", "meaning", "default"), rows) if rows else ""
+
+
+def standard_of(field: FieldInfo) -> str:
+    """What a key is without the file, as TOML has it."""
+    if field.default_factory or field.default is None or isinstance(field.default, BaseModel):
+        return "optional"
+    return f"`{str(field.default).lower() if isinstance(field.default, bool) else field.default}`"
 
 
 def fleet_page() -> str:
@@ -252,6 +293,10 @@ def effects_list() -> str:
         rows.append((f"`{kind}`", effect.title(), ", ".join(named)))
     said = "Written by `python docs/reference.py`. `stepgauge list effects KIND` explains one, with an example."
     return f"# Kinds of effects\n\n{said}\n\n" + table(("kind", "what it is", "parameters (unit)"), rows)
+
+
+WRITTEN = {"files.md": files_page, "effects.md": effects_list}
+"""The pages that stand among those to read, and what they are written by."""
 
 
 def example_effects(folder: Path) -> dict[str, Effect]:
@@ -376,4 +421,5 @@ def _draw(frame: pd.DataFrame, um: np.ndarray) -> Figure:
 
 
 if __name__ == "__main__":
-    (ROOT / "docs" / "effects.md").write_text(effects_list(), encoding="utf-8")
+    for name, made in WRITTEN.items():
+        (ROOT / "docs" / name).write_text(made(), encoding="utf-8")

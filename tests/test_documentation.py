@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import os
+import pkgutil
 import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import matplotlib
 import pytest
 
 import stepgauge as sg
+from docs import reference
 from stepgauge.axis.recording import OWN
-from stepgauge.effects import effect_kinds
+from stepgauge.effects import Effect, effect_kinds
+from stepgauge.files.config import TomlTable
 from stepgauge.recording.columns import KNOWN
 from stepgauge.verbs.catalogue import VERBS
 from tests.conftest import ROOT
@@ -152,11 +157,34 @@ def test_the_pages_to_read_are_short_and_the_gallery_is_long() -> None:
     assert len(list((ROOT / "docs/gallery").glob("plot_*.py"))) >= 12
 
 
-def test_every_kind_of_effect_stands_in_the_list_that_follows_from_the_classes() -> None:
+@pytest.mark.parametrize("name", sorted(reference.WRITTEN))
+def test_a_page_that_follows_from_the_code_is_up_to_date(name: str) -> None:
     """``python docs/reference.py`` writes it anew."""
-    from docs.reference import effects_list
+    assert (ROOT / "docs" / name).read_text(encoding="utf-8") == reference.WRITTEN[name]()
 
-    assert (ROOT / "docs/effects.md").read_text(encoding="utf-8") == effects_list()
+
+def test_every_key_of_a_file_that_people_write_stands_in_the_page_of_files() -> None:
+    """Tables of results are read back, not written by people; priors explain themselves in their file."""
+    for one in pkgutil.walk_packages(sg.__path__, "stepgauge."):
+        if not one.name.endswith("__main__"):
+            importlib.import_module(one.name)
+    shown = {model for models in reference.FILES.values() for model in reference.all_tables(models)}
+    every = {model for model in descendants(TomlTable) if model.__module__.startswith("stepgauge.")}
+    explained = {"stepgauge.diagnosis.priors", "stepgauge.fleet.hierarchical.priors"}
+    results = {"qualification", "budget_files", "reading", "feed"}
+    assert [
+        str(model)
+        for model in every - shown
+        if not issubclass(model, Effect)
+        and model.__module__ not in explained
+        and model.__module__.rpartition(".")[2] not in results
+    ] == []
+
+
+def descendants(model: type) -> Iterator[type]:
+    for one in model.__subclasses__():
+        yield one
+        yield from descendants(one)
 
 
 def test_no_commands_stand_outside_of_blocks_that_are_run() -> None:
@@ -183,10 +211,5 @@ def test_the_site_builds_without_warnings_and_has_a_page_for_every_verb_and_effe
 
 def test_the_columns_of_the_reference_are_those_of_the_readers() -> None:
     """The names without their unit."""
-    place = importlib.util.spec_from_file_location("reference", ROOT / "docs/reference.py")
-    assert place is not None
-    assert place.loader is not None
-    reference = importlib.util.module_from_spec(place)
-    place.loader.exec_module(reference)
     assert {name for names in reference.RECORDING for name in names.split(", ")} == set(KNOWN)
     assert {name.removesuffix("_UNIT") for name in reference.AXIS_RECORDING} == set(OWN)

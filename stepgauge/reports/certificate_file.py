@@ -187,11 +187,11 @@ class Laboratory:
     @property
     def words(self) -> list[str]:
         """All that the laboratory wrote."""
-        tables = [getattr(self, name) for name in _TABLES]
+        tables = [getattr(self, name) for name in TABLES]
         return [text for one in (*tables, *self.persons) for text in one.model_dump().values() if isinstance(text, str)]
 
 
-_TABLES: dict[str, type[TomlTable]] = {
+TABLES: dict[str, type[TomlTable]] = {
     "certificate": CertificateHead,
     "laboratory": ContactDetails,
     "customer": ContactDetails,
@@ -204,21 +204,21 @@ _TABLES: dict[str, type[TomlTable]] = {
 
 def tables() -> dict[str, type[TomlTable]]:
     """The tables of the form by their names, without that of persons."""
-    return dict(_TABLES)
+    return dict(TABLES)
 
 
 def read_laboratory(path: str | Path) -> Laboratory:
     """Read and check a ``certificate.toml``; :class:`InputError` names the key that is wrong."""
     data = read_toml(path)
     for key in data:
-        if key not in _TABLES and key != "person":
-            expected = ", ".join(f"[{name}]" for name in _TABLES) + " and [[person]]"
+        if key not in TABLES and key != "person":
+            expected = ", ".join(f"[{name}]" for name in TABLES) + " and [[person]]"
             raise InputError(path, f"table [{key}] is not known", expected=expected)
     _check_cut(path)
     persons = data.get("person", [])
     if not isinstance(persons, list):
         raise InputError(path, "persons are an array of tables", found="[person]", expected="[[person]]")
-    tables = {name: check_table(model, data.get(name, {}), path, name) for name, model in _TABLES.items()}
+    tables = {name: check_table(model, data.get(name, {}), path, name) for name, model in TABLES.items()}
     _check_past(tables["certificate"], path)
     people = tuple(check_table(ResponsiblePerson, one, path, f"person[{i}]") for i, one in enumerate(persons, 1))
     return Laboratory(**tables, persons=people, path=str(path))  # type: ignore[arg-type]
