@@ -163,7 +163,15 @@ def verb_text(command: click.Command, context: click.Context) -> str:
 
 def files_page() -> str:
     """docs/files.md: keys of the files that people write, and columns of their recordings, from the code."""
-    parts = ["# Files", "", "Written by `python docs/reference.py`.", "", "## Recording of a gauge, CSV or Parquet", "", columns_of(RECORDING)]
+    parts = [
+        "# Files",
+        "",
+        "Written by `python docs/reference.py`.",
+        "",
+        "## Recording of a gauge, CSV or Parquet",
+        "",
+        columns_of(RECORDING),
+    ]
     parts += ["## Recording of an axis, a spot or distances, CSV", "", columns_of(AXIS_RECORDING)]
     parts += ["Every other column of numbers is kept, and a diagnosis asks whether the readings follow it.", ""]
     for title, models in FILES.items():

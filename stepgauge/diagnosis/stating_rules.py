@@ -180,12 +180,13 @@ def is_determined(state: Hypothesis, term: Term, least: float) -> bool:
 def sign_is_sure(statement: StatedTerm, state: Hypothesis, answer: Posterior, decision: Decision, wider: float) -> bool:
     """Whether the sign of a law's size is as probable as beyond ``determined`` standard uncertainties (rule 3).
 
-    Over all hypotheses that contain the law, and neither another of its set nor a form that is not stated, which would
-    leave open how much each explains; ``wider``: factor on their uncertainties.
+    Over all hypotheses that contain the law, and no other rival of its place, law or form, that is not stated, which
+    would leave open how much each explains, however improbable it is; ``wider``: factor on their uncertainties.
     """
-    others = {one.candidate.label for one in credible_laws(statement, decision)[1:]}
-    forms = {one.label for one in answer.search.problem.candidates if not one.named} - state.labels
-    signed = answer.signed(statement.lead.candidate.label, decision.in_set, wider, others | forms)
+    label = statement.lead.candidate.label
+    forms = {one.label for one in answer.search.problem.candidates if not one.named}
+    rivals = forms | {one.candidate.label for one in statement.credible_set.members}
+    signed = answer.signed(label, decision.in_set, wider, rivals - state.labels - {label})
     if signed is None:
         return is_determined(state, statement.term, decision.determined * wider)
     return signed >= float(special.ndtr(decision.determined))

@@ -22,7 +22,7 @@ from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.source import Given, Source, read_source
 from stepgauge.machine.file import check_recorded
 from stepgauge.recording import Recording
-from stepgauge.recording.conventions import complete_convention, state_convention
+from stepgauge.recording.conventions import complete_convention, convention_of, state_convention
 from stepgauge.recording.identity import check_recording
 
 DECIMALS = {"point": ".", "comma": ","}
@@ -112,7 +112,19 @@ def _completed(asked: Any, found: Imported, stated_C: float | None) -> Imported:
     if asked.machine is not None:
         check_recorded(recording.comments, asked.machine)
         recording = complete_convention(recording, asked.machine.table)
-    return replace(found, recording=recording, report=(*found.report, *missing_faces(recording)))
+    warnings = (*missing_temperature(recording, found.report), *missing_faces(recording))
+    return replace(found, recording=recording, report=(*found.report, *warnings))
+
+
+def missing_temperature(recording: Recording, report: Sequence[str]) -> tuple[str, ...]:
+    """What follows where nobody says how warm the gauge was; nothing of readings that are corrected for it."""
+    stated = "gauge_temperature_C" in recording.frame or convention_of(recording.comments) not in (None, "as_read")
+    if stated or any("temperature of the gauge" in one for one in report):
+        return ()
+    return (
+        "warning: no temperature of the gauge is stated: it counts as that of the certificate, and each K that it"
+        " differs passes for a scale error of the gauge's expansion, of steel 12 um/m; --gauge-temperature states it",
+    )
 
 
 def missing_faces(recording: Recording) -> tuple[str, ...]:
