@@ -119,7 +119,7 @@ def _completed(asked: Any, found: Imported, stated_C: float | None) -> Imported:
 def missing_temperature(recording: Recording, report: Sequence[str]) -> tuple[str, ...]:
     """What follows where nobody says how warm the gauge was; nothing of readings that are corrected for it."""
     stated = "gauge_temperature_C" in recording.frame or convention_of(recording.comments) not in (None, "as_read")
-    if stated or any("temperature of the gauge" in one for one in report):
+    if stated or any("gauge_temperature_C=" in one for one in report):
         return ()
     return (
         "warning: no temperature of the gauge is stated: it counts as that of the certificate, and each K that it"

@@ -107,3 +107,13 @@ def test_a_statement_of_dmis_is_read_and_not_dropped() -> None:
     point = "FA(C1F{})=FEAT/POINT,CART,{}.0,2.0,3.0,-1.0,0.0,0.0"
     text = "\n".join(["TECOMP/PART,ON", *(point.format(n, n) for n in (1, 3)), "ENDFIL", ""])
     assert not any("TECOMP" in line for line in dmis.read(text, "a.dmo").left_out)
+
+
+@pytest.mark.parametrize(("head", "warns"), [("# Temperature compensation: on", False), ("# Operator: A", True)])
+def test_what_follows_without_a_temperature_of_the_gauge_is_said_once(tmp_path: Path, head: str, warns: bool) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(as_table(head).replace(",gauge_temperature_C", "").replace(",22.0\n", "\n"))
+    said = [line for line in sg.import_recording(path).report if "passes for a scale error" in line]
+    assert len(said) == warns
+    stated = sg.import_recording(path, gauge_temperature_C=21.0).report
+    assert not any("passes for a scale error" in line for line in stated)
