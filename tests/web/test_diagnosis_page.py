@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from starlette.responses import Response
 
 import stepgauge as sg
 from stepgauge.files.text import write_json
@@ -108,3 +109,18 @@ def test_one_that_cannot_be_read_leaves_the_page_on_which_another_is_made(tmp_pa
     assert "the page Diagnosis" not in shown
     assert 'value="recordings/one.csv" checked' in shown
     assert "Diagnose</button>" in shown
+
+
+def test_structure_has_the_run_that_tells_what_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder, data = make_project(tmp_path / "project"), said_of("scale")
+    command = "stepgauge plan results/one/s.toml -g gauge/g.toml -m machine/m.toml -d dmis -o results/one/a.dmi"
+    run = {"separate_by": f"the gauge along y: {command}", "commands": [command], "laws": [], "probability": 0.9}
+    data |= {"verdict": "unknown", "effects": [], "unexplained": [{**data["located"][0], **run}]}
+    (folder / "results/one").mkdir(parents=True)
+    write_json(folder / "results/one/diagnosis.json", data)
+    shown = Asked(folder).get(diagnosis.show)
+    assert "What would tell them apart: the gauge along y" in shown
+    begun: list[list[str]] = []
+    monkeypatch.setattr(diagnosis, "run_verb", lambda _, words, *_a, **_k: begun.append(words) or Response())
+    Asked(folder).post(diagnosis.plan_next, {"result": "results/one", "finding": "1"})
+    assert begun == [command.split()[1:]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -76,6 +76,7 @@ def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
         "verdict": said["verdict"],
         "unit": "σ" if of_map else unit,  # of a map, whose quantities have several
         "effects": effects,
+        "structure": _structure(said, words),
         "of_map": of_map,
         "steps": [block for block in steps if block["kind"] != "code"],
     }
@@ -88,6 +89,20 @@ def _made_from(said: Mapping[str, Any], words: Words) -> list[str]:
     if len(names) != len(numbers):
         return names
     return [f"{words('diagnosis.placement')} {number}: {name}" for number, name in zip(numbers, names, strict=True)]
+
+
+def _structure(said: Mapping[str, Any], words: Words) -> dict[str, Any] | None:
+    """What tells of structure without a law what it is: one run, whichever form it has."""
+    from stepgauge.reports.findings import proposal
+
+    number, one = next(((n, one) for n, one in _proposing(said) if n > len(said["effects"])), (0, None))
+    return None if one is None else {"number": number, "next": words.message(proposal(one, "en"))}
+
+
+def _proposing(said: Mapping[str, Any]) -> Iterator[tuple[int, Mapping[str, Any]]]:
+    """Findings and, numbered on, structure that state a run."""
+    every = enumerate((*said["effects"], *said["unexplained"]), 1)
+    yield from ((number, one) for number, one in every if one.get("commands"))
 
 
 def _likely_only(effect: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -245,9 +260,10 @@ def plan_next(request: Request, form: Form) -> Response:
     suffixes = tuple({one.suffix for one in DIALECTS.values()})
     site, number = site_of(request), form.whole("finding", 1, 1000, 1) or 1
     said, _ = read_said(existing(site.folder, form.text("result")))
-    if not (number <= len(said["effects"]) and said["effects"][number - 1]["commands"]):
+    proposing = dict(_proposing(said))
+    if number not in proposing:
         raise InputError("finding", "states no measurement", found=number)
-    command = said["effects"][number - 1]["commands"][0]
+    command = proposing[number]["commands"][0]
     words = shlex.split(command)
     if not COMMAND.fullmatch(command) or not words[-1].endswith(suffixes):
         raise InputError(FILE, "states a command that is none of ours", found=command)
