@@ -81,7 +81,7 @@ def _check_issued(target: Path, content: dict[str, Any], data: bytes) -> None:
         number = None if found is None else html.unescape(found[1].decode("utf-8", "replace"))
         if number is not None and (path == target or number == content["number"]):
             what = f"certificate {number} is there already, and one that was issued is kept"
-            expected = f'a number of its own, replaces = "{number}" in [certificate], and another file'
+            expected = f"a number of its own, {number!r} stated as the certificate that it replaces, and another file"
             raise InputError(path, what, expected=expected)
 
 
