@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis, diagnose_axis
-from stepgauge.diagnosis.wording.aliases import even
+from stepgauge.diagnosis.wording.aliases import even, uneven_targets
 from stepgauge.reports.diagnosis import diagnosis_story, first_of
 from stepgauge.reports.render import markdown
 from tests.axis.made import axis
@@ -133,3 +135,11 @@ def test_few_targets_that_are_off_at_random_are_no_period_above_99_percent(seed:
     off = np.random.default_rng(seed).normal(0.0, 1.5, len(places))
     found = diagnose_axis(axis(places, lambda t, w: np.interp(t, places, off), 0.25, seed=seed)).contents
     assert all(one["probability"] < 0.99 for one in found["effects"] if one["kind"] == "periodic_scale_error")
+
+
+def test_of_many_targets_the_first_and_the_last_are_told() -> None:
+    """150 readings of a mount were a paragraph of numbers."""
+    steps = even(np.arange(150.0))
+    assert steps is not None
+    told = uneven_targets(steps, "deg").split("for example at ")[1]
+    assert re.fullmatch(r"0, ([\d.]+, ){11}\.\., 149 deg\.", told)

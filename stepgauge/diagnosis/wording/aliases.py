@@ -30,6 +30,7 @@ SAME_PLACE = 1e-3
 """Share of the span within which readings are at one place."""
 FEWEST_PLACES = 4
 MOST_TOLD, IN_WORDS = 12, 6
+MOST_TARGETS, FIRST_TARGETS = 60, 12
 COVERAGE = 2.0
 PART = 0.3
 """Of the spacing, by which targets depart from even ones (ISO 230-2, where no period is expected)."""
@@ -99,7 +100,8 @@ def aliases_words(aliases: Mapping[str, Any], language: str = "en") -> str:
 
 def uneven_targets(even: EvenSpacing, unit: str) -> str:
     """The measurement that tells the aliases of a period apart."""
-    places = ", ".join(f"{one:.12g}" for one in even.uneven())
+    every = [f"{one:.12g}" for one in even.uneven()]
+    places = ", ".join(every if len(every) <= MOST_TARGETS else [*every[:FIRST_TARGETS], "..", every[-1]])
     return (
         "measure at targets whose spacing is changed by irregular parts, by up to 30 % of it as ISO 230-2 asks, and"
         f" diagnose that recording: for example at {places} {unit}."
