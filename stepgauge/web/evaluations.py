@@ -81,7 +81,8 @@ def recording_choices(site: Site, asked: Sequence[str] = ()) -> list[RecordingCh
     planned = _planned_for(site, asked[0]) if first else set()
     choices = []
     for name, own in found.items():
-        alike = bool(first and own and own[:-2] == first[:-2] and (own[-2] == first[-2] or name in planned))
+        is_same_day = bool(first and own and own[-2] and own[-2] == first[-2])
+        alike = bool(first and own and own[:-2] == first[:-2] and (is_same_day or name in planned))
         choices.append(RecordingChoice(name, ", ".join(own[-2:]) if own else "", name in asked or alike))
     return choices
 

@@ -17,7 +17,7 @@ from stepgauge.live.faults import read_faults
 from stepgauge.reports.certificate_file import check_filled, read_laboratory
 from stepgauge.web import concealed
 from stepgauge.web.forms import Form
-from stepgauge.web.pages import certificate, run, sources
+from stepgauge.web.pages import certificate, plan, run, sources
 from stepgauge.web.texts import Words
 from stepgauge.web.work import WorkList
 from tests.dcc.made import one_recording
@@ -159,6 +159,14 @@ def test_all_empty_fields_are_named_at_once_and_the_days_are_those_of_the_measur
     words = Words("en")
     assert all(words.label(name) in answer for name in certificate.REQUIRED)
     assert answer.count("it is not filled in") == 1
+    assert "Stated on the pages" not in answer  # the number of the certificate is none of the gauge's
     shown = Asked(folder).get(certificate.show, result="results/evaluation")
     for name in certificate.DAYS:
         assert re.search(f'name="{name}"[^>]* value="2026-05-04"', shown)
+
+
+def test_another_program_does_not_replace_one_that_may_be_at_the_machine(folder: Path, begun: list[list[str]]) -> None:
+    (folder / "program.dmi").write_text("the first")
+    Asked(folder).post(plan.write, {"cycles": "3"})
+    assert begun[0][-1] == "program-2.dmi"
+    assert (folder / "program.dmi").read_text() == "the first"
