@@ -31,8 +31,10 @@ T = TypeVar("T")
 
 
 _VALUE = r' \w+=(?:"[^"]*"|[^\s;,)]+)| [a-z0-9-]+'
-_NAMED = re.compile(rf"'?stepgauge [^';,)]*|(?<![\w-])--([a-z][a-z0-9-]*)({_VALUE})?")
-"""A command, which stays, or an option with what stands behind it."""
+_NAMED = re.compile(
+    rf"'(?P<quoted>stepgauge [^']*)'|(?P<command>stepgauge [^';,)]*[^';,) ])|(?<![\w-])--([a-z][a-z0-9-]*)({_VALUE})?"
+)
+"""A command, or an option with what stands behind it."""
 _for_command: ContextVar[bool] = ContextVar("for_command", default=False)
 
 
@@ -63,7 +65,7 @@ def _declared() -> tuple[VerbParameter, ...]:
 @cache
 def _argument_by_option() -> dict[str, str]:
     """Those that Python can state before those that say what the command line writes."""
-    every = sorted(_declared(), key=lambda one: not one.writes)
+    every = sorted(_declared(), key=lambda one: one.writes)
     return {one.key: one.name for one in reversed(every)}
 
 
@@ -74,14 +76,21 @@ def _choices(argument: str) -> frozenset[str]:
 
 
 def python_text(text: str) -> str:
-    """A text that names options, with the arguments of Python in their place; as it is inside :func:`for_command`."""
-    return text if _for_command.get() or "--" not in text else _NAMED.sub(_argument_of, text)
+    """A text that names options or commands, with the arguments and calls of Python in their place.
+
+    As it is inside :func:`for_command`.
+    """
+    return text if _for_command.get() else _NAMED.sub(_named_in_python, text)
 
 
-def _argument_of(option: re.Match[str]) -> str:
-    if option[1] is None:
-        return option[0]
-    return _python_value(_argument_by_option().get(option[1], option[1].replace("-", "_")), option[2] or "")
+def _named_in_python(found: re.Match[str]) -> str:
+    """A call for a command; an argument for an option, with its value."""
+    if command := found["quoted"] or found["command"]:
+        from stepgauge.verbs.catalogue import python_call
+
+        call = python_call(command)
+        return found[0] if call == command else call
+    return _python_value(_argument_by_option().get(found[3], found[3].replace("-", "_")), found[4] or "")
 
 
 def _python_value(argument: str, behind: str) -> str:

@@ -62,7 +62,7 @@ def test_options_in_a_text_are_arguments_in_python() -> None:
     assert str(pair) == 'or columns={"target": "Soll x"}, if so'
     advice = "--u-gauge-temperature, or --method mean; 'stepgauge plan --order up-down' measures both ways"
     error = InputError("a.csv", "of whom? --gauge-temperature", expected=advice)
-    said = "u_gauge_temperature_K, or method=\"mean\"; 'stepgauge plan --order up-down' measures both ways"
+    said = 'u_gauge_temperature_K, or method="mean"; plan(.., order="up-down") measures both ways'
     assert error.expected == said
     assert str(error) == f"a.csv: of whom? gauge_temperature_C; expected {said}"
     assert error.cli_text() == f"a.csv: of whom? --gauge-temperature; expected {advice}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import re
 import subprocess
@@ -9,6 +10,7 @@ import sys
 import types
 from collections.abc import Iterator
 from dataclasses import replace
+from glob import glob
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,7 @@ from matplotlib import pyplot
 
 import stepgauge as sg
 from stepgauge.files.text import read_json
+from stepgauge.verbs.catalogue import all_verbs
 from tests.axis.made import axis
 from tests.cli.conftest import Run as Command
 from tests.cli.conftest import run  # noqa: F401
@@ -710,3 +713,60 @@ def test_a_fault_is_put_into_a_machine_and_what_is_none_is_refused_there() -> No
         machine.add_effect("reversal_eror", axis="y", um=5.0)
     with pytest.raises(sg.InputError, match=r"um is missing"):
         machine.add_effect("reversal_error", axis="y", ppm=5.0)
+
+
+LIVE = ("sg.serve", "sg.measure", "sg.investigate", "sg.fleet_cluster")
+UNSHIPPED = (
+    *("probe.ngc", "results.dmo", '"points.csv", gauge="step-gauge-420", placement', "sensors.csv", "warm-up.csv"),
+    *(
+        "pushes.csv",
+        "gauge.xml",
+        "laboratory.toml",
+        "roster",
+        "scheduler=",
+        "my-dialect.j2",
+        "positioning.xlsx",
+        "my-",
+        "step-gauge-1020",
+    ),
+    *("before", "archive", "cause", "certificate", "diagonals", "logs", "exported", "rough.csv", '"fleet"', 'axis="x"', "monte-carlo"),
+)
+"""What is not made here, of which the call is only bound to the function."""
+
+
+def test_examples_in_help_are_python_that_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of all verbs, one after the other in a folder with the files that they name."""
+    names = {verb.function.__name__ for _, verb in all_verbs()} & {*sg.__all__}
+    texts = {name: inspect.getdoc(getattr(sg, name)) or "" for name in names}
+    assert [name for name, text in texts.items() if re.search(r"\bstepgauge [a-z0-9]+ |(?<![\w-])--[a-z]", text)] == []
+    lines = {line for text in texts.values() for line in text.splitlines() if line.startswith("sg.")}
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "points.csv").write_bytes(POINTS.read_bytes())
+    (tmp_path / "machine.toml").write_text(str(sg.list_files("bridge-cmm.toml")), encoding="utf-8")
+    ran, first = (
+        0,
+        (
+            "sg.locate",
+            'sg.plan("placement.toml"',
+            "sg.simulate",
+            "sg.evaluate(",
+            "sg.probe_",
+            "sg.qualify_",
+            "sg.budget(",
+        ),
+    )
+    order = {one: next((i for i, head in enumerate(first) if one.startswith(head)), 9) for one in lines}
+    for line in sorted(lines, key=lambda one: (order[one], -len(one), one)):
+        if line.startswith(LIVE) or any(one in line for one in UNSHIPPED):
+            ast.parse(line)
+            continue
+        eval(line, {"sg": sg, "glob": glob})
+        ran += 1
+        if line.startswith("sg.simulate"):
+            for seed, name in enumerate(("x", "y", "diagonal", "along-x", "along-y", "position-1"), 1):
+                found = sg.simulate("gauge.dmi", "bridge-cmm", GAUGE, "placement.toml", seed=seed)
+                found.write(f"{name}.csv")
+        if line.startswith("sg.probe_sphere"):
+            (tmp_path / "part.csv").write_bytes((tmp_path / "sphere.csv").read_bytes())
+            axis(np.arange(0.0, 300.0, 20.0), lambda target, way: 0.01 * target).write("axis.csv")
+    assert ran > 25

@@ -19,6 +19,7 @@ from stepgauge.errors import InputError
 from stepgauge.verbs.catalogue import all_verbs
 from stepgauge.verbs.kinds import Pair, Reads, Repeated, Text
 from tests.axis.test_conditions import table
+from tests.conftest import ROOT
 
 
 def axis() -> Any:
@@ -153,3 +154,50 @@ def test_a_direction_of_1_and_0_is_told_what_is_understood() -> None:
     asked = sg.import_recording(given, sensor="laser")
     assert asked.recording is None
     assert "1 and -1, + and -" in asked.questions[0].text
+
+
+def test_a_table_of_any_form_is_the_recording_that_it_holds() -> None:
+    """Inches, bare names, text, times with a zone, levels of columns, an index: as an import takes them."""
+    gauge = sg.read_gauge("step-gauge-420")
+    points = pd.read_csv(ROOT / "examples/demo/points.csv", comment="#")
+    placement = sg.locate(points, gauge)
+    run = sg.simulate(sg.plan(placement, gauge, "bridge-cmm"), "bridge-cmm", gauge, placement)
+    frame = run.recording.to_frame()
+    positions, zone = ["x_mm", "y_mm", "z_mm"], pd.date_range("2026-03-01", periods=len(frame), freq="3s", tz="UTC")
+    inches = frame.drop(columns=positions).assign(**{f"{one[0]}_in": frame[one] / 25.4 for one in positions})
+    several = frame.set_axis(pd.MultiIndex.from_tuples([("day 1", one) for one in frame]), axis=1)
+    nullable = frame.convert_dtypes()
+    assert nullable["face"].dtype == "Int64"
+    mean = sg.evaluate(frame, gauge).to_frame()["xm_um"]
+    for given in (
+        *(inches, several, nullable, frame.astype(str), frame.assign(operator="A. Meyer"), frame.assign(time_s=zone)),
+        *(frame.set_index(["placement", "cycle", "face"]), frame.rename(columns={one: one[0] for one in positions})),
+    ):
+        np.testing.assert_allclose(sg.evaluate(given, gauge).to_frame()["xm_um"], mean, atol=2e-3)
+    nullable.loc[3, "x_mm"] = pd.NA
+    with pytest.raises(InputError, match=r"x_mm'? is not a (finite )?number"):
+        sg.evaluate(nullable, gauge)
+    with pytest.raises(InputError, match="no row names the columns x, y and z"):
+        sg.evaluate(pd.DataFrame({"a": [1.0], "b": [2.0]}), gauge)
+    for given in (
+        points.drop(columns=positions).assign(**{f"{one[0]}_in": points[one] / 25.4 for one in positions}),
+        points.rename(columns={one: one[0] for one in positions}),
+        points[positions].to_numpy(),
+        points[::-1],
+    ):
+        np.testing.assert_allclose(sg.locate(given, gauge).to_frame(), placement.to_frame(), atol=1e-6)
+
+
+def test_a_pivoted_table_of_an_axis_is_the_table_that_was_pivoted() -> None:
+    """With its levels of columns, its index reset or not; without a name the values ask for their unit."""
+    long = table()
+    names = {"index": "target [mm]", "columns": ["run", "direction"]}
+    expected = sg.iso230(axis()).summary()
+    pivoted = long.pivot_table(**names)
+    for given in (pivoted, pivoted.reset_index()):
+        assert sg.iso230(sg.import_recording(given, sensor="laser")).summary() == expected
+    bare = long.pivot_table(values="deviation [um]", **names)
+    with pytest.raises(InputError, match=r"unit of the deviations is not stated.*found value"):
+        sg.import_recording(bare, sensor="laser").settled()
+    stated = sg.import_recording(bare, sensor="laser", deviation_unit="um")
+    assert sg.iso230(stated).to_frame().equals(sg.iso230(axis()).to_frame())

@@ -8,10 +8,7 @@ from typing import Any
 import click
 
 from stepgauge.verbs.define import REQUIRED, Verb, VerbParameter
-from stepgauge.verbs.kinds import Flag, Reads, Writes
-
-TOLD = {"output": "o", "dialect": "d", "jobs": "j", "coverage_factor": "k"}
-"""Parameters with a short name of their own, besides those of files."""
+from stepgauge.verbs.kinds import Flag, Reads
 
 
 class KindType(click.ParamType):
@@ -87,8 +84,7 @@ def _click(one: VerbParameter, verb: Verb) -> click.Parameter:
 
 
 def _names(one: VerbParameter) -> list[str]:
-    short = one.one.short if isinstance(one.one, Reads | Writes) else TOLD.get(one.name, "")
-    return [f"--{one.key}", *([f"-{short}"] if short else [])]
+    return [f"--{one.key}", *([f"-{one.short}"] if one.short else [])]
 
 
 def _settings(one: VerbParameter) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from stepgauge.errors import InputError, reading
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
 from stepgauge.files.text import GivenTable, is_there, read_bytes, read_text, write_text
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 LOOKED_AT = 65_536
 """Bytes by which a table is known to be one of ours."""
@@ -87,6 +90,26 @@ class CsvTable:
         return values
 
 
+def flat_frame(frame: pd.DataFrame) -> pd.DataFrame:
+    """A DataFrame with one level of columns: what is named, of the index or of several levels of columns, is a column.
+
+    Of levels without a name those count that differ from column to column; values whose levels all have names are the
+    column ``value``.
+    """
+    if frame.columns.nlevels > 1:
+        own = [one for one in frame.columns if sum(map(bool, map(str, one))) == 1]  # of an index that was reset
+        frame = frame.set_index(own).rename_axis(["".join(map(str, one)) for one in own]) if own else frame
+        named = [place for place, name in enumerate(frame.columns.names) if name is not None]
+        if named:
+            tall: Any = frame.stack(named, future_stack=True)
+            frame = (tall.to_frame("value") if tall.ndim == 1 else tall).dropna(how="all")
+        else:
+            levels = [frame.columns.get_level_values(place) for place in range(frame.columns.nlevels)]
+            alike: list[Any] = [place for place, level in enumerate(levels) if level.nunique() == 1]
+            frame = frame.droplevel(alike[: len(levels) - 1], axis=1)
+    return frame.reset_index() if any(name is not None for name in frame.index.names) else frame
+
+
 def given_table(given: Any) -> Any:
     """A DataFrame, or a result that is a table (``is_table``), as its CSV file would be read; anything else as it is.
 
@@ -95,9 +118,8 @@ def given_table(given: Any) -> Any:
     found = given.to_frame() if getattr(given, "is_table", False) else given
     if not (hasattr(found, "iloc") and hasattr(found, "columns")):
         return given
-    named = any(name is not None for name in found.index.names)
     comments = "".join(f"# {key}: {value}\n" for key, value in found.attrs.items())
-    text = comments + (found.reset_index() if named else found).to_csv(index=False)
+    text = comments + flat_frame(found).to_csv(index=False)
     return GivenTable(type(given).__name__, text.encode())
 
 

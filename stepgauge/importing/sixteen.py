@@ -11,25 +11,27 @@ from stepgauge.alignment import is_point_table, read_points
 from stepgauge.errors import InputError, naming
 from stepgauge.importing.formats import TABLES
 from stepgauge.importing.logs import read_log, recognise_log
+from stepgauge.importing.tables.source import Given, read_source
 
 NUMBERS = np.arange(1, 17)
 WANTED = "a table with the columns point, x_mm, y_mm, z_mm, or the log of the program of stepgauge plan --teach"
 
 
-def read_sixteen(path: str | Path, surface: bool = False) -> NDArray[np.float64]:
+def read_sixteen(given: Given, surface: bool = False) -> NDArray[np.float64]:
     """16 tip centres, or with ``surface`` points on the surface, shape ``(16, 3)`` mm.
 
     A table ``point,x_mm,y_mm,z_mm``, one of another make with a column of the numbers 1 to 16, or rows in order, as the
     log of the program of ``stepgauge plan --teach`` has them. :class:`InputError` for what has not just these.
     """
+    path = given if isinstance(given, str | Path) else read_source(given).name
     try:
-        source = recognise_log(path)
+        source = recognise_log(given)
     except InputError:
         source = TABLES[0]  # the reader of points says what is wrong with it
-    if source == TABLES[0] and is_point_table(path):
-        return read_points(path)
+    if source == TABLES[0] and isinstance(given, str | Path) and is_point_table(given):
+        return read_points(given)
     try:
-        log = read_log(path, source)
+        log = read_log(given, source)
     except InputError as error:  # what it advises are options of import
         raise InputError(path, error.what, found=error.found, expected=WANTED) from None
     columns = [log.number, *log.columns.values()]

@@ -335,9 +335,16 @@ def _check_temperatures(columns: Columns, path: str | Path, lines: Sequence[int]
 def recording_of_frame(frame: pd.DataFrame, name: str = "recording") -> Recording:
     """The recording of a table with the columns of a recording's file; errors as :func:`read_recording`.
 
-    What stands in the comments of a file stands in ``frame.attrs``.
+    What stands in the comments of a file stands in ``frame.attrs``. One that lacks such a column, or has others than
+    numbers, is read as a table of any make.
     """
     columns = columns_of(frame)
+    if not {*REQUIRED} <= columns.keys() or any(values.dtype.kind not in "iufb" for values in columns.values()):
+        from stepgauge.importing.logs import import_log
+
+        found = import_log(frame, "csv").settled()
+        assert isinstance(found, Recording)
+        return found
     checked = _checked(columns, name, 0, range(1, len(frame) + 1))
     return Recording(checked, {str(key): str(value) for key, value in frame.attrs.items()}, name)
 

@@ -83,7 +83,7 @@ def check_given(
     """
     if given is None and (gauge or machine or placements):
         what = "this budget does not tell what its files stated, for an earlier version wrote it"
-        raise InputError(path, what, expected="stepgauge budget again")
+        raise InputError(path, what, expected="the budget made again")
     given = given or {}
     if gauge is not None:
         _check_same(gauge.path, stated_gauge(gauge), given["gauge"], path)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import re
+import shlex
 from collections.abc import Iterator, Mapping
 from importlib import import_module
 
-from stepgauge.verbs.define import Verb, verb_of
+from stepgauge.verbs.define import REQUIRED, Verb, VerbParameter, verb_of
 from stepgauge.verbs.kind import Kind
+from stepgauge.verbs.kinds import Flag, Number, Pair, Reads, Supplied, Vector
 
 PLACES: Mapping[str, str] = {
     "init": "project.init",
@@ -118,6 +122,95 @@ def all_verbs() -> Iterator[tuple[str, Verb]]:
 def verbs_of(group: str) -> list[str]:
     """Last words of the verbs of a group."""
     return [words.partition(" ")[2] for words in PLACES if words.startswith(f"{group} ")]
+
+
+METHODS = {"list files": "copy", "fleet query": "to_csv"}
+"""By what results are written that have no ``write``."""
+_COMMAND = re.compile(r"^stepgauge .*?(?= &$|$)", re.M)
+
+
+def python_examples(text: str) -> str:
+    """Commands, and what stands between them, with calls of Python in place of the commands."""
+    return _COMMAND.sub(lambda one: python_call(one[0], "sg."), re.sub(r" \\\n +", " ", text)).replace(" &\n", "\n")
+
+
+def python_call(command: str, prefix: str = "") -> str:
+    """What a command is in Python: the function alone without arguments, ``..`` for those that are missing.
+
+    The command itself where Python has no such function, or the verb no such argument.
+    """
+    from stepgauge import _PLACES
+
+    words = shlex.split(command)[1:]
+    name = next((one for many in (2, 1) if (one := " ".join(words[:many])) in PLACES), "")
+    function, rest = PLACES.get(name, "").rpartition(".")[2], words[len(name.split()) :]
+    if function not in _PLACES:
+        return command
+    try:
+        typed = _typed(find_verb(name), rest)
+    except LookupError:
+        return command
+    own = [one for one in find_verb(name).parameters if not one.writes]
+    left = [one for one in own if one.default is REQUIRED and one.name not in typed]
+    said = [_argument(one, typed[one.name]) for one in own if one.name in typed]
+    if not (rest or prefix):
+        return function
+    said += [f"{one.name}=None" for one in left if not one.required]
+    said += [f"{one.name}={SUPPLIED[one.name]}" for one in left if isinstance(one.kind, Supplied)]
+    said[:0] = [".."] if any(one.required and one.at_command for one in left) else []
+    written = [one for one in find_verb(name).parameters if one.writes and one.name in typed and one.name not in DRAWN]
+    more = f".{METHODS.get(name, 'write')}({_arguments(written, typed)})" if written else ""
+    return f"{prefix}{function}({', '.join(said)}){more}"
+
+
+SUPPLIED = {"ask": "input", "journal": '"journal"'}
+"""What Python may state for what the command line makes by itself."""
+DRAWN = ("draw", "plot", "polar_plot", "body_plot", "figure")
+"""Files of figures, which Python draws by ``plot``."""
+
+
+def _typed(verb: Verb, words: list[str]) -> dict[str, list[str]]:
+    """The words of a command by the parameter that they are of (``LookupError`` for an option of none)."""
+    options = {name: one for one in verb.parameters for name in (f"--{one.key}", f"-{one.short}") if not one.argument}
+    found, left = dict[str, list[str]](), list(words)
+    while left:
+        word = left.pop(0)
+        if word.startswith("-") and len(word) > 1:
+            one = options[word]
+            word = "" if isinstance(one.kind, Flag) else left.pop(0) if left else ".."
+        else:
+            free = [one for one in verb.parameters if one.argument and (one.repeated or one.name not in found)]
+            one = free[0]
+        found.setdefault(one.name, []).append(word)
+    return found
+
+
+def _arguments(parameters: list[VerbParameter], typed: Mapping[str, list[str]]) -> str:
+    """Of a method: what it begins with, then the others by name."""
+    first, *others = parameters
+    return ", ".join([_literal(first, typed[first.name]), *(_argument(one, typed[one.name]) for one in others)])
+
+
+def _argument(one: VerbParameter, texts: list[str]) -> str:
+    return _literal(one, texts) if one.argument else f"{one.name}={_literal(one, texts)}"
+
+
+def _literal(one: VerbParameter, texts: list[str]) -> str:
+    """What was typed for a parameter, as Python states it."""
+    if isinstance(one.kind, Flag):
+        return "True"
+    if texts == [".."]:
+        return ".."
+    if isinstance(one.one, Pair) and not one.one.whole:
+        return "{" + ", ".join(f"{_quoted(key)}: {_quoted(value)}" for key, value in map(one.one.parse, texts)) + "}"
+    if isinstance(one.one, Reads) and any("*" in text for text in texts):
+        return " + ".join(f"sorted(glob({_quoted(text)}))" for text in texts)
+    values = [_quoted(one.one.parse(text) if isinstance(one.one, Number | Vector) else text) for text in texts]
+    return values[0] if len(values) == 1 else f"[{', '.join(values)}]"
+
+
+def _quoted(value: object) -> str:
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
 
 
 VERBS = Catalogue(name for names in TASKS.values() for name in names)

@@ -15,12 +15,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property, wraps
 from typing import Any, ParamSpec, TypeVar
 
-from stepgauge.errors import without_unit
+from stepgauge.errors import python_text, without_unit
 from stepgauge.verbs.kind import ARGUMENT, Kind
 from stepgauge.verbs.kinds import Reads, Repeated, Supplied, Writes
 
 P = ParamSpec("P")
 T = TypeVar("T")
+SHORT = {"output": "o", "dialect": "d", "jobs": "j", "coverage_factor": "k"}
+"""Parameters with a short name of their own, besides those of files."""
 REQUIRED = inspect.Parameter.empty
 _HEAD = re.compile(r"^(Parameters|Returns|Raises|Examples)\n-+$", re.M)
 
@@ -72,6 +74,11 @@ class VerbParameter:
     def key(self) -> str:
         """Its name at the command line and in the project file: without the unit."""
         return without_unit(getattr(self.kind, "option", "") or self.name)
+
+    @property
+    def short(self) -> str:
+        """The letter that stands for it at the command line; empty where there is none."""
+        return self.one.short if isinstance(self.one, Reads | Writes) else SHORT.get(self.name, "")
 
     @property
     def at_command(self) -> bool:
@@ -243,12 +250,17 @@ def verb_of(function: Callable[..., Any]) -> Verb:
 
 
 def document(function: Callable[..., Any]) -> None:
-    """Complete the docstring of a verb with what is said once of the parameters that verbs share."""
+    """Complete the docstring of a verb for Python: parameters that verbs share, and calls in place of commands."""
+    from stepgauge.verbs.catalogue import python_examples
+
     known, parts = verb_of(function), _sections(function)
     lines = [f"{one.name} : {one.sentence}" for one in known.parameters if not (one.writes or one.borrowed)]
     parts["Parameters"] = "\n".join(textwrap.fill(line, 116, subsequent_indent="    ") for line in lines)
+    if "Examples" in parts:
+        parts["Examples"] = python_examples(parts["Examples"])
     order = ["", "Parameters", *(name for name in parts if name not in ("", "Parameters"))]
-    function.__doc__ = "\n\n".join(f"{name}\n{'-' * len(name)}\n{parts[name]}".strip() for name in order)
+    sections = (f"{name}\n{'-' * len(name)}\n{parts[name]}".strip() for name in order)
+    function.__doc__ = python_text("\n\n".join(sections))
 
 
 def _parameters(function: Callable[..., Any], writes: bool) -> tuple[VerbParameter, ...]:

@@ -119,16 +119,16 @@ def _read(points: "File | ArrayLike | pd.DataFrame", surface: bool) -> "np.ndarr
 
     from stepgauge.alignment import is_point_table, read_points
     from stepgauge.errors import InputError
+    from stepgauge.importing.sixteen import read_sixteen  # what others write
 
     if isinstance(points, File):
         if is_point_table(points):
             return read_points(points)
-        from stepgauge.importing.sixteen import read_sixteen  # what others write
-
         return read_sixteen(points, surface)
-    columns = ["x_mm", "y_mm", "z_mm"]
-    numbers = points[columns] if set(columns) <= set(getattr(points, "columns", ())) else points  # type: ignore[index]
-    given, expected = np.asarray(numbers, float), "finite numbers in mm, shape (16, 3)"
+    named = getattr(points, "columns", ())
+    if hasattr(points, "iloc") and any(isinstance(one, str) for one in named):
+        return read_sixteen(points, surface)  # type: ignore[arg-type]
+    given, expected = np.asarray(points, float), "finite numbers in mm, shape (16, 3)"
     if given.shape != (16, 3):
         raise InputError("points", "not 16 points", found=f"shape {given.shape}", expected=expected)
     bad = ~np.isfinite(given).all(axis=1)

@@ -227,7 +227,7 @@ def qualify_probe(
 
     Examples
     --------
-    stepgauge probe qualify sphere.csv --sphere-diameter 24.9981 --tip-diameter 4 -o qualification.json
+    stepgauge probe qualify sphere.csv --sphere-diameter 24.9981 --tip-diameter 6 -o qualification.json
     stepgauge probe compensate part.csv -q qualification.json -o part-compensated.csv
     """
     import math

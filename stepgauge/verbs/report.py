@@ -108,7 +108,7 @@ def report(
     stepgauge report result -g step-gauge-420 --budget result -c certificate.toml -o certificate.pdf
     stepgauge report diagnosis -o diagnosis.pdf
     stepgauge report before after -o overlay.pdf
-    stepgauge report result --interactive -o explore.html
+    stepgauge report result -g step-gauge-420 --interactive -o explore.html
     """
     from stepgauge.verbs.inputs import several
     from stepgauge.verbs.reporting import Reported, ReportRequest, write_result

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stepgauge.errors import InputError
+from stepgauge.files.tables import flat_frame
 from stepgauge.importing.tables.cells import LONG, Bulk, Cell, Cells
 from stepgauge.importing.tables.source import Source
 
@@ -49,7 +50,7 @@ def frame_cells(source: Source) -> Cells:
 
     frame = source.frame
     assert frame is not None
-    frame = frame if frame.index.names == [None] else frame.reset_index()
+    frame = flat_frame(frame)
     if frame.empty:
         raise InputError(source.name, "the table is empty", expected="a header, and rows of numbers")
     names = [" ".join(map(str, one)) if isinstance(one, tuple) else str(one) for one in frame.columns]
@@ -125,7 +126,7 @@ def _is_plain(values: list[Any]) -> bool:
 def _cell(value: Any) -> Cell:
     import pandas as pd
 
-    if value is None or value is pd.NaT or (isinstance(value, float) and np.isnan(value)):
+    if value is None or value is pd.NaT or value is pd.NA or (isinstance(value, float) and np.isnan(value)):
         return ""
     if isinstance(value, pd.Timestamp):
         return value.to_pydatetime()
