@@ -729,7 +729,19 @@ UNSHIPPED = (
         "my-",
         "step-gauge-1020",
     ),
-    *("before", "archive", "cause", "certificate", "diagonals", "logs", "exported", "rough.csv", '"fleet"', 'axis="x"', "monte-carlo"),
+    *(
+        "before",
+        "archive",
+        "cause",
+        "certificate",
+        "diagonals",
+        "logs",
+        "exported",
+        "rough.csv",
+        '"fleet"',
+        'axis="x"',
+        "monte-carlo",
+    ),
 )
 """What is not made here, of which the call is only bound to the function."""
 

@@ -20,7 +20,10 @@ from stepgauge.inference.proposal import Proposal
 from stepgauge.inference.search import Search
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import pandas as pd
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 NEAR = 9.0
@@ -35,6 +38,8 @@ HAS: dict[str, Callable[[NoiseModel], bool]] = {
     "outlying": lambda noise: noise.tails == "outlying",
     "heavy": lambda noise: noise.tails == "heavy",
 }
+TOLD = 0.05
+"""Probability from which a candidate that is no term of the best hypothesis is told."""
 COMPUTED = 6
 """Rivals of a term that are computed exactly."""
 
@@ -137,6 +142,54 @@ class Posterior:
                 raise ValueError(f"no candidate has the label {label!r}; expected {', '.join(near)}")
         return self.probability_of_any(frozenset({label}) for label in wanted)
 
+    def shape(self, label: str) -> tuple[float, float]:
+        """Posterior mean and standard uncertainty of a shape (a period, a time constant), in the unit of its values.
+
+        Beside the other terms and the noise of the best hypothesis, over all shapes of the grid; each stands for those
+        about it (rectangular, GUM 4.3.7), so that a grid that is too coarse widens the uncertainty.
+
+        Raises
+        ------
+        ValueError
+            a label that is no term of the best hypothesis, or a law whose ``values`` were not stated
+        """
+        place = next((i for i, one in enumerate(self.best.terms) if one.candidate.label == label), None)
+        law = None if place is None else self.best.terms[place].candidate
+        if place is None or not isinstance(law, Law) or law.values is None:
+            raise ValueError(
+                f"{label!r} has no shape here; expected a term of the best hypothesis, of a law with values"
+            )
+        log = np.array([self._with_shape(place, law, atom) for atom in range(law.atoms)])
+        weight, values = np.asarray(special.softmax(log)), law.values
+        mean = float(weight @ values)
+        width = np.abs(np.gradient(values)) if len(values) > 1 else np.zeros(1)
+        return mean, float(np.sqrt(weight @ ((values - mean) ** 2 + width**2 / 12.0)))
+
+    def _with_shape(self, place: int, law: Law, atom: int) -> float:
+        """Log posterior of the best hypothesis with another shape of one law."""
+        terms = list(self.best.terms)
+        own = terms[place]
+        log_prior = own.log_prior + law.log_weight[atom] - law.log_weight[own.atom]
+        terms[place] = replace(own, atom=atom, columns=law.columns(atom), log_prior=float(log_prior), shape=None)
+        return float(self.search.evidence(tuple(terms), self.best.noise, self.best.sigma_um).log_posterior)
+
+    def write(self, path: str | Path) -> None:
+        """Write the table of :meth:`to_frame` (CSV)."""
+        self.to_frame().to_csv(path, index=False)
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Residuals by row, and the sum of the terms of the best hypothesis, on ``axes`` or new ones of pyplot."""
+        if axes is None:
+            from matplotlib import pyplot
+
+            axes = pyplot.subplots()[1]
+        residual = self.search.problem.residual_um
+        axes.plot(residual, ".", label="residuals")
+        axes.plot(residual - self.best.residual_um, label=", ".join(sorted(self.best.labels)) or "no term")
+        axes.set(xlabel="row", ylabel="residual")
+        axes.legend()
+        return axes
+
     def to_frame(self) -> pd.DataFrame:
         """A row per candidate: its label, its probability, and whether the best hypothesis has it as a term."""
         import pandas as pd
@@ -153,7 +206,13 @@ class Posterior:
             first, *rivals = one.members
             others = "".join(f", or {rival.candidate.label} {rival.probability:.3g}" for rival in rivals)
             lines.append(f"{first.candidate.label} {first.probability:.3g}{others}")
-        return "\n".join(lines or ["no term: nothing is more probable than scatter alone"])
+        named = {member.candidate.label for one in self.sets for member in one.members}
+        rest = [
+            (one.label, self.probability_of_any([frozenset({one.label})])) for one in self.search.problem.candidates
+        ]
+        lines = lines or ["no term: nothing is more probable than scatter alone"]
+        besides = sorted(((label, p) for label, p in rest if p >= TOLD and label not in named), key=lambda one: -one[1])
+        return "\n".join([*lines, *(f"not in the best: {label} {p:.3g}" for label, p in besides)])
 
     def __repr__(self) -> str:
         return (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,7 +36,9 @@ def amplitude_prior(smallest: float, largest: float, count: int = 5) -> Amplitud
     return AmplitudePrior(np.geomspace(smallest, largest, count), np.full(count, -np.log(count)))
 
 
-def make_law(label: str, shapes: ArrayLike, prior: AmplitudePrior, odds: float = 0.1) -> Law:
+def make_law(
+    label: str, shapes: ArrayLike, prior: AmplitudePrior, odds: float = 0.1, values: ArrayLike | None = None
+) -> Law:
     """A candidate with a few amplitudes and a grid of shapes, all equally likely.
 
     Parameters
@@ -45,11 +48,12 @@ def make_law(label: str, shapes: ArrayLike, prior: AmplitudePrior, odds: float =
         n)``; ``(d, n)`` or ``(n,)`` for a single shape
     prior : of the amplitudes
     odds : prior odds that it is a cause
+    values : what the shapes are (periods, times of onset ..), rising, ``(m,)``: for :meth:`Posterior.shape`
 
     Raises
     ------
     ValueError
-        shapes of more than three dimensions
+        shapes of more than three dimensions, or values that are not one for each shape
     """
     pattern = np.asarray(shapes, float)
     if pattern.ndim > 3:
@@ -57,7 +61,11 @@ def make_law(label: str, shapes: ArrayLike, prior: AmplitudePrior, odds: float =
     pattern = pattern.reshape((1,) * (3 - pattern.ndim) + pattern.shape)
     weight = np.full(len(pattern), -np.log(len(pattern)))
     shares = np.ones((1, pattern.shape[2]))
-    return Law(label, label, True, float(np.log(odds)), prior, pattern=pattern, shares=shares, log_weight=weight)
+    stated = None if values is None else np.asarray(values, float)
+    if stated is not None and (stated.shape != (len(pattern),) or not (np.diff(stated) > 0.0).all()):
+        raise ValueError(f"values of {label} are {stated.shape}, expected {len(pattern)} that rise, one for each shape")
+    known: dict[str, Any] = {"pattern": pattern, "shares": shares, "log_weight": weight, "values": stated}
+    return Law(label, label, True, float(np.log(odds)), prior, **known)
 
 
 def make_gaussian_process(

@@ -33,7 +33,7 @@ def evidence(said: Said, drawn: Sequence[Block], language: str) -> Iterator[Bloc
     yield words(_measured(said, axis))
     yield words(
         f"A single reading scatters by {significant(noise[f'sigma_{unit}'])} {unit} (one standard deviation), with"
-        f" {noise['dof']} degrees of freedom. The priors of a CMM are taken in proportion to this scatter."
+        f" {noise['dof']} degrees of freedom. The usual sizes of causes are taken in proportion to this scatter."
     )
     rms = [significant(fit[f"rms_{when}_{unit}"]) for when in ("before", "after")]
     chi2 = [significant(fit[f"chi2_dof_{when}"]) for when in ("before", "after")]

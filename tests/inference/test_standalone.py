@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -127,3 +128,39 @@ def test_a_candidate_that_is_not_there_makes_no_other_probable() -> None:
     alone, beside = (sg.inference.infer(sg.inference.make_problem(um, 0.5, some)) for some in (laws, [*laws, smooth]))
     assert beside.probability("smooth") < 0.1
     assert beside.probability("step") == pytest.approx(alone.probability("step"), abs=0.02)
+
+
+def test_a_shape_has_a_standard_uncertainty_and_the_posterior_a_table_and_a_figure(tmp_path: Path) -> None:
+    """Against the Cramer-Rao bound of a frequency: u(f) = sqrt(6) s / (pi A T sqrt(n)); a coarse grid is its step."""
+    n, truth, amplitude, sd = 200, 23.0, 3.0, 0.5
+    x = np.arange(float(n))
+    y = amplitude * np.sin(2.0 * np.pi * x / truth + 0.4) + np.random.default_rng(5).normal(0.0, sd, n)
+    bound = truth**2 * np.sqrt(6.0) * sd / (np.pi * amplitude * n * np.sqrt(n))
+    size = sg.inference.amplitude_prior(0.3, 10.0)
+    found = []
+    for step in (0.005, 1.0):
+        periods = np.arange(20.0, 26.0 + step / 2.0, step)
+        waves = [[np.sin(2.0 * np.pi * x / one), np.cos(2.0 * np.pi * x / one)] for one in periods]
+        laws = [sg.inference.make_law("wave", waves, size, values=periods), sg.inference.make_law("slope", x, size)]
+        found.append(sg.inference.infer(sg.inference.make_problem(y, sd, laws)))
+    (fine, u_fine), (_, u_coarse) = (one.shape("wave") for one in found)
+    assert u_fine == pytest.approx(bound, rel=0.25)
+    assert abs(fine - truth) < 3.0 * u_fine
+    assert u_coarse == pytest.approx(1.0 / np.sqrt(12.0), rel=0.1)
+    with pytest.raises(ValueError, match="'slope' has no shape here"):
+        found[0].shape("slope")
+    found[0].write(tmp_path / "posterior.csv")
+    assert (tmp_path / "posterior.csv").read_text().startswith("label,probability,in_best\nwave,")
+    assert len(found[0].plot().lines) == 2
+
+
+def test_what_is_probable_and_not_in_the_best_hypothesis_is_in_the_summary() -> None:
+    """A slope of 1.5 standard uncertainties, which leaves both possible."""
+    x = np.linspace(-1.0, 1.0, 60)
+    law = sg.inference.make_law("slope", x, sg.inference.amplitude_prior(0.1, 1.0), odds=0.5)
+    y = np.random.default_rng(3).normal(0.0, 1.0, 60)
+    y += (0.33 - np.polyfit(x, y, 1)[0]) * x
+    found = sg.inference.infer(sg.inference.make_problem(y, 1.0, [law]))
+    assert found.best.labels == set()
+    assert 0.05 < found.probability("slope") < 0.5
+    assert re.search(r"^not in the best: slope 0\.\d+$", found.summary(), re.M)
