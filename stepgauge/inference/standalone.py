@@ -48,7 +48,7 @@ def make_law(
         n)``; ``(d, n)`` or ``(n,)`` for a single shape
     prior : of the amplitudes
     odds : prior odds that it is a cause
-    values : what the shapes are (periods, times of onset ..), rising, ``(m,)``: for :meth:`Posterior.shape`
+    values : what the shapes are (periods, times of onset ..), in order, ``(m,)``: for :meth:`Posterior.shape`
 
     Raises
     ------
@@ -62,8 +62,8 @@ def make_law(
     weight = np.full(len(pattern), -np.log(len(pattern)))
     shares = np.ones((1, pattern.shape[2]))
     stated = None if values is None else np.asarray(values, float)
-    if stated is not None and (stated.shape != (len(pattern),) or not (np.diff(stated) > 0.0).all()):
-        raise ValueError(f"values of {label} are {stated.shape}, expected {len(pattern)} that rise, one for each shape")
+    if stated is not None and (stated.shape != (len(pattern),) or len({*np.sign(np.diff(stated))} - {0.0}) > 1):
+        raise ValueError(f"values of {label} are {stated.shape}, expected {len(pattern)} in order, one for each shape")
     known: dict[str, Any] = {"pattern": pattern, "shares": shares, "log_weight": weight, "values": stated}
     return Law(label, label, True, float(np.log(odds)), prior, **known)
 

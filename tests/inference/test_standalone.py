@@ -27,6 +27,8 @@ def test_the_examples_of_the_page_find_what_they_hide() -> None:
     periods = np.asarray(names["periods"])
     (wave,) = (one for one in posterior.best.terms if one.candidate.label == "periodic error")
     assert periods[wave.atom] == pytest.approx(730.0, rel=0.03)
+    period, u = posterior.shape("periodic error")
+    assert abs(period - 730.0) < 3.0 * u
     exec(compile(second, str(PAGE), "exec"), names)
     posterior = names["posterior"]
     assert isinstance(posterior, sg.inference.Posterior)
