@@ -159,13 +159,13 @@ class Posterior:
             raise ValueError(
                 f"{label!r} has no shape here; expected a term of the best hypothesis, of a law with values"
             )
-        log = np.array([self._with_shape(place, law, atom) for atom in range(law.atoms)])
+        log = np.array([self._shape_log_posterior(place, law, atom) for atom in range(law.atoms)])
         weight, values = np.asarray(special.softmax(log)), law.values
         mean = float(weight @ values)
         width = np.abs(np.gradient(values)) if len(values) > 1 else np.zeros(1)
         return mean, float(np.sqrt(weight @ ((values - mean) ** 2 + width**2 / 12.0)))
 
-    def _with_shape(self, place: int, law: Law, atom: int) -> float:
+    def _shape_log_posterior(self, place: int, law: Law, atom: int) -> float:
         """Log posterior of the best hypothesis with another shape of one law."""
         terms = list(self.best.terms)
         own = terms[place]

@@ -183,10 +183,10 @@ def write_qualification(path: str | Path, qualification: Qualification) -> None:
 
 def read_qualification(path: str | Path) -> Qualification:
     """A qualification file; :class:`InputError` names what is wrong with it."""
-    return qualification_of(read_result(path, KIND), path)
+    return check_qualification(read_result(path, KIND), path)
 
 
-def qualification_of(data: Mapping[str, Any], path: str | Path) -> Qualification:
+def check_qualification(data: Mapping[str, Any], path: str | Path) -> Qualification:
     """What a file of a qualification states."""
     return check_table(Qualification, {key: value for key, value in data.items() if key not in _ABOUT}, path)
 

@@ -32,7 +32,7 @@ from stepgauge.probes.qualification import (
     KIND,
     Method,
     Qualification,
-    qualification_of,
+    check_qualification,
     read_qualification,
     write_qualification,
 )
@@ -213,7 +213,7 @@ def given_qualification(given: str | Path | Qualified | StoredResult) -> tuple[Q
     if isinstance(given, Qualified):
         return given.qualification, KIND
     if isinstance(given, StoredResult) and given.kind == KIND:
-        return qualification_of(given.values, KIND), KIND
+        return check_qualification(given.values, KIND), KIND
     if isinstance(given, str | Path):
         return read_qualification(given), given
     expected = "what qualify_probe gives, or its file"
