@@ -751,7 +751,7 @@ def test_examples_in_help_are_python_that_runs(tmp_path: Path, monkeypatch: pyte
     names = {verb.function.__name__ for _, verb in all_verbs()} & {*sg.__all__}
     texts = {name: inspect.getdoc(getattr(sg, name)) or "" for name in names}
     assert [name for name, text in texts.items() if re.search(r"\bstepgauge [a-z0-9]+ |(?<![\w-])--[a-z]", text)] == []
-    lines = {line for text in texts.values() for line in text.splitlines() if line.startswith("sg.")}
+    lines = {line for text in texts.values() for line in re.findall(r"^>>> (sg\..*)", text, re.M)}
     monkeypatch.chdir(tmp_path)
     (tmp_path / "points.csv").write_bytes(POINTS.read_bytes())
     (tmp_path / "machine.toml").write_text(str(sg.list_files("bridge-cmm.toml")), encoding="utf-8")

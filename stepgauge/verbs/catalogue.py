@@ -131,7 +131,7 @@ _COMMAND = re.compile(r"^stepgauge .*?(?= &$|$)", re.M)
 
 def python_examples(text: str) -> str:
     """Commands, and what stands between them, with calls of Python in place of the commands."""
-    return _COMMAND.sub(lambda one: python_call(one[0], "sg."), re.sub(r" \\\n +", " ", text)).replace(" &\n", "\n")
+    return _COMMAND.sub(lambda one: python_call(one[0], ">>> sg."), re.sub(r" \\\n +", " ", text)).replace(" &\n", "\n")
 
 
 def python_call(command: str, prefix: str = "") -> str:
