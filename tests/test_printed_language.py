@@ -47,7 +47,7 @@ from tests.web.gathered import ROOT, _templates
 DAY = datetime.date(2026, 5, 4)
 STATED = UserStatements(DAY, "4711.5", "Customer & Sons 2.5", "Hall 3", "A. Meyer", "Made with 1.5 mm of dirt", "de")
 ENGLISH = re.compile(
-    r"\b(the|is|are|not|and|with|of|which|by|from|at|no|to|over|along|error|largest|gauge|certificate|calibration)\b"
+    r"\b(the|is|are|what|this|not|and|with|of|which|by|from|at|no|to|over|along|error|largest|gauge|certificate|calibration)\b"
 )
 ALIKE = {
     *("air", "polar", "polar (°)", "Name", "Block", "Material", "Software", "Position", "MPE", "R_eff", "Monte Carlo"),
@@ -90,7 +90,8 @@ JOINED = {
     "The answer does not have the odds of {} to 1 that were asked for: {}.",
     "with a chance of {} % it shows what was hidden so far ({})",
     *("{} by ISO 230-3:2020", "Environmental temperature variation error (ETVE)"),
-    "Thermal distortion by moving a linear axis",
+    *("Thermal distortion by moving a linear axis", "arm azimuth {}"),
+    "Only what such a sensor can have was looked for.",
     "Residuals before and after and without the structure; noise of a probing: {}",
 }
 """Put together of several texts of the code."""

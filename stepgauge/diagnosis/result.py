@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 
 import numpy as np
 import pandas as pd
@@ -19,7 +19,7 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.wording.notation import members_of
 from stepgauge.effects import Effect
 from stepgauge.errors import InputError
-from stepgauge.files.arrays import Array
+from stepgauge.files.arrays import Array, read_arrays
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.outputs import open_set
@@ -30,7 +30,7 @@ from stepgauge.recording import Recording
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FILE = "diagnosis.json"
+FILE, DRAWN_FILE = "diagnosis.json", "figures.npy"
 OUTLIERS = "outliers"
 """Kind of the finding that lists single rows."""
 NEEDED = ("verdict", "effects", "unexplained", "fit", "inputs")
@@ -150,6 +150,19 @@ class Check:
     phrase: Mapping[str, Any]
 
 
+class Drawn(Protocol):
+    """What figures are drawn from, kept beside a diagnosis: they can be drawn again, in any language."""
+
+    @classmethod
+    def read(cls, said: Mapping[str, Any]) -> Drawn:
+        """From the fields as :func:`stepgauge.files.arrays.read_arrays` gives them."""
+        ...
+
+    def figures(self) -> dict[str, Figure]:
+        """All figures by name."""
+        ...
+
+
 class Diagnosis(Plotted):
     """What is stated of a recording, of an axis, or of the map of a probe.
 
@@ -223,8 +236,16 @@ class Diagnosis(Plotted):
         return [path]
 
     def figures(self) -> dict[str, Figure]:
-        """The figures that are written beside ``diagnosis.json``, by name; none of what was read back."""
-        return {}
+        """The figures that are written beside ``diagnosis.json``, by name; none where that was read from no folder."""
+        kept = Path(self.path).with_name(DRAWN_FILE)
+        return self.drawing().read(read_arrays(kept)).figures() if self.path and kept.is_file() else {}
+
+    def drawing(self) -> type[Drawn]:
+        """What its figures are drawn from: of an axis, or of a recording of a gauge."""
+        from stepgauge.figures.axis import DrawnAxis
+        from stepgauge.figures.diagnosis import DrawnDiagnosis
+
+        return DrawnAxis if "axis" in self.contents else DrawnDiagnosis
 
     def changed(self) -> list[str]:
         """Files that it was made from which are there, but are not as they were: of a machine file what it used."""
@@ -282,6 +303,14 @@ def _files(inputs: Any) -> Iterator[tuple[str, str]]:
 
 class ComputedDiagnosis(Diagnosis):
     """A diagnosis with its readings: of a gauge, an axis, or the map of a probe."""
+
+    def drawn(self) -> Drawn | None:
+        """What its figures are drawn from; None of a map, of which only pictures are kept."""
+        return None
+
+    def figures(self) -> dict[str, Figure]:
+        """The figures that are written beside ``diagnosis.json``, by name."""
+        return drawn.figures() if (drawn := self.drawn()) else {}
 
     def outputs(self, folder: Path) -> tuple[Mapping[str, Any], Mapping[str, str]]:
         """The contents for a folder, for the commands that name its files, and the texts beside them by file name."""
@@ -368,11 +397,10 @@ class GaugeDiagnosis(StatedDiagnosis):
 
         return diagnosis_to_dict(self)
 
-    def figures(self) -> dict[str, Figure]:
-        """Residuals and effects, by the names of their files."""
-        from stepgauge.figures.diagnosis import figures_of
+    def drawn(self) -> Drawn:
+        from stepgauge.figures.diagnosis import drawn_of
 
-        return figures_of(self)
+        return drawn_of(self)
 
     def outputs(self, folder: Path) -> tuple[Mapping[str, Any], Mapping[str, str]]:
         from stepgauge.diagnosis.output.files import gauge_outputs

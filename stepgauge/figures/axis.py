@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,21 +34,52 @@ MOST_POINTS = 4000
 PRINTED = {"um": "µm", "uin": "µin", "deg": "°", "arcsec": "″", "urad": "µrad"}
 
 
-def axis_figure(found: GaugeDiagnosis, data: AxisData) -> Figure:
-    """Above before, below after, with two-sigma lines of the scatter; one column per quantity."""
+@dataclass(frozen=True)
+class DrawnAxis:
+    """What the figure of an axis is drawn from.
+
+    ``against``: what deviations may depend on ``(n,)``, by labels of axes; ``before`` and ``after (n,)`` in ``unit``;
+    ``way (n,)``: directions of travel; ``two_sigma`` of the scatter.
+    """
+
+    against: Mapping[str, Array]
+    before: Array
+    after: Array
+    way: Array
+    two_sigma: float
+    unit: str
+
+    @classmethod
+    def read(cls, said: Mapping[str, Any]) -> DrawnAxis:
+        """From what :func:`stepgauge.files.arrays.read_arrays` gives."""
+        return cls(**said)
+
+    def figures(self) -> dict[str, Figure]:
+        """Deviations before and after."""
+        return {"residuals": axis_figure(self)}
+
+
+def drawn_of(found: GaugeDiagnosis, data: AxisData) -> DrawnAxis:
+    """What the figure of an axis is drawn from, in the user's units."""
     recording = data.recording
     factor = 1.0 / data.scaling.deviation / recording.units.base_deviation
     way = recording.frame["way"].to_numpy(float)
-    panels = _panels(found, data)
+    before, after = (um * way * factor for um in (found.before_um, found.after_um))
     unit = _printed(recording.units.deviation)
+    return DrawnAxis(dict(_panels(found, data)), before, after, way, 2.0 * found.noise.sigma_um * factor, unit)
+
+
+def axis_figure(drawn: DrawnAxis) -> Figure:
+    """Above before, below after, with two-sigma lines of the scatter; one column per quantity."""
+    columns = len(drawn.against)
     with figure_style():
-        figure = new_figure(70.0 + 55.0 * (len(panels) - 1) if len(panels) > 1 else 110.0, 100.0, solved=False)
-        grid = figure.subplots(2, len(panels), sharey="row", squeeze=False)
-        for axes, um, name in zip(grid, (found.before_um, found.after_um), ("before", "after"), strict=True):
-            for one, (label, x) in zip(axes, panels, strict=True):
-                _draw(one, x, um * way * factor, way, 2.0 * found.noise.sigma_um * factor)
+        figure = new_figure(70.0 + 55.0 * (columns - 1) if columns > 1 else 110.0, 100.0, solved=False)
+        grid = figure.subplots(2, columns, sharey="row", squeeze=False)
+        for axes, values, name in zip(grid, (drawn.before, drawn.after), ("before", "after"), strict=True):
+            for one, (label, x) in zip(axes, drawn.against.items(), strict=True):
+                _draw(one, x, values, drawn.way, drawn.two_sigma)
                 one.set_xlabel(label if name == "after" else "")
-            axes[0].set_ylabel(f"deviation {name} ({unit})")
+            axes[0].set_ylabel(f"deviation {name} ({drawn.unit})")
         add_legend(figure, axes_entries(grid[0][0]))
     return figure
 

@@ -8,7 +8,8 @@ effects, so that the law is drawn through the data to which it was fitted.
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -57,53 +58,90 @@ GRAIN = 1e-3
 """Share of the axis within which positions count as the same."""
 
 
-def figures_of(diagnosis: GaugeDiagnosis) -> dict[str, Figure]:
-    """All figures of a diagnosis by name: the overview, the residuals and, where there are any, the effects."""
-    found = {OVERVIEW: overview_figure(diagnosis), RESIDUALS: residual_figure(diagnosis)}
-    return found | ({EFFECTS: effect_figure(diagnosis)} if panels(diagnosis) else {})
+@dataclass(frozen=True)
+class DrawnDiagnosis:
+    """What the figures of a diagnosis are drawn from.
+
+    ``against``: covariates with their values ``(n,)`` by the labels of their axes; ``before_um`` and ``rest_um``:
+    residuals ``(n,)`` before and after; ``used (n,)``: rows that are no outliers; ``placement (n,)`` counts from 0;
+    ``structure``: whether a part without a law is in what was found.
+    """
+
+    against: Mapping[str, Array]
+    before_um: Array
+    rest_um: Array
+    used: NDArray[np.bool_]
+    front: NDArray[np.bool_]
+    placement: NDArray[np.intp]
+    sigma_um: float
+    structure: bool
+    panels: tuple[EffectPanel, ...] = ()
+
+    @classmethod
+    def read(cls, said: Mapping[str, Any]) -> DrawnDiagnosis:
+        """From what :func:`stepgauge.files.arrays.read_arrays` gives."""
+        made = [{**one, "groups": tuple(Group(**group) for group in one["groups"])} for one in said["panels"]]
+        return cls(**{**said, "panels": tuple(EffectPanel(**one) for one in made)})
+
+    def figures(self) -> dict[str, Figure]:
+        """All figures by name: the overview, the residuals and, where there are any, the effects."""
+        found = {OVERVIEW: overview_figure(self), RESIDUALS: residual_figure(self)}
+        return found | ({EFFECTS: effect_figure(self)} if self.panels else {})
 
 
-def overview_figure(diagnosis: GaugeDiagnosis) -> Figure:
+def drawn_of(diagnosis: GaugeDiagnosis) -> DrawnDiagnosis:
+    """What the figures of a diagnosis are drawn from."""
+    data = diagnosis.data
+    return DrawnDiagnosis(
+        {label_of(one): covariate_values(one, data) for one in _covariates_that_matter(diagnosis)},
+        diagnosis.before_um,
+        diagnosis.rest_um,
+        np.isfinite(diagnosis.noise.by_row_um),
+        data.side > 0,
+        data.placement,
+        float(diagnosis.noise.sigma_um),
+        bool(diagnosis.forms),
+        tuple(replace(one, seen=one.rows_seen(data)) for one in panels(diagnosis)),
+    )
+
+
+def overview_figure(drawn: DrawnDiagnosis) -> Figure:
     """Residuals before and after in one row of panels, low enough for a first page beside its words."""
-    drawn = _covariates_that_matter(diagnosis)
-    limit = _limit(diagnosis)
+    limit = _limit(drawn)
     with figure_style():
         figure = new_figure(180.0, 48.0, solved=False)
-        row = figure.subplots(1, len(drawn), sharey=True, squeeze=False)[0]
-        for axes, covariate in zip(row, drawn, strict=True):
-            x = covariate_values(covariate, diagnosis.data)
-            for um, name in ((diagnosis.before_um, "before"), (diagnosis.rest_um, "after")):
+        row = figure.subplots(1, len(drawn.against), sharey=True, squeeze=False)[0]
+        for axes, (label, x) in zip(row, drawn.against.items(), strict=True):
+            for um, name in ((drawn.before_um, "before"), (drawn.rest_um, "after")):
                 every = np.ones(len(x), dtype=bool)
                 _scatter(axes, x, np.clip(um, -limit, limit), [Group(every, COLORS[name], "o", name)], 0.6)
-            _noise_lines(axes, diagnosis.noise.sigma_um)
-            _ring_outliers(axes, x, np.clip(diagnosis.before_um, -limit, limit), diagnosis)
-            _label_x(axes, label_of(covariate))
+            _noise_lines(axes, drawn.sigma_um)
+            _ring_outliers(axes, x, np.clip(drawn.before_um, -limit, limit), drawn)
+            _label_x(axes, label)
         row[0].set_ylim(-limit, limit)
         row[0].set_ylabel("residual (µm)")
         add_legend(figure, axes_entries(row[0]))
     return figure
 
 
-def residual_figure(diagnosis: GaugeDiagnosis) -> Figure:
+def residual_figure(drawn: DrawnDiagnosis) -> Figure:
     """Residuals before and after against up to three covariates, and their distribution."""
-    data = diagnosis.data
-    drawn = _covariates_that_matter(diagnosis)
-    after = diagnosis.rest_um
+    columns, limit = len(drawn.against), _limit(drawn)
+    groups = sides(drawn.front)
     with figure_style():
         figure = new_figure(180.0, 105.0, solved=False)
-        grid = figure.subplots(2, len(drawn) + 1, sharey=True, squeeze=False, width_ratios=[1.0] * len(drawn) + [0.55])
-        limit = _limit(diagnosis)
+        grid = figure.subplots(2, columns + 1, sharey=True, squeeze=False, width_ratios=[1.0] * columns + [0.55])
         grid[0][0].set_ylim(-limit, limit)
-        told = "after,\nwithout the structure" if diagnosis.forms else "after"
-        for axes, um, name in zip(grid, (diagnosis.before_um, after), ("before", "after"), strict=True):
-            for one, covariate in zip(axes, drawn, strict=False):
-                _scatter(one, covariate_values(covariate, data), um, sides(data))
-                _noise_lines(one, diagnosis.noise.sigma_um)
-                _ring_outliers(one, covariate_values(covariate, data), np.clip(um, -limit, limit), diagnosis)
-            _distribution(axes[-1], um[np.isfinite(diagnosis.noise.by_row_um)], diagnosis.noise.sigma_um)
-            axes[0].set_ylabel(f"residual {told if name == 'after' else name} (µm)")
-        for one, covariate in zip(grid[1], drawn, strict=False):
-            _label_x(one, label_of(covariate))
+        told = "after,\nwithout the structure" if drawn.structure else "after"
+        for axes, um, name in zip(grid, (drawn.before_um, drawn.rest_um), ("before", told), strict=True):
+            for one, x in zip(axes, drawn.against.values(), strict=False):
+                _scatter(one, x, um, groups)
+                _noise_lines(one, drawn.sigma_um)
+                _ring_outliers(one, x, np.clip(um, -limit, limit), drawn)
+            _distribution(axes[-1], um[drawn.used], drawn.sigma_um)
+            axes[0].set_ylabel(f"residual {name} (µm)")
+        for one, label in zip(grid[1], drawn.against, strict=False):
+            _label_x(one, label)
         grid[1][-1].set_xlabel("density")
         add_legend(figure, axes_entries(grid[0][0], grid[0][-1]))
     return figure
@@ -131,17 +169,16 @@ def draw_probabilities(axes: Axes, stored: Diagnosis) -> None:
     axes.set_title(f"verdict: {stored.verdict}", loc="left")
 
 
-def effect_figure(diagnosis: GaugeDiagnosis) -> Figure:
+def effect_figure(drawn: DrawnDiagnosis) -> Figure:
     """Every effect with its law through the residuals of the other effects."""
-    found = panels(diagnosis)
-    rest = diagnosis.rest_um
+    found = drawn.panels
     rows = (len(found) + 1) // 2 if len(found) > 1 else 1
     with figure_style():
         across = min(len(found), 2)
         figure = new_figure(180.0 if across > 1 else 120.0, 62.0 * rows + 8.0, solved=False)
         grid = figure.subplots(rows, across, squeeze=False)
         for axes, panel in zip(grid.flat, found, strict=False):
-            _effect_panel(axes, panel, rest + panel.share_um, diagnosis)
+            _effect_panel(axes, panel, drawn.rest_um + panel.share_um, drawn)
             axes.set_title(textwrap.fill(panel.title, TITLE_CHARACTERS[across]), loc="left")
         for axes in grid.flat[len(found) :]:
             axes.set_axis_off()
@@ -192,19 +229,18 @@ def _noise_lines(axes: Axes, sigma_um: float) -> None:
         )
 
 
-def _ring_outliers(axes: Axes, x: Array, um: Array, diagnosis: GaugeDiagnosis) -> None:
-    rows = diagnosis.noise.outliers
-    if rows.size:
+def _ring_outliers(axes: Axes, x: Array, um: Array, drawn: DrawnDiagnosis) -> None:
+    rows = ~drawn.used
+    if rows.any():
         axes.plot(
             x[rows], um[rows], "o", color="black", markerfacecolor="none", markersize=6, label="outlier", clip_on=False
         )
 
 
-def _limit(diagnosis: GaugeDiagnosis) -> float:
+def _limit(drawn: DrawnDiagnosis) -> float:
     """Limit of the axis for all but far outliers, whose rings are drawn at the edge."""
-    used = np.isfinite(diagnosis.noise.by_row_um)
-    before = np.abs(diagnosis.before_um[used])
-    return 1.1 * max(float(before.max(initial=0.0)), 3.0 * diagnosis.noise.sigma_um, 1e-3)
+    before = np.abs(drawn.before_um[drawn.used])
+    return 1.1 * max(float(before.max(initial=0.0)), 3.0 * drawn.sigma_um, 1e-3)
 
 
 def _distribution(axes: Axes, um: Array, sigma_um: float) -> None:
@@ -220,22 +256,21 @@ def _distribution(axes: Axes, um: Array, sigma_um: float) -> None:
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def _effect_panel(axes: Axes, panel: EffectPanel, um: Array, diagnosis: GaugeDiagnosis) -> None:
+def _effect_panel(axes: Axes, panel: EffectPanel, um: Array, drawn: DrawnDiagnosis) -> None:
     """EffectPanel of an effect, without placements in which it does not show."""
-    data = diagnosis.data
     value, law = panel.of(um), panel.of(panel.share_um)
-    told = np.isfinite(diagnosis.noise.by_row_um) & np.isfinite(value)
-    seen = panel.seen(data) & told
+    told = drawn.used & np.isfinite(value)
+    seen = panel.seen & told
     seen = seen if seen.any() else told  # what shows nowhere beyond an origin is still drawn as it was fitted
     _scatter(axes, panel.x, np.where(seen, value, np.nan), panel.groups, 0.3)
     if not panel.common:
-        _name_lines(axes, panel, law, np.where(seen, data.placement, -1))
-    for placement in [None] if panel.common else np.unique(data.placement[seen]):
-        here = seen if placement is None else seen & (data.placement == placement)
+        _name_lines(axes, panel, law, np.where(seen, drawn.placement, -1))
+    for placement in [None] if panel.common else np.unique(drawn.placement[seen]):
+        here = seen if placement is None else seen & (drawn.placement == placement)
         for group in panel.groups:
             rows = here & group.rows
             if rows.any():
-                _means(axes, panel, um, rows, group, diagnosis.noise.sigma_um)
+                _means(axes, panel, um, rows, group, drawn.sigma_um)
                 if panel.split:
                     _law_line(axes, panel.x[rows], law[rows], group.line, group.law)
         if not panel.split:

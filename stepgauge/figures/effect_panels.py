@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,7 +107,7 @@ class EffectPanel:
 
     ``x (n,)``: the covariate, named by ``label``; ``share_um (n,)``: displacement along the approach; ``weight (n,)``:
     displacement of each reading by one unit of ``quantity``, um along the approach; ``split``: whether the law differs
-    between the groups; ``common``: whether all placements follow one law.
+    between the groups; ``common``: whether all placements follow one law; ``seen (n,)``: :meth:`rows_seen`.
     """
 
     title: str
@@ -119,13 +119,14 @@ class EffectPanel:
     groups: tuple[Group, ...]
     split: bool = True
     common: bool = False
+    seen: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
 
     def of(self, um: Array) -> Array:
         """Displacements along the approach as values of the quantity; NaN where they have too little information."""
         told = np.abs(self.weight) > FAINT * np.abs(self.weight).max()
         return np.divide(um, self.weight, out=np.full(len(um), np.nan), where=told)
 
-    def seen(self, data: Residuals) -> NDArray[np.bool_]:
+    def rows_seen(self, data: Residuals) -> NDArray[np.bool_]:
         """Rows of the placements in which the effect shows beside the origins; all, if the effect is one of origins."""
         if self.label in COUNTED:
             return np.ones(len(data), bool)
@@ -141,12 +142,9 @@ def panels(diagnosis: GaugeDiagnosis) -> list[EffectPanel]:
     return [*named, *(_panel_of_form(form, data) for form in diagnosis.forms)][:MOST_PANELS]
 
 
-def sides(data: Residuals) -> tuple[Group, ...]:
+def sides(front: NDArray[np.bool_]) -> tuple[Group, ...]:
     """Fronts and backs."""
-    return (
-        Group(data.side > 0, CYCLE[0], ">", "fronts"),
-        Group(data.side < 0, CYCLE[1], "<", "backs"),
-    )
+    return Group(front, CYCLE[0], ">", "fronts"), Group(~front, CYCLE[1], "<", "backs")
 
 
 def label_of(covariate: str) -> str:
@@ -194,7 +192,7 @@ def _panel_of(finding: Finding, data: Residuals) -> EffectPanel:
     label, x = _against(finding.effect, data)
     share = finding.share_um
     side = "gauge" if finding.effects else _along_what(x, share, data)
-    return EffectPanel(title, label, x, share, _along(side), mask(data, side), sides(data))
+    return EffectPanel(title, label, x, share, _along(side), mask(data, side), sides(data.side > 0))
 
 
 def _along_what(x: Array, um: Array, data: Residuals) -> str:
@@ -277,7 +275,7 @@ def _form_groups(form: Located, data: Residuals) -> tuple[tuple[Group, ...], boo
         way = data.probings.way()
         there = Group(way > 0, CYCLE[2], ">", "on the way there", "-", "fitted law there")
         return (there, Group(way < 0, CYCLE[3], "<", "on the way back", "--", "fitted law back")), True
-    return sides(data), False
+    return sides(data.side > 0), False
 
 
 def _title(form: Located) -> str:

@@ -1,13 +1,18 @@
-"""The types of numbers in arrays, and whether two things hold the same of them."""
+"""The types of numbers in arrays, files of them, and whether two things hold the same of them."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.files.outputs import replacing
 
 Array = NDArray[np.float64]
 """Floating-point numbers; shapes stand in the docstrings."""
@@ -39,3 +44,34 @@ def same_content(one: Any, other: Any) -> bool:
         numbers = values.dtype.kind in "fc" and others.dtype.kind in "fc"
         return np.array_equal(values, others, equal_nan=numbers)
     return bool(one == other)
+
+
+def write_arrays(path: str | Path, said: Any) -> None:
+    """Write dataclasses, dictionaries, lists, texts, numbers and arrays as one file: JSON and the arrays behind it."""
+    arrays: list[NDArray[Any]] = []
+
+    def numbered(value: Any) -> dict[str, Any]:
+        if is_dataclass(value):
+            return {one.name: getattr(value, one.name) for one in fields(value)}
+        arrays.append(np.asarray(value))
+        return {ARRAY: len(arrays) - 1}
+
+    text = json.dumps(said, default=numbered)
+    with replacing(path) as beside, beside.open("wb") as file:
+        for one in (np.array(text), *arrays):
+            np.save(file, one, allow_pickle=False)
+
+
+def read_arrays(path: str | Path) -> Any:
+    """What :func:`write_arrays` wrote; :class:`InputError` for another file."""
+    try:
+        with Path(path).open("rb") as file:
+            text, arrays = str(np.load(file, allow_pickle=False)), list[NDArray[Any]]()
+            while file.peek(1):
+                arrays.append(np.load(file, allow_pickle=False))
+        return json.loads(text, object_hook=lambda one: arrays[one[ARRAY]] if set(one) == {ARRAY} else one)
+    except (OSError, ValueError, IndexError, TypeError, EOFError) as error:
+        raise InputError(path, "not whole", found=str(error), expected="the file as stepgauge wrote it") from None
+
+
+ARRAY = "array of this file"

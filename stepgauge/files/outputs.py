@@ -36,7 +36,7 @@ GO_WITH = {
     "iso10360.json": rf"iso10360-figure{_PICTURE}",
     "iso230.json": rf"iso230-figure(-placement-\d+)?{_PICTURE}",
     "history.json": rf"history{_PICTURE}",
-    "diagnosis.json": rf"separate-\d+\.toml|(overview|residuals|directions|effects){_PICTURE}",
+    "diagnosis.json": rf"figures\.npy|separate-\d+\.toml|(overview|residuals|directions|effects){_PICTURE}",
     "plan.json": r"position-\d+(-machine)?\.(toml|dmi|ngc|ipp|jyc)",
 }
 """What is written beside a result as often as it is needed; those of an earlier call would be taken for new ones."""

@@ -34,7 +34,7 @@ ENGLISH = re.compile(
 )
 """Words of English sentences, and of none of the names, keys and values that fill gaps."""
 _BRACKET = " ("
-_JOINTS = ("; ", ": ", ", ", _BRACKET)
+_JOINTS = ("\n", "; ", ": ", ", ", _BRACKET)
 _PRINTED_POINT = re.compile(r"(?<![\w./:'\"-])([-+−]?\d+)\.(\d+)(?![\w'\"/]|\.\d)")
 _VECTOR = re.compile(r"(?<=\()[-−\d.]+(?:, [-−\d.]+)+(?=\))")
 _BETWEEN = re.compile(r"(?<=[\d%°CmKN]) (to|and|or) (?=[-−\d])")

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from stepgauge.diagnosis.result import FILE, Diagnosis
 from stepgauge.diagnosis.wording.findings import subject
 from stepgauge.diagnosis.wording.headline import headline
 from stepgauge.diagnosis.wording.limits import warnings
@@ -23,8 +24,6 @@ from stepgauge.reports.findings import do_first, first_lines, found_part
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from stepgauge.diagnosis.result import Diagnosis
 
 Said = Mapping[str, Any]
 STORY = "story"
@@ -82,6 +81,8 @@ def read_story(path: str | Path, language: str = "en") -> dict[str, Any]:
     :class:`InputError` where it is none, or was changed; as :func:`stepgauge.files.text.read_result`.
     """
     said, folder = read_said(path)
+    if figures := Diagnosis(said, str(folder / FILE)).figures():
+        return diagnosis_story(said, figures, language)
     names = [f"{stem}{kind}" for stem in FIGURES for kind in PICTURES if (folder / f"{stem}{kind}").is_file()]
     return diagnosis_story(said, dict(pictures_of(folder, names)), language)
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
@@ -15,16 +18,19 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.diagnosis.result import GaugeDiagnosis, Located
+from stepgauge.diagnosis.result import Diagnosis, GaugeDiagnosis, Located
 from stepgauge.diagnosis.structure import covariate_of
 from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.errors import InputError
 from stepgauge.figures.diagnosis import (
     MOST_POINTS,
+    drawn_of,
     effect_figure,
     residual_figure,
 )
 from stepgauge.figures.effect_panels import covariate_values, label_of, panels
+from stepgauge.reports.diagnosis import read_story
+from stepgauge.reports.render import set_in_print
 from tests.diagnosis.made import ALONG_X, gauge, machine, made, made_insufficient, made_unknown, record, rms
 from tests.diagnosis.test_further_laws import STEPS, measured, turned
 
@@ -44,7 +50,7 @@ def rows_of(found: GaugeDiagnosis, label: str) -> NDArray[np.bool_]:
 @pytest.mark.parametrize("label", ["fronts", "backs"])
 def test_residuals_are_drawn_over_position_and_time_before_and_after(label: str) -> None:
     _, found = made("scale")
-    axes = residual_figure(found).axes
+    axes = residual_figure(drawn_of(found)).axes
     rows = rows_of(found, label)
     width = len(axes) // 2
     assert [one.get_xlabel() for one in axes[width : width + 2]] == ["position along the gauge (mm)", "time (min)"]
@@ -58,12 +64,12 @@ def test_residuals_are_drawn_over_position_and_time_before_and_after(label: str)
 def test_the_located_covariate_has_a_column() -> None:
     _, found = made("scale")
     assert found.located[0].covariate == "machine x"
-    assert "machine x (mm)" in [axes.get_xlabel() for axes in residual_figure(found).axes]
+    assert "machine x (mm)" in [axes.get_xlabel() for axes in residual_figure(drawn_of(found)).axes]
 
 
 def test_noise_is_drawn_at_two_sigma_and_as_a_density() -> None:
     _, found = made("null")
-    axes = residual_figure(found).axes
+    axes = residual_figure(drawn_of(found)).axes
     width = len(axes) // 2
     lines = points(axes[0], "± two sigma of the noise")
     assert set(np.round(np.abs(lines[:, 1]), 12)) == {round(2.0 * found.noise.sigma_um, 12)}
@@ -75,14 +81,14 @@ def test_noise_is_drawn_at_two_sigma_and_as_a_density() -> None:
 
 def test_the_histogram_is_that_of_the_residuals() -> None:
     _, found = made("null")
-    axes = residual_figure(found).axes[len(residual_figure(found).axes) // 2 - 1]
+    axes = residual_figure(drawn_of(found)).axes[len(residual_figure(drawn_of(found)).axes) // 2 - 1]
     total = sum(bar.get_width() * bar.get_height() for bar in axes.patches)  # type: ignore[attr-defined]
     assert total == pytest.approx(1.0, abs=1e-9)
 
 
 def test_outliers_are_ringed_and_do_not_squeeze_the_rest() -> None:
     _, found = made("outliers")
-    axes = residual_figure(found).axes[0]
+    axes = residual_figure(drawn_of(found)).axes[0]
     rings = points(axes, "outlier")
     np.testing.assert_allclose(rings[:, 0], found.data.probings.certified_mm()[found.noise.outliers])
     low, high = axes.get_ylim()
@@ -93,7 +99,7 @@ def test_outliers_are_ringed_and_do_not_squeeze_the_rest() -> None:
 
 def test_the_law_goes_through_the_data_of_its_effect() -> None:
     _, found = made("scale")
-    (axes,) = effect_figure(found).axes
+    (axes,) = effect_figure(drawn_of(found)).axes
     assert axes.get_xlabel() == "machine x (mm)"
     assert axes.get_ylabel() == "along the gauge (µm)"
     law = points(axes, "fitted law")
@@ -107,7 +113,7 @@ def test_the_law_goes_through_the_data_of_its_effect() -> None:
 
 def test_a_placement_that_does_not_see_the_effect_is_left_out() -> None:
     _, found = made("scale")
-    (axes,) = effect_figure(found).axes
+    (axes,) = effect_figure(drawn_of(found)).axes
     law = points(axes, "fitted law")
     first = found.data.probings.coordinate_mm("x")[found.data.placement == 0]
     assert len(law) == len(first)
@@ -149,7 +155,7 @@ def hidden(
 
 
 def drawn(found: GaugeDiagnosis) -> Axes:
-    (axes,) = effect_figure(found).axes
+    (axes,) = effect_figure(drawn_of(found)).axes
     return axes
 
 
@@ -236,7 +242,7 @@ def test_a_further_column_is_labelled_with_the_unit_in_its_name() -> None:
 
 def test_the_residuals_after_are_those_that_the_line_on_the_terminal_says() -> None:
     found = hidden("0.8 * side * way", ("direction of travel", "both", "loop"))
-    axes = residual_figure(found).axes
+    axes = residual_figure(drawn_of(found)).axes
     title = axes[-1].get_title(loc="left")
     left = found.rest_rms_um
     assert title == f"rms {left:.3g} µm"
@@ -267,7 +273,7 @@ def test_many_points_are_thinned_evenly() -> None:
         before_um=np.tile(found.before_um, times),
         after_um=np.tile(found.after_um, times),
     )
-    assert len(points(residual_figure(many).axes[0], "fronts")) == MOST_POINTS
+    assert len(points(residual_figure(drawn_of(many)).axes[0], "fronts")) == MOST_POINTS
 
 
 @pytest.mark.parametrize(
@@ -304,7 +310,7 @@ def test_a_law_that_shows_in_no_placement_is_still_drawn(share: float) -> None:
     """Its displacement is nothing, or the same along the gauge everywhere: no more than an origin."""
     _, found = made_unknown("pair")
     forms = tuple(replace(form, share_um=share * found.data.side) for form in found.forms)
-    figure = effect_figure(replace(found, unexplained=forms))
+    figure = effect_figure(drawn_of(replace(found, unexplained=forms)))
     assert all(
         len(axes.lines) + len(axes.collections) > 0 for axes in figure.axes if axes.get_visible() and axes.axison
     )
@@ -327,7 +333,34 @@ def test_lines_of_different_placements_are_named_and_one_line_of_all_is_not() ->
     backlash = ({"kind": "reversal_error", "axis": "x", "um": 8.0},)
     diagonal = (0.7071067811865476, 0.7071067811865476, 0.0)
     found = diagnose(record(machine(backlash), (ALONG_X, diagonal)), gauge(), machine())
-    named = {text.get_text() for axes in effect_figure(found).axes for text in axes.texts}
+    named = {text.get_text() for axes in effect_figure(drawn_of(found)).axes for text in axes.texts}
     assert {"placement 1", "placement 2"} <= named
     _, alone = made("scale, one placement")
-    assert not any(axes.texts for axes in effect_figure(alone).axes)
+    assert not any(axes.texts for axes in effect_figure(drawn_of(alone)).axes)
+
+
+def figure_content(figure: Figure) -> list[Any]:
+    """Every text of a figure, and every point of its lines."""
+    figure.draw_without_rendering()
+    lines = [np.asarray(line.get_xydata()).tolist() for axes in figure.axes for line in axes.get_lines()]
+    return [*(text.get_text() for text in figure.findobj(Text)), *lines]
+
+
+def test_a_folder_has_what_its_figures_are_drawn_from(tmp_path: Path) -> None:
+    """So that a report has them in its language, whatever was written first."""
+    _, found = made("pair")
+    found.write(tmp_path)
+    made_now, again = found.figures(), Diagnosis.read(tmp_path).figures()
+    assert set(again) == set(made_now) == {"overview", "residuals", "effects"}
+    assert all(figure_content(again[name]) == figure_content(figure) for name, figure in made_now.items())
+    told = str(set_in_print(read_story(tmp_path, "de")))
+    assert "längs des Stufenendmaßes (µm)" in told
+    assert "along the gauge" not in told
+
+
+def test_a_file_of_figures_that_is_not_whole_is_refused(tmp_path: Path) -> None:
+    made("null")[1].write(tmp_path)
+    file = tmp_path / "figures.npy"
+    file.write_bytes(file.read_bytes()[:-9])
+    with pytest.raises(InputError, match=r"figures\.npy: not whole"):
+        Diagnosis.read(tmp_path).figures()

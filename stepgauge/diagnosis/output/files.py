@@ -22,6 +22,7 @@ from stepgauge.diagnosis.output.machine_text import effect_table, machine_text
 from stepgauge.diagnosis.output.probe_file import probe_file
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.result import (
+    DRAWN_FILE,
     FILE,
     OUTLIERS,
     ComputedDiagnosis,
@@ -34,6 +35,7 @@ from stepgauge.diagnosis.result import (
 from stepgauge.diagnosis.wording.aliases import aliases_of, even_steps_mm
 from stepgauge.diagnosis.wording.findings import GAUGE, Subject, meaning
 from stepgauge.diagnosis.wording.phrases import worded, worded_all
+from stepgauge.files.arrays import write_arrays
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
 from stepgauge.files.text import format_of, write_json, write_sealed
@@ -60,13 +62,17 @@ def write_diagnosis(folder: str | Path, diagnosis: ComputedDiagnosis, suffix: st
 
     target = Path(folder)
     said, texts = diagnosis.outputs(target)
-    drawn = {f"{name}.{suffix}": figure for name, figure in diagnosis.figures().items()}
+    kept = diagnosis.drawn()
+    figures = diagnosis.figures() if kept is None else kept.figures()
+    drawn = {f"{name}.{suffix}": figure for name, figure in figures.items()}
     texts = {"diagnosis.md": markdown(diagnosis_story(said, dict.fromkeys(drawn, ""))), **texts}
     write_json(target / FILE, said)
     for name, text in texts.items():
         write_sealed(target / name, text)
     for name, figure in drawn.items():
         save_figure(figure, target / name, bool(said["inputs"]["simulated"]))
+    if kept is not None:
+        write_arrays(target / DRAWN_FILE, kept)
     return [target / name for name in (FILE, *texts, *drawn)]
 
 

@@ -59,7 +59,7 @@ def told_numbers(one: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
 def symbol(name: str, parameter: Mapping[str, Any], count: int) -> str:
     """What stands before a number where a finding has several: its name without the unit; else nothing."""
     stem = name.removesuffix(str(parameter["unit"]).replace("/", "_per_")).strip("_").replace("_", " ")
-    return "" if count == 1 else f"{stem or 'size'} "
+    return "" if count == 1 else f"{stem if stem not in ('', 'ppm') else 'size'} "
 
 
 def is_determined(parameter: Mapping[str, Any]) -> bool:
