@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -339,10 +338,10 @@ def test_lines_of_different_placements_are_named_and_one_line_of_all_is_not() ->
     assert not any(axes.texts for axes in effect_figure(drawn_of(alone)).axes)
 
 
-def figure_content(figure: Figure) -> list[Any]:
+def figure_content(figure: Figure) -> list[str]:
     """Every text of a figure, and every point of its lines."""
     figure.draw_without_rendering()
-    lines = [np.asarray(line.get_xydata()).tolist() for axes in figure.axes for line in axes.get_lines()]
+    lines = [str(np.asarray(line.get_xydata()).tolist()) for axes in figure.axes for line in axes.get_lines()]
     return [*(text.get_text() for text in figure.findobj(Text)), *lines]
 
 
@@ -353,7 +352,8 @@ def test_a_folder_has_what_its_figures_are_drawn_from(tmp_path: Path) -> None:
     made_now, again = found.figures(), Diagnosis.read(tmp_path).figures()
     assert set(again) == set(made_now) == {"overview", "residuals", "effects"}
     assert all(figure_content(again[name]) == figure_content(figure) for name, figure in made_now.items())
-    told = str(set_in_print(read_story(tmp_path, "de")))
+    page = set_in_print(read_story(tmp_path, "de"))
+    told = "".join(block["svg"] for part in page["parts"] for block in part["blocks"] if block["kind"] == "figure")
     assert "längs des Stufenendmaßes (µm)" in told
     assert "along the gauge" not in told
 

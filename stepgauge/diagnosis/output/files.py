@@ -73,7 +73,7 @@ def write_diagnosis(folder: str | Path, diagnosis: ComputedDiagnosis, suffix: st
         save_figure(figure, target / name, bool(said["inputs"]["simulated"]))
     if kept is not None:
         write_arrays(target / DRAWN_FILE, kept)
-    return [target / name for name in (FILE, *texts, *drawn)]
+    return [target / name for name in (FILE, *texts, *drawn, *([] if kept is None else [DRAWN_FILE]))]
 
 
 def gauge_outputs(diagnosis: GaugeDiagnosis, folder: Path) -> tuple[dict[str, Any], dict[str, str]]:
