@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 import pandas as pd
@@ -30,9 +30,11 @@ from stepgauge.recording import Recording
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from stepgauge.figures.axis import DrawnAxis
+    from stepgauge.figures.diagnosis import DrawnDiagnosis
+
 FILE, DRAWN_FILE = "diagnosis.json", "figures.npy"
-OUTLIERS = "outliers"
-"""Kind of the finding that lists single rows."""
+OUTLIERS = "outliers"  # kind of the finding that lists single rows
 NEEDED = ("verdict", "effects", "unexplained", "fit", "inputs")
 """Keys that every diagnosis has."""
 OF_THE_FILE = {"format", "stepgauge", "inputs", "made_from", "checksum", "remarks"}
@@ -150,19 +152,6 @@ class Check:
     phrase: Mapping[str, Any]
 
 
-class Drawn(Protocol):
-    """What figures are drawn from, kept beside a diagnosis: they can be drawn again, in any language."""
-
-    @classmethod
-    def read(cls, said: Mapping[str, Any]) -> Drawn:
-        """From the fields as :func:`stepgauge.files.arrays.read_arrays` gives them."""
-        ...
-
-    def figures(self) -> dict[str, Figure]:
-        """All figures by name."""
-        ...
-
-
 class Diagnosis(Plotted):
     """What is stated of a recording, of an axis, or of the map of a probe.
 
@@ -238,14 +227,12 @@ class Diagnosis(Plotted):
     def figures(self) -> dict[str, Figure]:
         """The figures that are written beside ``diagnosis.json``, by name; none where that was read from no folder."""
         kept = Path(self.path).with_name(DRAWN_FILE)
-        return self.drawing().read(read_arrays(kept)).figures() if self.path and kept.is_file() else {}
-
-    def drawing(self) -> type[Drawn]:
-        """What its figures are drawn from: of an axis, or of a recording of a gauge."""
+        if not self.path or not kept.is_file():
+            return {}
         from stepgauge.figures.axis import DrawnAxis
         from stepgauge.figures.diagnosis import DrawnDiagnosis
 
-        return DrawnAxis if "axis" in self.contents else DrawnDiagnosis
+        return (DrawnAxis if "axis" in self.contents else DrawnDiagnosis).read(read_arrays(kept)).figures()
 
     def changed(self) -> list[str]:
         """Files that it was made from which are there, but are not as they were: of a machine file what it used."""
@@ -304,7 +291,7 @@ def _files(inputs: Any) -> Iterator[tuple[str, str]]:
 class ComputedDiagnosis(Diagnosis):
     """A diagnosis with its readings: of a gauge, an axis, or the map of a probe."""
 
-    def drawn(self) -> Drawn | None:
+    def drawn(self) -> DrawnAxis | DrawnDiagnosis | None:
         """What its figures are drawn from; None of a map, of which only pictures are kept."""
         return None
 
@@ -397,7 +384,7 @@ class GaugeDiagnosis(StatedDiagnosis):
 
         return diagnosis_to_dict(self)
 
-    def drawn(self) -> Drawn:
+    def drawn(self) -> DrawnDiagnosis:
         from stepgauge.figures.diagnosis import drawn_of
 
         return drawn_of(self)

@@ -23,7 +23,7 @@ from stepgauge.diagnosis.engine import diagnose_with_search, insufficient
 from stepgauge.diagnosis.output.files import statements_to_dict
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.priors import Priors, kind_probabilities, possible_kinds, shipped_priors, stated_kind
-from stepgauge.diagnosis.result import ComputedDiagnosis, Drawn, GaugeDiagnosis
+from stepgauge.diagnosis.result import ComputedDiagnosis, GaugeDiagnosis
 from stepgauge.diagnosis.wording.aliases import EvenSpacing, even, uneven_targets
 from stepgauge.diagnosis.wording.findings import meaning, subject
 from stepgauge.diagnosis.wording.limits import limits
@@ -35,7 +35,8 @@ from stepgauge.inference.search import Progress
 from stepgauge.recording.simulated import is_simulated
 
 if TYPE_CHECKING:
-    pass
+    from stepgauge.figures.axis import DrawnAxis
+
 
 SOUGHT: tuple[Name, ...] = ("outliers", "drift")
 """Conditions that are findings here: the search looks for single readings that are off, and for what moves in time."""
@@ -68,7 +69,7 @@ class AxisDiagnosis(ComputedDiagnosis):
         said["axis"]["kinds"] = dict(self.kinds)
         return {**said, "inputs": {"recordings": files, "simulated": simulated}}
 
-    def drawn(self) -> Drawn:
+    def drawn(self) -> DrawnAxis:
         from stepgauge.figures.axis import drawn_of
 
         return drawn_of(self.found, self.data)
