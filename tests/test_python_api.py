@@ -660,7 +660,7 @@ def test_a_table_in_a_notebook_keeps_every_digit_of_a_position(measured: dict[st
 def test_a_data_frame_goes_in_where_a_recording_does(measured: dict[str, Any]) -> None:
     frame = measured["run"].recording.to_frame()
     assert sg.evaluate(frame, GAUGE).r_eff_mm == measured["evaluation"].r_eff_mm
-    with pytest.raises(sg.InputError, match="column 'face' is missing"):
+    with pytest.raises(sg.InputError, match=r"which face each point belongs to; .* import_recording\(table, \.\.\)"):
         sg.evaluate(frame.drop(columns="face"), GAUGE)
 
 

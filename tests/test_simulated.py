@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import hashlib
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from stepgauge.diagnosis.axis.diagnosis import diagnose_axes
 from stepgauge.errors import InputError
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.figures.measurement import draw_measurement
+from stepgauge.figures.style import SIMULATED_LINE as ON_FIGURES
 from stepgauge.files.checksum import file_digest
 from stepgauge.fleet.content import recording_key
 from stepgauge.fleet.hierarchical.answer import FleetInference
@@ -33,13 +35,14 @@ from stepgauge.recording.lines import read_comments
 from stepgauge.recording.simulated import SIMULATED_COMMENT, SIMULATED_LINE, is_simulated
 from stepgauge.reports.certificate_file import check_simulated
 from stepgauge.reports.content import Sources, make_content
-from stepgauge.reports.diagnosis import story
+from stepgauge.reports.diagnosis import read_story, story, story_of
 from stepgauge.reports.fleet import fleet_story
 from stepgauge.reports.page import UserStatements
 from stepgauge.reports.render import markdown
 from tests.axis.made import axis
 from tests.cli.probe_files import bench_series
 from tests.dcc.made import evaluated, laboratory
+from tests.diagnosis.made import made as diagnosed
 from tests.drawn import text_of
 from tests.live.made import serving
 from tests.live.test_measure import make, run
@@ -140,6 +143,18 @@ def test_figures_of_a_fleet_with_simulated_recordings_say_so(tmp_path: Path) -> 
     for simulated in (False, True):
         FleetWatch((watched,), {}, 0.05, simulated=simulated).write(tmp_path, "pdf")
         assert ("no machine was measured" in text_of(tmp_path / "watch.pdf")) is simulated
+
+
+def texts_of(figure: Any) -> list[str]:
+    return [text.get_text() for text in figure.texts]
+
+
+def test_the_figures_of_a_report_of_a_folder_with_a_diagnosis_say_so(tmp_path: Path) -> None:
+    """They are drawn anew from what the folder keeps, and had lost it."""
+    found = sg.diagnose(diagnosed("scale")[0], gauge="step-gauge-420", machine="bridge-cmm")
+    found.write(tmp_path)
+    for page in (read_story(tmp_path), story_of(found)):
+        assert json.dumps(page, default=texts_of).count(ON_FIGURES) >= 2
 
 
 def test_a_diagnosis_says_so() -> None:

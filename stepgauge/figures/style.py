@@ -269,7 +269,7 @@ def save_figure(fig: Figure, path: str | Path, simulated: bool, translate: Calla
     kind = figure_format(path)
     with figure_style(), replacing(path) as beside:
         if simulated:
-            _mark_simulated(fig)
+            mark_simulated(fig)
         translate_figure(fig, translate)
         if kind == "png":
             _draw_once(fig, beside)
@@ -313,7 +313,7 @@ def translate_figure(figure: Figure, translate: Callable[[str], str]) -> None:
             add_legend(figure, {translate(label): mark for label, mark in made.entries.items()}, made.where)
 
 
-def _mark_simulated(fig: Figure) -> None:
+def mark_simulated(fig: Figure) -> None:
     """Once, below everything else: the layout leaves it a line, so that it stands on no label."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 

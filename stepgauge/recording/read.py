@@ -342,7 +342,11 @@ def recording_of_frame(frame: pd.DataFrame, name: str = "recording") -> Recordin
     if not {*REQUIRED} <= columns.keys() or any(values.dtype.kind not in "iufb" for values in columns.values()):
         from stepgauge.importing.logs import import_log
 
-        found = import_log(frame, "csv").settled()
+        try:
+            found = import_log(frame, "csv").settled()
+        except InputError as error:  # what it asks for is no argument of the verb that was given the table
+            expected = "what import_recording(table, ..) makes of it, with gauge and placement where it states no faces"
+            raise InputError(error.where, error.what, found=error.found, expected=expected) from None
         assert isinstance(found, Recording)
         return found
     checked = _checked(columns, name, 0, range(1, len(frame) + 1))

@@ -51,6 +51,8 @@ def diagnosis_story(
     """
     room = _room(said)
     captions = room.captions(said)
+    if said["inputs"].get("simulated"):
+        _mark(figures or {})
     drawn = [figure(name, captions[Path(name).stem], one) for name, one in (figures or {}).items()]
     parts = [
         do_first(said, language),
@@ -62,6 +64,15 @@ def diagnosis_story(
     own = [str(said["inputs"][name].get("name")) for name in ("machine", "gauge") if name in said["inputs"]]
     page = story(said, room.title(said), headline(said, language), parts, example)
     return {**page, "warnings": warnings(said, language), "language": language, "own": own}
+
+
+def _mark(figures: Mapping[str, Figure | str]) -> None:
+    """Figures that are drawn now say that no machine was measured, as their files do."""
+    from stepgauge.figures.style import mark_simulated
+
+    for one in figures.values():
+        if not isinstance(one, str):
+            mark_simulated(one)
 
 
 def _room(said: Said) -> ModuleType:
