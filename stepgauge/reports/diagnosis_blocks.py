@@ -64,16 +64,25 @@ def located_row(one: Said, said: Said, language: str, *faces: str) -> list[str]:
     return [one["covariate"], *faces, where, percent(one["share"]), probability(p)]
 
 
-def trail_blocks(said: Said) -> Iterator[Block]:
+def trail_blocks(said: Said, language: str) -> Iterator[Block]:
     """The steps of the search."""
     yield heading("Steps of the search")
     if said["trail"]:
-        rows = [[step["action"], name_of(step["effect"]), f"{step['log10_odds']:.1f}"] for step in said["trail"]]
+        rows = [
+            [step["action"], _step_words(step["effect"], language), f"{step['log10_odds']:.1f}"]
+            for step in said["trail"]
+        ]
         yield table(("step", "hypothesis", "log10 of the odds against the one before"), rows, (0.0, 1.0, 0.0))
     elif said["verdict"] == "insufficient" and not said["probabilities"]:
         yield words("No search was made: the noise is not known well enough to test any effect.")
     else:
         yield words("No hypothesis is more probable than scatter alone.")
+
+
+def _step_words(labels: str, language: str) -> str:
+    """Laws by their names; what is exchanged has the label ``a for b``."""
+    one, *other = [name_of(label, language=language) for label in labels.split(" for ")]
+    return say("instead", language, one=one, other=other[0]) if other else one
 
 
 def recording_files(said: Said) -> Iterator[str]:

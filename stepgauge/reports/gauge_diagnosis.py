@@ -130,7 +130,7 @@ def appendix(said: Said, language: str = "en") -> Iterator[Block]:
     """All numbers, the search, the limits, the files."""
     for number, effect in enumerate(said["effects"], 1):
         yield from _finding_in_full(number, effect, said, language)
-    yield from trail_blocks(said)
+    yield from trail_blocks(said, language)
     yield heading("Limits of this diagnosis")
     yield bullets([*limits(said, language), *said["remarks"]] or ["None beyond the uncertainties stated."])
     yield heading("Files")

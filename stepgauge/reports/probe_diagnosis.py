@@ -145,7 +145,7 @@ def appendix(said: Said, language: str = "en") -> Iterator[Block]:
                     for r in effect["rows"]]  # fmt: skip
             yield table(("row", "polar", "azimuth", "off by"), rows)
     if said["probabilities"]:
-        yield from trail_blocks(said)
+        yield from trail_blocks(said, language)
     yield heading("Limits of this diagnosis")
     yield bullets([*limits(said, language), *said["remarks"]] or ["None beyond the uncertainties stated."])
     yield heading("Files")
