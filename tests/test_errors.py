@@ -15,6 +15,7 @@ import pytest
 import stepgauge
 from stepgauge.cli import main, run_command
 from stepgauge.errors import LONGEST, InputError, ProgramStoppedError, naming
+from stepgauge.files.config import parse_toml
 from stepgauge.files.text import read_json
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.recording import read_recording
@@ -158,3 +159,10 @@ def test_an_interruption_is_one_line_also_in_the_middle_of_an_import(
         run_command(command, "stepgauge", [])
     assert stop.value.code == 130
     assert capsys.readouterr().err.strip() == "stepgauge: error: interrupted"
+
+
+@pytest.mark.parametrize("text", ["[gauge]\nwidth_mm = 12,5\n", "[placement]\nc1_mm = [1,5 2,0 3,0]\n"])
+def test_a_decimal_comma_in_a_file_of_settings_is_named(text: str) -> None:
+    """They were told as an unclosed array, or a statement that goes on."""
+    with pytest.raises(InputError, match=r"not valid TOML.*a decimal comma\?"):
+        parse_toml(text, "a.toml")

@@ -209,4 +209,5 @@ def inexact_laws(model: Model) -> Iterator[Phrase]:
         if discrepancy_um > NOTED_DISCREPANCY * model.state.sigma_um:
             percent = 100.0 * discrepancy_um / term_rms_um(one, model.state)
             sizes = {"size": number(discrepancy_um, "um"), "percent": rounded(percent, 1)}
-            yield {"say": "inexact", "law": one.source.label, **sizes, "lag": str(follows_with_lag(one.source) or "")}
+            shape = {"lag": follows_with_lag(one.source), "wave": bool(one.source.law.phase())}
+            yield {"say": "inexact", "law": one.source.label, **sizes, **{k: str(v or "") for k, v in shape.items()}}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -28,6 +29,9 @@ class TomlTable(BaseModel):
 Model = TypeVar("Model", bound=TomlTable)
 
 
+_DECIMAL_COMMA = re.compile(r"=\s*-?\d+,\d|\d,\d+\s+-?\d")
+
+
 def read_toml(path: str | Path) -> dict[str, Any]:
     """The content of a TOML file; :class:`InputError` names the line of a syntax error, and a number that is none."""
     return parse_toml(read_text(path), path)
@@ -39,7 +43,8 @@ def parse_toml(text: str, path: str | Path) -> dict[str, Any]:
         try:
             data = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
-            raise InputError(path, f"not valid TOML: {error}") from None
+            comma = " (a decimal comma? TOML has points)" if _DECIMAL_COMMA.search(text) else ""
+            raise InputError(path, f"not valid TOML: {error}{comma}") from None
         _check_finite(data, path, "")
     return data
 

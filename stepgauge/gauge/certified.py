@@ -298,7 +298,7 @@ def _check_units(faces: CsvTable) -> None:
             faces.at(row),
             "position_mm and nominal_mm disagree" + _unit_hint(float(np.median(position[1:] / nominal[1:]))),
             found=f"{position[row]:g} for nominal {nominal[row]:g}",
-            expected=f"a difference of at most {MAX_DEVIATION_MM} mm",
+            expected=f"a difference of at most {MAX_DEVIATION_MM} mm; nominal_mm need not be a whole number",
         )
 
 

@@ -31,6 +31,8 @@ SCALE_ERRORS = {"machine tool": 0.01, "printer": 0.01}
 """Largest scale error of the kinds of machine whose steps per mm someone types in; other kinds: as probed by hand."""
 POSSIBLE_SCALE_ERROR = max(SCALE_ERRORS.values())
 """What is allowed where the machine is not asked for; the path of a machine is planned by its own kind."""
+FAR_OFF = 0.05
+"""Share of a distance by which a scale may be off that nobody has set; beyond it, it is another pair of blocks."""
 STATE_KIND = (
     "of a machine tool or printer, whose scale may be off by 1 %, give the machine file"
     ' with kind = "machine tool" or "printer" in [machine]'
@@ -242,6 +244,8 @@ def _certified_distance(placement: Placement, path: str | Path, gauge: Gauge, sc
         expected = f"{certified:.3f} mm"
         if abs(off_mm) <= scaled_tolerance_mm(gauge, blocks, POSSIBLE_SCALE_ERROR):
             expected = f"{certified:.3f} mm; {STATE_KIND}"
+        elif scale_error >= POSSIBLE_SCALE_ERROR and abs(off_mm) < FAR_OFF * certified:
+            expected = f"{certified:.3f} mm; where the scale is so far off, correct it roughly first (steps per mm)"
         raise InputError(
             path,
             f"c1_mm and c2_mm are not blocks {placement.first_block} and {placement.last_block} of {gauge.table.name}"

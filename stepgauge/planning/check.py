@@ -253,7 +253,9 @@ def _into_travel(axis: str, travel: Array, reached: Array, approach: Array) -> N
         moved = f"{1e-3 * least_um:.3f} to {1e-3 * max(least_um, most_um):.3f}"
         advice = f"{words}: lay the gauge {moved} mm farther towards {'-+'[under]}{axis}, or take a smaller {{}}"
         return naming(option, words=advice)
-    return naming(option, words=f"{words}: the path takes {way:.3f} mm; shorten it with a smaller {{}}")
+    return naming(
+        option, "blocks", words=f"{words}: the path takes {way:.3f} mm; shorten it with a smaller {{}} or fewer {{}}"
+    )
 
 
 def _outside(program: Program, reach: Array, limits: Array, beyond: Array) -> Iterator[Conflict]:

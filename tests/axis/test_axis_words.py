@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+import pandas as pd
 import pytest
 
+import stepgauge as sg
 from stepgauge.axis.sensors import SENSORS, kinds_of, not_candidates
 from stepgauge.axis.units import AxisUnits
 from stepgauge.diagnosis.axis.conversion import UnitConversion
@@ -152,3 +155,23 @@ def test_laws_are_told_by_their_names() -> None:
     nearest = {"say": "nearest", "law": "periodic_scale_error_x", "times": "2"}
     assert worded(nearest, Subject("axis")).startswith("periodic scale error is the nearest law")
     assert name_of("effective_radius_x", "axis") == "additive constant"
+
+
+def test_an_axis_whose_targets_are_each_come_to_from_one_side_has_no_reversal_by_target() -> None:
+    """The summary ended in a traceback where the side alternated, as with the faces of a gauge."""
+    random, rows = np.random.default_rng(0), []
+    for cycle in range(1, 6):
+        for number in range(24):
+            sign = (1, -1)[number % 2]
+            rows.append((cycle, 15.0 * number, "+-"[number % 2], -2.0 * sign + random.normal(0.0, 0.5)))
+    table = pd.DataFrame(rows, columns=["run", "target_mm", "direction", "deviation_um"])
+    found = sg.diagnose(sg.import_recording(table, sensor="laser"))
+    assert "reversal error" in found.summary()
+    assert len(found.to_frame())
+
+
+def test_harmonics_that_a_wave_takes_with_it_are_told() -> None:
+    """A second harmonic of a third of the first was put down to the wave without a word that one could search for."""
+    phrase = {"say": "inexact", "law": "periodic_scale_error", "size": {"value": 18.0, "unit": "nm"}, "percent": "30"}
+    assert "(its second and third harmonic)" in worded([{**phrase, "wave": "True", "lag": ""}], Subject("axis"))
+    assert "harmonic" not in worded([{**phrase, "wave": "", "lag": ""}], Subject("axis"))

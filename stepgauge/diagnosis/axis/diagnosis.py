@@ -243,6 +243,9 @@ def reversal_phrase(recording: AxisRecording) -> Phrase:
 
 
 def is_reversal(recording: AxisRecording, covariate: str, opposite: bool) -> bool:
-    """Whether a form over a covariate is a reversal error by position; ``opposite``: in sign by direction."""
-    both = recording.form == "axis" and recording.both_ways
+    """Whether a form over a covariate is a reversal error by position; ``opposite``: in sign by direction.
+
+    There is none where each target is come to from one side, whichever it is.
+    """
+    both = recording.form == "axis" and len(reversal_by_target(recording)[0]) > 0
     return both and opposite and covariate in OF_PLACES
