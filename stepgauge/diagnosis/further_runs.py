@@ -117,7 +117,9 @@ def laid_elsewhere(data: Residuals, here: Placement) -> Iterator[FurtherRun]:
     length = float(np.linalg.norm(here.c2_mm - here.c1_mm))
     middle = (here.c1_mm + here.c2_mm) / 2.0
     options = [("the gauge end for end in the same position", middle, -here.axis)]
-    options += [(f"the gauge shifted to {_text(m)}", m, here.axis) for m in _shifts(data, middle, here.axis, length)]
+    shifts = list(_shifts(data, middle, here.axis, length))
+    raised = ["the gauge raised on supports to" if m[2] > middle[2] else "the gauge shifted to" for m in shifts]
+    options += [(f"{how} {_text(m)}", m, here.axis) for how, m in zip(raised, shifts, strict=True)]
     options = [one for one in options if _is_inside(one[1], *_room(data, one[2], length))]
     for words, direction in _directions():
         centre = _turned_about(data, middle, direction, length)

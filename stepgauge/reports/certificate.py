@@ -29,7 +29,10 @@ def end_mark(said: Laboratory, title: str) -> str:
 
 
 def not_stated(evaluation: dict[str, Any], said: Laboratory) -> list[str]:
-    """What the certificate prints as not stated for want of it in ``certificate.toml``, one entry to a line."""
+    """What the certificate prints as not stated for want of it in ``certificate.toml``, one entry to a line.
+
+    What a certificate has only where there is any (receipt, accreditation, adjustment, deviations) is none of it.
+    """
     head, item = said.certificate, said.item
     asked = (
         ("number of the certificate", head.number),
@@ -38,7 +41,6 @@ def not_stated(evaluation: dict[str, Any], said: Laboratory) -> list[str]:
         ("place of the calibration", head.place or head.place_text),
         ("name of the laboratory", said.laboratory.name),
         ("address of the laboratory", said.laboratory.address),
-        ("accreditation of the laboratory", said.laboratory.accreditation),
         ("name of the customer", said.customer.name),
         ("contact of the customer", said.customer.address or said.customer.email or said.customer.phone),
         ("item", item.name or evaluation["comments"].get("machine")),
@@ -46,12 +48,9 @@ def not_stated(evaluation: dict[str, Any], said: Laboratory) -> list[str]:
         ("model of the item", item.model),
         ("serial or inventory number of the item", item.serial or item.owner_number),
         ("condition of the item", item.condition),
-        ("date of receipt of the item", head.received),
         ("procedure of the laboratory", said.method.name),
         ("air temperature", said.conditions.temperature_C),
         ("relative humidity", said.conditions.humidity_percent),
-        ("adjustment or repair", said.statements.adjustment),
-        ("additions to, deviations from and exclusions from the method", said.method.deviations),
         ("person who authorises the certificate", [one for one in said.persons if one.signs]),
     )
     return [what for what, value in asked if not value]
@@ -63,6 +62,10 @@ def _text(value: object) -> str | None:
 
 def _section(title: str, rows: Sequence[Row]) -> Section:
     return Section(title, [(label, _text(value)) for label, value in rows])
+
+
+def _where_any(title: str, label: str, value: str | None) -> list[Section]:
+    return [_section(title, [(label, value)])] if value else []
 
 
 def identity_sections(evaluation: dict[str, Any], said: Laboratory) -> list[Section]:
@@ -84,8 +87,9 @@ def _calibration(said: Laboratory) -> list[Row]:
     identity: list[Row] = [("Number", head.number)]
     if head.replaces:
         identity.append(("Replaces certificate", head.replaces))
+    if head.received:
+        identity.append(("Item received", head.received.isoformat()))
     identity += [
-        ("Item received", head.received.isoformat() if head.received else None),
         ("Calibrated", performed),
         ("Issued", head.issued.isoformat() if head.issued else None),
         ("Place", place or None),
@@ -115,7 +119,8 @@ def _contact(contact: ContactDetails, laboratory: bool = False) -> list[Row]:
     ways = (("E-mail", contact.email), ("Telephone", contact.phone))
     if laboratory:
         reached = [("Address", contact.address), *(way for way in ways if way[1])]
-        return [("Name", contact.name), *reached, ("Accreditation", contact.accreditation)]
+        accredited = [("Accreditation", contact.accreditation)] if contact.accreditation else []
+        return [("Name", contact.name), *reached, *accredited]
     return [("Name", contact.name), *_either(("Address", contact.address), *ways)]
 
 
@@ -138,9 +143,9 @@ def closing_sections(
         _section("Measurement uncertainty", [("Expanded", uncertainty)]),
         _section("Conditions", _conditions(said)),
         _section("Metrological traceability", [("Traceable", traceability(said, evaluation))]),
-        _section("Adjustment or repair", [("Before and after", told.adjustment)]),
+        *_where_any("Adjustment or repair", "Before and after", told.adjustment),
         _section("Conformity", [("Statement", conformity)]),
-        _section("Additions, deviations, exclusions", [("Of the method", said.method.deviations)]),
+        *_where_any("Additions, deviations, exclusions", "Of the method", said.method.deviations),
         _section("Scope", [("Validity", ONLY_ITEMS), ("Reproduction", IN_FULL)]),
         _section("Persons", _persons(said)),
     ]

@@ -54,7 +54,8 @@ def verdict(words: Words, judged: Conformity, has_budget: bool) -> dict[str, Any
     there: tuple[str, ...] = ("machine", "gauge") if judged.missing and has_budget else ()
     if judged.needed is not None:
         lines.append(_needed(words, judged.needed))
-        there = (STATED_AT.get(judged.needed.source.name, "machine"),)
+        decides = judged.needed.allowed_um is not None
+        there = (STATED_AT.get(judged.needed.source.name, "machine"),) if decides else ()
     probabilities = [one.probability for one in judged.faces if one.probability is not None]
     if probabilities and judged.outcome != "no statement":
         lines.append(words("result.probability", least=words.number(100 * min(probabilities), 1)))

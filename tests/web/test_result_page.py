@@ -119,7 +119,7 @@ def test_what_would_decide_is_the_largest_source_with_the_page_where_it_is_made_
     folder: Path, language: str, said: str
 ) -> None:
     """More cycles were advised, whatever was the largest."""
-    limit(folder, "0.6")
+    limit(folder, "0.65")
     budget(folder, [])
     shown = page(folder, language)
     assert said in shown

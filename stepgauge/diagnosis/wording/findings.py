@@ -79,6 +79,8 @@ def name_of(label: str, of: str = "gauge", language: str = "en") -> str:
     kind = _kind_of(label, tuple(_effects()))
     name = words_of(kind, of, language).name or kind.replace("_", " ")
     more = "" if of == "axis" else label.removeprefix(kind).replace("_", " ")
+    if more == " all" and language == "de":
+        more = " aller Achsen"
     return " ".join(f"{name} {more}".split())
 
 

@@ -136,7 +136,7 @@ def _finding(number: int, effect: Mapping[str, Any], at: Subject, words: Words) 
 
 def _rival(one: Mapping[str, Any], probability: float, first: float, at: Subject, words: Words) -> dict[str, Any]:
     """A cause of a finding; of several laws that stand together the probability is not known."""
-    from stepgauge.diagnosis.wording.findings import meaning, name_of
+    from stepgauge.diagnosis.wording.findings import meaning, name_of, remedy
     from stepgauge.diagnosis.wording.notation import odds_text
     from stepgauge.reports.findings import uncertainties, values
 
@@ -148,6 +148,7 @@ def _rival(one: Mapping[str, Any], probability: float, first: float, at: Subject
         "probability": None if share is None else share * probability,
         "odds": "" if share is None or share == first else odds_text(share / first, words.language),
         "means": meaning(one, at, words.language),
+        "repair": remedy(one, at, words.language).repair,
     }
 
 
