@@ -216,7 +216,7 @@ HAZARDS = [
         "dmis",
         "SNSET/APPRCH",
         "USE/DID(RESULTS)\nSNSET/APPRCH",
-        r":\d+: .*'USE/DID\(RESULTS\)'; expected .*dialects dmis",
+        r":\d+: .*'USE/DID\(RESULTS\)'; expected .*dialects\(.dmis.\)",
     ),
     ("fanuc", "G01 {{ xyz", "G53 G01 {{ xyz", r":\d+: .*found 'G01X.*expected not"),
     ("fanuc", "#121=#4001", "M97 P9001\n#121=#4001", r":\d+: .*'M97'; expected M0, M5, M19, M30"),

@@ -169,7 +169,7 @@ def test_a_truncated_program_is_an_error_with_its_line(dialect: Dialect, data: s
 
 WRONG = {
     "jinyoung": [
-        ("MS  ", "MX  ", r"found 'MX .*'stepgauge list dialects jinyoung'"),
+        ("MS  ", "MX  ", r"found 'MX .*list_dialects\(.jinyoung.\)"),
         ("END;", "END;\nMV 1 2 3 ;", "after the end"),
         (" ;\nPO", "\nPO", "found 'MV .*; expected ;"),
         ("MV  ", "MV  1 ", "expected ; "),

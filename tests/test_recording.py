@@ -218,7 +218,7 @@ def test_reading_and_writing_a_recording_loads_no_pandas(tmp_path: Path) -> None
 
 
 def test_the_log_of_a_controller_is_to_be_imported_first(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"this is no recording: .*'stepgauge import' makes of the log"):
+    with pytest.raises(InputError, match=r"this is no recording: .* import_recording makes of the log"):
         read(tmp_path, "Grbl 1.1h\nok\n[PRB:-221.165,-99.950,-60.000:1]\nok\n")
 
 

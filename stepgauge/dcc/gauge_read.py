@@ -151,6 +151,8 @@ def _table(document: Document, wanted: StatedGauge, found: GaugeImport) -> None:
     )
     missing = [key for key, stated, read in values if stated is None and read is None]
     if missing:
+        stated_as = {"expansion_uncertainty_per_K": "u_expansion_per_K"}  # of the key, as a verb takes it
+        missing = [stated_as.get(key, key) for key in missing]
         expected = naming(*missing, words=", ".join(["{}"] * len(missing)))
         raise InputError(document.path, "the certificate does not say all of a gauge file", expected=expected)
     for key, stated, read in values:

@@ -168,7 +168,7 @@ def test_the_radius_of_a_further_stylus_is_its_own_and_that_of_the_first_a_findi
     assert abs(um.value - 3.0) < 4.0 * um.u < 2.0
     data = make_residuals(first, small_gauge(), machine)
     assert [one["placement"] for one in choices_of(effect_kinds()["tip_change"], data)] == [1, 3]
-    with pytest.raises(sg.InputError, match="with stylus 2, which is not stated; expected styli"):
+    with pytest.raises(sg.InputError, match="with stylus 2, which is not stated; expected further_styli"):
         make_residuals(first, small_gauge(), arm_machine())
     words = [run.words for run in possible_runs(data, [lies_along_y()] * 3, machine, Reach())]
     assert not any("with stylus" in one for one in words)  # the gauge lay so with both

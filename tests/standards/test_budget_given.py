@@ -138,5 +138,5 @@ def test_the_certificate_for_machines_to_read(files: Path, capsys: pytest.Captur
 
 def test_a_budget_that_does_not_tell_is_made_again(files: Path) -> None:
     made = StoredBudget.model_validate({**sg.read_budget(files / "res").model_dump(), "given": None})
-    with pytest.raises(InputError, match="earlier version wrote it; expected stepgauge budget again"):
+    with pytest.raises(InputError, match="earlier version wrote it; expected the budget made again"):
         issue(files, budget=made)

@@ -21,7 +21,7 @@ def test_an_answer_and_an_error_come_back_as_they_were() -> None:
     assert read_upload(LARGE, "a", sorted, [3, 1, 2]) == [1, 2, 3]
     with pytest.raises(InputError, match="this is no contribution") as refused:
         read_upload(LARGE, "a", parse_contribution, "x")
-    assert str(refused.value.named(str.upper)[0]) == "CONTRIBUTION"
+    assert str(refused.value.named(str.upper)[0]) == "CONTRIBUTIONS"
 
 
 def test_what_needs_too_much_time_or_memory_ends(monkeypatch: pytest.MonkeyPatch) -> None:
