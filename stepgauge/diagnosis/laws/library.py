@@ -28,6 +28,8 @@ NOT_LAWS = {"axis_compensation", "empirical", "error_map", "outliers", "noise_gr
 """Kinds that are not laws of the mean with own parameters: fitted elsewhere or not at all."""
 SEEN_SHARE = 0.1
 """Least component along some gauge axis of a direction in which motion is searched."""
+NOTHING = 1e-9
+"""Share of the power of a motion in its best direction from which it shows in another one at all."""
 NEAR_AXIS = np.cos(np.radians(5.0))
 PLACE = "place"
 """What laws of an axis by itself depend on."""
@@ -250,7 +252,7 @@ def _tells_direction(pattern: Array, shares: Array, data: Residuals) -> NDArray[
     """
     left = np.array([data.without_origins(pattern * share) for share in shares])
     value = np.linalg.eigvalsh(np.einsum("iadn,jadn->aij", left, left))
-    return np.asarray(value[:, 0] > SEEN_SHARE**2 * value[:, -1])
+    return np.asarray(value[:, 0] > NOTHING * value[:, -1])
 
 
 def _sizes(pattern: Array, shares: Sequence[Array]) -> list[Array]:
