@@ -52,6 +52,8 @@ def verdict(words: Words, judged: Conformity, has_budget: bool) -> dict[str, Any
         lacking = words("result.lacking", what=", ".join(source_name(words, one) for one in judged.missing))
         lines.append(lacking if has_budget else words("result.compute_first"))
     there: tuple[str, ...] = ("machine", "gauge") if judged.missing and has_budget else ()
+    if there and any("temperature of the gauge" in one for one in judged.missing):
+        there = ("importing#gauge_temperature", *there)  # of a recording it is stated where that comes in
     if judged.needed is not None:
         lines.append(_needed(words, judged.needed))
         decides = judged.needed.allowed_um is not None

@@ -13,10 +13,11 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.axis.recording import read_axis_recording
-from stepgauge.recording import POSITION
+from stepgauge.recording import APPROACH, POSITION
 from stepgauge.recording.columns import CORRECTED
 from stepgauge.web.pages import importing
 from stepgauge.web.texts import Words
+from tests.measured import lay
 from tests.web.conftest import Asked, make_project
 
 TARGETS = range(0, 500, 50)
@@ -131,6 +132,26 @@ def test_faces_along_a_gauge_that_is_located_are_not_asked_about(folder: Path, t
     assert choices(shown) == []
     asked.post(importing.save, {"pasted": table, "measured_on": "2026-05-04", "output": "recordings/f.csv"})
     assert "/result/evaluate" in asked.get(importing.show, saved="recordings/f.csv")
+
+
+def test_readings_along_a_gauge_are_those_of_the_placement_that_is_chosen(folder: Path) -> None:
+    """The newest was taken without a word: a table of the first placement was booked on the second."""
+    gauge = sg.read_gauge(folder / "gauge/step-gauge-420.toml")
+    first = sg.locate(Path("examples/demo/points.csv"), gauge, machine=sg.read_machine("bridge-cmm"))
+    first.write(folder / "placement.toml")
+    asked = Asked(folder, "de")
+    assert 'name="placement"' not in asked.get(importing.show)
+    second = replace(lay(gauge, first.side.tolist()), tip_radius_mm=first.tip_radius_mm)
+    second.write(folder / "placement-2.toml")
+    shown = asked.get(importing.show)
+    assert "Lage des Stufenendmaßes bei dieser Messung" in shown
+    assert shown.index(">placement.toml (") < shown.index(">placement-2.toml (")
+    for number, (name, lies) in enumerate((("placement.toml", first), ("placement-2.toml", second))):
+        given = {"pasted": OF_FACES, "measured_on": "2026-05-04", "output": f"recordings/{number}.csv"}
+        answer = asked.post(importing.save, {**given, "placement": name})
+        assert 'role="alert"' not in answer, answer
+        frame = sg.read_recording(folder / f"recordings/{number}.csv").frame
+        np.testing.assert_allclose(np.abs(frame[APPROACH].to_numpy(float) @ lies.axis), 1.0, atol=1e-6)
 
 
 def test_without_a_header_the_names_that_fit_the_gauge_are_a_choice_that_settles_it(folder: Path) -> None:

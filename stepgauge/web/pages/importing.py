@@ -15,7 +15,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError, naming
-from stepgauge.web.evaluations import recording_choices
+from stepgauge.web.evaluations import PLACEMENTS, recording_choices
 from stepgauge.web.fields import Field
 from stepgauge.web.folder import existing, free_name, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
@@ -74,6 +74,7 @@ def show(request: Request) -> Response:
         convention=machine.table.temperature_convention if machine else None,
         name=relative(site.folder, str(free_name(site.folder, FIRST_NAME))),
         programs=listed(site.folder, PROGRAMS, deep=1),
+        placements=_placements(site) if ready else {},
         saved=saved,
         choices=recording_choices(site, [relative(site.folder, saved)]) if saved else [],
         of_axis=bool(saved) and _is_of_axis(site, saved),
@@ -218,8 +219,8 @@ def _known(site: Site, form: Form) -> Iterable[tuple[str, Any]]:
         yield "sensor", sensor
         return
     yield from (("gauge", site.stated("gauge")), ("machine", site.stated("machine")))
-    if Path(site.placement).exists():
-        yield "placement", site.placement
+    if placement := form.text("placement", next(iter(_placements(site)), "")):
+        yield "placement", str(existing(site.folder, placement))
     if form.text("program"):
         yield "program", str(existing(site.folder, form.text("program")))
     temperature = verb_fields("import", only=("gauge_temperature_C",))["gauge_temperature_C"].read(form)
@@ -227,6 +228,23 @@ def _known(site: Site, form: Form) -> Iterable[tuple[str, Any]]:
         yield "gauge_temperature_C", temperature
     if form.text("temperature_convention"):
         yield "temperature_convention", form.text("temperature_convention")
+
+
+def _placements(site: Site) -> dict[str, str]:
+    """The placement files of the project with the axis of each in words, that of the project first."""
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placement
+
+    if not Path(site.placement).exists():
+        return {}
+    gauge, found = read_gauge(site.stated("gauge")), dict[str, str]()
+    for path in (Path(site.placement), *sorted(site.folder.glob(PLACEMENTS), reverse=True)):
+        try:
+            axis = read_placement(path, gauge).axis
+        except InputError:
+            continue
+        found.setdefault(relative(site.folder, str(path)), ", ".join(f"{one:+.2f}" for one in axis))
+    return found
 
 
 def save(request: Request, form: Form) -> Response:
