@@ -10,7 +10,7 @@ import pytest
 
 from stepgauge.axis.sensors import SENSORS, kinds_of
 from stepgauge.diagnosis.wording.catalogue import sentences, words
-from stepgauge.diagnosis.wording.findings import GAUGE, Subject, meaning, name_of, remedy, words_of
+from stepgauge.diagnosis.wording.findings import GAUGE, Subject, finding_name, meaning, name_of, remedy, words_of
 from stepgauge.diagnosis.wording.headline import headline
 from stepgauge.effects import effect_kinds
 from stepgauge.effects.words import Wording, filled
@@ -203,3 +203,11 @@ def test_an_entered_value_is_told_with_sense_uncertainty_and_the_setting_of_its_
     assert filled("{axis:$100|$101|$102} times {ppm:factor}", values) == "$101 times 1.001202 ± 0.000031 (k = 2)"
     assert filled("{mm:factor}", values, "de") == "1,00593 ± 0,00010 (k = 2)"
     assert filled("{ppm:factor}", {"ppm": {"value": -500.0, "unit": "um/m"}}) == "0.9995"
+
+
+def test_all_axes_together_are_said_in_german() -> None:
+    """A finding of all scales was 'Temperatur des Maßstabs all' in the headline and the list of checks."""
+    effect = {"kind": "scale_temperature", "label": "scale_temperature_all", "parameters": {"axis": {"value": "all"}}}
+    assert finding_name(effect, GAUGE, "de") == name_of("scale_temperature_all", language="de")
+    assert finding_name(effect, GAUGE, "de").endswith("aller Achsen")
+    assert finding_name(effect, GAUGE) == "scale temperature all"

@@ -46,6 +46,8 @@ class Subject:
 
 
 GAUGE, MAP = Subject(), Subject("map")
+ALL, ALL_AXES = "all", {"en": "all", "de": "aller Achsen"}
+"""The choice of all axes together, and how it is said behind a name."""
 STEPPERS = ("machine tool", "printer")
 """Kinds of machines whose controllers are set by steps per mm and a backlash."""
 
@@ -79,8 +81,7 @@ def name_of(label: str, of: str = "gauge", language: str = "en") -> str:
     kind = _kind_of(label, tuple(_effects()))
     name = words_of(kind, of, language).name or kind.replace("_", " ")
     more = "" if of == "axis" else label.removeprefix(kind).replace("_", " ")
-    if more == " all" and language == "de":
-        more = " aller Achsen"
+    more = ALL_AXES[language] if more.strip() == ALL else more
     return " ".join(f"{name} {more}".split())
 
 
@@ -104,7 +105,8 @@ def finding_name(effect: Said, at: Subject = GAUGE, language: str = "en") -> str
         return name_of(effect["label"], at.of, language)
     named = effect["parameters"].items()
     choices = [p["value"] for name, p in named if "unit" not in p and name not in ("rows", *NO_CHOICE)]
-    return " ".join([name_of(effect["kind"], at.of, language), *map(direction_words, map(_text, choices))])
+    words = [ALL_AXES[language] if one == ALL else direction_words(_text(one)) for one in choices]
+    return " ".join([name_of(effect["kind"], at.of, language), *words])
 
 
 def _text(value: Any) -> Any:
