@@ -108,6 +108,12 @@ def _conditions(path: str, _: tuple[Stamp, ...]) -> tuple[str, ...] | None:
     return (*said, str(is_simulated(one.comments)), *warm, day, "" if math.isnan(mean_C) else f"{mean_C:.1f} °C")
 
 
+def proposed_runs(said: Mapping[str, Any]) -> dict[int, Mapping[str, Any]]:
+    """Findings of a ``diagnosis.json`` and, numbered on, structure that propose a run, by their numbers."""
+    every = enumerate((*said["effects"], *said["unexplained"]), 1)
+    return {number: one for number, one in every if one.get("commands")}
+
+
 def _planned_for(site: Site, name: str) -> set[str]:
     """The recordings of diagnoses whose next measurement was planned before this recording came, and not in them."""
     came, found = (site.folder / name).stat().st_mtime, set[str]()
@@ -115,7 +121,7 @@ def _planned_for(site: Site, name: str) -> set[str]:
         try:
             said = json.loads(path.read_text("utf-8"))
             made_from = [str(one["path"]) for one in said["inputs"].get("recordings", ())]
-            programs = [command.split()[-1] for one in said["effects"] for command in one["commands"]]
+            programs = [command.split()[-1] for one in proposed_runs(said).values() for command in one["commands"]]
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             continue
         written = [place.stat().st_mtime for one in programs if (place := site.folder / one).is_file()]
@@ -197,13 +203,18 @@ def budget_file(site: Site, name: str, data: Mapping[str, Any]) -> Path | None:
     return None if found is None else Path(relative(site.folder, str(found)))
 
 
+def project_placements(site: Site) -> list[str]:
+    """Where the project has, or will have, its placement, and all others, the newest first."""
+    others = (str(path) for path in sorted(site.folder.glob(PLACEMENTS), reverse=True))
+    return list(dict.fromkeys([site.placement, *others]))
+
+
 def placement_files(site: Site, data: Mapping[str, Any]) -> list[str]:
     """The placement file of each placement of an evaluation, that whose axis is nearest; none if one is not there."""
     from stepgauge.gauge.certified import read_gauge
 
     gauge = read_gauge(site.stated("gauge"))
-    files = [site.placement, *(str(path) for path in sorted(site.folder.glob(PLACEMENTS), reverse=True))]
-    found = []
+    files, found = project_placements(site), []
     for placed in data["placements"]:
         turned = {one: _turned_rad(one, gauge, placed) for one in files}
         nearest = min(turned, key=lambda one: turned[one])

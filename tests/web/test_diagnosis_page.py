@@ -69,7 +69,8 @@ def test_causes_that_stand_for_a_finding_together_have_a_row_and_a_probability(t
     assert body.count("/diagnosis/without") == 2
 
 
-def test_placements_of_one_state_are_diagnosed_together_by_default(tmp_path: Path) -> None:
+@pytest.mark.parametrize("of", ["effects", "unexplained"])
+def test_placements_of_one_state_are_diagnosed_together_by_default(tmp_path: Path, of: str) -> None:
     """The recording that a diagnosis had planned was diagnosed alone, and could not tell its rivals apart."""
     folder = make_project(tmp_path / "project")
     days = {
@@ -88,7 +89,10 @@ def test_placements_of_one_state_are_diagnosed_together_by_default(tmp_path: Pat
     os.utime(folder / "results/first/separate-1.dmi", (1025, 1025))
     data = said_of("scale")
     data["inputs"]["recordings"] = [{"path": "recordings/first.csv", "sha256": ""}]
-    data["effects"][0]["commands"] = ["stepgauge plan next.toml -o results/first/separate-1.dmi"]
+    commands = ["stepgauge plan next.toml -o results/first/separate-1.dmi"]
+    proposing = {"separate_by": "the gauge along y", "commands": commands, "laws": [], "probability": 0.9}
+    first = {"effects": data["effects"][0], "unexplained": {**data["located"][0], **proposing}}[of]
+    data |= {"effects": [], "unexplained": []} | {of: [{**first, "commands": commands}]}
     write_json(folder / "results/first/diagnosis.json", data)
     shown = Asked(folder).get(diagnosis.show, recording="recordings/planned.csv")
     ticked = {name for name in days if f'value="recordings/{name}.csv" checked' in shown}

@@ -154,6 +154,15 @@ def test_readings_along_a_gauge_are_those_of_the_placement_that_is_chosen(folder
         np.testing.assert_allclose(np.abs(frame[APPROACH].to_numpy(float) @ lies.axis), 1.0, atol=1e-6)
 
 
+def test_a_placement_that_cannot_be_read_is_not_replaced_by_another_one(folder: Path) -> None:
+    gauge = sg.read_gauge(folder / "gauge/step-gauge-420.toml")
+    lay(gauge).write(folder / "placement-2.toml")
+    (folder / "placement.toml").write_text("c1_mm = 1\n")
+    answer = Asked(folder).post(importing.look, {"pasted": OF_FACES})
+    assert 'role="alert"' in answer
+    assert "placement.toml" in answer
+
+
 def test_without_a_header_the_names_that_fit_the_gauge_are_a_choice_that_settles_it(folder: Path) -> None:
     gauge = sg.read_gauge(folder / "gauge/step-gauge-420.toml")
     placement = sg.locate(Path("examples/demo/points.csv"), gauge, machine=sg.read_machine("bridge-cmm"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web.evaluations import recording_choices
+from stepgauge.web.evaluations import proposed_runs, recording_choices
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
@@ -95,14 +95,8 @@ def _structure(said: Mapping[str, Any], words: Words) -> dict[str, Any] | None:
     """What tells of structure without a law what it is: one run, whichever form it has."""
     from stepgauge.reports.findings import proposal
 
-    number, one = next(((n, one) for n, one in _proposing(said) if n > len(said["effects"])), (0, None))
-    return None if one is None else {"number": number, "next": words.message(proposal(one, "en"))}
-
-
-def _proposing(said: Mapping[str, Any]) -> Iterator[tuple[int, Mapping[str, Any]]]:
-    """Findings and, numbered on, structure that state a run."""
-    every = enumerate((*said["effects"], *said["unexplained"]), 1)
-    yield from ((number, one) for number, one in every if one.get("commands"))
+    of_structure = [(n, one) for n, one in proposed_runs(said).items() if n > len(said["effects"])]
+    return next(({"number": n, "next": words.message(proposal(one, "en"))} for n, one in of_structure), None)
 
 
 def _likely_only(effect: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -261,7 +255,7 @@ def plan_next(request: Request, form: Form) -> Response:
     suffixes = tuple({one.suffix for one in DIALECTS.values()})
     site, number = site_of(request), form.whole("finding", 1, 1000, 1) or 1
     said, _ = read_said(existing(site.folder, form.text("result")))
-    proposing = dict(_proposing(said))
+    proposing = proposed_runs(said)
     if number not in proposing:
         raise InputError("finding", "states no measurement", found=number)
     command = proposing[number]["commands"][0]

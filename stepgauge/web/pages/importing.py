@@ -6,6 +6,7 @@ import datetime
 import hashlib
 import io
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError, naming
-from stepgauge.web.evaluations import PLACEMENTS, recording_choices
+from stepgauge.web.evaluations import project_placements, recording_choices
 from stepgauge.web.fields import Field
 from stepgauge.web.folder import existing, free_name, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
@@ -219,8 +220,10 @@ def _known(site: Site, form: Form) -> Iterable[tuple[str, Any]]:
         yield "sensor", sensor
         return
     yield from (("gauge", site.stated("gauge")), ("machine", site.stated("machine")))
-    if placement := form.text("placement", next(iter(_placements(site)), "")):
-        yield "placement", str(existing(site.folder, placement))
+    if form.text("placement"):
+        yield "placement", str(existing(site.folder, form.text("placement")))
+    elif Path(site.placement).exists():
+        yield "placement", site.placement
     if form.text("program"):
         yield "program", str(existing(site.folder, form.text("program")))
     temperature = verb_fields("import", only=("gauge_temperature_C",))["gauge_temperature_C"].read(form)
@@ -235,15 +238,11 @@ def _placements(site: Site) -> dict[str, str]:
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.gauge.placement import read_placement
 
-    if not Path(site.placement).exists():
-        return {}
     gauge, found = read_gauge(site.stated("gauge")), dict[str, str]()
-    for path in (Path(site.placement), *sorted(site.folder.glob(PLACEMENTS), reverse=True)):
-        try:
+    for path in project_placements(site):
+        with suppress(InputError):  # what is no placement is no choice
             axis = read_placement(path, gauge).axis
-        except InputError:
-            continue
-        found.setdefault(relative(site.folder, str(path)), ", ".join(f"{one:+.2f}" for one in axis))
+            found[relative(site.folder, path)] = ", ".join(f"{one:+.2f}" for one in axis)
     return found
 
 
