@@ -117,9 +117,7 @@ def laid_elsewhere(data: Residuals, here: Placement) -> Iterator[FurtherRun]:
     length = float(np.linalg.norm(here.c2_mm - here.c1_mm))
     middle = (here.c1_mm + here.c2_mm) / 2.0
     options = [("the gauge end for end in the same position", middle, -here.axis)]
-    shifts = list(_shifts(data, middle, here.axis, length))
-    raised = ["the gauge raised on supports to" if m[2] > middle[2] else "the gauge shifted to" for m in shifts]
-    options += [(f"{how} {_text(m)}", m, here.axis) for how, m in zip(raised, shifts, strict=True)]
+    options += [(_moved(m, middle), m, here.axis) for m in _shifts(data, middle, here.axis, length)]
     options = [one for one in options if _is_inside(one[1], *_room(data, one[2], length))]
     for words, direction in _directions():
         centre = _turned_about(data, middle, direction, length)
@@ -147,6 +145,13 @@ def _turned_about(data: Residuals, middle: Array, direction: Array, length: floa
     limits, half = data.probings.setting.travel_mm, np.abs(direction) * length / 2.0
     low, high = limits[:, 0] + half, limits[:, 1] - half
     return np.clip(middle, low, high) if (low <= high).all() else None
+
+
+def _moved(place: Array, before: Array) -> str:
+    """Where a gauge goes in the same direction; higher up it needs something to lie on."""
+    if place[2] > before[2]:
+        return f"the gauge raised on supports to {_text(place)}"
+    return f"the gauge shifted to {_text(place)}"
 
 
 def _text(place: Array) -> str:

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError
 from stepgauge.files.outputs import replacing
 
+ARRAY = "array of this file"
+"""Key of the number of an array in the JSON before it."""
 Array = NDArray[np.float64]
 """Floating-point numbers; shapes stand in the docstrings."""
 Rows = NDArray[np.int64]
@@ -72,6 +74,3 @@ def read_arrays(path: str | Path) -> Any:
         return json.loads(text, object_hook=lambda one: arrays[one[ARRAY]] if set(one) == {ARRAY} else one)
     except (OSError, ValueError, IndexError, TypeError, EOFError) as error:
         raise InputError(path, "not whole", found=str(error), expected="the file as stepgauge wrote it") from None
-
-
-ARRAY = "array of this file"

@@ -29,7 +29,7 @@ NOT_LAWS = {"axis_compensation", "empirical", "error_map", "outliers", "noise_gr
 SEEN_SHARE = 0.1
 """Least component along some gauge axis of a direction in which motion is searched."""
 NOTHING = 1e-9
-"""Share of the power of a motion in its best direction from which it shows in another one at all."""
+"""Share of the largest from which a signature, or the power of a motion in another direction, is not zero."""
 NEAR_AXIS = np.cos(np.radians(5.0))
 PLACE = "place"
 """What laws of an axis by itself depend on."""
@@ -250,9 +250,12 @@ def _tells_direction(pattern: Array, shares: Array, data: Residuals) -> NDArray[
 
     One that shows in one placement, as a step within it does, is a motion along its line, whatever the direction.
     """
-    left = np.array([data.without_origins(pattern * share) for share in shares])
-    value = np.linalg.eigvalsh(np.einsum("iadn,jadn->aij", left, left))
-    return np.asarray(value[:, 0] > NOTHING * value[:, -1])
+    told = []
+    for some in chunks(len(pattern), len(shares) * pattern[0].size):
+        left = np.array([data.without_origins(pattern[some] * share) for share in shares])
+        value = np.linalg.eigvalsh(np.einsum("iadn,jadn->aij", left, left))
+        told.append(value[:, 0] > NOTHING * value[:, -1])
+    return np.concatenate(told)
 
 
 def _sizes(pattern: Array, shares: Sequence[Array]) -> list[Array]:
@@ -265,7 +268,7 @@ def _sizes(pattern: Array, shares: Sequence[Array]) -> list[Array]:
 
 def _shown_shapes(family: Family, size: Array) -> Iterator[Family]:
     """The family with those of its signatures that are not zero, if there are any; ``size (atoms,)``: of each."""
-    seen, law = size > 1e-9 * max(float(size.max()), 1e-300), family.law
+    seen, law = size > NOTHING * max(float(size.max()), 1e-300), family.law
     if not seen.any() or size.max() == 0.0:
         return
     label = law.kind

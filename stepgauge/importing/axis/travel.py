@@ -58,8 +58,8 @@ def _check_cycles(table: Table, place: NDArray[np.intp], cycle: int, decisions: 
     """
     texts = [str(cell) for cell in table.cells(cycle)]
     counts = Counter(zip(place.tolist(), texts, strict=True))
-    in_turn = len(list(groupby(texts))) == len(set(texts))
-    if not in_turn and len(set(counts.values())) > 1 and len(counts) < len(set(place.tolist())) * len(set(texts)):
+    uneven = len(set(counts.values())) > 1 and len(counts) < len(set(place.tolist())) * len(set(texts))
+    if uneven and len(list(groupby(texts))) > len(set(texts)):
         name = table.headers[cycle] or f"#{cycle + 1}"
         ways = column_answer(Role.CYCLE, name, "if it is"), column_answer(Role.IGNORE, name)
         what = "a column of cycles has numbers that some targets lack and others repeat"
