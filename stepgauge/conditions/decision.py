@@ -16,7 +16,7 @@ Outcome = Literal["conforms", "does not conform", "not decidable", "no statement
 DECISION_SOURCE = "ISO 14253-1, decision rules for proving conformity or nonconformity"
 
 
-def decide(value_um: float, limit_um: float, expanded_um: float, missing: Sequence[str] = ()) -> Outcome:
+def decide(value_um: float, limit_um: float, expanded_um: float, missing: Sequence[object] = ()) -> Outcome:
     """Whether a test value proves conformity with plus and minus a limit, nonconformity, or neither (ISO 14253-1).
 
     ``expanded_um`` is the expanded uncertainty of the test value, the guard band: it narrows the zone in which

@@ -174,7 +174,7 @@ def _finish(
 ) -> Imported:
     comments["log"] = f"{Path(log.path).name} ({log.form})"
     if radius is not None:
-        comments["tip_radius_mm"] = f"{radius:g}"
+        comments["tip_radius_mm"] = f"{radius:.9g}"
     said = {key: value for key, value in log.comments.items() if key not in (*OPTIONAL, *_OURS)}
     ours: dict[str, str] = {}
     if gauge is not None and not stated_serials(said):  # else it is compared with the gauge that was given

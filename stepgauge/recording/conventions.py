@@ -23,7 +23,7 @@ Convention = Literal["as_read", "corrected_to_20", "nominal_expansion"]
 CONVENTIONS: Mapping[Convention, str] = {
     "as_read": "certified positions are brought to the recorded gauge temperature; readings are not corrected",
     "corrected_to_20": "the machine has corrected the readings to 20 deg C; certified positions are those at 20 deg C",
-    "nominal_expansion": "readings are corrected for the nominal expansion of scales and gauge to 20 deg C",
+    "nominal_expansion": "readings are not corrected; nominal expansion corrects scales and gauge to 20 deg C here",
 }
 """``temperature_convention`` of a recording or of the table [machine], with what it means for the numbers."""
 UNSTATED = f"not stated: {CONVENTIONS['as_read']}"

@@ -22,7 +22,7 @@ from stepgauge.files.arrays import Array
 from stepgauge.montecarlo.model import ModelQuantity, MonteCarloModel, PlacementReadings
 from stepgauge.montecarlo.summary import Summary
 from stepgauge.recording.face_readings import FaceStatistics
-from stepgauge.standards.budget_sources import BudgetOptions, assumptions, missing, terms
+from stepgauge.standards.budget_sources import BudgetOptions, UnstatedSource, assumptions, missing, terms
 from stepgauge.standards.budget_terms import BudgetTerm, UncertaintySource
 from stepgauge.standards.coverage import Expanded, expand
 
@@ -72,7 +72,7 @@ class UncertaintyBudget:
     sources: tuple[UncertaintySource, ...]
     lines: tuple[BudgetLine, ...]
     assumptions: tuple[str, ...]
-    not_included: tuple[tuple[str, str], ...]
+    not_included: tuple[UnstatedSource, ...]
     percent: float
     bands: tuple[Band, ...] = ()
 

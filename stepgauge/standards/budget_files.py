@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -68,7 +69,7 @@ def budget_to_dict(model: MonteCarloModel, budget: UncertaintyBudget, runs: int)
         "sources": [_source(source) for source in budget.sources],
         "conditions": model.conditions.to_dicts(),
         "assumptions": list(budget.assumptions),
-        "not_included": [{"what": what, "state_by": how} for what, how in budget.not_included],
+        "not_included": [asdict(one) for one in budget.not_included],
         "bands": [
             {"placement": b.placement, "value_um": b.value, "u_um": b.u, "low_95_um": b.low, "high_95_um": b.high}
             for b in budget.bands
@@ -186,8 +187,9 @@ class StoredBand(_StoredBudget):
 
 
 class StoredGap(_StoredBudget):
-    """A contribution that was not evaluated."""
+    """A contribution that was not evaluated; ``source``: as it would be named among the sources."""
 
+    source: str = ""
     what: str
     state_by: str
 

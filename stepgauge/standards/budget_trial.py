@@ -87,7 +87,7 @@ class BudgetTrial:
             if one.name not in without
         ]
         open_ = [
-            StoredGap(what=one.what, state_by=f"{one.toml.split()[0]} of the machine file")
+            StoredGap(source=one.source, what=one.what, state_by=f"{one.toml.split()[0]} of the machine file")
             for name, one in OPEN_SOURCES.items()
             if name in self.names and one.source in without
         ]
@@ -143,8 +143,8 @@ def budget_trial(
     asked, options : as :func:`stepgauge.standards.budget.make_budget` and :func:`stepgauge.montecarlo.read_model`
     """
     said = missing(read_model(recordings, machine, gauge, asked.placements, options), asked)
-    by_file = [what for what, how in said if how.endswith("machine file")]  # only such a value can be tried
-    names = tuple(name for name, one in OPEN_SOURCES.items() if any(what.startswith(one.what) for what in by_file))
+    by_file = {one.source for one in said if one.state_by.endswith("machine file")}  # only such a value can be tried
+    names = tuple(name for name, one in OPEN_SOURCES.items() if one.source in by_file)
     model = read_model(recordings, _opened(machine, names), gauge, asked.placements, options)
     return BudgetTrial(stored_budget(model, make_budget(model, asked), 0), names)
 

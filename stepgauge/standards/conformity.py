@@ -26,7 +26,7 @@ from stepgauge.machine.file import Machine, check_recorded
 from stepgauge.standards.mpe import Mpe
 
 if TYPE_CHECKING:
-    from stepgauge.standards.budget_files import StoredBudget, StoredSource
+    from stepgauge.standards.budget_files import StoredBudget, StoredGap, StoredSource
 
 SHORT: Mapping[Outcome, str] = {
     "conforms": "pass",
@@ -102,7 +102,7 @@ class Conformity:
 
     mpe: Mpe
     faces: tuple[FaceDecision, ...]
-    missing: tuple[str, ...]
+    missing: tuple[StoredGap, ...]
     prevented: str
     needed: NeededUncertainty | None = None
 
@@ -122,9 +122,14 @@ class Conformity:
         beyond = sum(abs(one.error_um) > one.limit_um for one in self.faces)
         text = f"{self.text} {beyond} of {len(self.faces)} errors are beyond the limit." if self.missing else self.text
         near = "an error lies within U of its limit" + (f": {self.needed.text}" if self.needed else "")
-        lacking = f"U lacks {'; '.join(self.missing)}" if self.missing else near
+        lacking = self.lacking or near
         reason = {"no statement": self.prevented, "not decidable": lacking}.get(self.outcome, "")
         return ConformityDecision(self.outcome, text, reason, tuple(faces))
+
+    @property
+    def lacking(self) -> str:
+        """What U lacks, in words; empty where it is complete."""
+        return f"U lacks {'; '.join(one.what for one in self.missing)}" if self.missing else ""
 
     @property
     def text(self) -> str:
@@ -140,7 +145,7 @@ class Conformity:
             least = _percent(min(probabilities))
             said.append(f"least probability of conformity of a face {least} ({PROBABILITY_SOURCE})")
         if self.missing and not self.prevented:
-            said.append(f"U lacks {'; '.join(self.missing)}, so that nothing can be decided")
+            said.append(f"{self.lacking}, so that nothing can be decided")
         return f"{'; '.join(said)}. {self.prevented}{' ' if self.prevented else ''}Decision rule: {DECISION_SOURCE}."
 
 
@@ -177,11 +182,7 @@ def conformity(evaluation: Mapping[str, Any], budget: StoredBudget | None, mpe: 
 
     ``evaluation``: content of an ``evaluation.json`` (:mod:`stepgauge.evaluation.files`).
     """
-    missing = (
-        ("the uncertainty budget (--budget states it)",)
-        if budget is None
-        else tuple(gap.what for gap in budget.not_included)
-    )
+    missing = (_no_budget(),) if budget is None else tuple(budget.not_included)
     largest = None if budget is None else max(line.expanded_um for line in budget.quantities)
     conditions = stored_conditions(evaluation).weighed(largest)
     faces = tuple(
@@ -193,6 +194,13 @@ def conformity(evaluation: Mapping[str, Any], budget: StoredBudget | None, mpe: 
     needed = [found for one in near if budget is not None and (found := _needed(one, budget)) is not None]
     farthest = min(needed, key=lambda one: one.needed_um / one.expanded_um, default=None)
     return Conformity(mpe, faces, missing, conditions.no_statement, farthest)
+
+
+def _no_budget() -> StoredGap:
+    """What U lacks where there is none."""
+    from stepgauge.standards.budget_files import StoredGap
+
+    return StoredGap(source="budget", what="the uncertainty budget (--budget states it)", state_by="--budget")
 
 
 def _probed(rows: list[dict[str, Any]]) -> list[tuple[dict[str, Any], float]]:
@@ -208,7 +216,7 @@ def _decided(
     length_mm: float,
     budget: StoredBudget | None,
     mpe: Mpe,
-    missing: tuple[str, ...],
+    missing: tuple[StoredGap, ...],
     conditions: Conditions,
 ) -> FaceDecision:
     name = "xf" if row["face"] % 2 else "xb"

@@ -19,6 +19,8 @@ STATED_AT: Mapping[str, str] = {
     "gauge.expansion_per_K": "gauge#expansion_uncertainty_per_K",
     "drift of the gauge": "gauge#drift_um_per_m_per_year",
     "gauge temperature": "machine#u_gauge_temperature_K",
+    "gauge_temperature_C": "importing#gauge_temperature",
+    "measured_at": "importing#measured_on",
     "machine.temperature_C": "machine#u_scale_temperature_K",
     "machine.scale_expansion_per_K": "machine#u_scale_expansion_per_K",
     "probing": "machine#u_probing_um",
@@ -49,20 +51,18 @@ def verdict(words: Words, judged: Conformity, has_budget: bool) -> dict[str, Any
     if judged.prevented:
         lines.append(words.message(judged.prevented))
     if judged.missing and not judged.prevented:
-        lacking = words("result.lacking", what=", ".join(source_name(words, one) for one in judged.missing))
+        lacking = words("result.lacking", what=", ".join(source_name(words, one.what) for one in judged.missing))
         lines.append(lacking if has_budget else words("result.compute_first"))
-    there: tuple[str, ...] = ("machine", "gauge") if judged.missing and has_budget else ()
-    if there and any("temperature of the gauge" in one for one in judged.missing):
-        there = ("importing#gauge_temperature", *there)  # of a recording it is stated where that comes in
+    there = [STATED_AT[one.source] for one in judged.missing if one.source in STATED_AT]
     if judged.needed is not None:
         lines.append(_needed(words, judged.needed))
         decides = judged.needed.allowed_um is not None
-        there = (STATED_AT.get(judged.needed.source.name, "machine"),) if decides else ()
+        there = [STATED_AT.get(judged.needed.source.name, "machine")] if decides else []
     probabilities = [one.probability for one in judged.faces if one.probability is not None]
     if probabilities and judged.outcome != "no statement":
         lines.append(words("result.probability", least=words.number(100 * min(probabilities), 1)))
     look, word = LOOK[judged.outcome], words(f"outcome.{key_of(judged.outcome)}")
-    return {"look": look, "word": word, "lines": lines, "there": there}
+    return {"look": look, "word": word, "lines": lines, "there": list(dict.fromkeys(there))}
 
 
 def _needed(words: Words, needed: NeededUncertainty) -> str:

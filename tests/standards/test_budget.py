@@ -204,7 +204,9 @@ def test_a_gauge_temperature_that_was_not_recorded_can_be_stated() -> None:
     """The certificate's temperature is taken; how far it may be off is for the person to say."""
     recording = Recording(RECORDING.frame.drop(columns="gauge_temperature_C"), {}, "cold.csv")
     silent = make_budget(modelled(quiet_gauge(), recording=recording))
-    assert "temperature of the gauge (not recorded; taken as the certificate's)" in [w for w, _ in silent.not_included]
+    assert "temperature of the gauge (not recorded; taken as the certificate's)" in [
+        one.what for one in silent.not_included
+    ]
     stated = make_budget(modelled(quiet_gauge(), recording=recording, u_K=0.5))
     xf = line(stated, "xf_um", 11).contribution["gauge temperature"]
     assert xf == pytest.approx(quiet_gauge().position_mm[10] * 1e3 * 11.5e-6 * 0.5, rel=1e-3)
@@ -217,7 +219,7 @@ def test_a_thermometer_that_was_not_read_makes_no_temperature_certain() -> None:
     for recording, asked, counted in ((RECORDING, None, True), (silent, None, False), (silent, 0.5, True)):
         budget = make_budget(read_model([recording], machine, quiet_gauge(), (), ModelOptions(asked)))
         assert ("gauge temperature" in [source.name for source in budget.sources]) == counted
-        assert any(what.startswith("temperature of the gauge") for what, _ in budget.not_included) != counted
+        assert any(one.what.startswith("temperature of the gauge") for one in budget.not_included) != counted
 
 
 @pytest.mark.parametrize("compensated", [True, False])
@@ -286,7 +288,7 @@ def test_alignment_is_the_cosine_error_of_the_axis_uncertainty() -> None:
 def test_what_nobody_states_is_listed_and_not_counted() -> None:
     budget = make_budget(modelled(quiet_gauge()))
     assert {source.name for source in budget.sources} == {"certificate", "repeatability"}
-    missing = " ".join(what for what, _ in budget.not_included)
+    missing = " ".join(one.what for one in budget.not_included)
     for what in (
         "expansion of the gauge",
         "temperature of the gauge",
@@ -298,7 +300,7 @@ def test_what_nobody_states_is_listed_and_not_counted() -> None:
     assert "alignment" in missing
     stated = UncertaintyTable(resolution_um=0.1)
     fewer = make_budget(modelled(quiet_gauge(), replace(shipped()[1], stated=stated))).not_included
-    assert "resolution" not in [what for what, _ in fewer]
+    assert "resolution" not in [one.what for one in fewer]
 
 
 UNCERTAIN = """

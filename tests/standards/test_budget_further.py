@@ -49,7 +49,7 @@ def from_first_m(own: Gauge, face: int) -> float:
 
 
 def missing(of: MonteCarloModel, asked: BudgetOptions | None = None) -> str:
-    return " ".join(what for what, _ in make_budget(of, asked).not_included)
+    return " ".join(one.what for one in make_budget(of, asked).not_included)
 
 
 def test_the_drift_of_the_standard_is_its_rate_by_its_age() -> None:
@@ -81,7 +81,7 @@ def test_a_drift_or_a_date_that_nobody_states_is_missing_and_a_virtual_gauge_has
     assert "nobody says when it was measured" in missing(model(undated))
     assert "nobody says" not in missing(model(undated), BudgetOptions(measured_at="2026-09-01"))
     simulated = make_budget(model(RECORDING, silent))
-    assert "drift" not in " ".join(what for what, _ in simulated.not_included)
+    assert "drift" not in " ".join(one.what for one in simulated.not_included)
     assert any("certified length" in text for text in simulated.assumptions)
 
 

@@ -63,9 +63,11 @@ def test_points_of_the_gauge_become_a_recording_with_the_files_of_the_project(fo
     columns = recording.frame[["x_mm", "y_mm", "z_mm"]].rename(columns={"x_mm": "X", "y_mm": "Y", "z_mm": "Z"})
     table = columns.to_csv(index=False, sep="\t", float_format="%.5f")
     said = asked.post(importing.look, {"pasted": table})
-    assert "Read: 16 probings. A decision still needs:" in said, said
+    assert "Read: 16 probings; placement placement.toml, axis +0.01, +1.00, +0.01. A decision still needs:" in said, said
     for needed in ("<li>Day of the measurement</li>", "the temperature of the gauge is not recorded"):
         assert needed in said
+    corrected = {"pasted": table, "measured_on": "2026-05-04", "temperature_convention": "corrected_to_20"}
+    assert "<li>Temperature of the gauge</li>" in asked.post(importing.look, corrected)  # its u is a part of U
     warm = asked.post(importing.look, {"pasted": table, "measured_on": "2026-05-04", "gauge_temperature": "21"})
     assert "“Temperature correction of the readings”" in warm
     assert "All is clear" not in said + warm
@@ -119,6 +121,13 @@ def choices(shown: str) -> list[tuple[str, str]]:
         values = [one for one in re.findall(r'value="([^"]*)"', options) if one]
         found += [(name, values[0]), (name, values[-1])]
     return found
+
+
+def test_a_number_is_shown_with_all_of_its_digits(tmp_path: Path) -> None:
+    frame = pd.DataFrame({"target (mm)": [0.0, 100.0, 200.0], "reading (mm)": [0.0001, 100.00035, 200.0 + 0.1 + 0.2]})
+    frame.to_excel(tmp_path / "axis.xlsx", index=False)
+    imported = sg.import_recording(tmp_path / "axis.xlsx", sensor="laser")
+    assert imported.columns[1].cells == ("0.0001", "100.00035", "200.3")
 
 
 @pytest.mark.parametrize("table", [OF_FACES, OF_FACES_IN_ORDER, OF_FEATURES])

@@ -16,9 +16,9 @@ from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import LENGTH_MM
 from stepgauge.importing.axis.targets import Targets
+from stepgauge.importing.tables.cells import text_of
 from stepgauge.importing.tables.columns import VALUE_ROLES, Role, axis_role
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.header import text_of
 from stepgauge.importing.tables.questions import QuestionAnswer
 from stepgauge.importing.tables.vocabulary import says, split_name, words_of
 from stepgauge.recording.identity import exchanged

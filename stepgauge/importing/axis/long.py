@@ -17,11 +17,10 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import Unit
 from stepgauge.importing.axis.travel import cycles_of_repeats
-from stepgauge.importing.tables.cells import is_empty
+from stepgauge.importing.tables.cells import is_empty, text_of
 from stepgauge.importing.tables.clock import Clock
 from stepgauge.importing.tables.columns import DEVIATIONS, VALUE_ROLES, Column, Role, axis_role, called, is_known
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.header import text_of
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, column_answer, shown
 from stepgauge.importing.tables.rivals import one_of
 from stepgauge.importing.tables.values import beside, check_finite, clock_of, finite

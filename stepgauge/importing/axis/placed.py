@@ -51,7 +51,7 @@ def on_placement(
             frame[name] = found.frame[name].to_numpy()
     report = (*imported.report, f"{WORDS} {radius:g} mm", UNSEEN)
     said = {"gauge": gauge.table.name, "gauge_serial": gauge.table.serial}
-    said |= {"tip_radius_mm": f"{radius:g}", CORRECTED: f"{radius:.9g}"}
+    said |= {"tip_radius_mm": f"{radius:.9g}", CORRECTED: f"{radius:.9g}"}
     kept = {key: value for key, value in found.comments.items() if key != "artefact"}
     comments = {**said, **kept, "log": Path(found.path).name, "import": "\n".join(report)}
     return replace(imported, recording=Recording(frame, comments, found.path), report=report)

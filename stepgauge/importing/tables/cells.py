@@ -87,6 +87,11 @@ class Cells:
     bulk: Bulk | None = None
 
 
+def text_of(cell: Cell) -> str:
+    """The text of a cell: a number with the digits that it has, not those of binary arithmetic."""
+    return f"{cell:.12g}" if isinstance(cell, float) else str(cell)
+
+
 def is_empty(cell: Cell) -> bool:
     """Whether a cell has no value: nothing, or what instruments write where they have none."""
     return isinstance(cell, str) and cell.casefold() in _NO_VALUE

@@ -14,7 +14,7 @@ import numpy as np
 
 from stepgauge.files.numerals import looks_numeric
 from stepgauge.files.units import find_unit
-from stepgauge.importing.tables.cells import DEGREES, Cell, Cells, any_number
+from stepgauge.importing.tables.cells import DEGREES, Cell, Cells, any_number, text_of
 from stepgauge.importing.tables.columns import VALUE_ROLES, Role, axis_role
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.vocabulary import LABEL, MEASURE, WORDS, parse_label, split_name, words_of
@@ -64,7 +64,7 @@ def _measured(cell: Cell) -> bool:
 def _target(cell: Cell) -> tuple[str, str] | None:
     """Number and unit of a cell that names a column as a target does, the unit empty for none; else None."""
     if isinstance(cell, float):
-        return f"{cell:g}", ""
+        return text_of(cell), ""
     if not isinstance(cell, str):
         return None
     match = MEASURE.fullmatch(cell)
@@ -73,7 +73,7 @@ def _target(cell: Cell) -> tuple[str, str] | None:
 
 def _joined(names: Sequence[Cell], row: Sequence[Cell]) -> str:
     """``Run 2 Dir +``: what the cells of a run say, behind the names of their columns."""
-    texts = [f"{cell:g}" if isinstance(cell, float) else str(cell) for cell in row[: len(names)]]
+    texts = [text_of(cell) for cell in row[: len(names)]]
     return " ".join(f"{name} {text}" for name, text in zip(names, texts, strict=True))
 
 

@@ -19,7 +19,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import Numerals, looks_numeric
 from stepgauge.files.units import Unit, find_unit
-from stepgauge.importing.tables.cells import Cell, Cells, is_units, mark_of, value_of
+from stepgauge.importing.tables.cells import Cell, Cells, is_units, mark_of, text_of, value_of
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.header import (
     behind_header,
@@ -29,8 +29,7 @@ from stepgauge.importing.tables.header import (
     frequent_kind,
     row_kind,
     split_names,
-    text_of,
-)  # fmt: skip
+)
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.remarks import block_titles, left_out_words, stated_facts
 

@@ -9,7 +9,7 @@ from collections.abc import Container, Sequence
 from stepgauge.errors import InputError
 from stepgauge.files.numerals import looks_numeric
 from stepgauge.files.units import find_unit
-from stepgauge.importing.tables.cells import Cell, Cells, is_empty, is_units
+from stepgauge.importing.tables.cells import Cell, Cells, is_empty, is_units, text_of
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.columns import DIRECTIONS, point_role
 from stepgauge.importing.tables.vocabulary import split_unit
@@ -133,11 +133,6 @@ def _may_name(row: Sequence[Cell], width: int) -> bool:
 def _texts(row: Sequence[Cell], width: int) -> list[str]:
     texts = [text_of(cell) for cell in row[:width]]
     return [*texts, *[""] * (width - len(texts))]
-
-
-def text_of(cell: Cell) -> str:
-    """The text of a cell."""
-    return f"{cell:g}" if isinstance(cell, float) else str(cell)
 
 
 def commented_header(cells: Cells, width: int) -> list[str]:

@@ -9,11 +9,11 @@ import numpy as np
 
 from stepgauge.errors import InputError, naming, reading
 from stepgauge.files.units import Unit
-from stepgauge.importing.tables.cells import Cells, read_text_cells
+from stepgauge.importing.tables.cells import Cell, Cells, read_text_cells, text_of
 from stepgauge.importing.tables.console import console_cells
 from stepgauge.importing.tables.forms import arrange_columns
 from stepgauge.importing.tables.grid import Table, find_tables
-from stepgauge.importing.tables.header import split_names, text_of
+from stepgauge.importing.tables.header import split_names
 from stepgauge.importing.tables.laserfile import is_laser_file, read_laser_file
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, TakenColumn
 from stepgauge.importing.tables.records import frame_cells, is_json, read_json_cells
@@ -166,5 +166,5 @@ def taken_columns(table: Table, columns: Iterable[tuple[int, str | None, Unit | 
     ]
 
 
-def _same(cell: object, text: str) -> bool:
-    return (f"{cell:g}" if isinstance(cell, float) else str(cell)).strip() == text.strip()
+def _same(cell: Cell, text: str) -> bool:
+    return text_of(cell).strip() == text.strip()

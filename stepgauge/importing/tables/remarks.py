@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Container, Sequence
 
-from stepgauge.importing.tables.cells import Cell, Cells, is_units
-from stepgauge.importing.tables.header import divided, fits_kind, refuse_slip, row_kind, text_of
+from stepgauge.importing.tables.cells import Cell, Cells, is_units, text_of
+from stepgauge.importing.tables.header import divided, fits_kind, refuse_slip, row_kind
 from stepgauge.importing.tables.vocabulary import LABEL, says, title_label, words_of
 
 _FACT = re.compile(r"\s*([^:=;]{2,60}?)\s*(?:::?|=)\s*(\S.*?)\s*")

@@ -14,7 +14,7 @@ import numpy as np
 
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import looks_numeric
-from stepgauge.importing.tables.cells import is_empty
+from stepgauge.importing.tables.cells import is_empty, text_of
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.columns import (
     AXIS,
@@ -379,7 +379,7 @@ def _kinds_in(table: Table, one: Column) -> list[str] | None:
     named = bool(says(words_of(one.header), "kind"))
     if says(words_of(one.name), "besides") or not (named or is_text(table, one.place)):
         return None
-    texts = [f"{cell:g}" if isinstance(cell, float) else str(cell).strip() for cell in table.cells(one.place)]
+    texts = [text_of(cell).strip() for cell in table.cells(one.place)]
     filled = {text for text in texts if text}
     remark = 2 * texts.count("") >= len(texts)
     verdict = {text.casefold() for text in filled} <= WORDS["verdict"]

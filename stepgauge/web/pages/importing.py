@@ -105,8 +105,20 @@ def look(request: Request, form: Form) -> Response:
         "of": _checksum(form),
         "taken": [f"{one.argument}={one.value}" for one in answers],
         "needed": _needed(request, form, imported),
+        "placed": _placed(site_of(request), form, imported),
     }
     return render(request, "importing_part.html.j2", **content, group=_group, open_to=_open_to, page_of=PAGE_OF)
+
+
+def _placed(site: Site, form: Form, imported: Imported | None) -> tuple[str, str] | None:
+    """The placement on which touches of a gauge are, with its axis in words; None for what needs none."""
+    from stepgauge.recording import Recording
+
+    if imported is None or not isinstance(imported.recording, Recording):
+        return None
+    known = _placements(site)
+    name = form.text("placement") or next(iter(known), "")
+    return (name, known[name]) if name in known else None
 
 
 def _needed(request: Request, form: Form, imported: Imported | None) -> list[str]:
@@ -128,10 +140,12 @@ def _needed(request: Request, form: Form, imported: Imported | None) -> list[str
         conditions = evaluate(recording, read_gauge(site.stated("gauge"))).conditions
     except InputError as error:
         return [*needed, words.said(error)]
-    for one in conditions:
-        if one.state == "prevents" or (one.name == "temperature" and one.found == UNRECORDED):
-            expected = f"; {words('page.expected')} {words.message(one.expected)}" if one.expected else ""
-            needed.append(words.message(one.sentence) + expected)
+    open_ = [one for one in conditions if one.state == "prevents" or one.found == UNRECORDED]
+    if "gauge_temperature_C" not in found.columns and not any(one.found == UNRECORDED for one in open_):
+        needed.append(words.label("gauge_temperature"))  # readings that are corrected by it: a part of U
+    for one in open_:
+        expected = f"; {words('page.expected')} {words.message(one.expected)}" if one.expected else ""
+        needed.append(words.message(one.sentence) + expected)
     return needed
 
 
