@@ -22,8 +22,9 @@ from stepgauge.files.arrays import Array
 from stepgauge.montecarlo.model import ModelQuantity, MonteCarloModel, PlacementReadings
 from stepgauge.montecarlo.summary import Summary
 from stepgauge.recording.face_readings import FaceStatistics
-from stepgauge.standards.budget_sources import BudgetOptions, UnstatedSource, assumptions, missing, terms
+from stepgauge.standards.budget_sources import BudgetOptions, assumptions, terms
 from stepgauge.standards.budget_terms import BudgetTerm, UncertaintySource
+from stepgauge.standards.budget_unstated import UnstatedSource, missing
 from stepgauge.standards.coverage import Expanded, expand
 
 Progress = Callable[[int, int], None]

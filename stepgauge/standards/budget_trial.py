@@ -18,7 +18,8 @@ from stepgauge.montecarlo.inputs import GAUGE_TEMPERATURE
 from stepgauge.recording import Recording
 from stepgauge.standards.budget import make_budget
 from stepgauge.standards.budget_files import StoredBudget, StoredGap, StoredLine, stored_budget
-from stepgauge.standards.budget_sources import PROBING, RESOLUTION, BudgetOptions, missing
+from stepgauge.standards.budget_sources import PROBING, RESOLUTION, BudgetOptions
+from stepgauge.standards.budget_unstated import missing
 from stepgauge.standards.coverage import coverage_factor
 
 
