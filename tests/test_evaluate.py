@@ -325,6 +325,10 @@ def test_recordings_that_are_not_of_this_gauge_are_refused() -> None:
     assert re.search(
         r"faces 3 and 5 look exchanged; found face 5 at 20.00\d mm", refused(Recording(numbered, {}, "r.csv"), gauge)
     )
+    uneven = good.frame.copy()
+    uneven.loc[uneven["face"].isin([3, 4]), ["x_mm", "y_mm", "z_mm"]] += 3.0 * pose.rotation[0]
+    third = replace(gauge, position_mm=gauge.position_mm - np.array([0.0, 0, 0, 0, 3, 3, 0, 0]))
+    assert "lies end for end" in refused(Recording(uneven, {}, "r.csv"), third)
     one = good.frame[good.frame["face"] <= 2]
     assert "only one block" in refused(Recording(one, {}, "r.csv"), gauge)
     fronts = good.frame[good.frame["face"] % 2 == 1]

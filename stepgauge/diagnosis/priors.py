@@ -46,9 +46,9 @@ class SizePriors(TomlTable):
     certificate_um: float = Field(gt=0.0)
     steps: list[float] = Field(min_length=1)
 
-    def about(self, usual: float, most: float = np.inf) -> AmplitudePrior:
-        """The mixture about a usual size, without standard deviations above ``most``."""
-        steps = np.array([step for step in self.steps if usual * step <= most] or self.steps[:1])
+    def about(self, usual: float, most: float = np.inf, least: float = 0.0) -> AmplitudePrior:
+        """The mixture about a usual size, without standard deviations below ``least`` and above ``most``."""
+        steps = np.array([step for step in self.steps if least <= usual * step <= most] or self.steps[:1])
         weight = -np.abs(np.log(steps)) / np.log(np.where(steps > 1.0, self.above, self.below))
         return AmplitudePrior(usual * steps, weight - np.logaddexp.reduce(weight))
 
@@ -83,7 +83,7 @@ class KindPrior(TomlTable):
     """Prior odds and usual size of one kind of law; ``basis``: what the size depends on; ``why``: its reason.
 
     ``most``: the largest standard deviation of its size that is physically possible; ``again``: odds that another axis
-    has it where one has, without a value as if there was none; ``least``: the smallest size that occurs, of maps.
+    has it where one has, without a value as if there was none; ``least``: the smallest size that occurs.
     """
 
     odds: float = Field(gt=0.0)

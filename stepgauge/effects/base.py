@@ -150,10 +150,10 @@ class EffectPrior:
     """What is usual of an effect before a reading is seen, and why.
 
     ``odds``: over those of a common kind; ``usual``: median size, in the unit of the linear parameter (``unit`` where
-    that is not it); ``most``: the largest standard deviation of a size that is physically possible; ``again``: odds of
-    it on another axis where one has it; ``basis``: what the size grows with: ``grade`` the repeatability of the
-    machine, ``sag`` length^4 / height^2 of the gauge's bar, ``stylus`` its length^3, ``certificate`` the standard
-    uncertainty of the gauge where that is large.
+    that is not it); ``most``: the largest standard deviation of a size that is physically possible; ``least``: the
+    smallest size that occurs; ``again``: odds of it on another axis where one has it; ``basis``: what the size grows
+    with: ``grade`` the repeatability of the machine, ``sag`` length^4 / height^2 of the gauge's bar, ``stylus`` its
+    length^3, ``certificate`` the standard uncertainty of the gauge where that is large.
     """
 
     odds: float
@@ -163,6 +163,7 @@ class EffectPrior:
     most: float = np.inf
     again: float | None = None
     unit: str = ""
+    least: float = 0.0
 
 
 UNDETERMINED = 0.05
@@ -222,6 +223,10 @@ class Effect(TomlTable):
     def expected(self) -> Effect:
         """The effect as far as it can be predicted: without what depends on a phase that no recording contains."""
         return self
+
+    def uncertain_um(self, probings: Probings) -> Array:
+        """What comes with the effect by unknown amounts, um: the standard uncertainty of each, ``(p, n)``."""
+        return np.zeros((0, len(probings)))
 
     def latched_um(self, probings: Probings) -> Array | None:
         """Standard deviation of the part that :meth:`expected` leaves out, um, shape ``(n,)``; None for no such part.

@@ -95,27 +95,41 @@ class GaugeReversed(Effect):
     """
 
     kind: ClassVar[str] = "gauge_reversed"
-    equation: ClassVar[str] = "d = share (S_last - S_(n + 1 - face) - S_face) along the gauge axis, of n faces"
+    equation: ClassVar[str] = (
+        "d = share (S_last - S_(n + 1 - face) - S_face) along the gauge axis, of n faces, in one placement or in all"
+    )
     source: ClassVar[str] = "definition: certified positions counted from the other end"
-    covariates: ClassVar[tuple[str, ...]] = ("face",)
+    covariates: ClassVar[tuple[str, ...]] = ("face", "placement")
     recordings: ClassVar[tuple[str, ...]] = GAUGE
-    prior: ClassVar[EffectPrior | None] = EffectPrior(0.1, 1.0, "it is so or not; most gauges fit both ways", most=1.0)
+    prior: ClassVar[EffectPrior | None] = EffectPrior(
+        0.1, 1.0, "it is so or not; most gauges fit both ways", most=1.0, again=0.1, least=0.5
+    )
     words: ClassVar[Wording | None] = Wording(
         "gauge reversed",
-        "The faces stand where the certificate has them if it is counted from the other end (share {share:=3}; 1"
-        " if it is so): the gauge was laid the wrong way round, or its blocks were numbered from the wrong end.",
+        "{placement:In placement {placement} the|The} faces stand where the certificate has them if it is counted"
+        " from the other end (share {share:=3}; 1 if it is so): the gauge was laid the wrong way round, or its blocks"
+        " were numbered from the wrong end.",
         "Look at which end of the gauge the beginning of its certificate is.",
         "Turn the gauge round, or number its blocks from the other end; then measure again.",
         german=Wording(
             "Stufenendmaß verkehrt herum",
-            "Die Flächen stehen, wo der Schein sie hat, wenn man vom anderen Ende zählt (Anteil {share:=3}; 1,"
-            " wenn es so ist): Das Stufenendmaß lag verkehrt herum, oder seine Blöcke wurden vom falschen Ende"
-            " gezählt.",
+            "{placement:In Lage {placement} stehen die|Die} Flächen{placement:| stehen}, wo der Schein sie hat, wenn"
+            " man vom anderen Ende zählt (Anteil {share:=3}; 1, wenn es so ist): Das Stufenendmaß lag verkehrt herum,"
+            " oder seine Blöcke wurden vom falschen Ende gezählt.",
             "Nachsehen, an welchem Ende des Stufenendmaßes sein Schein beginnt.",
             "Das Stufenendmaß umdrehen oder seine Blöcke vom anderen Ende zählen; dann neu messen.",
         ),
     )
-    share: float = parameter(1.0, unit="1", meaning="1 if it is so", ge=0, le=2, sensible=(0.5, 1.5))
+    placement: int | None = parameter(
+        None,
+        unit="",
+        role="choice",
+        meaning="number of the placement; without it all",
+        ge=1,
+        le=10_000,
+        grid=grids.placements,
+    )
+    share: float = parameter(1.0, unit="1", meaning="1 if it is so", ge=0.5, le=1.5, sensible=(0.5, 1.5))
 
     @classmethod
     def rarity(cls, probings: Probings) -> float:
@@ -128,7 +142,24 @@ class GaugeReversed(Effect):
         """Mirrored minus certified position of the face."""
         faces = probings.gauge.position_mm
         off_um = probings.expand_faces((faces[-1] - faces[::-1] - faces) * 1e3)
-        return {"approach": probings.shifted_along_gauge(self.share * off_um)}
+        return {"approach": probings.shifted_along_gauge(self.share * off_um * is_placed(self.placement, probings))}
+
+    def uncertain_um(self, probings: Probings) -> Array:
+        """In one placement a face has the error of its mirror image, with another sign, and not its own.
+
+        Their sum is common to both, with the uncertainties of both in the certificate.
+        """
+        if self.placement is None:
+            return super().uncertain_um(probings)
+        u_um, pairs = probings.gauge.u_um, np.arange(probings.gauge.n_faces // 2)[:, None]
+        of_pair = pairs == np.minimum(probings.face - 1, probings.gauge.n_faces - probings.face)
+        um = np.hypot(u_um, u_um[::-1])[pairs] * of_pair * is_placed(self.placement, probings)
+        return probings.shifted_along_gauge(um[um.any(axis=1)])
+
+
+def is_placed(placement: int | None, probings: Probings) -> Array | float:
+    """1 on the rows of a placement, 0 on others; 1 on all without one."""
+    return 1.0 if placement is None else (probings.column("placement") == placement).astype(float)
 
 
 class Misalignment(Effect):
@@ -183,8 +214,8 @@ class Misalignment(Effect):
         """1 / cos - 1 written as 2 sin^2(half) / cos, exact for small angles."""
         angle = np.asarray(self.mrad) * 1e-3
         stretch = 2.0 * np.sin(angle / 2.0) ** 2 / np.cos(angle) * 1e3
-        there = 1.0 if self.placement is None else probings.column("placement") == self.placement
-        return {"approach": probings.shifted_along_gauge(stretch * probings.certified_mm() * there)}
+        along_um = stretch * probings.certified_mm() * is_placed(self.placement, probings)
+        return {"approach": probings.shifted_along_gauge(along_um)}
 
 
 class GaugeBending(Effect):

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from stepgauge.inference.hypothesis import Hypothesis
-from stepgauge.inference.problem import Term
+from stepgauge.inference.problem import Law, Term
 
 Array = NDArray[np.float64]
 MOST_TOGETHER, MOST_AMPLITUDES = 64, 16
@@ -111,7 +111,8 @@ def discrepancy_resized(hypothesis: Hypothesis) -> Term | None:
     """A term that moves beside its signature by another measure than that of its amplitude, with that one; or None."""
     for place, term in enumerate(hypothesis.terms):
         if len(term.discrepancy):
-            near = FINE ** round(math.log(max(hypothesis.size(place), 1e-300), FINE))
+            least = term.candidate.least if isinstance(term.candidate, Law) else 0.0
+            near = FINE ** round(math.log(max(hypothesis.size(place), least, 1e-300), FINE))
             if near != term.discrepancy_sd:
                 return replace(term, discrepancy_sd=near)
     return None

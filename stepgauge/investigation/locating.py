@@ -26,6 +26,7 @@ from stepgauge.live.measuring import MEANING, RETREATS
 from stepgauge.live.safe_path import SafePaths
 from stepgauge.machine.file import Machine
 from stepgauge.motion.moves import ProbingSettings
+from stepgauge.recording.identity import TURNED
 
 LAID_MM = 3.0
 """How near to the asked place the person has to lay each end of the gauge, mm."""
@@ -204,10 +205,8 @@ def check_end_for_end(recording: Any, gauge: Gauge, sigma_um: float) -> None:
     own, turned = gauge.position_mm, gauge.position_mm[-1] - gauge.position_mm[::-1]
     chi2 = [_line_chi2(mean - certified[told - 1], told, gauge, sigma_um) for certified in (own, turned)]
     if chi2[1] < len(told) and chi2[0] > chi2[1] + CLEARLY:
-        what = "the gauge lies end for end: its faces fit the certificate from the other end"
-        raise NotAsAskedError(
-            recording.path, what, found=f"chi-square {chi2[0]:.0f}", expected=f"{chi2[1]:.0f} if turned"
-        )
+        found, expected = f"chi-square {chi2[0]:.0f}", f"{chi2[1]:.0f} if turned"
+        raise NotAsAskedError(recording.path, TURNED, found=found, expected=expected)
 
 
 CLEARLY = 100.0

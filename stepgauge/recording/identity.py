@@ -29,6 +29,7 @@ RADIUS_MM, RADIUS_SHARE = 0.1, 0.3
 """The effective radius is the tip radius less the pre-travel: farther apart than the larger of a length and a share of
 the tip radius, one of them is not true. A mistaken radius is off by half of it, all of it, or twice."""
 LARGEST_RADIUS_MM = 25.0
+TURNED = "the gauge lies end for end: its faces fit the certificate from the other end"
 MOST_NAMED = 6
 """Faces that a message lists before the last one."""
 
@@ -153,6 +154,7 @@ def check_positions(readings: FaceReadings, along: Array, gauge: Gauge, path: st
             expected=f"one tip diameter, at most {2 * LARGEST_RADIUS_MM:g} mm",
         )
     if wrong.any():
+        _refuse_turned(certified + beside, face, gauge, path)
         _refuse_exchanged((certified + beside)[wrong], face[wrong], gauge, path)
         row = int(wrong.argmax())
         measured, nominal = np.ptp(along), np.ptp(certified)
@@ -173,6 +175,14 @@ def exchanged(stated: NDArray[np.number], found: NDArray[np.number]) -> str:
     if not faces or len(pairs) != len(faces) or sorted(b for _, b in pairs) != faces:
         return ""
     return f"{', '.join(map(str, faces[:-1][:MOST_NAMED]))}{', ..' * (len(faces) > MOST_NAMED + 1)} and {faces[-1]}"
+
+
+def _refuse_turned(along: Array, face: NDArray[np.int64], gauge: Gauge, path: str) -> None:
+    """Readings far from their faces, which are all where the certificate has them counted from the other end."""
+    turned = along - (gauge.position_mm[-1] - gauge.position_mm[::-1])[face - 1]
+    off_mm = np.abs(turned - np.median(turned)).max()
+    if len(np.unique(face)) > 2 and off_mm <= WRONG_GAUGE_MM:
+        raise InputError(path, TURNED, found="the certified end first", expected="block 1 first")
 
 
 def _refuse_exchanged(along: Array, face: NDArray[np.int64], gauge: Gauge, path: str) -> None:

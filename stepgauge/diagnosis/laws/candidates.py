@@ -62,6 +62,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
                 shares=family.share_rows,
                 log_weight=family.log_weight,
                 positive=family.positive,
+                least=priors.laws.of(family.kind).least,
                 once=family.kind in OF_THE_PROBE,
                 again=0.0 if again is None else float(np.log(again)) - log_odds,
                 refine=partial(_refined, family, data, metric, beside) if len(family.atoms) > 1 else None,
@@ -149,7 +150,7 @@ def sizes_of(family: Family, priors: Priors, data: Residuals) -> AmplitudePrior:
         return AmplitudePrior(wide.sd**2, wide.log_weight)
     if not any(p.role == "linear" for p in family.law.parameters()):
         return AmplitudePrior(np.ones(1), np.zeros(1))
-    return priors.sizes.about(usual.size, usual.most)
+    return priors.sizes.about(usual.size, usual.most, priors.laws.of(family.kind).least)
 
 
 def _refined(

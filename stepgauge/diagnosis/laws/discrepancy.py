@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import svd
 
-from stepgauge.diagnosis.laws.library import Family, family_signatures
+from stepgauge.diagnosis.laws.library import Family, family_signatures, fixed_values
 from stepgauge.diagnosis.laws.usual import size_of_shape
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.unobserved_inputs import principal, shifts
@@ -52,7 +52,13 @@ class Discrepancy:
     @property
     def any(self) -> bool:
         """Whether the law moves anything beside its signature."""
-        return self.share > 0.0 or follows_with_lag(self.family)
+        return self.share > 0.0 or follows_with_lag(self.family) or len(self._uncertain) > 0
+
+    @cached_property
+    def _uncertain(self) -> Array:
+        """What comes with the law by an unknown amount, ``(p, n)``."""
+        family = self.family
+        return family.law.model_construct(**fixed_values(family.law) | family.choices).uncertain_um(self.data.probings)
 
     def __call__(self, atom: int, shape: dict[str, Any] | None = None) -> Array:
         """For a shape of the grid or one near it, ``(p, n)``."""
@@ -64,6 +70,7 @@ class Discrepancy:
             parts.append(size * discrepancy(family, self.courses, atom, shape, data))
         if follows_with_lag(family):
             parts.append(unread_columns(family, data, shape))
+        parts.append(self._uncertain)
         return np.concatenate(parts)
 
 

@@ -31,6 +31,8 @@ ALIKE = 0.6
 FIRST, MOST_VALUES, MOST_SHAPES = 9, 1200, 20_000
 ALL = "all"
 """The choice of an axis that means all of them."""
+IN_A_PLACEMENT = {"misalignment", "gauge_reversed"}
+"""Kinds of one placement, or of all."""
 NEEDS_TIME = {"time", "order"}
 FEWEST_BACK = 0.2
 """Share of the touches each way from which a difference between the ways can be told from single touches."""
@@ -67,7 +69,7 @@ def _options(law: type[Effect], parameter: Parameter, chosen: Mapping[str, Any],
 
 def is_common(kind: str, choices: Mapping[str, Any]) -> bool:
     """Whether a law is of all axes, or of all placements, at once."""
-    return choices.get("axis") == ALL or (kind == "misalignment" and "placement" not in choices)
+    return choices.get("axis") == ALL or (kind in IN_A_PLACEMENT and "placement" not in choices)
 
 
 def temperatures(data: Residuals) -> list[str]:
