@@ -43,6 +43,15 @@ def plain(name: str) -> str:
     return "".join(c for c in name.lower() if c.isalnum())
 
 
+FRAME = "DataFrame"
+"""Name in messages of a table that Python gave."""
+
+
+def at_row(path: object, row: object) -> str:
+    """``file:line``; of a table that Python gave as pandas has it, ``DataFrame.iloc[row]``, counted from 0."""
+    return f"{path}.iloc[{row}]" if str(path) == FRAME else f"{path}:{row}"
+
+
 def nearest_first(given: object, words: Iterable[str], names: Mapping[str, str] | None = None) -> str:
     """What may be given, for a message: of words, and names that stand for them, the nearest as a question before all.
 

@@ -237,7 +237,7 @@ POINTS = "point,x_mm,y_mm,z_mm\n" + "\n".join(f"{i},{i},0,{i % 3}" for i in rang
         ("\n5,5,0,2", "\n5,5,0", [":6", "cut short"]),
         ("\n5,5,0,2", "\n5,5,0,abc", [":6", "z_mm", "'abc'"]),
         ("point,", "points,", [":1", "column point is missing ('points' is there)"]),
-        ("y_mm", "y_inch", [":1", "column y_mm is missing;", "found point,x_mm,y_inch,z_mm"]),
+        ("y_mm", "width", [":1", "column y_mm is missing;", "found point,x_mm,width,z_mm"]),
         (POINTS, "", ["empty"]),
     ],
 )

@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 import types
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from glob import glob
 from pathlib import Path
@@ -671,6 +671,56 @@ def test_help_shows_types_and_no_options_and_a_wrong_name_is_answered() -> None:
     assert "Annotated" not in shown
     with pytest.raises(TypeError, match=r"import_recording\(\) .*'sensr'; did you mean 'sensor'\?"):
         sg.import_recording("log.csv", sensr="laser interferometer")
+
+
+def test_help_explains_every_argument_that_a_verb_takes() -> None:
+    """Also those that another verb defines, as what a person states on a report."""
+    verbs = [one for one in (getattr(sg, name) for name in sg.__all__) if hasattr(one, "verb")]
+    assert len(verbs) > 35
+    for one in verbs:
+        told = dict(re.findall(r"^(\w+) : (\S.*)$", one.__doc__ or "", re.M))
+        assert not set(inspect.signature(one).parameters) - set(told), one.__name__
+
+
+def test_a_row_of_a_table_is_named_as_pandas_names_it(measured: dict[str, Any]) -> None:
+    """Whatever reads it, and whatever its index is: of a filtered table no label is the number of a row."""
+    probed = measured["recording"].to_frame()
+    axis = sg.import_recording("docs/recipes/data/laser.csv", sensor="laser").recording
+    read = axis.frame.copy()
+    read.attrs = {"recording": "axis", "unit": "mm", "sensor": "laser"}
+    sphere = sg.probe_sphere("omp40-2-50mm", seed=3).to_frame()
+    chart = sg.probe_map("omp40-2-50mm").to_frame()
+    size = {"sphere_diameter_mm": 25.0, "tip_diameter_mm": 6.0}
+    asked: list[tuple[pd.DataFrame, str, Callable[[pd.DataFrame], object]]] = [
+        (probed, "x_mm", lambda table: sg.evaluate(table, measured["gauge"])),
+        (probed, "x_mm", lambda table: sg.import_recording(table, gauge=measured["gauge"])),
+        (read, "reading", lambda table: sg.diagnose(table)),
+        (sphere, "y_mm", lambda table: sg.qualify_probe(table, **size)),
+        (sphere.rename(columns={"y_mm": "Y [mm]"}), "Y [mm]", lambda table: sg.qualify_probe(table, **size)),
+        (chart, "pretravel_um", lambda table: sg.diagnose(table, probe="omp40-2-50mm")),
+    ]
+    for table, column, call in asked:
+        for wrong in ("abc", "12,x"):
+            bad = table.astype(object).set_axis(np.arange(len(table)) + 1000)
+            bad.iloc[5, list(table.columns).index(column)] = wrong
+            with pytest.raises(sg.InputError, match=r"^DataFrame\.iloc\[5\]: "):
+                call(bad)
+
+
+def test_a_recording_in_inches_is_read_from_its_file_as_from_a_table(measured: dict[str, Any], tmp_path: Path) -> None:
+    """A file that lacks a column of ours is a table of any make, as a DataFrame is."""
+    inches = measured["recording"].to_frame()
+    for one in "xyz":
+        inches[f"{one}_in"] = inches.pop(f"{one}_mm") / 25.4
+    inches.to_csv(tmp_path / "inch.csv", index=False)
+    evaluated = [sg.evaluate(one, measured["gauge"]) for one in (inches, tmp_path / "inch.csv")]
+    assert evaluated[0].r_eff_mm == pytest.approx(evaluated[1].r_eff_mm, abs=1e-7)
+    assert evaluated[1].r_eff_mm == pytest.approx(measured["evaluation"].r_eff_mm, abs=1e-7)
+
+
+def test_blocks_from_the_far_end_are_told_the_other_way_round(measured: dict[str, Any]) -> None:
+    with pytest.raises(sg.InputError, match=r"first block is behind its last one; found '5:2'; expected 2:5"):
+        sg.evaluate(measured["run"], measured["gauge"], blocks=(5, 2))
 
 
 def test_a_table_goes_in_where_its_file_does() -> None:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.axis.units import AxisUnits
-from stepgauge.errors import InputError, reader
+from stepgauge.errors import FRAME, InputError, at_row, reader
 from stepgauge.files.arrays import Array
 from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.text import read_text, write_text
@@ -165,11 +165,11 @@ def read_axis_recording(path: str | Path) -> AxisRecording:
     return _checked(frame, comment_lines(lines[:first]), str(path), row_lines(len(frame), first + 1, beside))
 
 
-def axis_recording_of_frame(frame: pd.DataFrame, name: str = "recording") -> AxisRecording:
+def axis_recording_of_frame(frame: pd.DataFrame) -> AxisRecording:
     """A table with the columns of such a file, checked as this; its comments stand in ``frame.attrs``: at least
-    ``recording``, ``unit`` and ``sensor``. Rows count from 1."""
+    ``recording``, ``unit`` and ``sensor``. Rows count from 0."""
     comments = {str(key): str(value) for key, value in frame.attrs.items()}
-    return _checked(frame.reset_index(drop=True), comments, name, range(1, len(frame) + 1))
+    return _checked(frame.reset_index(drop=True), comments, FRAME, range(len(frame)))
 
 
 def _checked(frame: pd.DataFrame, comments: dict[str, str], path: str, lines: Sequence[int]) -> AxisRecording:
@@ -291,7 +291,7 @@ def _check(frame: pd.DataFrame, form: str, path: str | Path, lines: Sequence[int
         wrong = ~np.isfinite(values)
         if wrong.any():
             row = int(wrong.argmax())
-            where = f"{path}:{lines[row]}"
+            where = at_row(path, lines[row])
             raise InputError(where, f"column {name} is not a number", found=repr(str(frame[name].iloc[row])))
     if not np.isin(frame["way"], (-1, 1)).all():
         raise InputError(path, "column way is no sense of travel", expected="1 or -1 in every row")

@@ -18,7 +18,7 @@ from stepgauge.correspondence.differences import SHOWN
 from stepgauge.correspondence.expected_points import PITCH_MM, check_beside, coordinates
 from stepgauge.correspondence.faces import AT_FACE_MM, are_beside_blocks, nearest_faces
 from stepgauge.correspondence.probe_log import ProbeLog
-from stepgauge.errors import InputError, naming
+from stepgauge.errors import InputError, at_row, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import LENGTH_MM
 from stepgauge.gauge.certified import Gauge
@@ -77,7 +77,7 @@ def _alarm_words(log: ProbeLog, accept: Sequence[str]) -> tuple[str, ...]:
     if after and ALARM not in accept:
         words = f"a run without an alarm, or {{}} {ALARM} where the machine kept its position or was homed again"
         raise InputError(
-            f"{log.path}:{line}",
+            at_row(log.path, line),
             "an alarm in the middle of the run: the position may be lost",
             found=f"{text}, and {after} of {len(log)} contacts after it",
             expected=naming("accept", words=words),

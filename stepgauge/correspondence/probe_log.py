@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.errors import at_row
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import LENGTH_MM
 
@@ -69,7 +70,7 @@ class ProbeLog:
 
     def at(self, row: int) -> str:
         """``file:line`` of a row (counted from 0)."""
-        return f"{self.path}:{self.line[row]}"
+        return at_row(self.path, self.line[row])
 
     def taken(self, rows: NDArray[np.bool_]) -> ProbeLog:
         """The log with some of its rows."""

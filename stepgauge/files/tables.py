@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stepgauge.errors import InputError, reading
+from stepgauge.errors import InputError, at_row, reading
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
 from stepgauge.files.text import GivenTable, is_there, read_bytes, read_text, write_text
@@ -41,7 +41,7 @@ class Rows:
 
     def at(self, row: int) -> str:
         """``file:line`` of row ``row``, counted from 0."""
-        return f"{self.path}:{self.lines[row]}"
+        return at_row(self.path, self.lines[row])
 
     def only(self, names: Sequence[str]) -> Rows:
         """The table with some of its columns."""
@@ -78,7 +78,7 @@ class CsvTable:
 
     def at(self, row: int) -> str:
         """``file:line`` of row ``row`` (counted from 0)."""
-        return f"{self.path}:{self.lines[row]}"
+        return at_row(self.path, self.lines[row])
 
     def rising(self, name: str) -> Array:
         """A column whose values rise from row to row; :class:`InputError` names the row that does not."""
@@ -120,7 +120,7 @@ def given_table(given: Any) -> Any:
         return given
     comments = "".join(f"# {key}: {value}\n" for key, value in found.attrs.items())
     text = comments + flat_frame(found).to_csv(index=False)
-    return GivenTable(type(given).__name__, text.encode())
+    return GivenTable(type(given).__name__, text.encode(), found)
 
 
 def read_rows(
@@ -137,8 +137,7 @@ def read_rows(
     try:
         return _read_own(path, required, others)
     except InputError as error:
-        stated = plain and "is missing" in error.what  # perhaps under a name with its unit
-        if not (required and is_there(path) and (stated or is_foreign(path, required))):
+        if not (required and is_there(path) and is_foreign(path, required)):
             raise
         from stepgauge.importing.tables.fixed_columns import foreign_rows  # which reads tables of any make
 
@@ -150,7 +149,7 @@ def read_rows(
 
 
 def is_foreign(path: str | Path, required: Sequence[str]) -> str:
-    """In what a table is none of ours: its ``encoding``, its ``delimiter``, its ``names`` (none is one of ours)."""
+    """In what a table is none of ours: its ``encoding``, its ``delimiter``, its ``names`` (one of ours is missing)."""
     data = read_bytes(path)[:LOOKED_AT]
     try:
         text = data.decode("utf-8-sig")
@@ -161,7 +160,7 @@ def is_foreign(path: str | Path, required: Sequence[str]) -> str:
     header = next((line for line in text.splitlines() if line.strip() and line[0] != "#"), "")
     if any(mark in header for mark in ";\t|"):
         return "delimiter"
-    return "" if not header or set(required) & {cell.strip() for cell in header.split(",")} else "names"
+    return "" if not header or set(required) <= {cell.strip() for cell in header.split(",")} else "names"
 
 
 def _read_own(path: str | Path, required: Sequence[str], others: bool) -> Rows:
@@ -172,7 +171,8 @@ def _read_own(path: str | Path, required: Sequence[str], others: bool) -> Rows:
     with reading(path, "table"):
         records = [(n, [cell.strip() for cell in next(csv.reader([line]))]) for n, line in lines]
     (at, header), body = records[0], records[1:]
-    _check_header(f"{path}:{at}", header, required, others)
+    given = isinstance(path, GivenTable)  # whose rows count from 0
+    _check_header(str(path) if given else f"{path}:{at}", header, required, others)
     for n, cells in body:
         if len(cells) != len(header):
             why = "a decimal comma?" if len(cells) > len(header) else "cut short?"
@@ -185,7 +185,10 @@ def _read_own(path: str | Path, required: Sequence[str], others: bool) -> Rows:
     if not body:
         raise InputError(path, "the table has a header but no rows")
     return Rows(
-        path if isinstance(path, str) else str(path), header, [cells for _, cells in body], [n for n, _ in body]
+        path if isinstance(path, str) else str(path),
+        header,
+        [cells for _, cells in body],
+        [n - (at + 1) * given for n, _ in body],
     )
 
 

@@ -8,11 +8,14 @@ import re
 import stat
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError, reader, reading
 from stepgauge.files.checksum import add_checksum, check_text, file_digest, is_whole, seal_text
 from stepgauge.files.outputs import inputs, is_source, one_set, place_of, replacing, shown_of_result, was_read
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = [
     "GivenTable",
@@ -51,15 +54,16 @@ _NO_TEXT = (
 
 
 class GivenTable(str):
-    """A table that Python gave where the command line has a file: the name it has in messages, and ``data``, what the
-    file would hold."""
+    """A table that Python gave where the command line has a file: the name it has in messages, ``data``, what the
+    file would hold, and the ``frame`` itself."""
 
     data: bytes
+    frame: pd.DataFrame
 
-    def __new__(cls, name: str, data: bytes) -> GivenTable:
+    def __new__(cls, name: str, data: bytes, frame: pd.DataFrame) -> GivenTable:
         """The table of that name."""
         made = super().__new__(cls, name)
-        made.data = data
+        made.data, made.frame = data, frame
         return made
 
 

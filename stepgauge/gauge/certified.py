@@ -46,7 +46,11 @@ class GaugeTable(TomlTable):
     block_height_mm: float = Field(gt=0, le=200, description="height of a block above the rail, mm")
     rail_width_mm: float | None = Field(None, gt=0, le=500, description="width of the rail, mm; block width + 20")
     rail_height_mm: float = Field(30.0, gt=0, le=500, description="height of the rail below the blocks, mm")
-    faces: str = Field(min_length=1, description="CSV file of the face positions, beside this file")
+    faces: str = Field(
+        min_length=1,
+        description="CSV file beside this one: face, position_mm, uncertainty_um, and nominal_mm, of blocks at any"
+        " distances position_mm rounded",
+    )
 
 
 class EarlierCalibration(TomlTable):
@@ -298,7 +302,8 @@ def _check_units(faces: CsvTable) -> None:
             faces.at(row),
             "position_mm and nominal_mm disagree" + _unit_hint(float(np.median(position[1:] / nominal[1:]))),
             found=f"{position[row]:g} for nominal {nominal[row]:g}",
-            expected=f"a difference of at most {MAX_DEVIATION_MM} mm; nominal_mm need not be a whole number",
+            expected=f"a difference of at most {MAX_DEVIATION_MM} mm; of blocks at any distances, nominal_mm is"
+            " position_mm rounded",
         )
 
 

@@ -217,6 +217,7 @@ def _check_blocks(table: PlacementTable, path: str | Path, gauge: Gauge) -> None
             path,
             "key first_block must come before last_block",
             found=f"first_block {table.first_block}, last_block {table.last_block}",
+            expected="both exchanged, and c1_mm and c2_mm with them",
         )
 
 

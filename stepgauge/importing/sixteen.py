@@ -33,7 +33,7 @@ def read_sixteen(given: Given, surface: bool = False) -> NDArray[np.float64]:
     try:
         log = read_log(given, source)
     except InputError as error:  # what it advises are options of import
-        raise InputError(path, error.what, found=error.found, expected=WANTED) from None
+        raise InputError(error.where, error.what, found=error.found, expected=WANTED) from None
     columns = [log.number, *log.columns.values()]
     counts = [one for one in columns if one is not None and np.array_equal(np.sort(one), NUMBERS)]
     if log.surface is True and not surface:

@@ -9,13 +9,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.neighbourhood import Mixture, Neighbourhood, WeightedHypothesis
 from stepgauge.inference.noise_models import NoiseModel
-from stepgauge.inference.problem import Candidate, Law, Term, renumbered, residual_columns
+from stepgauge.inference.problem import Candidate, GaussianProcess, Law, Term, renumbered, residual_columns
 from stepgauge.inference.proposal import Proposal
 from stepgauge.inference.search import Search
 
@@ -143,7 +143,8 @@ class Posterior:
         return self.probability_of_any(frozenset({label}) for label in wanted)
 
     def shape(self, label: str) -> tuple[float, float]:
-        """Posterior mean and standard uncertainty of a shape (a period, a time constant), in the unit of its values.
+        """Posterior mean and standard uncertainty of a shape (a period, a time constant, the correlation length of a
+        Gaussian process), in the unit of its values.
 
         Beside the other terms and the noise of the best hypothesis, over all shapes of the grid; each stands for those
         about it (rectangular, GUM 4.3.7), so that a grid that is too coarse widens the uncertainty.
@@ -155,7 +156,7 @@ class Posterior:
         """
         place = next((i for i, one in enumerate(self.best.terms) if one.candidate.label == label), None)
         law = None if place is None else self.best.terms[place].candidate
-        if place is None or not isinstance(law, Law) or law.values is None:
+        if place is None or not isinstance(law, Law | GaussianProcess) or law.values is None:
             raise ValueError(
                 f"{label!r} has no shape here; expected a term of the best hypothesis, of a law with values"
             )
@@ -165,11 +166,12 @@ class Posterior:
         width = np.abs(np.gradient(values)) if len(values) > 1 else np.zeros(1)
         return mean, float(np.sqrt(weight @ ((values - mean) ** 2 + width**2 / 12.0)))
 
-    def _shape_log_posterior(self, place: int, law: Law, atom: int) -> float:
+    def _shape_log_posterior(self, place: int, law: Law | GaussianProcess, atom: int) -> float:
         """Log posterior of the best hypothesis with another shape of one law."""
         terms = list(self.best.terms)
         own = terms[place]
-        log_prior = own.log_prior + law.log_weight[atom] - law.log_weight[own.atom]
+        weight = law.log_weight if isinstance(law, Law) else np.zeros(law.atoms)
+        log_prior = own.log_prior + weight[atom] - weight[own.atom]
         terms[place] = replace(own, atom=atom, columns=law.columns(atom), log_prior=float(log_prior), shape=None)
         return float(self.search.evidence(tuple(terms), self.best.noise, self.best.sigma_um).log_posterior)
 
@@ -177,18 +179,15 @@ class Posterior:
         """Write the table of :meth:`to_frame` (CSV)."""
         self.to_frame().to_csv(path, index=False)
 
-    def plot(self, axes: Axes | None = None) -> Axes:
-        """Residuals by row, and the sum of the terms of the best hypothesis, on ``axes`` or new ones of pyplot."""
-        if axes is None:
-            from matplotlib import pyplot
+    def plot(self, axes: Axes | None = None, x: ArrayLike | None = None) -> Axes:
+        """Residuals, and the sum of the terms of the best hypothesis, on ``axes`` or new ones of pyplot.
 
-            axes = pyplot.subplots()[1]
-        residual = self.search.problem.residual_um
-        axes.plot(residual, ".", label="residuals")
-        axes.plot(residual - self.best.residual_um, label=", ".join(sorted(self.best.labels)) or "no term")
-        axes.set(xlabel="row", ylabel="residual")
-        axes.legend()
-        return axes
+        ``x (n,)``: what they are drawn against, labelled by its name where it is a Series of pandas; by default the
+        covariate of a Gaussian process where there is one, else the rows.
+        """
+        from stepgauge.inference.drawing import draw_posterior
+
+        return draw_posterior(self, axes, x)
 
     def to_frame(self) -> pd.DataFrame:
         """A row per candidate: its label, its probability, and whether the best hypothesis has it as a term."""

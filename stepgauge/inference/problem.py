@@ -148,10 +148,13 @@ class GaussianProcess(Candidate):
     """Many amplitudes, few shapes: random functions of one covariate, one set of ``features (d, n)`` per kernel.
 
     ``rough``: whether the least features of a kernel count, too, as those of a random walk far above the noise do.
+    ``values (atoms,)``: the correlation lengths of the kernels, and ``covariate (n,)``, where they are stated.
     """
 
     features: tuple[Array, ...] = ()
     rough: bool = False
+    values: Array | None = None
+    covariate: Array | None = None
 
     @property
     def atoms(self) -> int:

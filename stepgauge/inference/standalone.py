@@ -73,12 +73,13 @@ def make_gaussian_process(
 ) -> GaussianProcess:
     """A random function of a covariate ``(n,)`` that is twice differentiable (Matern 5/2, :mod:`kernels`).
 
-    ``lengths``: its correlation lengths, all equally likely, in the unit of the covariate. ``prior``: of the standard
-    deviation of the function.
+    ``lengths``: its correlation lengths, all equally likely, in the unit of the covariate, of which
+    :meth:`Posterior.shape` tells one. ``prior``: of the standard deviation of the function.
     """
     x = np.asarray(covariate, float)
     features = [matern(x, length / float(np.ptp(x))) for length in lengths]
-    return GaussianProcess(label, label, False, float(np.log(odds)), prior, features=tuple(features))
+    known: dict[str, Any] = {"features": tuple(features), "values": np.asarray(lengths, float), "covariate": x}
+    return GaussianProcess(label, label, False, float(np.log(odds)), prior, **known)
 
 
 def make_problem(

@@ -216,7 +216,10 @@ def parse_blocks(text: str, gauge: Gauge) -> tuple[int, int]:
         ) from None
     gauge.check_block(first, "first block", "blocks")
     gauge.check_block(last, "last block", "blocks")
-    if first >= last:
+    if first > last:
+        behind, expected = "its first block is behind its last one", f"{last}:{first}"
+        raise InputError(naming("blocks"), behind, found=repr(text), expected=expected)
+    if first == last:
         raise InputError(naming("blocks"), "needs at least two blocks", found=repr(text), expected="A:B with A < B")
     return first, last
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError, reader
+from stepgauge.errors import FRAME, InputError, at_row, reader
 from stepgauge.files.outputs import was_read
 from stepgauge.files.parquet import is_parquet, read_parquet
 from stepgauge.files.tables import is_foreign
@@ -202,20 +202,21 @@ def _named_for_laws(columns: Columns) -> Columns:
 
 
 def _check_columns(columns: Columns, path: str | Path, line: int) -> None:
+    where = f"{path}:{line}" if line else path
     absent = [name for name in KNOWN if name not in columns]
     near = {near_miss(name, absent): name for name in columns if name not in KNOWN}
     missing = [name for name in REQUIRED if name in absent]
     for name in (missing[:1], absent)[not missing]:
         if name in near:
             raise InputError(
-                f"{path}:{line}",
+                where,
                 f"column {near[name]!r} is not known, and {name!r} is missing",
                 found=near[name],
                 expected=f"{name}, or a name that is less like it for what is something else",
             )
     if missing:
         what = f"column {missing[0]!r} is missing"
-        raise InputError(f"{path}:{line}", what, found=",".join(columns), expected=",".join(REQUIRED))
+        raise InputError(where, what, found=",".join(columns), expected=",".join(REQUIRED))
     if not rows_of(columns):
         raise InputError(path, "the recording has a header but no rows")
 
@@ -263,7 +264,9 @@ def _refuse(
         value = columns[name][row]
         absent = value is None or value != value
         found = _written(path, lines[row], list(columns).index(name)) if absent else str(value)
-        raise InputError(f"{path}:{lines[row]}", f"column {name} {what}", found=found, expected=expected or "a number")
+        raise InputError(
+            at_row(path, lines[row]), f"column {name} {what}", found=found, expected=expected or "a number"
+        )
 
 
 def _written(path: str | Path, line: int, place: Any) -> str:
@@ -316,7 +319,7 @@ def _check_approach(columns: Columns, path: str | Path, lines: Sequence[int]) ->
     if max(size.max() - 1.0, 1.0 - size.min()) > 1e-3:
         row = int((np.abs(size - 1.0) > 1e-3).argmax())
         raise InputError(
-            f"{path}:{lines[row]}",
+            at_row(path, lines[row]),
             "the approach is not a unit vector",
             found=f"length {size[row]:.4f}",
             expected="1",
@@ -328,11 +331,11 @@ def _check_temperatures(columns: Columns, path: str | Path, lines: Sequence[int]
         if name.endswith("_C") and name in columns:
             wrong = no_temperature(columns[name].astype(float, copy=False), columns["placement"])
             if wrong is not None:
-                where, what = f"{path}:{lines[wrong.row]}", f"column {name} {wrong.why}"
+                where, what = at_row(path, lines[wrong.row]), f"column {name} {wrong.why}"
                 raise InputError(where, what, found=wrong.found, expected=wrong.expected)
 
 
-def recording_of_frame(frame: pd.DataFrame, name: str = "recording") -> Recording:
+def recording_of_frame(frame: pd.DataFrame) -> Recording:
     """The recording of a table with the columns of a recording's file; errors as :func:`read_recording`.
 
     What stands in the comments of a file stands in ``frame.attrs``. One that lacks such a column, or has others than
@@ -345,12 +348,14 @@ def recording_of_frame(frame: pd.DataFrame, name: str = "recording") -> Recordin
         try:
             found = import_log(frame, "csv").settled()
         except InputError as error:  # what it asks for is no argument of the verb that was given the table
+            if not error.namings:
+                raise
             expected = "what import_recording(table, ..) makes of it, with gauge and placement where it states no faces"
             raise InputError(error.where, error.what, found=error.found, expected=expected) from None
         assert isinstance(found, Recording)
         return found
-    checked = _checked(columns, name, 0, range(1, len(frame) + 1))
-    return Recording(checked, {str(key): str(value) for key, value in frame.attrs.items()}, name)
+    checked = _checked(columns, FRAME, 0, range(len(frame)))
+    return Recording(checked, {str(key): str(value) for key, value in frame.attrs.items()}, FRAME)
 
 
 def read_recordings(paths: Sequence[str | Path]) -> Recording:

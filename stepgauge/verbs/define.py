@@ -254,7 +254,7 @@ def document(function: Callable[..., Any]) -> None:
     from stepgauge.verbs.catalogue import python_examples
 
     known, parts = verb_of(function), _sections(function)
-    lines = [f"{one.name} : {one.sentence}" for one in known.parameters if not (one.writes or one.borrowed)]
+    lines = [f"{one.name} : {one.sentence}" for one in known.parameters if not one.writes]
     parts["Parameters"] = "\n".join(textwrap.fill(line, 116, subsequent_indent="    ") for line in lines)
     if "Examples" in parts:
         parts["Examples"] = python_examples(parts["Examples"])

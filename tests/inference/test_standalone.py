@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import special, stats
 
@@ -154,6 +155,27 @@ def test_a_shape_has_a_standard_uncertainty_and_the_posterior_a_table_and_a_figu
     found[0].write(tmp_path / "posterior.csv")
     assert (tmp_path / "posterior.csv").read_text().startswith("label,probability,in_best\nwave,")
     assert len(found[0].plot().lines) == 2
+
+
+def test_a_gaussian_process_has_a_length_and_a_curve_against_its_covariate() -> None:
+    """A sine of radian wavelength 70 is of the longer lengths; readings in any order give a curve."""
+    random = np.random.default_rng(4)
+    x = random.permutation(np.linspace(0.0, 300.0, 60))
+    y = 3.0 * np.sin(x / 70.0) + random.normal(0.0, 0.5, 60)
+    lengths, size = [10.0, 50.0, 100.0, 200.0], sg.inference.amplitude_prior(0.3, 10.0)
+    smooth = sg.inference.make_gaussian_process("smooth", x, lengths, size)
+    found = sg.inference.infer(sg.inference.make_problem(y, 0.5, [smooth]))
+    length, u = found.shape("smooth")
+    assert 80.0 < length <= 200.0
+    assert 0.0 < u < 100.0
+    points, curve = found.plot().lines
+    assert list(points.get_xdata()) == list(x)
+    assert (np.diff(curve.get_xdata()) > 0.0).all()
+    assert np.abs(curve.get_ydata() - 3.0 * np.sin(curve.get_xdata() / 70.0)).max() < 1.0
+    assert re.fullmatch(r"smooth \((100|200)\)", str(curve.get_label()))
+    assert found.plot(x=pd.Series(x, name="position (mm)")).get_xlabel() == "position (mm)"
+    with pytest.raises(ValueError, match="x has the shape"):
+        found.plot(x=x[1:])
 
 
 def test_what_is_probable_and_not_in_the_best_hypothesis_is_in_the_summary() -> None:

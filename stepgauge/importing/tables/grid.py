@@ -15,7 +15,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError, naming
+from stepgauge.errors import InputError, at_row, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import Numerals, looks_numeric
 from stepgauge.files.units import Unit, find_unit
@@ -68,7 +68,7 @@ class Table:
 
     def at(self, row: int) -> str:
         """``file:line`` of a row (counted from 0)."""
-        return f"{self.path}:{self.lines[row]}"
+        return at_row(self.path, self.lines[row])
 
     def cells(self, place: int) -> list[Cell]:
         """The cells of a column."""
@@ -263,7 +263,7 @@ def _check_left_out(cells: Cells, first: int, last: int, width: int) -> None:
     for n in range(max(first - 1, 0), min(last + 2, len(cells.rows))):
         kind = row_kind(cells.rows[n])
         if "t" not in kind and len(kind) > width and kind.count("n") > 1:
-            _refuse_width(f"{cells.path}:{cells.lines[n]}", len(kind), width)
+            _refuse_width(at_row(cells.path, cells.lines[n]), len(kind), width)
 
 
 def _check_widths(cells: Cells, headers: Sequence[str], rows: Sequence[Sequence[Cell]], lines: Sequence[int]) -> None:
@@ -271,7 +271,7 @@ def _check_widths(cells: Cells, headers: Sequence[str], rows: Sequence[Sequence[
     for line, row in zip(lines, rows, strict=True) if headers else ():
         if any(any(map(str.isalnum, str(cell))) for cell in row[len(headers) :]):
             words = f"{{}} or {{}} that fit, or {len(headers)}: {', '.join(headers)}"
-            _refuse_width(f"{cells.path}:{line}", len(row), naming("delimiter", "header", words=words))
+            _refuse_width(at_row(cells.path, line), len(row), naming("delimiter", "header", words=words))
 
 
 def _refuse_width(where: str, found: int, expected: object) -> NoReturn:

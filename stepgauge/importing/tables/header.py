@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Container, Sequence
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, at_row
 from stepgauge.files.numerals import looks_numeric
 from stepgauge.files.units import find_unit
 from stepgauge.importing.tables.cells import Cell, Cells, is_empty, is_units, text_of
@@ -116,7 +116,7 @@ def refuse_slip(cells: Cells, n: int, header: Sequence[str], wrong: int) -> None
     """:class:`InputError` for a row in which a number is none, in the column ``wrong``."""
     row = cells.rows[n]
     name = repr(header[wrong]) if wrong < len(header) else str(wrong + 1)
-    where = f"{cells.path}:{cells.lines[n]}"
+    where = at_row(cells.path, cells.lines[n])
     what, expected = f"column {name} is not a number", "a number, or an empty cell"
     raise InputError(where, what, found=repr(str(row[wrong])), expected=expected)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stepgauge.errors import InputError, naming, reading
+from stepgauge.errors import InputError, at_row, naming, reading
 from stepgauge.files.units import Unit
 from stepgauge.importing.tables.cells import Cell, Cells, read_text_cells, text_of
 from stepgauge.importing.tables.console import console_cells
@@ -122,7 +122,7 @@ def only_table(source: Source) -> Table:
     file = read_file(source, TableLayout(), decisions)
     decisions.settle()
     table = file.tables[0]
-    others = [one.at(0) for one in file.tables[1:]] + [f"{source.name}:{line}" for line in table.beside]
+    others = [one.at(0) for one in file.tables[1:]] + [at_row(source.name, line) for line in table.beside]
     if others:
         expected = "one table in the file, whose rows all have its columns"
         raise InputError(others[0], "a row of numbers is none of the table", found=f"{len(others)}", expected=expected)

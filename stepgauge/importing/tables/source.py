@@ -9,7 +9,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeAlias, cast
 
-from stepgauge.files.text import any_text, read_bytes
+from stepgauge.errors import FRAME
+from stepgauge.files.text import GivenTable, any_text, read_bytes
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -59,8 +60,10 @@ def read_source(given: Given) -> Source:
     """The content of what was given; :class:`InputError` where there is none."""
     if isinstance(given, Source):
         return given
+    if isinstance(given, GivenTable):
+        return Source(given, b"", given.frame)
     if hasattr(given, "iloc"):
-        return Source("DataFrame", b"", cast("pd.DataFrame", given))
+        return Source(FRAME, b"", cast("pd.DataFrame", given))
     if isinstance(given, str | Path):
         return Source(str(given), read_bytes(given, LARGEST_BYTES))
     content = given.read()
