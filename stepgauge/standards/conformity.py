@@ -64,6 +64,7 @@ class NeededUncertainty:
     others alone are too large.
     """
 
+    placement: int
     face: int
     expanded_um: float
     needed_um: float
@@ -90,7 +91,7 @@ def _needed(face: FaceDecision, budget: StoredBudget) -> NeededUncertainty | Non
     left = (needed_um / line.k) ** 2 - (line.u_um**2 - largest**2)
     stated = next(one for one in budget.sources if one.name == source)
     allowed_um = math.sqrt(left) if left > 0.0 else None
-    return NeededUncertainty(face.face, line.expanded_um, needed_um, stated, abs(largest), allowed_um)
+    return NeededUncertainty(face.placement, face.face, line.expanded_um, needed_um, stated, abs(largest), allowed_um)
 
 
 @dataclass(frozen=True)
@@ -137,7 +138,8 @@ class Conformity:
         worst = max(self.faces, key=lambda one: abs(one.error_um) / one.limit_um)
         u = "not evaluated" if worst.expanded_um is None else quantity(worst.expanded_um, 2, "µm")
         error = quantity(worst.error_um, 2, "µm")
-        at = f"largest share of the limit at face {worst.face}: {'XF' if worst.face % 2 else 'XB'} {error}, U {u}"
+        of = f" of placement {worst.placement}" if len({one.placement for one in self.faces}) > 1 else ""
+        at = f"largest share of the limit at face {worst.face}{of}: {'XF' if worst.face % 2 else 'XB'} {error}, U {u}"
         head = f"{SHORT[self.outcome].capitalize()}: MPE = ± {self.mpe.to_text()} from the reference face"
         said = [head, f"{at}, limit {worst.limit_um:.2f} µm"]
         probabilities = [one.probability for one in self.faces if one.probability is not None]

@@ -11,7 +11,7 @@ from stepgauge.web.texts import Words
 
 if TYPE_CHECKING:
     from stepgauge.standards.budget_files import StoredBudget
-    from stepgauge.standards.conformity import Conformity, NeededUncertainty
+    from stepgauge.standards.conformity import Conformity, FaceDecision, NeededUncertainty
 
 
 STATED_AT: Mapping[str, str] = {
@@ -46,7 +46,7 @@ def verdict(words: Words, judged: Conformity, has_budget: bool) -> dict[str, Any
     numbers = {"error": words.number(worst.error_um), "limit": words.number(worst.limit_um)}
     lines = [
         words("result.mpe_is", mpe=words.decimal(judged.mpe.to_text())),
-        words("result.worst", face=worst.face, u=u, **numbers),
+        words("result.worst", face=_face_words(words, judged, worst), u=u, **numbers),
     ]
     if judged.prevented:
         lines.append(words.message(judged.prevented))
@@ -55,7 +55,7 @@ def verdict(words: Words, judged: Conformity, has_budget: bool) -> dict[str, Any
         lines.append(lacking if has_budget else words("result.compute_first"))
     there = [STATED_AT[one.source] for one in judged.missing if one.source in STATED_AT]
     if judged.needed is not None:
-        lines.append(_needed(words, judged.needed))
+        lines.append(_needed(words, judged, judged.needed))
         decides = judged.needed.allowed_um is not None
         there = [STATED_AT.get(judged.needed.source.name, "machine")] if decides else []
     probabilities = [one.probability for one in judged.faces if one.probability is not None]
@@ -65,14 +65,22 @@ def verdict(words: Words, judged: Conformity, has_budget: bool) -> dict[str, Any
     return {"look": look, "word": word, "lines": lines, "there": list(dict.fromkeys(there))}
 
 
-def _needed(words: Words, needed: NeededUncertainty) -> str:
+def _face_words(words: Words, judged: Conformity, one: FaceDecision | NeededUncertainty) -> str:
+    """A face by its number, with its placement where there are several."""
+    if len({face.placement for face in judged.faces}) == 1:
+        return str(one.face)
+    return words("result.at_placement", face=one.face, placement=one.placement)
+
+
+def _needed(words: Words, judged: Conformity, needed: NeededUncertainty) -> str:
     """What must become smaller so that an error within U of its limit is decided."""
     numbers = {"u": needed.u_um, "expanded": needed.expanded_um, "needed": needed.needed_um}
     said = {name: words.number(um) for name, um in numbers.items()}
     said["source"] = source_name(words, needed.source.label)
+    said["face"] = _face_words(words, judged, needed)
     if needed.allowed_um is None:
-        return words("result.undecidable_even_without", face=needed.face, **said)
-    return words("result.undecidable_how", face=needed.face, allowed=words.number(needed.allowed_um), **said)
+        return words("result.undecidable_even_without", **said)
+    return words("result.undecidable_how", allowed=words.number(needed.allowed_um), **said)
 
 
 def source_name(words: Words, what: str) -> str:

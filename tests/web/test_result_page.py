@@ -11,20 +11,23 @@ from typing import Any
 import numpy as np
 import pytest
 from starlette.requests import Request
+from starlette.responses import Response
 
 import stepgauge as sg
 from stepgauge.cli import main
 from stepgauge.evaluation.evaluate import evaluate
-from stepgauge.standards.budget_files import StoredGap, StoredLine, write_budget
+from stepgauge.standards.budget_files import StoredGap, StoredLine, read_budget, write_budget
 from stepgauge.standards.budget_given import stated_with
 from stepgauge.standards.conformity import conformity
 from stepgauge.standards.mpe import Mpe
 from stepgauge.verbs.catalogue import VERBS
 from stepgauge.web.app import make_app
 from stepgauge.web.evaluations import placement_files, placement_words, read_evaluation
-from stepgauge.web.pages import locate, report
+from stepgauge.web.judgement import STATED_AT, verdict
+from stepgauge.web.pages import locate, report, result
 from stepgauge.web.pages.result import errors, errors_chart
 from stepgauge.web.site import Site
+from stepgauge.web.texts import Words
 from stepgauge.web.work import WorkList
 from tests.conftest import ROOT
 from tests.dcc.made import evaluated, one_recording
@@ -110,6 +113,43 @@ def test_the_page_decides_as_the_report_does(folder: Path, mpe: str, gaps: list[
     judged = conformity(evaluated(1)[0], None, Mpe.parse(mpe))
     assert shown.count("</td></tr>") >= len(judged.faces) > 0
     assert f"<td>{word}</td></tr>" in shown
+
+
+def test_each_source_that_u_lacks_leads_to_the_field_that_states_it(folder: Path) -> None:
+    limit(folder, "30")
+    budget(folder, [])
+    where = folder / "results/budget-0"
+    found = read_budget(where / "budget.json")
+    gaps = evaluated(1)[1].not_included
+    write_budget(where, found.model_copy(update={"not_included": gaps}))
+    lacking = {one.source for one in gaps}
+    assert {"probing", "resolution"} <= lacking <= set(STATED_AT)
+    shown = page(folder)
+    assert [source for source in lacking if f'href="/{STATED_AT[source]}"' not in shown] == []
+
+
+def test_several_placements_have_one_decision_that_names_the_placement(folder: Path) -> None:
+    judged = conformity(evaluated(2)[0], None, Mpe.parse("30"))
+    worst = max(judged.faces, key=lambda one: abs(one.error_um) / one.limit_um)
+    assert {one.placement for one in judged.faces} == {1, 2}
+    assert f"at face {worst.face} of placement {worst.placement}: " in judged.text
+    for language, said in (
+        ("en", f"{worst.face} of placement {worst.placement}:"),
+        ("de", f"in Lage {worst.placement}:"),
+    ):
+        assert said in verdict(Words(language), judged, False)["lines"][1]
+
+
+def test_recordings_are_evaluated_together_by_ticking_them(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[list[str]] = []
+    monkeypatch.setattr(result, "run_verb", lambda _, words, *__, **___: given.append(words) or Response())
+    one_recording().write(folder / "recordings/two.csv")
+    shown = Asked(folder).get(result.show)
+    assert 'type="checkbox" name="recording" value="recordings/one.csv"' in shown
+    assert 'type="checkbox" name="recording" value="recordings/two.csv"' in shown
+    Asked(folder).post(result.evaluate, {"recording": "recordings/one.csv\nrecordings/two.csv"})
+    assert given == [["evaluate", "recordings/one.csv", "recordings/two.csv", "-o", "results/evaluation-one"]]
+    assert "there is no file" in Asked(folder).post(result.evaluate, {"recording": "recordings/three.csv"})
 
 
 @pytest.mark.parametrize(

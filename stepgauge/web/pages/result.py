@@ -22,7 +22,7 @@ from stepgauge.web.evaluations import (
     joined_recording,
     placement_words,
     read_evaluation,
-    recording_files,
+    recording_choices,
     recording_names,
     recordings_and_gauge,
     stored_budget,
@@ -69,7 +69,7 @@ def show(request: Request) -> Response:
         placements=placements,
         stale=stale,
         errors=ERRORS,
-        recordings=recording_files(site),
+        recordings=recording_choices(site),
     )
 
 
@@ -207,11 +207,12 @@ def probings_json(request: Request) -> Response:
 
 
 def evaluate(request: Request, form: Form) -> Response:
-    """``stepgauge evaluate`` of a recording, into a folder of its own."""
+    """``stepgauge evaluate`` of recordings, several as placements with one decision, into a folder of its own."""
     site = site_of(request)
-    recording = relative(site.folder, str(existing(site.folder, form.text("recording"))))
-    output = _own_folder(site, "evaluate", "evaluation", recording)
-    return run_verb(request, ["evaluate", recording, "-o", output], "/result", evaluation=output)
+    asked = form.text("recording").split("\n")
+    recordings = [relative(site.folder, str(existing(site.folder, one))) for one in asked]
+    output = _own_folder(site, "evaluate", "evaluation", recordings[0])
+    return run_verb(request, ["evaluate", *recordings, "-o", output], "/result", evaluation=output)
 
 
 def evaluate_again(request: Request, form: Form) -> Response:
