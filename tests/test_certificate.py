@@ -623,3 +623,25 @@ def test_a_certificate_that_was_issued_is_never_written_over(tmp_path: Path, suf
     assert ("Replaces certificate", "A-1") in table
     with pytest.raises(ValueError, match="a number of its own"):
         type(said.certificate)(number="A-1", replaces="A-1")
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_no_text_runs_into_another(language: str) -> None:
+    """Also with names that are longer than their columns: no letter covers half of another one."""
+    pdfium = pytest.importorskip("pypdfium2")
+    said = laboratory()
+    email = "calibration@laboratoryfordimensionalmetrologyandengineering.example"
+    said = replace(said, laboratory=said.laboratory.model_copy(update={"email": email}))
+    evaluation, budget = evaluated()
+    given = Sources(*shipped(), (), budget.model_copy(update={"not_included": []}), said)
+    made_of = make_content(evaluation, UserStatements(DAY, language=language), given)
+    for page in pdfium.PdfDocument(render_pdf({**made_of, "example": False}).data):
+        text = page.get_textpage()
+        letters = [i for i in range(text.count_chars()) if text.get_text_range(i, 1).strip()]
+        boxes = np.array([text.get_charbox(i) for i in letters])
+        left, foot, right, head = boxes.T[:, :, None]
+        across = np.minimum(right, right.T) - np.maximum(left, left.T)
+        up = np.minimum(head, head.T) - np.maximum(foot, foot.T)
+        met = (across > 0.5 * (right - left)) & (across > 1.0) & (up > 0.5 * (head - foot)) & (up > 1.0)
+        pairs = np.argwhere(np.triu(met | met.T, 3))  # the letters of a ligature share their box
+        assert not [[text.get_text_range(max(letters[i] - 9, 0), 18) for i in pair] for pair in pairs]

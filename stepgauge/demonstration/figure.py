@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from stepgauge.demonstration.answer import RevealedFault
-from stepgauge.figures.style import COLORS, figure_style, new_figure
+from stepgauge.figures.style import COLORS, add_legend, axes_entries, figure_style, new_figure
 from stepgauge.files.notation import printed_unit
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def story_figure(answer: RevealedFault, fault: str, residuals: pd.DataFrame, fit
     _residuals(before, residuals, "before", f"machine file as it was, rms {fit['rms_before_um']:.2f} µm")
     _residuals(after, residuals, "after", f"with what was found, rms {fit['rms_after_um']:.2f} µm")
     before.set_ylabel("residual (µm)")
-    figure.legend(*before.get_legend_handles_labels(), loc="outside lower left", ncols=2, frameon=False)
+    add_legend(figure, axes_entries(before), "lower center")
     _candidates(candidates, answer)
     _numbers(numbers, answer)
     return figure

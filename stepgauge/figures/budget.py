@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure, save_figure
 from stepgauge.standards.budget_files import StoredBudget, StoredLine, farthest, label
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def _draw_bars(axes: Axes, budget: StoredBudget, lines: Sequence[StoredLine]) ->
     axes.grid(visible=False, axis="y")
     axes.margins(x=0.12)
     axes.set_xlabel("contributions to the standard uncertainty; u and U below the line (µm)")
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
+    add_legend(axes, axes_entries(axes))
 
 
 def draw_along(axes: Axes, budget: StoredBudget, placement: int) -> None:
@@ -94,4 +94,4 @@ def draw_along(axes: Axes, budget: StoredBudget, placement: int) -> None:
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("position along the gauge (mm)")
     axes.set_ylabel("uncertainty of XM (µm)")
-    axes.legend(loc="best", ncols=2)
+    add_legend(axes, axes_entries(axes))

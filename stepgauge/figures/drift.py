@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure
 from stepgauge.files.arrays import Array
 from stepgauge.standards.drift import FIRST_S, DriftTest
 
@@ -50,4 +50,4 @@ def _draw(axes: Axes, time: Array, channels: Mapping[str, Array]) -> None:
         look = {"color": CYCLE[number % len(CYCLE)], "marker": MARKERS[number % len(MARKERS)], "markevery": step}
         axes.plot(time, values, linewidth=1.0, label=name.replace("_", " "), **look)  # type: ignore[arg-type]
     axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=6, frameon=False, columnspacing=1.2)
+    add_legend(axes, axes_entries(axes))

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure
 from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import angles_rad, probe_frame
 from stepgauge.standards.iso10360_5 import ProbingTest, StylusPoints
@@ -77,4 +77,4 @@ def _draw_points(axes: Axes, parts: list[Array], form_um: float) -> None:
     axes.margins(y=0.12)
     axes.spines[["top", "right"]].set_visible(False)
     if len(parts) > 1:
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=5, frameon=False, columnspacing=1.0)
+        add_legend(axes, axes_entries(axes))

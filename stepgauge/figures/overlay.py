@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.figures.faces import NAMES, POSITION_LABEL, column, deviation_um
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure
 from stepgauge.files.arrays import Array
 from stepgauge.standards.difference import ERRORS, Difference, differences
 
@@ -55,10 +55,8 @@ def overlay_figure(
 
 def _legends(figure: Figure, first: Sequence[Axes]) -> None:
     """What is drawn left and right, and what the bands are, above the panels."""
-    handles, labels = first[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper left", title="bands: ± 2s", frameon=False)
-    handles, labels = first[1].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper right", title="bands: ± U", frameon=False)
+    for axes, where, bands in zip(first, ("upper left", "upper right"), ("2s", "U"), strict=True):
+        add_legend(figure, axes_entries(axes), where, f"bands: ± {bands}")
 
 
 def draw_over(axes: Axes, before: Evaluation, after: Evaluation, placement: int | None = None) -> None:

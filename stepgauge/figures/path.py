@@ -20,6 +20,7 @@ from stepgauge.figures.style import (
     RAIL_COLOR,
     STOP_COLOR,
     TRAVEL_COLOR,
+    add_legend,
     figure_style,
     new_figure,
 )
@@ -223,4 +224,4 @@ def _add_legend(figure: Figure, stopped: bool) -> None:
     ]
     if stopped:
         entries.append(Line2D([], [], color=STOP_COLOR, marker="X", markersize=6, linewidth=2, label="stopped here"))
-    figure.legend(handles=entries, loc="outside lower center", ncols=len(entries), frameon=False)
+    add_legend(figure, {str(one.get_label()): one for one in entries}, "lower center")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stepgauge.figures.style import COLORS, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, add_legend, axes_entries, figure_style, new_figure, save_figure
 from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes.base import Probe
@@ -165,11 +165,9 @@ def _shades(count: int) -> list[Any]:
 
 
 def _explain(fig: Any, found: DirectionMap) -> None:
-    handles, labels = fig.axes[0].get_legend_handles_labels()
-    every = -(-len(labels) // _MOST_LABELS)
-    title = "polar angle of the surface normal from the stylus axis"
-    columns = min(_MOST_LABELS, len(labels))
-    fig.legend(handles[::every], labels[::every], title=title, loc="outside lower center", ncols=columns, frameon=False)
+    entries = list(axes_entries(fig.axes[0]).items())
+    every = -(-len(entries) // _MOST_LABELS)
+    add_legend(fig, dict(entries[::every]), "lower center", "polar angle of the surface normal from the stylus axis")
 
 
 def _equal_axes(axes: Any, reach: float, height: float) -> None:

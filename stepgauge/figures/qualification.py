@@ -229,7 +229,7 @@ def _draw_push(axes: Any, channels: Mapping[str, Array], events: Events) -> None
     axes.margins(y=0.09)
     axes.set_xlabel("time (s)")
     axes.set_ylabel("displacement (\N{MICRO SIGN}m)")
-    axes.legend(loc="center right", frameon=False)
+    add_legend(axes, axes_entries(axes))
 
 
 def _mark_readings(axes: Any, events: Events) -> None:

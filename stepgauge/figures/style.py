@@ -135,32 +135,66 @@ def own_axes() -> Axes:
         return new_figure(*LOOKED_AT_MM).subplots()
 
 
-def add_legend(figure: Figure, entries: Mapping[str, Any], where: str = "upper center") -> None:
-    """A legend outside of the panels, in as many columns as the width has room for.
+def add_legend(of: Figure | Axes, entries: Mapping[str, Any], where: str = "upper center", title: str = "") -> None:
+    """A legend that lies on no curve, in as many columns as the width has room for: of a figure outside of its panels,
+    of a panel above it and below its titles.
 
-    ``entries``: marks by what they are; of a tuple of marks all are shown. ``where``: ``upper center`` or at the foot.
+    ``entries``: marks by what they are; of a tuple of marks all are shown. ``where``: of a figure ``upper center``,
+    ``upper left``, ``upper right`` or at the foot. ``title``: what all entries are.
     """
+    from matplotlib.figure import Figure
     from matplotlib.legend_handler import HandlerTuple
 
-    place: dict[str, Any] = {"loc": f"outside {where}"}
-    if figure.get_layout_engine() is None:
-        place = {"loc": where, "borderaxespad": 0.2}
-    columns = _columns(list(entries), 72.0 * figure.get_figwidth())
-    legend = figure.legend(
+    columns = _columns(list(entries), _width_pt(of, where))
+    legend = of.legend(
         list(entries.values()),
         list(entries),
         handler_map={tuple: HandlerTuple(ndivide=None, pad=0.3)},
         ncols=columns,
         frameon=False,
         columnspacing=SPACING_EM,
-        **place,
+        title=title or None,
+        **(_outside(of, where) if isinstance(of, Figure) else ABOVE),
     )
     for mark in legend.legend_handles:
         if mark is not None:
             mark.set_alpha(None if mark.get_alpha() is None else max(float(mark.get_alpha() or 0.0), LEAST_ALPHA))
-    _LEGENDS[legend] = _Legend(dict(entries), where, -(-len(entries) // columns))
-    if figure.get_layout_engine() is None:
-        _lay_out(figure)
+    made = _Legend(dict(entries), where, -(-len(entries) // columns) + bool(title), title)
+    _LEGENDS[legend] = made
+    if isinstance(of, Figure):
+        _lay_out(of)
+    else:
+        _raise_titles(of, made.rows)
+
+
+ABOVE: Mapping[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
+"""Where the legend of a panel stands."""
+PANEL_SHARE, BESIDE_SHARE = 0.85, 0.5
+"""Of the width of its column of a figure that a panel has; of a figure, that a legend beside another one has."""
+
+
+def _width_pt(of: Figure | Axes, where: str) -> float:
+    """Width that a legend may take."""
+    from matplotlib.figure import Figure
+
+    if isinstance(of, Figure):
+        return 72.0 * of.get_figwidth() * (1.0 if "center" in where else BESIDE_SHARE)
+    at = of.get_subplotspec()
+    share = 1.0 if at is None else len(at.colspan) / at.get_gridspec().ncols
+    return 72.0 * float(of.get_figure(root=True).get_figwidth()) * share * PANEL_SHARE  # type: ignore[union-attr]
+
+
+def _outside(figure: Figure, where: str) -> dict[str, Any]:
+    """Where the legend of a figure stands, with its layout solved or not."""
+    solved = figure.get_layout_engine() is not None
+    return {"loc": f"outside {where}"} if solved else {"loc": where, "borderaxespad": 0.2}
+
+
+def _raise_titles(axes: Axes, rows: int) -> None:
+    """Titles of a panel above its legend."""
+    for place in ("left", "center", "right"):
+        if text := axes.get_title(place):
+            axes.set_title(text, loc=place, pad=rows * LEGEND_PT + GAP_PT)
 
 
 def axes_entries(*panels: Axes) -> dict[str, Any]:
@@ -194,16 +228,19 @@ class _Legend(NamedTuple):
     entries: dict[str, Any]
     where: str
     rows: int
+    title: str
 
 
 _LEGENDS: WeakKeyDictionary[Any, _Legend] = WeakKeyDictionary()
 
 
 def _lay_out(figure: Figure) -> None:
-    """Margins of a figure of panels in a grid, from what stands beside them.
+    """Margins of a figure of panels in a grid, from what stands beside them; of none whose layout is solved.
 
     A layout that is solved takes as long as drawing: it lays out every text twice before anything is drawn.
     """
+    if figure.get_layout_engine() is not None:
+        return
     panels: list[tuple[Axes, Any]] = [(one, one.get_subplotspec()) for one in figure.axes if one.axison]
     grid: Any = figure.axes[0].get_gridspec()
     left, beside = (
@@ -307,10 +344,20 @@ def translate_figure(figure: Figure, translate: Callable[[str], str]) -> None:
         for axes in figure.axes:
             for axis in (axes.xaxis, axes.yaxis):
                 axis.set_major_formatter(Translated(axis.get_major_formatter()))
-        for legend in [one for one in figure.legends if one in _LEGENDS]:
-            made = _LEGENDS[legend]
-            legend.remove()
-            add_legend(figure, {translate(label): mark for label, mark in made.entries.items()}, made.where)
+        for of in (figure, *figure.axes):
+            for legend in [one for one in _legends(of) if one in _LEGENDS]:
+                made = _LEGENDS[legend]
+                legend.remove()
+                entries = {translate(label): mark for label, mark in made.entries.items()}
+                add_legend(of, entries, made.where, translate(made.title))
+
+
+def _legends(of: Figure | Axes) -> list[Any]:
+    """The legends of a figure beside its panels, or that of a panel."""
+    from matplotlib.figure import Figure
+
+    own = list(of.legends) if isinstance(of, Figure) else [of.get_legend()]
+    return [one for one in own if one is not None]
 
 
 def mark_simulated(fig: Figure) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure, save_figure
 from stepgauge.files.arrays import Array
 from stepgauge.montecarlo.model import MonteCarloModel, PlacementReadings
 from stepgauge.montecarlo.result import MonteCarloBudget
@@ -61,7 +61,7 @@ def _draw_interval(axes: Axes, model: MonteCarloModel, summary: Summary, part: P
     axes.plot(position, mean, "o-", color=COLORS["after"], label="mean of the runs")
     axes.axhline(0.0, color="black", linewidth=0.6)
     axes.set_ylabel("mean error XM (µm)")
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
+    add_legend(axes, axes_entries(axes))
 
 
 def _draw_contributions(axes: Axes, model: MonteCarloModel, summary: Summary, part: PlacementReadings) -> None:
@@ -80,4 +80,4 @@ def _draw_contributions(axes: Axes, model: MonteCarloModel, summary: Summary, pa
     axes.stackplot(position, *shown.values(), labels=list(shown), colors=[*CYCLE[:MOST], COLORS["grey"]], linewidth=0)
     axes.plot(position, total[defined], color="black", label="all contributions")
     axes.set_ylabel("variance of XM (µm²)")
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
+    add_legend(axes, axes_entries(axes))

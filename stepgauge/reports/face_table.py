@@ -56,7 +56,7 @@ def _plain(result: dict[str, Any]) -> tuple[list[TableColumn], list[list[str]]]:
 
 
 def _add_uncertainty(result: dict[str, Any], budget: StoredBudget) -> tuple[list[TableColumn], list[list[str]]]:
-    columns = [*_head(), TableColumn("Certified", "mm", share=1.5)]
+    columns = [*_head(), TableColumn("Certified", "mm")]
     columns += [
         column for name in ("XF", "XB", "XM", "XR") for column in (TableColumn(name, "µm"), TableColumn("U", "µm"))
     ]

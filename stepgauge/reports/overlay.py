@@ -144,7 +144,7 @@ def _identity(evaluation: Mapping[str, Any], name: str) -> Section:
 def _result(found: Found, names: Sequence[str]) -> PrintedTable:
     columns = [
         TableColumn("Largest difference", words=True),
-        TableColumn("At", words=True, share=1.0),
+        TableColumn("At", words=True),
         TableColumn("Difference"),
         TableColumn("U"),
         TableColumn("k"),

@@ -46,14 +46,13 @@ class UserStatements:
 class TableColumn:
     """A column of a table: name, unit, and whether its cells are numbers (set right) or words (set left).
 
-    ``place`` stands below the name; ``share`` gives a column of words a share of the width instead of its own.
+    ``place`` stands below the name.
     """
 
     name: str
     unit: str = ""
     words: bool = False
     place: str = ""
-    share: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ class PrintedTable:
         return {
             "title": self.title,
             "columns": [
-                {"name": c.name, "unit": c.unit, "words": c.words, "place": c.place, "share": c.share, "marked": m}
+                {"name": c.name, "unit": c.unit, "words": c.words, "place": c.place, "marked": m}
                 for c, m in zip(self.columns, marked, strict=True)
             ],
             "rows": [[clean(cell) for cell in row] for row in self.rows],
@@ -97,10 +96,10 @@ Cells = tuple[TableColumn, Callable[[Any], str]]
 """A column, and what of a row stands in it."""
 
 
-def words(name: str, cell: str | Callable[[Any], object], share: float = 0.0) -> Cells:
+def words(name: str, cell: str | Callable[[Any], object]) -> Cells:
     """A column of text: of a key, or of what a function makes of a row."""
     made = (lambda row: row[cell]) if isinstance(cell, str) else cell
-    return TableColumn(name, words=True, share=share), lambda row: str(made(row))
+    return TableColumn(name, words=True), lambda row: str(made(row))
 
 
 def numbers(name: str, unit: str, cell: str | Callable[[Any], Any], decimals: int) -> Cells:

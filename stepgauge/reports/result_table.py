@@ -22,7 +22,7 @@ def result_table(evaluation: dict[str, Any], budget: StoredBudget | None) -> Pri
     """
     columns = [
         TableColumn("Result", words=True),
-        TableColumn("At", words=True, share=1.9),
+        TableColumn("At", words=True),
         TableColumn("Value"),
         TableColumn("Expanded uncertainty U"),
         TableColumn("k"),

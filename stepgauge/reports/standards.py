@@ -47,8 +47,8 @@ def rules_table(rules: Sequence[dict[str, Any]], excluded: Sequence[dict[str, st
     words = {True: "met", False: "not met", None: "not checked"}
     rows = [(words[rule["met"]], rule["asks"], rule["found"], rule["source"]) for rule in rules]
     rows += [("left out", part["what"], part["reason"], part["source"]) for part in excluded]
-    heads = (("Rule", 0.0), ("What is asked, or left out", 1.0), ("Found, or why", 1.0), ("Source", 0.8))
-    columns = [TableColumn(name, words=True, share=share) for name, share in heads]
+    heads = ("Rule", "What is asked, or left out", "Found, or why", "Source")
+    columns = [TableColumn(name, words=True) for name in heads]
     return PrintedTable("Rules of the standard, and what was left out", columns, rows)
 
 
