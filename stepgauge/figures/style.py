@@ -344,7 +344,8 @@ def translate_figure(figure: Figure, translate: Callable[[str], str]) -> None:
         for axes in figure.axes:
             for axis in (axes.xaxis, axes.yaxis):
                 axis.set_major_formatter(Translated(axis.get_major_formatter()))
-        for of in (figure, *figure.axes):
+        both: list[Figure | Axes] = [figure, *figure.axes]
+        for of in both:
             for legend in [one for one in _legends(of) if one in _LEGENDS]:
                 made = _LEGENDS[legend]
                 legend.remove()
