@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 
 from stepgauge.demonstration.answer import RevealedFault
-from stepgauge.figures.style import COLORS, add_legend, axes_entries, figure_style, new_figure
+from stepgauge.figures.legends import add_legend, axes_entries
+from stepgauge.figures.style import COLORS, figure_style, new_figure
 from stepgauge.files.notation import printed_unit
 
 if TYPE_CHECKING:

@@ -10,15 +10,8 @@ import numpy as np
 
 from stepgauge.diagnosis.axis.residuals import AxisData
 from stepgauge.diagnosis.result import GaugeDiagnosis
-from stepgauge.figures.style import (
-    COLORS,
-    CYCLE,
-    add_legend,
-    axes_entries,
-    draw_before_and_after,
-    figure_style,
-    new_figure,
-)
+from stepgauge.figures.legends import add_legend, axes_entries
+from stepgauge.figures.style import COLORS, CYCLE, draw_before_and_after, figure_style, new_figure
 from stepgauge.files.arrays import Array
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure, save_figure
+from stepgauge.figures.legends import add_legend, axes_entries
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
 from stepgauge.standards.budget_files import StoredBudget, StoredLine, farthest, label
 
 if TYPE_CHECKING:

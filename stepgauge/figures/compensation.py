@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from stepgauge.compensation.result import Compensation
 from stepgauge.compensation.table import CompensationTable
-from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure, save_figure
+from stepgauge.figures.legends import add_legend, axes_entries
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
 
 WIDTH_MM, HEIGHT_MM, ALONE_MM = 170.0, 100.0, 75.0
 GREY = COLORS["grey"]

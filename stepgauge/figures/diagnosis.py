@@ -28,14 +28,8 @@ from stepgauge.figures.effect_panels import (
     panels,
     sides,
 )
-from stepgauge.figures.style import (
-    COLORS,
-    add_legend,
-    axes_entries,
-    draw_before_and_after,
-    figure_style,
-    new_figure,
-)
+from stepgauge.figures.legends import add_legend, axes_entries
+from stepgauge.figures.style import COLORS, draw_before_and_after, figure_style, new_figure
 from stepgauge.files.arrays import Array
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure
+from stepgauge.figures.legends import add_legend, axes_entries
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
 from stepgauge.files.arrays import Array
 from stepgauge.standards.drift import FIRST_S, DriftTest
 

@@ -20,7 +20,8 @@ from matplotlib.patches import Patch
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import face_rows, mean_error_extent
 from stepgauge.figures.faces import POSITION_LABEL, column
-from stepgauge.figures.style import COLORS, CYCLE, add_legend, draw_dimension, figure_style, new_figure
+from stepgauge.figures.legends import add_legend
+from stepgauge.figures.style import COLORS, CYCLE, draw_dimension, figure_style, new_figure
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import counted
 from stepgauge.standards.mpe import Mpe

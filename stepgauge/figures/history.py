@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from stepgauge.figures.style import COLORS, CYCLE, add_legend, figure_style, new_figure, save_figure
+from stepgauge.figures.legends import add_legend
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
 from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.history.entries import QUANTITIES
 from stepgauge.history.result import History

@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
-from stepgauge.figures.style import COLORS, CYCLE, add_legend, figure_style, new_figure
+from stepgauge.figures.legends import add_legend
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
 from stepgauge.files.arrays import Array
 from stepgauge.standards.iso10360 import KINDS, LengthTest
 from stepgauge.standards.iso10360_positions import TestLength

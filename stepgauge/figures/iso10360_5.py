@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure
+from stepgauge.figures.legends import add_legend, axes_entries
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
 from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import angles_rad, probe_frame
 from stepgauge.standards.iso10360_5 import ProbingTest, StylusPoints

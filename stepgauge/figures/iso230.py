@@ -17,7 +17,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
 
-from stepgauge.figures.style import COLORS, CYCLE, add_legend, draw_dimension, figure_style, new_figure
+from stepgauge.figures.legends import add_legend
+from stepgauge.figures.style import COLORS, CYCLE, draw_dimension, figure_style, new_figure
 from stepgauge.standards.iso230 import AxisParameters, Direction
 from stepgauge.standards.positioning import AxisTest, Units
 

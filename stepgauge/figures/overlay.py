@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.figures.faces import NAMES, POSITION_LABEL, column, deviation_um
-from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure
+from stepgauge.figures.legends import add_legend, axes_entries
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
 from stepgauge.files.arrays import Array
 from stepgauge.standards.difference import ERRORS, Difference, differences
 

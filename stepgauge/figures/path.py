@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Rectangle
 from numpy.typing import NDArray
 
+from stepgauge.figures.legends import add_legend
 from stepgauge.figures.style import (
     BLOCK_COLOR,
     EDGE_COLOR,
@@ -20,7 +21,6 @@ from stepgauge.figures.style import (
     RAIL_COLOR,
     STOP_COLOR,
     TRAVEL_COLOR,
-    add_legend,
     figure_style,
     new_figure,
 )

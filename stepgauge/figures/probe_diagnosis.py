@@ -13,14 +13,8 @@ from stepgauge.diagnosis.maps.model import ChangeTerm, changed_table, predict
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.diagnosis.result import rms
 from stepgauge.diagnosis.wording.findings import name_of
-from stepgauge.figures.style import (
-    COLORS,
-    add_legend,
-    axes_entries,
-    draw_before_and_after,
-    figure_style,
-    new_figure,
-)
+from stepgauge.figures.legends import add_legend, axes_entries
+from stepgauge.figures.style import COLORS, draw_before_and_after, figure_style, new_figure
 from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import unit_vectors
 

@@ -15,7 +15,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from stepgauge.figures.evaluation import BACKWARD, FORWARD, DirectionStyle, draw_mpe
-from stepgauge.figures.style import COLORS, add_legend, figure_style, new_figure
+from stepgauge.figures.legends import add_legend
+from stepgauge.figures.style import COLORS, figure_style, new_figure
 from stepgauge.files.notation import counted
 from stepgauge.standards.mpe import Mpe
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.figures.style import COLORS, add_legend, axes_entries, figure_style, new_figure, save_figure
+from stepgauge.figures.legends import add_legend, axes_entries
+from stepgauge.figures.style import COLORS, figure_style, new_figure, save_figure
 from stepgauge.files.arrays import Array
 from stepgauge.physics.directions import angles_rad, probe_frame
 

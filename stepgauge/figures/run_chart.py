@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from stepgauge.evaluation.probings import TEMPERATURES
 from stepgauge.figures.evaluation import BACKWARD, FORWARD
-from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure
+from stepgauge.figures.legends import add_legend, axes_entries
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
 
 WIDTH_MM, HEIGHT_MM, ALONE_MM = 170.0, 110.0, 75.0
 GREY = COLORS["grey"]

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stepgauge.figures.style import COLORS, CYCLE, add_legend, axes_entries, figure_style, new_figure, save_figure
+from stepgauge.figures.legends import add_legend, axes_entries
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
 from stepgauge.files.arrays import Array
 from stepgauge.montecarlo.model import MonteCarloModel, PlacementReadings
 from stepgauge.montecarlo.result import MonteCarloBudget

@@ -102,6 +102,8 @@ def _named(label: str) -> str | None:
         return known_texts()[label]
     words = label.split()
     count = next((n for n, one in enumerate(reversed(words)) if not _CHOICE.fullmatch(one)), 0)
+    if count == 1 and (numbered := catalogue().get(f"{' '.join(words[:-1])} {{}}")):
+        return numbered.format(known_texts().get(words[-1], words[-1]))
     name = known_texts().get(" ".join(words[: len(words) - count]))
     return " ".join([name, *(known_texts().get(one, one) for one in words[len(words) - count :])]) if name else None
 
