@@ -149,7 +149,7 @@ def test_recordings_are_evaluated_together_by_ticking_them(folder: Path, monkeyp
     assert 'type="checkbox" name="recording" value="recordings/two.csv"' in shown
     Asked(folder).post(result.evaluate, {"recording": "recordings/one.csv\nrecordings/two.csv"})
     assert given == [["evaluate", "recordings/one.csv", "recordings/two.csv", "-o", "results/evaluation-one"]]
-    assert "there is no file" in Asked(folder).post(result.evaluate, {"recording": "recordings/three.csv"})
+    assert "no such file" in Asked(folder).post(result.evaluate, {"recording": "recordings/three.csv"})
 
 
 @pytest.mark.parametrize(
