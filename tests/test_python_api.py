@@ -10,6 +10,7 @@ import sys
 import types
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from glob import glob
 from pathlib import Path
 from typing import Any
@@ -660,7 +661,9 @@ def test_a_table_in_a_notebook_keeps_every_digit_of_a_position(measured: dict[st
 def test_a_data_frame_goes_in_where_a_recording_does(measured: dict[str, Any]) -> None:
     frame = measured["run"].recording.to_frame()
     assert sg.evaluate(frame, GAUGE).r_eff_mm == measured["evaluation"].r_eff_mm
-    with pytest.raises(sg.InputError, match=r"which face each point belongs to; .* import_recording\(table, \.\.\)"):
+    with pytest.raises(
+        sg.InputError, match=r"which face each point belongs to; .* import_recording\(table, gauge=.., placement=..\)"
+    ):
         sg.evaluate(frame.drop(columns="face"), GAUGE)
 
 
@@ -716,6 +719,30 @@ def test_a_recording_in_inches_is_read_from_its_file_as_from_a_table(measured: d
     evaluated = [sg.evaluate(one, measured["gauge"]) for one in (inches, tmp_path / "inch.csv")]
     assert evaluated[0].r_eff_mm == pytest.approx(evaluated[1].r_eff_mm, abs=1e-7)
     assert evaluated[1].r_eff_mm == pytest.approx(measured["evaluation"].r_eff_mm, abs=1e-7)
+
+
+def test_positions_of_faces_along_a_placed_gauge_are_touches_of_it(measured: dict[str, Any]) -> None:
+    """Nothing is left to ask where gauge and placement are stated; without them one question names both ways."""
+    gauge, lies = measured["gauge"], measured["placement"]
+    nominal = np.tile(gauge.nominal_mm, 3)
+    table = pd.DataFrame({"face": np.tile(np.arange(1, gauge.n_faces + 1), 3), "nominal": nominal})
+    table["measured"] = np.tile(gauge.position_mm, 3) + 0.004 + np.random.default_rng(1).normal(0.0, 1e-4, len(table))
+    errors = sg.evaluate(sg.import_recording(table, gauge=gauge, placement=lies), gauge).to_frame()
+    assert errors["xm_um"].abs().max() < 0.5
+    open_ = sg.import_recording(table).summary()
+    assert "placement with the gauge, for the errors of its faces" in open_
+    assert 'sensor="touch" with the gauge, for one axis' in open_
+
+
+def test_the_budget_of_an_axis_is_told_where_it_is(measured: dict[str, Any]) -> None:
+    """ISO 230-2 has mean and s at every target; u of a mean is s over the root of the runs (GUM 4.2.3)."""
+    stage = sg.import_recording("docs/recipes/data/laser.csv", sensor="laser").recording
+    for verb in (sg.evaluate, partial(sg.budget, machine=measured["machine"])):
+        with pytest.raises(sg.InputError, match="of this one iso230 gives mean and u at every target, diagnose the c"):
+            verb(stage, gauge=measured["gauge"])
+    targets = sg.iso230(stage).to_frame()
+    assert targets["u_mean_up_um"].to_numpy() == pytest.approx(targets["s_up_um"].to_numpy() / np.sqrt(5.0))
+    assert targets["u_mean_down_um"].to_numpy() == pytest.approx(targets["s_down_um"].to_numpy() / np.sqrt(5.0))
 
 
 def test_blocks_from_the_far_end_are_told_the_other_way_round(measured: dict[str, Any]) -> None:

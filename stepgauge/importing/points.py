@@ -229,8 +229,9 @@ def _ask_points(
         named and listed and faces_along(table, listed, unit_mm) is not None
     ):
         what = "positions of faces along the gauge, without x, y and z: one axis, or a gauge?"
+        gauge = QuestionAnswer("placement", words="with the gauge, for the errors of its faces")
         faces = QuestionAnswer("sensor", "touch", "with the gauge, for one axis with the faces as targets")
-        decisions.ask(table.path, what, faces, *_coordinates(columns), found=names)
+        decisions.ask(table.path, what, gauge, faces, *_coordinates(columns), found=names)
     elif named:
         what = "no row names the columns x, y and z, as in X [mm];Y [mm];Z [mm]"
         decisions.ask(table.path, what, *_coordinates(columns), axis, found=names[:200])

@@ -41,7 +41,11 @@ def import_asked(asked: Any) -> Imported:
     asked.accept = (asked.accept,) if isinstance(asked.accept, str) else tuple(asked.accept)
     columns = parse_columns(asked.columns)
     layout = _layout(asked)
-    axis = asked.sensor is not None and not names_points(content, asked.format, layout, columns)
+    of_points = names_points(content, asked.format, layout, columns)
+    if asked.sensor is None and not of_points and asked.placement is not None:
+        known = gauge_targets(asked.gauge)  # a gauge that was placed was touched
+        asked.sensor = "touch" if names_faces(content, layout, known) else None
+    axis = asked.sensor is not None and not of_points
     read = _read_axis if axis else _read_points
     return imported_or_asked(lambda decisions: read(asked, content, layout, columns, decisions))
 

@@ -72,7 +72,7 @@ class Imported(Summarized):
 
     def summary(self) -> str:
         """What was taken for what, or the questions with their choices."""
-        asked = [f"open: {one.text}; {', or '.join(f'{c.option} {c.typed}'.strip() for c in one.choices)}"
+        asked = [f"open: {one.text}; {', or '.join(str(c).replace('{}', c.option, 1) for c in one.choices)}"
                  for one in self.questions]  # fmt: skip
         return join_lines(*self.report, *asked)
 

@@ -57,14 +57,22 @@ def read_recording(path: str | Path) -> Recording:
     else:
         comments, skipped = read_comments(path)
         if "recording" in comments and "sensor" in comments:
-            form, expected = comments["recording"], "a recording of a gauge; 'diagnose' and 'iso230' read this one"
-            raise InputError(path, "this is no recording of a gauge", found=form, expected=expected)
+            raise no_gauge(path, comments["recording"])
         header = skipped + 1
         beside = lines_beside(path, header)
         columns = _read_csv(path, skipped, beside)
         _check_complete(comments.pop(PROBINGS, None), rows_of(columns), path)
     lines = row_lines(rows_of(columns), header, beside)
     return Recording(_checked(columns, path, header, lines), comments, str(path))
+
+
+def no_gauge(path: str | Path, form: str) -> InputError:
+    """What is said of a recording of an axis, a spot or distances in place of one of a gauge."""
+    expected = (
+        "a recording of a gauge; of this one 'stepgauge test iso230' gives mean and u at every target,"
+        " 'stepgauge diagnose' the causes"
+    )
+    return InputError(path, "this is no recording of a gauge", found=form, expected=expected)
 
 
 def columns_of(frame: pd.DataFrame) -> Columns:
@@ -350,7 +358,7 @@ def recording_of_frame(frame: pd.DataFrame) -> Recording:
         except InputError as error:  # what it asks for is no argument of the verb that was given the table
             if not error.namings:
                 raise
-            expected = "what import_recording(table, ..) makes of it, with gauge and placement where it states no faces"
+            expected = "what import_recording(table, gauge=.., placement=..) makes of it"
             raise InputError(error.where, error.what, found=error.found, expected=expected) from None
         assert isinstance(found, Recording)
         return found

@@ -32,6 +32,11 @@ class Direction:
         return self.x_um.std(axis=1, ddof=1)
 
     @property
+    def u_mean_um(self) -> Array:
+        """Standard uncertainty of the mean from the runs alone (GUM 4.2.3, type A), s / sqrt(runs), ``(targets,)``."""
+        return self.s_um / np.sqrt(self.x_um.shape[1])
+
+    @property
     def high_um(self) -> Array:
         """Mean plus two standard deviations."""
         return self.mean_um + 2.0 * self.s_um

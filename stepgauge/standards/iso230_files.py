@@ -29,9 +29,11 @@ TARGET_COLUMNS = (
     "along_gauge_mm",
     "block",
     "mean_up_um",
+    "u_mean_up_um",
     "s_up_um",
     "r_up_um",
     "mean_down_um",
+    "u_mean_down_um",
     "s_down_um",
     "r_down_um",
     "mean_um",
@@ -124,7 +126,8 @@ def target_rows(one: AxisTest) -> list[dict[str, Any]]:
     p, t = one.parameters, one.targets
     columns = {"target_mm": t.machine_mm, "along_gauge_mm": t.gauge_mm, "block": t.block}
     for way, found in p.directions.items():
-        columns |= {f"mean_{way}_um": found.mean_um, f"s_{way}_um": found.s_um, f"r_{way}_um": found.R_at_um}
+        columns |= {f"mean_{way}_um": found.mean_um, f"u_mean_{way}_um": found.u_mean_um}
+        columns |= {f"s_{way}_um": found.s_um, f"r_{way}_um": found.R_at_um}
     if isinstance(p, AxisParameters):
         columns |= {"mean_um": p.mean_um, "b_um": p.B_at_um, "r_um": p.R_at_um}
     names = [name for name in TARGET_COLUMNS if name in columns]

@@ -69,13 +69,16 @@ def resolve_recordings(
     recordings: File | Recording | Run | pd.DataFrame | Iterable[File | Recording | Run | pd.DataFrame],
 ) -> list[Recording]:
     """Recordings, runs of the virtual CMM, tables or files, one or several."""
-    from stepgauge.recording import Recording, read_recording, recording_of_frame
+    from stepgauge.axis.recording import AxisRecording
+    from stepgauge.recording import Recording, no_gauge, read_recording, recording_of_frame
 
     def one(given: File | Recording | Run | pd.DataFrame) -> Recording:
         if isinstance(given, File):
             return read_recording(given)
         if hasattr(given, "columns") and not isinstance(given, Recording) and hasattr(given, "iloc"):
             return recording_of_frame(cast("pd.DataFrame", given))
+        if isinstance(given, AxisRecording):
+            raise no_gauge(given.path or "recording", given.form)
         return require_kind(getattr(given, "recording", given), Recording, "recording")
 
     found = [one(given) for given in several(recordings)]
@@ -122,7 +125,10 @@ def _is_of_axis(one: object) -> bool:
         return is_axis_recording(one)
     columns = getattr(one, "columns", None) if hasattr(one, "iloc") else None
     if columns is not None and FORM not in one.attrs and not set(POSITION) & set(map(str, columns)):  # type: ignore[attr-defined]
-        found, expected = ", ".join(map(str, columns)), "what import_recording(table, sensor=..) makes of it"
+        found, expected = (
+            ", ".join(map(str, columns)),
+            "what import_recording(table, ..) makes of it: with sensor of an axis, else with gauge and placement",
+        )
         raise InputError(naming("recordings"), "a table that is no recording", found=found, expected=expected)
     return isinstance(one, AxisRecording) or getattr(one, "attrs", {}).get(FORM) in FORMS
 

@@ -92,7 +92,7 @@ def test_verbs_of_gauges_say_which_verb_reads_it(run: Run, tmp_path: Path) -> No
     result = run("evaluate", tmp_path / "axis.csv", "-g", "step-gauge-420", "-o", tmp_path / "out")
     assert result.code == 2
     assert "this is no recording of a gauge; found axis" in result.err
-    assert "'diagnose' and 'iso230' read this one" in result.err
+    assert "of this one 'stepgauge test iso230' gives mean and u at every target" in result.err
 
 
 def test_the_verb_offers_every_sensor_and_names_units_that_there_are() -> None:

@@ -122,7 +122,7 @@ def test_a_rotary_axis_is_told_in_arcsec_by_the_same_formulas(tmp_path: Path, ru
     assert said["axes"][0]["measured_deg"] == [0.0, 360.0]
     assert not any(key.endswith(("_um", "_mm")) for key in [*said, *said["axes"][0], *said["axes"][0]["targets"][0]])
     header = (tmp_path / "iso230.csv").read_text().splitlines()[0]
-    assert header.startswith("placement,target_deg,along_gauge_deg,block,mean_up_arcsec,s_up_arcsec,r_up_arcsec")
+    assert header.startswith("placement,target_deg,along_gauge_deg,block,mean_up_arcsec,u_mean_up_arcsec,s_up_arcsec")
 
 
 @pytest.mark.parametrize("way", ["up", "down"])
@@ -145,7 +145,8 @@ def test_approaches_from_one_side_give_the_parameters_of_that_direction(way: str
     assert run(*command, "--tolerance", f"A_{way}=9", "--expanded-uncertainty", 0.1).code == 0
     said = json.loads((tmp_path / "out/iso230.json").read_text())
     assert set(said["axes"][0]["targets"][0]) == {
-        "target_mm", "along_gauge_mm", "block", f"mean_{way}_um", f"s_{way}_um", f"r_{way}_um"
+        *("target_mm", "along_gauge_mm", "block"),
+        *(f"mean_{way}_um", f"u_mean_{way}_um", f"s_{way}_um", f"r_{way}_um"),
     }  # fmt: skip
     assert said["decision"]["text"].startswith("The parameters conform.")
     assert (tmp_path / "out/iso230.pdf").stat().st_size > 10_000
