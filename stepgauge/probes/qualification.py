@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,7 +15,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.config import TomlTable, Vector3, check_table
 from stepgauge.files.text import read_result, write_json
-from stepgauge.physics import wozniak
+from stepgauge.physics import lobing, wozniak
 from stepgauge.physics.directions import probe_frame
 from stepgauge.physics.sphere import QualifiedRadius, effective_radius
 from stepgauge.physics.wozniak import LobeModel, Slip, Transducer
@@ -71,6 +71,14 @@ class LobeTable(TomlTable):
         return LobeModel(self.transducer, float(np.radians(self.lobe_azimuth_deg)), self.slip)
 
 
+class MisfitTable(TomlTable):
+    """What the model of the lobes leaves in the residuals, as :class:`stepgauge.physics.lobing.Misfit`."""
+
+    waves: int = Field(description="waves in a turn about the stylus; 0: by the angle to the stylus")
+    range_um: float
+    chance: float = Field(description="of as much in scatter alone")
+
+
 class Qualification(TomlTable):
     """Result of a qualification; the JSON file has the same keys."""
 
@@ -88,6 +96,7 @@ class Qualification(TomlTable):
     residuals_compensated_um: list[float] | None
     lobes: LobeTable | None
     undetermined: str = Field("", description="why the readings do not tell the lobes")
+    misfit: MisfitTable | None = Field(None, description="lobing of another shape than the model, where it shows")
     simulated: bool = Field(False, description="no machine was measured")
 
     @property
@@ -101,6 +110,18 @@ class Qualification(TomlTable):
         return (
             f"compensation of the lobes increases the form error from {self.form_error_um:.2f} to"
             f" {self.form_error_compensated_um:.2f} um: the model of the lobes does not fit this probe"
+        )
+
+    def misfit_words(self) -> str:
+        """What the model leaves, in words; empty where that is like scatter."""
+        left = self.misfit
+        if left is None:
+            return ""
+        follow = f"{left.waves} waves a turn about the stylus" if left.waves else "the angle to the stylus"
+        once = float(f"{1.0 / max(left.chance, 1e-6):.1g}")
+        return (
+            f"the residuals follow {follow}, by {left.range_um:.2f} um: scatter alone leaves as much at most once in"
+            f" {once:.0f} qualifications; the lobing has another shape than the model"
         )
 
 
@@ -125,7 +146,25 @@ def qualify(points: ProbedPoints, reference: Reference, model: LobeModel, find_a
     except ValueError as error:
         raise InputError(points.rows.path, str(error)) from None
     result = _make_qualification(reference, radius, lobes)
-    return result.model_copy(update={"simulated": points.simulated})
+    left = _misfit(points, reference, radius, lobes)
+    return result.model_copy(update={"simulated": points.simulated, "misfit": left})
+
+
+def _misfit(points: ProbedPoints, reference: Reference, radius: QualifiedRadius, lobes: _Lobes) -> MisfitTable | None:
+    """Structure beside the model; of a tip whose diameter is not known there is no model, and lobes are no wonder."""
+    if reference.tip_diameter_mm is None:
+        return None
+    found = lobes.calibration
+    normals = points.position_mm - (radius.fit.centre_mm if found is None else found.centre_mm)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    of_probe = normals @ probe_frame(reference.stylus_axis).T
+    shapes = [np.ones(len(normals))] if found is None else [found.model.shape(of_probe)]
+    if found is not None and lobes.azimuth is not None:
+        turned = replace(found.model, lobe_azimuth_rad=found.model.lobe_azimuth_rad + 1e-3)
+        shapes.append(turned.shape(of_probe) - shapes[0])
+    residuals_um = radius.fit.residuals_um if found is None else found.residuals_um
+    left = lobing.misfit(residuals_um, of_probe, np.column_stack([normals, *shapes]), reference.noise_um)
+    return None if left is None else MisfitTable(waves=left.waves, range_um=left.range_um, chance=left.chance)
 
 
 def _check_radius(points: ProbedPoints, reference: Reference, r_eff_mm: float) -> None:

@@ -122,7 +122,9 @@ class Qualified(WrittenResult, Plotted):
         """That the model of the lobes does not fit, where it does not."""
         found = self.qualification
         advice = "; leave out --lobe-azimuth, or compensate with --method mean"
-        return [f"warning: {found.worse_words()}{advice}"] if found.worse_by_um > 0.0 else []
+        if found.worse_by_um > 0.0:
+            return [f"warning: {found.worse_words()}{advice}"]
+        return [f"warning: {words}"] if (words := found.misfit_words()) else []
 
     def summary(self) -> str:
         """Effective radius, form error, and lobes."""
@@ -139,13 +141,13 @@ class Qualified(WrittenResult, Plotted):
                 if found.undetermined
                 else "not known without the diameter of the tip"
             )
-            return "\n".join([*lines, f"lobes              {why}"])
+            return "\n".join([*lines, f"lobes              {why}", *self.warnings])
         model = f"{lobes.transducer}, A = {lobes.constant_um:.2f} um"
         if lobes.transducer == "kinematic":
             sure = "as stated" if lobes.u_lobe_azimuth_deg is None else f"u {lobes.u_lobe_azimuth_deg:.1f} deg"
             model += f", lobe at {lobes.lobe_azimuth_deg:.1f} deg, {sure}"
         mean = f"mean pre-travel    {lobes.mean_pretravel_um:.2f} um ({model})"
-        return "\n".join([*lines, mean, f"form, compensated  {compensated:.2f} um"])
+        return "\n".join([*lines, mean, f"form, compensated  {compensated:.2f} um", *self.warnings])
 
     def to_frame(self) -> pd.DataFrame:
         """One row per point: radial residual in um with the mean radius, and with the lobes taken off."""

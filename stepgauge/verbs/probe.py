@@ -182,7 +182,7 @@ def write_qualified(found: "Qualified", output: OutputFile, *, plot: Plot = None
     found.write(output)
     if plot is not None:
         found.draw(plot)
-    return Written([output, plot], found.warnings)
+    return Written([output, plot])
 
 
 @verb(write_qualified, shows=True)
