@@ -9,11 +9,13 @@ from pathlib import Path
 import pytest
 
 import stepgauge.web
+from stepgauge.importing.tables.columns import ROLES, Role
 from stepgauge.languages.messages import LANGUAGES, read_german
 from stepgauge.languages.messages import texts as catalogue
 from stepgauge.web.pages import NAVIGATION, gauge, machine
 from stepgauge.web.render import json_answer, stated_on
 from stepgauge.web.texts import Words, best_language
+from stepgauge.web.verb_fields import verb_fields
 
 ROOM = Path(stepgauge.web.__file__).parent
 FAMILIES = tuple(
@@ -141,6 +143,16 @@ def test_every_number_that_a_form_asks_for_says_where_it_is_found() -> None:
     plain = [one.name.removesuffix(one.name[one.name.rfind("_") :]).replace("_", " ") for one in asked]
     assert not {Words("de").label(one.name) for one in asked} & {*plain, *(one.name.replace("_", " ") for one in asked)}
     assert set(numbers) >= {"drift_um_per_m_per_year", "u_gauge_temperature_K", "block_width_mm"}
+
+
+def test_every_choice_of_a_form_and_every_role_of_a_column_has_words() -> None:
+    """Of a column of approach directions a German page said 'approach i'."""
+    forms = (*verb_fields("plan").values(), *(one for some in machine.groups().values() for one in some))
+    choices = {(one.label or one.name, key) for one in forms for key in one.choices}
+    choices = {(name, key) for name, key in choices if name not in ("dialect", "points_on")}
+    roles = {("taken", str(role)) for role in (*ROLES, *Role)}
+    texts = Words("de")
+    assert sorted(one for one in choices | roles if not texts.has(f"choice_{one[0]}.{one[1]}")) == []
 
 
 def test_a_format_is_no_command_and_a_folder_of_the_server_is_not_shown(
