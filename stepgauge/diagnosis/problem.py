@@ -62,16 +62,20 @@ def bare_problem(data: Residuals, independent: bool = False) -> Problem:
     """The problem of a recording without candidates; ``independent``: for scatter that is the same for every row."""
     face = data.face - data.face.min()
     certified = (face == np.arange(face.max() + 1)[:, None]) * data.side
-    u_um = np.asarray(data.gauge.u_um)[data.face.min() - 1 :][: len(certified)]
+    u_um = data.gauge.u_own_um[data.face.min() - 1 :][: len(certified)]
     shown = certified.any(axis=1) & (u_um > 0.0)  # targets are exact; hundreds of columns that move nothing are slow
+    shared = data.gauge.u_common_um[:, data.face - 1] * data.side
+    shared = shared[shared.any(axis=1)]
+    size_um = np.abs(shared).max(axis=1)
     # what the scatter may grow with, from 0 to 1
     growing = {c.name: (c.values - c.values.min()) / c.span for c in ([] if independent else everywhere(data))}
     stated_um, grown_um = float(data.machine.table.repeatability_um), np.hypot(data.grown_um, data.latched_um)
     problem = Problem(
         residual_um=data.um,
         scale_um=stated_um,
-        certified=certified[shown],
-        certified_u=u_um[shown],
+        certified=np.vstack([certified[shown], shared / size_um[:, None]]),
+        certified_u=np.concatenate([u_um[shown], size_um]),
+        known_um=data.lengths_um,
         free=data.origins.astype(float),
         order=data.order,
         gap=np.zeros(0) if independent else _gaps(data),

@@ -20,7 +20,7 @@ from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import machine_effects
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.columns import CORRECTED, STYLUS
-from stepgauge.recording.conventions import complete_convention
+from stepgauge.recording.conventions import complete_convention, warmer_K
 from stepgauge.recording.identity import axis_from_approaches, certified_mm, check_recording
 
 FEWEST_ROWS = 12
@@ -40,6 +40,7 @@ class Residuals:
     not known beforehand; ``ordered``: whether rows are in the order of reading; ``copied``: placements and cycles that
     were left out since they repeat another one; ``of_recording (n,)``: which rows of the recording these are;
     ``program``: file of the program that was run, where it is known;
+    ``lengths_um (c, n)``: standard uncertainties that all lengths of the gauge have in common, by its temperature;
     ``radius_stated``: whether the effective radius of the first stylus is known from the file;
     ``grown_um (n,)``: standard deviation that effects in the machine file add to the repeatability; ``latched_um
     (n,)``: that of a latch, which all repeats may have in common.
@@ -62,6 +63,7 @@ class Residuals:
     of_recording: NDArray[np.intp] | None = None
     program: str = ""
     radius_stated: bool = True
+    lengths_um: Array | None = None
 
     def __len__(self) -> int:
         return len(self.um)
@@ -141,6 +143,7 @@ class Residuals:
             grown_um=np.broadcast_to(self.grown_um, rows.shape)[rows],
             latched_um=np.broadcast_to(self.latched_um, rows.shape)[rows],
             of_recording=self.row[rows],
+            lengths_um=None if self.lengths_um is None else self.lengths_um[:, rows],
         )
 
     @property
@@ -216,7 +219,20 @@ def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) ->
         latched_um=late_um,
         program=recording.comments.get("program", ""),
         radius_stated=CORRECTED in recording.comments or machine.probe.states_radius,
+        lengths_um=_lengths_um(recording, gauge, machine) * side,
     )
+
+
+def _lengths_um(recording: Recording, gauge: Gauge, machine: Machine) -> Array:
+    """How uncertain the gauge's temperature and expansion make the position of the face of every row, um, ``(c, n)``.
+
+    S alpha u(T) and S (T - T_0) u(alpha), each common to all rows. A thermometer that was not read has none.
+    """
+    table, at_um = gauge.table, gauge.position_mm[recording.columns["face"] - 1] * 1e3
+    u_K = machine.u_gauge_temperature_K() if "gauge_temperature_C" in recording.columns else 0.0
+    expanded = warmer_K(recording, gauge) * table.expansion_uncertainty_per_K
+    um = np.array([at_um * table.expansion_per_K * u_K, at_um * expanded])
+    return um[um.any(axis=1)]
 
 
 def without_copies(data: Residuals) -> Residuals:

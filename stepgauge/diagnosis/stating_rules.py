@@ -193,7 +193,7 @@ def sign_is_sure(statement: StatedTerm, state: Hypothesis, answer: Posterior, de
 
 
 def credible_laws(statement: StatedTerm, decision: Decision) -> list[Member]:
-    """The laws of a structure that are stated together, the stated one first.
+    """The laws of a structure that are stated together, the stated one first and then the most probable.
 
     A law that is less probable by more than ``excluded`` is not stated with it if the readings exclude it. What a law
     pays for the range of its shapes says how rare these are, and nothing of the readings: a law that fits as well at
@@ -207,7 +207,8 @@ def credible_laws(statement: StatedTerm, decision: Decision) -> list[Member]:
             return False
         return one.candidate.combined or (_log_evidence(one) <= least and _fit(one) <= fit)
 
-    others = (one for one in statement.credible_set.members if one.candidate.named and one is not lead)
+    ranked = sorted(statement.credible_set.members, key=lambda one: -one.probability)
+    others = (one for one in ranked if one.candidate.named and one is not lead)
     return [lead, *(one for one in others if one.probability > decision.in_set and not excluded(one))]
 
 

@@ -116,15 +116,28 @@ class Gauge(Plotted):
 
         The part that is proportional to the position is common to all faces; the rest has one coefficient.
         """
-        r = self.certificate.correlation or 0.0
-        common = proportional_u_um(self.certificate, self.position_mm)
-        if not self.u_um.any() or not (r or common.any()):
+        common = self.u_common_um
+        if not common.any():
             return None
-        share = np.divide(common, self.u_um, out=np.zeros(self.n_faces), where=self.u_um > 0)
-        rest = np.where(self.u_um > 0, np.sqrt(np.maximum(1.0 - share**2, 0.0)), 0.0)
-        matrix = np.outer(share, share) + r * np.outer(rest, rest)
+        share = np.divide(common, self.u_um, out=np.zeros(common.shape), where=self.u_um > 0)
+        matrix = share.T @ share
         np.fill_diagonal(matrix, 1.0)
         return matrix
+
+    @cached_property
+    def u_common_um(self) -> NDArray[np.float64]:
+        """Parts of the standard uncertainty, um, that all faces have in common, ``(2, n_faces)``.
+
+        The one that is proportional to the position, and the one of the correlation coefficient.
+        """
+        proportional = np.minimum(proportional_u_um(self.certificate, self.position_mm), self.u_um)
+        rest = np.sqrt(self.u_um**2 - proportional**2)
+        return np.array([proportional, np.sqrt(self.certificate.correlation or 0.0) * rest])
+
+    @property
+    def u_own_um(self) -> NDArray[np.float64]:
+        """The part that each face has by itself, um, ``(n_faces,)``."""
+        return np.sqrt(np.maximum(self.u_um**2 - (self.u_common_um**2).sum(axis=0), 0.0))
 
     def correlation_of(self, faces: NDArray[np.int64]) -> NDArray[np.float64] | None:
         """That of some faces by number, ``(k, k)``; None where they are independent."""

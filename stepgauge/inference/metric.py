@@ -91,8 +91,9 @@ class RowMetric:
 
 def nuisances(problem: Problem, noise: NoiseModel) -> tuple[Array, Array]:
     """Nuisance columns ``(k, n)`` for a model of the scatter and their prior standard deviations ``(k,)``, um."""
-    columns = [problem.certified, problem.free]
-    sd = [problem.certified_u * noise.certificate, np.full(len(problem.free), FREE_UM)]
+    known_um = np.zeros((0, len(problem))) if problem.known_um is None else problem.known_um
+    columns = [problem.certified, known_um, problem.free]
+    sd = [problem.certified_u * noise.certificate, np.ones(len(known_um)), np.full(len(problem.free), FREE_UM)]
     if noise.rounded:
         columns.append(problem.grouped)
         sd.append(problem.rounded_um)

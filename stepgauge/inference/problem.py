@@ -224,6 +224,7 @@ class Problem:
     scale_um : stated standard deviation of one reading
     certified, certified_u : nuisance columns ``(f, n)`` and the standard uncertainty stated of each, um
     free : nuisance columns ``(p, n)`` without prior knowledge
+    known_um : nuisance columns ``(c, n)`` as large as their standard uncertainties, um; None for none
     order : rows in the order of reading
     gap : time between neighbours in that order over the typical one ``(n - 1,)``, infinite across a break
     growing : covariates from 0 to 1 with which the scatter may grow
@@ -249,6 +250,7 @@ class Problem:
     in_part: Callable[[Law, int], Sequence[Law]] | None = None
     latched_um: Array | float = 0.0
     stated: Array | float = 1.0
+    known_um: Array | None = None
 
     def __len__(self) -> int:
         return len(self.residual_um)
