@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -15,6 +16,7 @@ from starlette.requests import Request
 
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, inside, listed, relative
+from stepgauge.web.forms import Form
 from stepgauge.web.render import site_of
 from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
@@ -85,6 +87,22 @@ def recording_choices(site: Site, asked: Sequence[str] = ()) -> list[RecordingCh
         alike = bool(first and own and own[:-2] == first[:-2] and (is_same_day or name in planned))
         choices.append(RecordingChoice(name, ", ".join(own[-2:]) if own else "", name in asked or alike))
     return choices
+
+
+def ticked_recordings(site: Site, form: Form) -> list[str]:
+    """The recordings that are ticked, in the order of their days and, on one day, as they came.
+
+    :class:`InputError` where none is, or one is not there.
+    """
+    names = [existing(site.folder, one.strip()) for one in form.text("recordings").split("\n") if one.strip()]
+    if not names:
+        raise InputError("recordings", "none is ticked", expected="one or more")
+
+    def when(path: Path) -> tuple[str, float]:
+        known, came = _conditions(str(path), stamps(path)), path.stat().st_mtime
+        return known[-2] if known and known[-2] else datetime.date.fromtimestamp(came).isoformat(), came
+
+    return [relative(site.folder, str(path)) for path in sorted(names, key=when)]
 
 
 @lru_cache(MOST_LISTED)

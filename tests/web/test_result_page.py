@@ -144,12 +144,16 @@ def test_recordings_are_evaluated_together_by_ticking_them(folder: Path, monkeyp
     given: list[list[str]] = []
     monkeypatch.setattr(result, "run_verb", lambda _, words, *__, **___: given.append(words) or Response())
     one_recording().write(folder / "recordings/two.csv")
+    earlier = one_recording().assign_comments(measured_at="2026-01-02T10:00:00")
+    earlier.write(folder / "recordings/zero.csv")  # written last, measured first
     shown = Asked(folder).get(result.show)
-    assert 'type="checkbox" name="recording" value="recordings/one.csv"' in shown
-    assert 'type="checkbox" name="recording" value="recordings/two.csv"' in shown
-    Asked(folder).post(result.evaluate, {"recording": "recordings/one.csv\nrecordings/two.csv"})
-    assert given == [["evaluate", "recordings/one.csv", "recordings/two.csv", "-o", "results/evaluation-one"]]
-    assert "no such file" in Asked(folder).post(result.evaluate, {"recording": "recordings/three.csv"})
+    assert 'type="checkbox" name="recordings" value="recordings/one.csv"' in shown
+    assert 'type="checkbox" name="recordings" value="recordings/two.csv"' in shown
+    Asked(folder).post(result.evaluate, {"recordings": "recordings/one.csv\nrecordings/two.csv\nrecordings/zero.csv"})
+    measured = [f"recordings/{name}.csv" for name in ("zero", "one", "two")]
+    assert given == [["evaluate", *measured, "-o", "results/evaluation-zero"]]
+    assert "none is ticked" in Asked(folder).post(result.evaluate, {})
+    assert "no such file" in Asked(folder).post(result.evaluate, {"recordings": "recordings/three.csv"})
 
 
 @pytest.mark.parametrize(

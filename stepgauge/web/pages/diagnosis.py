@@ -15,7 +15,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web.evaluations import proposed_runs, recording_choices
+from stepgauge.web.evaluations import proposed_runs, recording_choices, ticked_recordings
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
@@ -203,10 +203,7 @@ def _spoken(column: str) -> str:
 def diagnose(request: Request, form: Form) -> Response:
     """``stepgauge diagnose`` of the ticked recordings as placements of one machine."""
     site = site_of(request)
-    names = [one for one in form.text("recordings").split("\n") if one.strip()]
-    files = [relative(site.folder, str(existing(site.folder, one.strip()))) for one in names]
-    if not files:
-        raise InputError("recordings", "none is ticked", expected="one or more")
+    files = ticked_recordings(site, form)
     folder = f"results/diagnosis-{'-and-'.join(Path(one).stem for one in files)[:60]}"
     return _run(request, site, files, folder, [])
 

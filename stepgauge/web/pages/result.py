@@ -26,8 +26,9 @@ from stepgauge.web.evaluations import (
     recording_names,
     recordings_and_gauge,
     stored_budget,
+    ticked_recordings,
 )
-from stepgauge.web.folder import existing, relative
+from stepgauge.web.folder import relative
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.judgement import decided, verdict
 from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
@@ -209,8 +210,7 @@ def probings_json(request: Request) -> Response:
 def evaluate(request: Request, form: Form) -> Response:
     """``stepgauge evaluate`` of recordings, several as placements with one decision, into a folder of its own."""
     site = site_of(request)
-    asked = form.text("recording").split("\n")
-    recordings = [relative(site.folder, str(existing(site.folder, one))) for one in asked]
+    recordings = ticked_recordings(site, form)
     output = _own_folder(site, "evaluate", "evaluation", recordings[0])
     return run_verb(request, ["evaluate", *recordings, "-o", output], "/result", evaluation=output)
 
