@@ -39,7 +39,7 @@ NEEDED = ("verdict", "effects", "unexplained", "fit", "inputs")
 """Keys that every diagnosis has."""
 OF_THE_FILE = {"format", "stepgauge", "inputs", "made_from", "checksum", "remarks"}
 """Keys that say where a diagnosis comes from and of the files beside it, and nothing of the machine."""
-NUMBERS = ["kind", "effect", "probability", "parameter", "value", "u", "unit", "rival_of"]
+NUMBERS = ["kind", "effect", "probability", "parameter", "value", "u", "unit", "bound", "rival_of"]
 """Columns of the table of a diagnosis."""
 Verdict = Literal["adequate", "effects", "unknown", "insufficient"]
 
@@ -206,11 +206,10 @@ class Diagnosis(Plotted):
         return f"<Diagnosis {self.summary().splitlines()[0]}>"
 
     def to_frame(self) -> pd.DataFrame:
-        """One row per number of a finding and of each of its rivals.
+        """One row per number of a finding and of each of its rivals, with the values that they have if it is the cause.
 
-        ``probability`` that it is this cause, ``value``, standard uncertainty ``u``, ``unit``; ``rival_of``: the
-        finding in whose place it may stand, empty for what is stated. Numbers of a rival have the values that they have
-        if it is the cause.
+        ``probability`` that it is this cause, ``value``, standard uncertainty ``u``, ``unit``; ``bound``: ``least`` of
+        a value that is a lower bound; ``rival_of``: the finding in whose place it may stand, empty for what is stated.
         """
         rows = [*_numbers(self.contents["effects"]), *map(_structure, self.contents["unexplained"])]
         return pd.DataFrame(rows, columns=NUMBERS)
@@ -259,20 +258,21 @@ def _states_the_same(path: str, stated_sha256: str | None) -> bool:
 def _numbers(effects: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
     for effect in effects:
         for one in members_of(effect):
-            share, stated = one["conditional_probability"], one["label"] == effect["label"]
+            share, of = one["conditional_probability"], effect["label"]
             p = effect["own_probability"] if share is None else share * effect["probability"]
-            head = {"kind": one["kind"], "effect": one["label"], "probability": p}
-            head["rival_of"] = "" if stated else effect["label"]
+            rival = {"rival_of": "" if one["label"] == of else of}
+            head = {"kind": one["kind"], "effect": one["label"], "probability": p, **rival}
             numbers = {name: number for name, number in one["parameters"].items() if "unit" in number}
             for name, number in (numbers or {"": {"unit": ""}}).items():
                 value, u = (np.nan if number.get(key) is None else number[key] for key in ("value", "u"))
-                yield {**head, "parameter": name, "value": value, "u": u, "unit": number["unit"]}
+                known = {"value": value, "u": u, "unit": number["unit"], "bound": number.get("bound", "")}
+                yield {**head, "parameter": name, **known}
 
 
 def _structure(form: Mapping[str, Any]) -> dict[str, Any]:
     """Structure without a law: where it is, and its share of the systematic residuals."""
     head = {"kind": "structure", "effect": form["where"], "probability": form["probability"]}
-    return {**head, "parameter": "share", "value": form["share"], "u": np.nan, "unit": "", "rival_of": ""}
+    return {**head, "parameter": "share", "value": form["share"], "u": np.nan, "unit": "", "bound": "", "rival_of": ""}
 
 
 def read_diagnosis(path: str | Path) -> Diagnosis:

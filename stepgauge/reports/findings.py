@@ -262,7 +262,8 @@ def uncertainties(one: Said) -> str:
 
 def _digits(parameter: Said) -> tuple[str, str]:
     """The value and its standard uncertainty, to two digits of the latter."""
-    text = plus_minus({**parameter, "u": parameter["u"] / COVERAGE, "unit": ""})
+    coverage = 1.0 if "bound" in parameter else COVERAGE
+    text = plus_minus({**parameter, "u": parameter["u"] / coverage, "unit": ""})
     value, _, u = text.replace("-", "−").partition(" ± ")
     return value, u
 

@@ -77,6 +77,36 @@ def test_an_alias_is_told_with_the_lead_of_the_screw_first_and_the_proposed_targ
     assert again["aliases"] == {}
 
 
+def test_a_period_of_two_spacings_is_no_alias_of_itself_and_no_alias_stands_twice() -> None:
+    steps = even(np.arange(0.0, 401.0, 20.0))
+    assert steps is not None
+    found = steps.alike(40.0)
+    assert found[:3] == pytest.approx([40.0 / 3.0, 8.0, 40.0 / 7.0])
+    assert min(np.abs(np.diff(found))) > 0.1
+
+
+@pytest.mark.parametrize("phase", [0.3, 0.7, 1.2])
+def test_an_amplitude_of_which_less_than_a_beat_shows_is_a_lower_bound(phase: float) -> None:
+    """2 um at 40.2 mm, read every 20 mm over 400 mm: a tenth of a beat, near the zeros of the wave at small phases."""
+    law = lambda t, w: 2.0 * np.sin(2.0 * np.pi * t / 40.2 + phase) + 4e-3 * t  # noqa: E731
+    found = diagnose_axis(axis(np.arange(0.0, 401.0, 20.0), law, 0.1))
+    table = found.to_frame()
+    amplitude = table[(table["parameter"] == "amplitude_um") & (table["rival_of"] == "")]
+    assert set(amplitude["bound"]) <= {"least"}
+    assert (amplitude["value"] - 2.0 * amplitude["u"] < 2.0).all()
+    assert found.summary().count("amplitude ≥") == len(amplitude)
+    if phase == 0.3:
+        assert len(amplitude) == 1
+        assert "its amplitude is a lower bound" in found.contents["effects"][1]["meaning"]
+
+
+def test_an_amplitude_of_which_many_beats_show_is_told_with_its_u() -> None:
+    found = screw(np.arange(0.0, 801.0, 26.0)).to_frame()
+    amplitude = found[found["parameter"] == "amplitude_um"].iloc[0]
+    assert amplitude["bound"] == ""
+    assert abs(amplitude["value"] - 3.0) < 3.0 * amplitude["u"]
+
+
 def test_a_lead_that_divides_the_spacing_is_not_seen_and_this_is_said() -> None:
     found = screw(np.arange(0.0, 801.0, 25.0))
     assert found.verdict == "adequate"

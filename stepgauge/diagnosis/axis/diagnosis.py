@@ -24,7 +24,7 @@ from stepgauge.diagnosis.output.files import statements_to_dict
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.priors import Priors, kind_probabilities, possible_kinds, shipped_priors, stated_kind
 from stepgauge.diagnosis.result import ComputedDiagnosis, GaugeDiagnosis
-from stepgauge.diagnosis.wording.aliases import EvenSpacing, even, uneven_targets
+from stepgauge.diagnosis.wording.aliases import EvenSpacing, bounded, even, uneven_targets
 from stepgauge.diagnosis.wording.findings import meaning, subject
 from stepgauge.diagnosis.wording.limits import limits
 from stepgauge.diagnosis.wording.phrases import Phrase, covariate_name, number, worded, worded_all
@@ -151,6 +151,7 @@ def _said(found: GaugeDiagnosis, data: AxisData, conditions: Conditions) -> dict
         effect["where"] = conversion.condition(effect["where"])
         for one in (effect, *effect["set"]):
             one["aliases"] = _aliases(one["parameters"], steps, units)
+            one["parameters"] = bounded(one["parameters"], one["aliases"])
             one["meaning"] = meaning(one, at)
         if effect["aliases"] and steps is not None:
             effect["separate_by"] = uneven_targets(steps, units.position)

@@ -32,7 +32,7 @@ from stepgauge.diagnosis.result import (
     StatedDiagnosis,
     rms,
 )
-from stepgauge.diagnosis.wording.aliases import aliases_of, even_steps_mm
+from stepgauge.diagnosis.wording.aliases import aliases_of, bounded, even_steps_mm
 from stepgauge.diagnosis.wording.findings import GAUGE, Subject, meaning
 from stepgauge.diagnosis.wording.phrases import worded, worded_all
 from stepgauge.files.arrays import write_arrays
@@ -157,6 +157,7 @@ def _finding(finding: Finding, details: Details, renamed: Renamed, at: Subject) 
         "commands": commands_in(how),
         **details(finding),
     }
+    said["parameters"] = bounded(said["parameters"], said.get("aliases", {}))
     return {**said, "meaning": meaning(said, at)}
 
 
@@ -169,6 +170,7 @@ def _member(member: Finding, details: Details, at: Subject) -> dict[str, Any]:
         "parameters": _parameters(member),
         **details(member),
     }
+    said["parameters"] = bounded(said["parameters"], said.get("aliases", {}))
     return {**said, "meaning": meaning(said, at)}
 
 

@@ -36,6 +36,10 @@ PART = 0.3
 """Of the spacing, by which targets depart from even ones (ISO 230-2, where no period is expected)."""
 LEAST_ALONG = 0.2
 """Cosine to an axis from which on a gauge shows errors that repeat along it: it passes some pitches."""
+SAME_BEATS = 0.1
+"""Beats along the places below which two periods are one."""
+WHOLE_BEAT = 1.0
+"""Along the places, below which a wave may not come to its full amplitude at any of them."""
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -59,17 +63,29 @@ class EvenSpacing:
         shortest = min(self.spacing / 10.0, LEADS_MM[0] / unit_mm if unit_mm else self.spacing / 10.0)
         k = np.arange(1.0, min(most, np.ceil(self.spacing / shortest)) + 1.0) / self.spacing
         frequency = np.abs(np.r_[k - 1.0 / period, k + 1.0 / period])
-        longest = float(np.ptp(self.places)) / FEWEST_ALONG
-        found = np.unique(1.0 / frequency[frequency > 1.0 / longest])[::-1]
+        span = float(np.ptp(self.places))
+        frequency = np.sort(frequency[(frequency > FEWEST_ALONG / span)])
+        other = (np.diff(frequency, prepend=-np.inf) * span > SAME_BEATS) & (
+            np.abs(frequency - 1.0 / period) * span > SAME_BEATS
+        )
+        found = 1.0 / frequency[other]
         met = [bool(unit_mm) and is_lead(one * unit_mm, u * (one / period) ** 2 * unit_mm) for one in found]
         return [float(one) for one in found[np.argsort(np.logical_not(met), kind="stable")]][:MOST_TOLD]
+
+    def beats(self, period: float) -> float:
+        """How often along the places a wave beats against two readings in a period, or against none of it.
+
+        With less than a whole beat the readings may all lie near its zeros: they show a part of its amplitude.
+        """
+        in_halves = 2.0 * self.spacing / period
+        return abs(in_halves - round(in_halves)) * float(np.ptp(self.places)) / (2.0 * self.spacing)
 
     def aliases(self, period: float, u: float, unit: str, unit_mm: float | None) -> dict[str, Any]:
         """What a finding states besides its period, JSON types; empty where no other period is like it."""
         periods = self.alike(period, u, unit_mm)
         usual = [one for one in periods if unit_mm and is_lead(one * unit_mm, u * (one / period) ** 2 * unit_mm)]
         found = {f"spacing_{unit}": self.spacing, f"periods_{unit}": periods, f"usual_{unit}": usual}
-        return found if periods else {}
+        return {**found, "amplitude_is_least": self.beats(period) < WHOLE_BEAT} if periods else {}
 
     def uneven(self) -> list[float]:
         """The same places with irregular parts of the spacing, none of them a fraction of another; the ends stay."""
@@ -95,7 +111,17 @@ def aliases_words(aliases: Mapping[str, Any], language: str = "en") -> str:
     leads = listed([significant(one) for one in usual], language=language)
     key = "usual_lead" if len(usual) < 2 else "usual_leads"
     first = say(key, language, leads=leads, unit=unit) if usual else ""
-    return say("aliases", language, step=step, unit=unit, first=first, others=others)
+    least = say("amplitude_is_least", language) if aliases.get("amplitude_is_least") else ""
+    return say("aliases", language, step=step, unit=unit, first=first, others=others) + least
+
+
+def bounded(parameters: Mapping[str, Any], aliases: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of a finding, its amplitude as the lower bound that it is where less than a beat shows."""
+    least = bool(aliases.get("amplitude_is_least"))
+    return {
+        name: {**one, "bound": "least"} if least and name.startswith("amplitude") else one
+        for name, one in parameters.items()
+    }
 
 
 def uneven_targets(even: EvenSpacing, unit: str) -> str:

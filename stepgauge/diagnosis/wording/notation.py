@@ -40,6 +40,8 @@ def plus_minus(parameter: Mapping[str, Any]) -> str:
     if not isinstance(value, float):
         return f"{value} {unit}".strip()
     u = parameter.get("u")
+    if parameter.get("bound") == "least":
+        return f"≥ {significant(max(value - COVERAGE * (u or 0.0), 0.0), 2)} {unit}".strip()
     if not u:
         return f"{significant(value, 4)} {unit}".strip()
     expanded = COVERAGE * u
