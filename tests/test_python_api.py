@@ -745,6 +745,35 @@ def test_the_budget_of_an_axis_is_told_where_it_is(measured: dict[str, Any]) -> 
     assert targets["u_mean_down_um"].to_numpy() == pytest.approx(targets["s_down_um"].to_numpy() / np.sqrt(5.0))
 
 
+def test_levels_of_a_pivoted_table_with_short_names_are_direction_and_no_readings() -> None:
+    """``r`` and ``d`` are labels of runs and of a way back elsewhere; beside values they are what they hold."""
+    random = np.random.default_rng(3)
+    every = [(x, r, d) for r in (1, 2, 3) for d in ("up", "down") for x in np.arange(0.0, 501.0, 50.0)]
+    long = pd.DataFrame(every, columns=["x", "r", "d"])
+    long["um"] = 8e-3 * long["x"] + np.where(long["d"] == "up", 1.0, -1.0) + random.normal(0.0, 0.1, len(long))
+    wide = long.pivot_table(index="x", columns=["r", "d"], values="um")
+    stage = sg.import_recording(wide, sensor="laser", unit="mm", deviation_unit="um").settled()
+    assert sg.iso230(stage).test.axes[0].parameters.mean_B_um == pytest.approx(2.0, abs=0.2)
+    other = long.rename(columns={"d": "side", "r": "pass", "x": "target"}).drop(columns="pass")
+    asked = sg.import_recording(other, sensor="laser", unit="mm", deviation_unit="um", columns={"deviation": "um"})
+    assert "way" in asked.summary()
+
+
+def test_who_measured_stands_in_the_report_of_a_test(tmp_path: Path) -> None:
+    """In Python as at the command line; what is no statement is no argument."""
+    test = sg.iso230(sg.import_recording("docs/recipes/data/laser.csv", sensor="laser"))
+    test.write(tmp_path / "test", operator="Ada Byron")
+    assert (tmp_path / "test/iso230.pdf").stat().st_size > 2000
+    with pytest.raises(TypeError, match="operater"):
+        test.write(tmp_path / "other", operater="Ada Byron")
+
+
+def test_coordinates_under_odd_names_are_asked_for_by_all_their_names(measured: dict[str, Any]) -> None:
+    odd = measured["recording"].to_frame().rename(columns={"x_mm": "P1", "y_mm": "P2", "z_mm": "P3"})
+    asked = sg.import_recording(odd, gauge=measured["gauge"], placement=measured["placement"])
+    assert "and so on for x_mm, y_mm, z_mm" in asked.summary()
+
+
 def test_blocks_from_the_far_end_are_told_the_other_way_round(measured: dict[str, Any]) -> None:
     with pytest.raises(sg.InputError, match=r"first block is behind its last one; found '5:2'; expected 2:5"):
         sg.evaluate(measured["run"], measured["gauge"], blocks=(5, 2))

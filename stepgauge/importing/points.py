@@ -23,12 +23,14 @@ from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.log_lines import unit_vectors
 from stepgauge.importing.tables.clock import is_date
 from stepgauge.importing.tables.columns import (
+    AXIS,
     DIRECTIONS,
     NORMAL,
     OF_AXIS,
     OF_POINTS,
     POINTS,
     QUANTITY,
+    VALUE_ROLES,
     Column,
     Role,
     axis_role,
@@ -150,14 +152,21 @@ def has_points(given: Given, layout: TableLayout) -> bool:
     return named or (bool(layout.columns) and set(layout.columns) <= {*POSITION, *DIRECTIONS})
 
 
-def names_faces(given: Given, layout: TableLayout, listed: Targets | None) -> bool:
-    """Whether a table says of its rows which faces they are, or where ``listed`` ones are, and has no x, y and z."""
+def names_faces(given: Given, layout: TableLayout, listed: Targets | None, read: bool = False) -> bool:
+    """Whether a table says of its rows which faces they are, or where ``listed`` ones are, and has no x, y and z.
+
+    ``read``: and names what was read there.
+    """
     along = ((table, _roles(columns)) for table, columns in _first_tables(given, layout))
-    along = ((table, roles) for table, roles in along if not set(POSITION) <= roles)
+    along = ((table, roles) for table, roles in along if not set(POSITION) <= roles and (not read or _reads(table)))
     return any(
         "face" in roles or (listed is not None and faces_along(table, listed, _unit_mm(layout)) is not None)
         for table, roles in along
     )
+
+
+def _reads(table: Table) -> bool:
+    return any(one.role in VALUE_ROLES for one in read_columns(table.headers, table.units, {}, AXIS))
 
 
 def _unit_mm(layout: TableLayout) -> float:
@@ -243,7 +252,11 @@ def _ask_points(
 def _coordinates(columns: Sequence[Column]) -> list[QuestionAnswer]:
     missing = [role for role in POSITION if all(one.role != role for one in columns)]
     headers = tuple(one.header for one in columns if one.header)
-    return [QuestionAnswer("columns", f"{missing[0]}=HEADER", "for each", headers)] if missing else []
+    return (
+        [QuestionAnswer("columns", f"{missing[0]}=HEADER", f"and so on for {', '.join(missing)}", headers)]
+        if missing
+        else []
+    )
 
 
 def _points(table: Table, columns: Sequence[Column], layout: TableLayout) -> _Points:

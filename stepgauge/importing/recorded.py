@@ -44,7 +44,7 @@ def import_asked(asked: Any) -> Imported:
     of_points = names_points(content, asked.format, layout, columns)
     if asked.sensor is None and not of_points and asked.placement is not None:
         known = gauge_targets(asked.gauge)  # a gauge that was placed was touched
-        asked.sensor = "touch" if names_faces(content, layout, known) else None
+        asked.sensor = "touch" if names_faces(content, layout, known, read=True) else None
     axis = asked.sensor is not None and not of_points
     read = _read_axis if axis else _read_points
     return imported_or_asked(lambda decisions: read(asked, content, layout, columns, decisions))

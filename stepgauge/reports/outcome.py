@@ -66,13 +66,13 @@ class StandardTest(WrittenResult):
         folder: str | Path,
         figure: str = "png",
         *,
-        stated: UserStatements | None = None,
         template: str | Path | None = None,
+        **stated: Any,
     ) -> Written:
         """Write JSON, CSV, figures and the report (PDF) into a folder; returns paths with ``notes``.
 
         ``figure``: png, svg or pdf; ``template``: your own Typst template (:class:`InputError` where it fails, before
-        anything is written).
+        anything is written); ``stated``: number, operator, customer, location, date, remarks and language, printed.
         """
         import datetime
 
@@ -80,7 +80,7 @@ class StandardTest(WrittenResult):
         from stepgauge.reports.render import translator, write_report
 
         with self.keeping():
-            content = self.content(stated or UserStatements(datetime.date.today()))
+            content = self.content(UserStatements(**{"date": datetime.date.today(), **stated}))
             report = Path(folder) / f"{self.name}.pdf"
             notes = write_report(report, content, template)  # first, for a template may fail
             drawn = {Path(folder) / f"{self.name}-figure{end}.{figure}": one for end, one in self.figures().items()}

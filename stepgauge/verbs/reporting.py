@@ -38,7 +38,7 @@ def write_result(
     _check_date(asked.date)
     kinds = {_kind(one) for one in asked.results}
     if "test" in kinds:
-        expected = "its write(folder): the report beside its tables and figures"
+        expected = "its write(folder, operator=..): the report beside its tables and figures"
         raise InputError("results", "a test by a standard writes its own report", found="a test", expected=expected)
     if kinds != {"evaluation"} or len(asked.results) > 1 or interactive:
         asked.check_plain("only the report of one evaluation prints these")

@@ -59,4 +59,4 @@ def write_test(
     output : folder for JSON, CSV, figures and the report (PDF) of the test (made if missing)
     """
     template = statement.pop("template", None)
-    return test.write(output, figure, stated=stated(**statement), template=template)
+    return test.write(output, figure, template=template, **{key: one for key, one in statement.items() if one})

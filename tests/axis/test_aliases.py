@@ -107,6 +107,14 @@ def test_an_amplitude_of_which_many_beats_show_is_told_with_its_u() -> None:
     assert abs(amplitude["value"] - 3.0) < 3.0 * amplitude["u"]
 
 
+@pytest.mark.parametrize("last", [345.0, 360.0])
+def test_a_wave_of_one_turn_shows_its_whole_amplitude_on_a_circle(last: float) -> None:
+    steps = even(np.arange(0.0, last + 1.0, 15.0))
+    assert steps is not None
+    assert not steps.aliases(360.0, 0.0, "deg", None)["amplitude_is_least"]
+    assert steps.aliases(500.0, 0.0, "deg", None)["amplitude_is_least"]
+
+
 def test_a_lead_that_divides_the_spacing_is_not_seen_and_this_is_said() -> None:
     found = screw(np.arange(0.0, 801.0, 25.0))
     assert found.verdict == "adequate"

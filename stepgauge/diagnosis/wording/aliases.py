@@ -38,7 +38,7 @@ LEAST_ALONG = 0.2
 """Cosine to an axis from which on a gauge shows errors that repeat along it: it passes some pitches."""
 SAME_BEATS = 0.1
 """Beats along the places below which two periods are one."""
-WHOLE_BEAT = 1.0
+WHOLE_BEAT = 0.99
 """Along the places, below which a wave may not come to its full amplitude at any of them."""
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
@@ -75,10 +75,11 @@ class EvenSpacing:
     def beats(self, period: float) -> float:
         """How often along the places a wave beats against two readings in a period, or against none of it.
 
-        With less than a whole beat the readings may all lie near its zeros: they show a part of its amplitude.
+        Each place stands for a spacing, so that a circle counts whole. With less than a whole beat the readings may all
+        lie near its zeros: they show a part of its amplitude.
         """
         in_halves = 2.0 * self.spacing / period
-        return abs(in_halves - round(in_halves)) * float(np.ptp(self.places)) / (2.0 * self.spacing)
+        return abs(in_halves - round(in_halves)) * (float(np.ptp(self.places)) / self.spacing + 1.0) / 2.0
 
     def aliases(self, period: float, u: float, unit: str, unit_mm: float | None) -> dict[str, Any]:
         """What a finding states besides its period, JSON types; empty where no other period is like it."""

@@ -59,9 +59,8 @@ def settled_roles(table: Table, layout: TableLayout, decisions: Decisions) -> li
     _check_kinds(table, roles, layout, decisions)
     if not chosen:
         _check_told_twice(table, roles, decisions)
-    for one in roles:
-        if one.role is None:
-            _check_unnamed(table, one, roles, chosen, decisions)
+    for one in (one for one in roles if one.role is None):
+        _check_unnamed(table, one, roles, chosen, decisions)
     return roles
 
 
@@ -253,19 +252,20 @@ def _may_be_place(table: Table, one: Column, readings: Array) -> bool:
 
 
 def _check_unnamed(table: Table, one: Column, roles: Sequence[Column], chosen: Chosen, decisions: Decisions) -> None:
-    """Of what is recorded besides: temperatures can be some, and 1 and -1 alone may be the direction."""
+    """Of what is recorded besides: temperatures can be some, and both ways alone may be the direction."""
     ignored, values = column_answer(Role.IGNORE, one.called), table.numbers(one.place)
     if one.unit is not None and one.unit.quantity == "temperature":
         celsius = values[np.isfinite(values)] * one.unit.factor + one.unit.offset
         if len(celsius) and not (TEMPERATURES_C[0] <= celsius.min() and celsius.max() <= TEMPERATURES_C[1]):
-            found = f"{celsius.min():g} to {celsius.max():g} deg C"
-            decisions.ask(table.path, f"{one.header!r} cannot be temperatures", ignored, found=found)
+            what, found = f"{one.header!r} cannot be temperatures", f"{celsius.min():g} to {celsius.max():g} deg C"
+            decisions.ask(table.path, what, ignored, found=found)
     there = {other.role for other in roles}
     if Role.WAY in there or Role.WAY in chosen or not there & set(VALUES) or split_name(one.header)[1] is not None:
         return
-    if np.isin(values, (-1.0, 1.0)).all() and len(np.unique(values)) == 2:
-        what = f"{one.header!r} holds 1 and -1, and may be the direction of travel"
-        decisions.ask(table.path, what, column_answer(Role.WAY, one.called), ignored)
+    ways = {way_of(text_of(cell)) for cell in table.cells(one.place)} if np.isnan(values).all() else {*values}
+    if ways == {1, -1}:
+        what, own = f"{one.header!r} holds both directions, and may be the direction of travel", one.called
+        decisions.ask(table.path, what, column_answer(Role.WAY, own), ignored)
 
 
 # what a table says twice
