@@ -737,6 +737,8 @@ def test_positions_of_faces_along_a_placed_gauge_are_touches_of_it(measured: dic
 def test_the_budget_of_an_axis_is_told_where_it_is(measured: dict[str, Any]) -> None:
     """ISO 230-2 has mean and s at every target; u of a mean is s over the root of the runs (GUM 4.2.3)."""
     stage = sg.import_recording("docs/recipes/data/laser.csv", sensor="laser").recording
+    with pytest.raises(sg.InputError, match="of this one iso230 gives mean and u at every target"):
+        sg.compensate(stage, to="csv", axis="x")
     for verb in (sg.evaluate, partial(sg.budget, machine=measured["machine"])):
         with pytest.raises(sg.InputError, match="of this one iso230 gives mean and u at every target, diagnose the c"):
             verb(stage, gauge=measured["gauge"])
@@ -757,6 +759,15 @@ def test_levels_of_a_pivoted_table_with_short_names_are_direction_and_no_reading
     other = long.rename(columns={"d": "side", "r": "pass", "x": "target"}).drop(columns="pass")
     asked = sg.import_recording(other, sensor="laser", unit="mm", deviation_unit="um", columns={"deviation": "um"})
     assert "way" in asked.summary()
+
+
+def test_a_series_is_a_table_of_its_name_and_of_that_of_its_index() -> None:
+    read = pd.Series([0.0, 0.1, 0.2, 0.1], pd.Index([0.0, 60.0, 120.0, 180.0], name="time_s"), name="reading_um")
+    spot = sg.import_recording(read, sensor="capacitive").settled()
+    assert list(spot.frame["reading"]) == list(read)
+    assert list(spot.frame["time_s"]) == list(read.index)
+    with pytest.raises(sg.InputError, match=r"^setting up 2 repeats the readings of setting up 1"):
+        sg.diagnose([spot, spot])
 
 
 def test_who_measured_stands_in_the_report_of_a_test(tmp_path: Path) -> None:

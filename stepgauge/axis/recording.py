@@ -216,7 +216,7 @@ def join_axis_recordings(recordings: Sequence[AxisRecording]) -> AxisRecording:
         frames.append(one.frame.assign(placement=one.frame["placement"] + taken))
         taken = int(frames[-1]["placement"].max())
     shared = [name for name in first.frame.columns if all(name in frame for frame in frames)]
-    path = ", ".join(one.path for one in recordings)
+    path = ", ".join(one.path for one in recordings if one.path)
     whole = replace(first, frame=pd.concat([f[shared] for f in frames], ignore_index=True), path=path)
     _check_copies(whole)
     return whole

@@ -208,7 +208,7 @@ def join_recordings(recordings: Sequence[Recording]) -> Recording:
         for key, value in recording.comments.items():
             said = comments.get(key, value)
             comments[key] = said if value in said.split("; ") else f"{said}; {value}"
-    path = ", ".join(recording.path for recording in recordings)
+    path = ", ".join(recording.path for recording in recordings if recording.path)
     names = dict.fromkeys(name for part in parts for name in part.columns)
     return Recording({name: np.concatenate([_column(part, name) for part in parts]) for name in names}, comments, path)
 

@@ -148,12 +148,16 @@ def resolve_sources(sources: Any) -> list[File | Recording]:
 
 def stored_evaluation(evaluation: File | Evaluation) -> tuple[dict[str, Any], File]:
     """The content of an ``evaluation.json``, and its path for messages."""
+    from stepgauge.axis.recording import AxisRecording
     from stepgauge.evaluation.evaluate import Evaluation
     from stepgauge.evaluation.files import evaluation_to_dict
+    from stepgauge.recording import no_gauge
     from stepgauge.reports.reading import find_evaluation, read_checked_evaluation
 
     if isinstance(evaluation, File):
         return read_checked_evaluation(evaluation), find_evaluation(evaluation)
+    if isinstance(evaluation, AxisRecording):
+        raise no_gauge(evaluation.path or "evaluation", evaluation.form)
     return evaluation_to_dict(require_kind(evaluation, Evaluation, "evaluation")), "evaluation"
 
 
@@ -182,7 +186,7 @@ def several(given: Any) -> list[Any]:
 def require_kind(given: object, kind: type[T], name: str) -> T:
     """What is given, where it is of the kind that ``name`` says (:class:`InputError` if not)."""
     if not isinstance(given, kind):
-        expected = f"a {kind.__name__} or a file"
+        expected = f"{kind.__name__}, or its file"
         raise InputError(naming(name), f"this is no {name}", found=type(given).__name__, expected=expected)
     return given
 

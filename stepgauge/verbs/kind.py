@@ -80,10 +80,12 @@ def is_array(value: Any) -> bool:
 
 
 def table_of(given: Any) -> Any:
-    """A DataFrame of columns or rows by name, an array with named fields, or polars; anything else as it is."""
+    """A DataFrame of columns or rows by name, a Series, an array with named fields, or polars; else as it is."""
     rows = isinstance(given, list | tuple) and bool(given) and all(isinstance(one, Mapping) for one in given)
     if type(given).__module__.partition(".")[0] == "polars":
         given = given.to_dict(as_series=False)
+    elif hasattr(given, "iloc") and not hasattr(given, "columns"):
+        return given.to_frame()
     elif not (rows or isinstance(given, Mapping) or getattr(getattr(given, "dtype", None), "names", None)):
         return given
     import pandas as pd
