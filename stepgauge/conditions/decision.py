@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 Outcome = Literal["conforms", "does not conform", "not decidable", "no statement"]
@@ -64,7 +64,7 @@ class ConformityDecision:
     outcome: Outcome
     text: str
     reason: str = ""
-    parts: tuple[tuple[str, Outcome], ...] = ()
+    parts: tuple[tuple[str, Outcome], ...] = field(default=(), repr=False)
     open: tuple[str, ...] = ()
 
     @property
