@@ -18,7 +18,7 @@ from stepgauge.web.pages import machine as machine_page
 from stepgauge.web.texts import Words
 from tests.conftest import ROOT
 from tests.dcc.made import gauge_xml
-from tests.web.conftest import Asked
+from tests.web.conftest import Asked, Served, Watched
 
 NOMINAL = [0, 10, 20, 30, 40, 50]
 OFF_UM = [0.0, 0.41, -0.32, 0.65, 0.12, 0.2]
@@ -232,7 +232,7 @@ def test_what_nobody_stated_is_a_hint_and_in_no_file(tmp_path: Path) -> None:
             assert not re.search(rf'name="{name}"[^>]* value="[^"]', shown)
     assert 'placeholder="typically 3"' in Asked(tmp_path).get(machine_page.show)
     kind = Asked(tmp_path).get(machine_page.show, kind="machine_tool")
-    form = dict(re.findall(r'name="(\w+)"[^>]* value="([^"]+)"', kind))
+    form = filled_in(kind)
     answer = Asked(tmp_path).post(machine_page.save, {**form, "name": "Mill", "tip_radius_mm": "3"})
     assert "/machine?saved=" in answer
     made = sg.read_machine(tmp_path / "machine/mill.toml")
@@ -245,3 +245,80 @@ def test_what_nobody_stated_is_a_hint_and_in_no_file(tmp_path: Path) -> None:
     assert "is not filled in" in Asked(tmp_path).post(
         machine_page.save, {**form, "name": "Mill", "tip_radius_mm": "3", "u_scale_temperature_K": "0.1"}
     )
+
+
+def filled_in(page: str) -> dict[str, str]:
+    """What a browser would send of a form as it was opened."""
+    chosen = re.findall(r'<select [^>]*name="(\w+)">(?:(?!</select>).)*?<option value="([^"]+)" selected', page)
+    return dict([*re.findall(r'name="(\w+)"[^>]* value="([^"]+)"', page), *chosen])
+
+
+def test_the_kind_of_the_machine_is_written_as_it_was_preselected_and_saving_overwrites(tmp_path: Path) -> None:
+    asked = Asked(tmp_path, "de")
+    form = {**filled_in(asked.get(machine_page.show)), "name": "KMG Halle 2", "tip_radius_mm": "2"}
+    assert form["kind"] == "bridge"
+    assert "/machine?saved=" in asked.post(machine_page.save, form)
+    assert sg.read_machine(tmp_path / "machine/kmg-halle-2.toml").table.kind == "cmm"
+
+    other = asked.get(machine_page.show, kind="small_mill")
+    assert 'placeholder="typisch 30"' in other
+    form = filled_in(other)
+    assert (form["name"], form["kind"], form["x_high"]) == ("KMG Halle 2", "small_mill", "700")
+    asked.post(machine_page.save, form)
+    assert [one.name for one in (tmp_path / "machine").iterdir()] == ["kmg-halle-2.toml"]
+    assert sg.read_machine(tmp_path / "machine/kmg-halle-2.toml").table.kind == "machine tool"
+
+
+@pytest.mark.parametrize("kind", ["bridge", "gantry", "machine_tool", "small_mill"])
+def test_a_kind_comes_back_as_it_was_chosen(tmp_path: Path, kind: str) -> None:
+    form = filled_in(Asked(tmp_path).get(machine_page.show, kind=kind))
+    Asked(tmp_path).post(machine_page.save, {**form, "name": "M", "tip_radius_mm": "2"})
+    assert filled_in(Asked(tmp_path).get(machine_page.show))["kind"] == kind
+
+
+def test_another_kind_of_a_machine_file_stays_and_none_stays_none(tmp_path: Path) -> None:
+    asked = Asked(tmp_path)
+    form = filled_in(asked.get(machine_page.show))
+    asked.post(machine_page.save, {**form, "name": "M", "tip_radius_mm": "2"})
+    place = tmp_path / "machine/m.toml"
+    text = place.read_text()
+    for line, kind in (('kind = "printer"', "printer"), ("", None)):
+        place.write_text(text.replace('kind = "cmm"', line))
+        asked.post(machine_page.save, filled_in(asked.get(machine_page.show)))
+        assert sg.read_machine(place).table.kind == kind
+
+
+@pytest.mark.parametrize(
+    ("constant", "divisor", "limit"),
+    [
+        ("1,8", "L/300", "1.8 + L/300"),
+        ("1,8", "l / 300", "1.8 + L/300"),
+        ("1,8", "300", "1.8 + L/300"),
+        ("1,8 + L/300", "", "1.8 + L/300"),
+        ("1,8", "", "1.8"),
+    ],
+)
+def test_a_limit_is_taken_as_the_data_sheet_writes_it(tmp_path: Path, constant: str, divisor: str, limit: str) -> None:
+    form = {**filled_in(Asked(tmp_path).get(machine_page.show)), "name": "M", "tip_radius_mm": "2"}
+    Asked(tmp_path).post(machine_page.save, {**form, "mpe_constant": constant, "mpe_divisor": divisor})
+    assert sg.read_machine(tmp_path / "machine/m.toml").table.mpe == limit
+
+
+def test_a_limit_with_a_cap_comes_through_the_page_as_it_was(tmp_path: Path) -> None:
+    asked, form = Asked(tmp_path), filled_in(Asked(tmp_path).get(machine_page.show))
+    asked.post(machine_page.save, {**form, "name": "M", "tip_radius_mm": "2", "mpe_constant": "min(1.8 + L/300, 3)"})
+    asked.post(machine_page.save, filled_in(asked.get(machine_page.show)))
+    assert sg.read_machine(tmp_path / "machine/m.toml").table.mpe == "min(1.8 + L/300, 3)"
+
+
+def test_another_kind_keeps_what_was_typed_in_the_browser(tmp_path: Path, watched: Watched) -> None:
+    with Served(tmp_path) as server:
+        page = watched.page
+        page.goto(f"{server.address}/machine")
+        page.get_by_label("Name").fill("KMG Halle 2")
+        page.locator("#x_high").fill("650")
+        page.locator("#kind").select_option("machine_tool")
+        page.locator("#stylus_diameter_mm[placeholder='typically 4']").wait_for()
+        values = {name: page.locator(f"#{name}").input_value() for name in ("name", "kind", "x_high", "y_high")}
+        assert values == {"name": "KMG Halle 2", "kind": "machine_tool", "x_high": "650", "y_high": "250"}
+        assert page.evaluate("document.activeElement.name") == "kind"

@@ -34,7 +34,7 @@ FAMILIES = tuple(
             "gauge_note",
             "source",
         ),
-        *("face_role", "machine_kind", "condition", "condition_state", "outcome", "report_said"),
+        *("face_role", "choice_kind", "condition", "condition_state", "outcome", "report_said"),
         *("certificate_part", "field", "error_name", "hint", "quantity", "probe_value"),
         *(
             "probe_held",

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
@@ -47,7 +49,7 @@ TYPICAL: Mapping[str, tuple[float, ...]] = {
 """Values of :data:`MEASURED` as such machines often have them: shown beside an empty field, never filled in, for what
 nobody stated would be decided by, or found wrong, as if somebody had."""
 PRIOR_KIND = {"bridge": "cmm", "gantry": "cmm", "machine_tool": "machine tool", "small_mill": "machine tool"}
-"""The ``kind`` of a machine file by the kind that was chosen here."""
+"""The ``kind`` of a machine file by the kind that is chosen here; of several the travel tells which."""
 OF_MACHINE = ("name", "serial", "repeatability_um", "measuring_speed_mm_s", "travel_speed_mm_s")
 THERMAL = ("temperature_C", "scale_expansion_per_K", "temperature_convention")
 OF_PROBE = ("tip_radius_mm", "pretravel_um", "stylus_length_mm", "stylus_diameter_mm")
@@ -62,17 +64,20 @@ OF_UNCERTAINTY = (
     Field("u_probing_um", "number", "µm", 0.0, 100.0, decides=True),
     Field("resolution_um", "number", "µm", 0.0, 100.0, decides=True),
 )
+_PER_K = re.compile(r"^\s*L\s*/\s*", re.IGNORECASE)
 UNCERTAIN = {"u_scale_temperature_K": "temperature_C", "u_scale_expansion_per_K": "scale_expansion_per_K"}
 """Keys of ``[machine]`` that may have a standard uncertainty beside their value."""
 
 
-def groups() -> dict[str, tuple[Field, ...]]:
+def groups(machine: Machine | None = None) -> dict[str, tuple[Field, ...]]:
     """The fields by the part of the form."""
     from stepgauge.machine.file import MachineTable
     from stepgauge.probes.schema import ConstantTable
 
+    own = _kind(machine)
+    kind = Field("kind", "choice", choices=(*CHOSEN, *({own} - {*CHOSEN, ""})), default=own)
     return {
-        "machine": fields_of(MachineTable, OF_MACHINE),
+        "machine": (kind, *fields_of(MachineTable, OF_MACHINE)),
         "travel": tuple(
             Field(f"{axis}_{end}", "number", "mm", required=True) for axis in "xyz" for end in ("low", "high")
         ),
@@ -85,12 +90,29 @@ def groups() -> dict[str, tuple[Field, ...]]:
     }
 
 
+def _kind(machine: Machine | None) -> str:
+    """Which of :data:`CHOSEN` a machine is: of those of its kind the one whose longest travel is nearest to its own.
+
+    The ``kind`` of its file where it is none of them, empty where the file states none.
+    """
+    if machine is None:
+        return next(iter(CHOSEN))
+    longest_mm = np.ptp(machine.travel_mm, axis=1).max()
+    off = {
+        name: abs(np.log(np.ptp(CHOSEN[name]["travel"], axis=1).max() / longest_mm))
+        for name, kind in PRIOR_KIND.items()
+        if kind == machine.table.kind
+    }
+    return min(off, key=off.__getitem__, default=machine.table.kind or "")
+
+
 def show(request: Request) -> Response:
     """The form, with what the project's machine file says, or as machines of a kind usually are."""
-    site, kind = site_of(request), asked_form(request).text("kind")
-    machine = None if kind in CHOSEN else stated(site)
-    fields = groups()
-    usual = kind if kind in CHOSEN else "bridge"
+    machine = stated(site_of(request))
+    fields = groups(machine)
+    asked = asked_form(request).text("kind")
+    kind = asked if asked in CHOSEN else _kind(machine)
+    usual = kind if kind in CHOSEN else next(iter(CHOSEN))
     own = _chosen_values(usual) if machine is None else values_of(machine)
     if machine is not None and not _is_constant(machine):
         fields = {key: some for key, some in fields.items() if key != "probe"}
@@ -98,11 +120,7 @@ def show(request: Request) -> Response:
         request,
         "machine.html.j2",
         groups={key: [_hinted(one, usual, words_of(request)) for one in some] for key, some in fields.items()},
-        values=own,
-        kinds=tuple(CHOSEN),
-        chosen=PRIOR_KIND.get(kind, ""),
-        kind=usual if machine is None else "",
-        machine=machine,
+        values={**own, "kind": kind},
         saved=request.query_params.get("saved", ""),
     )
 
@@ -172,7 +190,8 @@ def values_of(machine: Machine) -> dict[str, str]:
         "resolution_um": stated_u.resolution_um,
         **{name: u.get(key) for name, key in UNCERTAIN.items()},
     }
-    return _shown(known)
+    capped = {"mpe_constant": str(limit), "mpe_divisor": ""} if limit and np.isfinite(limit.cap_um) else {}
+    return _shown(known) | capped
 
 
 def save(request: Request, form: Form) -> Response:
@@ -182,7 +201,7 @@ def save(request: Request, form: Form) -> Response:
     from stepgauge.web.project_file import changed, state
 
     site = site_of(request)
-    machine = None if form.has("new") else stated(site)
+    machine = stated(site)
     tables = _tables(form, machine)
     place = _place(site, machine, tables["machine"]["name"])
     text = changed(place, tables)
@@ -204,7 +223,7 @@ def _place(site: Site, machine: Machine | None, name: str) -> Path:
 
 def _tables(form: Form, machine: Machine | None) -> dict[str, dict[str, Any]]:
     """What the form states, by the tables of the file; None for a key that is empty now."""
-    fields = groups()
+    fields = groups(machine)
     own = {one.name: one.read(form) for key in ("machine", "thermal") for one in fields[key]}
     ends = read_fields(form, fields["travel"])
     for axis in "xyz":
@@ -212,7 +231,7 @@ def _tables(form: Form, machine: Machine | None) -> dict[str, dict[str, Any]]:
             found, expected = f"{ends[f'{axis}_high']:g}", f"more than {ends[f'{axis}_low']:g}"
             raise InputError(naming(f"{axis}_high"), naming("not_in_range"), found=found, expected=expected)
     own["travel_mm"] = {axis: [ends[f"{axis}_low"], ends[f"{axis}_high"]] for axis in "xyz"}
-    own |= {"mpe": _limit(form), **({"kind": form.text("prior_kind")} if form.has("prior_kind") else {})}
+    own |= {"mpe": _limit(form), "kind": PRIOR_KIND.get(own["kind"], own["kind"])}
     u = read_fields(form, OF_UNCERTAINTY)
     for name, key in UNCERTAIN.items():
         if name in u and own.get(key) is None:
@@ -237,10 +256,14 @@ def _uncertainty(u: Mapping[str, float], machine: Machine | None) -> dict[str, A
 
 
 def _limit(form: Form) -> str | None:
-    """``A + L/K`` from its two fields."""
+    """``A + L/K`` from its two fields; K may be typed as ``L/K``, and the whole formula stand in the first."""
     from stepgauge.standards.mpe import Mpe
 
-    constant, divisor = (one.read(form) for one in OF_LIMIT)
+    formula = form.text("mpe_constant")
+    if "/" in formula and not form.has("mpe_divisor"):
+        return str(Mpe.parse(formula))
+    typed = {**form.texts, "mpe_divisor": _PER_K.sub("", form.text("mpe_divisor"))}
+    constant, divisor = (one.read(Form({key: text for key, text in typed.items() if text}, {})) for one in OF_LIMIT)
     if constant is None and divisor is None:
         return None
     if constant is None:

@@ -82,31 +82,37 @@ function forget(event) {  // what was wrong with a form is not known of one that
   own.map(one => document.querySelector(one)).filter(place => place?.querySelector("[role=alert]")).forEach(place => place.replaceChildren());
 }
 
-// What was typed and chosen stays when the page comes back in another language or look.
+// What was typed and chosen stays when the page comes back in another language or look, or with the hints of another choice.
 const fields = () => [...document.querySelectorAll("main [name]")].filter(one => one.type !== "hidden" && one.type !== "file");
 const state = one => one.options ? [...one.options].map(o => o.selected) : one.type === "checkbox" || one.type === "radio" ? one.checked : one.value;
-function keep() { sessionStorage.setItem("kept", JSON.stringify([location.pathname, fields().map(one => [one.name, state(one)])])); }
+function keep(focused) { sessionStorage.setItem("kept", JSON.stringify([location.pathname, fields().map(one => [one.name, changed(one) ? state(one) : null]), focused])); }
 function restore() {
-  const [path, values] = JSON.parse(sessionStorage.getItem("kept") || "[]");
+  const [path, values, focused] = JSON.parse(sessionStorage.getItem("kept") || "[]");
   sessionStorage.removeItem("kept");
   if (path !== location.pathname) return;
+  if (focused) document.querySelector(`main [name="${CSS.escape(focused)}"]`)?.focus();
   for (const one of fields()) {
     const place = values.findIndex(([name]) => name === one.name), [, value] = place < 0 ? [] : values.splice(place, 1)[0];
-    if (value === undefined) continue;
+    if (value === undefined || value === null) continue;
     if (one.options) [...one.options].forEach((o, n) => { o.selected = value[n]; });
     else if (one.type === "checkbox" || one.type === "radio") one.checked = value;
     else one.value = value;
   }
 }
 
-const changed = one => one.options ? [...one.options].some(o => o.selected !== o.defaultSelected) && [...one.options].some(o => o.defaultSelected)
+const first = one => !one.multiple && ![...one.options].some(o => o.defaultSelected);  // chosen where no choice is
+const changed = one => one.options ? [...one.options].some((o, n) => o.selected !== (o.defaultSelected || n === 0 && first(one)))
   : one.type === "checkbox" || one.type === "radio" ? one.checked !== one.defaultChecked : one.type !== "hidden" && (one.value || "") !== (one.defaultValue || "");
 // before the page was ready, or kept by the browser
 
 export function wire(root) {
   const all = selector => [...(root.matches?.(selector) ? [root] : []), ...root.querySelectorAll(selector)];
   all("form[data-into]").forEach(form => { form.noValidate = true; form.addEventListener("submit", submit); form.addEventListener("input", forget); });
-  all("form.preferences").forEach(form => form.addEventListener("submit", keep));
+  all("form.preferences").forEach(form => form.addEventListener("submit", () => keep()));
+  all("form[data-reloads]").forEach(form => {
+    const one = form.elements[form.dataset.reloads];
+    one.addEventListener("change", () => { keep(one.name); location.assign(`?${new URLSearchParams({[one.name]: one.value})}`); });
+  });
   all("select[data-submits]").forEach(one => one.addEventListener("change", () => one.form.requestSubmit()));
   all("select[data-fetches]").forEach(one => one.addEventListener("change", async () => {
     const into = document.querySelector(one.dataset.answers);
