@@ -19,7 +19,7 @@ from stepgauge.files.units import find_unit
 from stepgauge.gauge.certified import LONGEST_MM
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Decisions
-from stepgauge.importing.tables.read import TableLayout, only_table, read_file
+from stepgauge.importing.tables.read import DECIMALS, TableLayout, only_table, read_file
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.importing.tables.vocabulary import signs_of, subtractions
 
@@ -79,6 +79,7 @@ def read_face_table(
     roles: Mapping[int, str] | None = None,
     units: Mapping[str, str] | None = None,
     expanded: tuple[float, float] | None = None,
+    decimal: str = "",
 ) -> FaceTable:
     """The faces in a table of a certificate: text with any delimiter and decimal mark, or an Excel workbook.
 
@@ -89,6 +90,7 @@ def read_face_table(
     units : by role (``position``, ``deviation``, ``uncertainty``), one of :data:`UNITS`; ``sign``: of deviations, one
         of :data:`~stepgauge.dcc.gauge_read.SUBTRACTIONS`
     expanded : a in um and b in um/m of U = a + b L, where the certificate states this instead of a column of U
+    decimal : ``point`` or ``comma``, where the numbers do not tell
 
     Raises
     ------
@@ -96,7 +98,7 @@ def read_face_table(
         no position and no deviation in it, no uncertainty, a unit that cannot be known
     """
     source = read_source(given)
-    table = only_table(source)
+    table = only_table(source, TableLayout(decimal=DECIMALS.get(decimal)))
     columns = _columns(table, roles or {})
     _check_once(source.name, columns)
     values, columns, notes = _values(table, columns, units or {}, expanded)

@@ -18,14 +18,13 @@ from stepgauge.importing.result import Imported, imported_or_asked
 from stepgauge.importing.tables.cells import DELIMITERS
 from stepgauge.importing.tables.columns import parse_columns
 from stepgauge.importing.tables.questions import Decisions, shown
-from stepgauge.importing.tables.read import TableLayout
+from stepgauge.importing.tables.read import DECIMALS, TableLayout
 from stepgauge.importing.tables.source import Given, Source, read_source
 from stepgauge.machine.file import check_recorded
 from stepgauge.recording import Recording
 from stepgauge.recording.conventions import complete_convention, convention_of, state_convention
 from stepgauge.recording.identity import check_recording
 
-DECIMALS = {"point": ".", "comma": ","}
 Pairs = Mapping[str, str] | Sequence[str]
 """``{"target": "Soll"}``, or as typed, ``("target=Soll",)``."""
 

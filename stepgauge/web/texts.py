@@ -13,7 +13,7 @@ from stepgauge.errors import InputError, Naming, one_line, option_of
 from stepgauge.languages.messages import LANGUAGES, print_units, said_in_german, texts, translate_message
 
 if TYPE_CHECKING:
-    from stepgauge.importing.tables.questions import Question
+    from stepgauge.importing.tables.questions import Question, QuestionAnswer
 
 PASTED = "table.txt"
 """How readers call what was pasted."""
@@ -108,8 +108,10 @@ class Words:
     def said(self, error: InputError) -> str:
         """What is wrong, in one line, with the fields of the page in place of arguments."""
         where, what, found, _ = (None if one is None else str(one) for one in error.named(self._short_label))
-        parts = (what, found, self._without_offers(error.parts[3]))
+        asked = [self.way(one) for question in getattr(error, "questions", ()) for one in question.choices]
+        parts = (what, found, None if asked else self._without_offers(error.parts[3]))
         what, found, expected = (None if one is None else self.message(str(one)) for one in parts)
+        expected = f" {self.message('or')} ".join(asked) or expected
         said = f"{self._located(where)}: {what}" if where else str(what)
         more = [(self("page.found"), found), (self("page.expected"), expected)]
         whole = "; ".join([said, *(f"{word} {text}" for word, text in more if text is not None)])
@@ -144,6 +146,15 @@ class Words:
             return self.message(what) + (f": {question.found}" if question.found is not None else "")
         error = InputError("", what, found=question.found, expected=question.expected)
         return self.said(error)
+
+    def way(self, choice: QuestionAnswer) -> str:
+        """What a choice of an import means, in its own words or with the field that it fills in."""
+        label, (role, equals, header) = self._short_label(choice.argument), choice.value.partition("=")
+        if choice.words or not choice.value:
+            return self.message(choice.words) or label
+        if equals and choice.argument == "columns":
+            return f"{label} '{header}': {self.choice('taken', role)}"
+        return f"{label}: {self.choice(choice.argument, choice.value) if choice.value.isidentifier() else choice.value}"
 
     def ended(self, line: str) -> str:
         """The last line of a verb that failed."""

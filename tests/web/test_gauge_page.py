@@ -319,6 +319,22 @@ def test_another_kind_keeps_what_was_typed_in_the_browser(tmp_path: Path, watche
         page.locator("#x_high").fill("650")
         page.locator("#kind").select_option("machine_tool")
         page.locator("#stylus_diameter_mm[placeholder='typically 4']").wait_for()
+        page.wait_for_function("document.activeElement.name === 'kind'")
         values = {name: page.locator(f"#{name}").input_value() for name in ("name", "kind", "x_high", "y_high")}
         assert values == {"name": "KMG Halle 2", "kind": "machine_tool", "x_high": "650", "y_high": "250"}
-        assert page.evaluate("document.activeElement.name") == "kind"
+
+
+def test_a_mark_that_cannot_be_told_is_chosen_where_it_is_refused(tmp_path: Path) -> None:
+    """A comma in one column and a point in the other."""
+    cells = (f"{n + 1}\t{10 * n},000\t{0.1 * n:.2f}\t0,25" for n in range(6))
+    form = {**FORM, "table": "\n".join(["Fläche\tNennmaß mm\tAbweichung µm\tU µm", *cells])}
+    asked = Asked(tmp_path, "de")
+    said = asked.post(gauge_page.check, form)
+    assert "erwartet: Dezimalzeichen: Komma oder Dezimalzeichen: Punkt" in said
+    assert set(re.findall('<input type="radio" name="decimal" value="(.*?)"', said)) == {"comma", "point"}
+    said = asked.post(gauge_page.check, {**form, "decimal": "comma"})
+    assert "6 Flächen von 3 Blöcken, 50 mm lang" in said
+    assert '<input type="radio" name="decimal" value="comma" checked>' in said
+    assert asked.post(gauge_page.save, {**form, "decimal": "comma"})
+    gauge = sg.read_gauge(next((tmp_path / "gauge").glob("*.toml")))
+    np.testing.assert_allclose(gauge.position_mm, [10 * n + 1e-4 * n for n in range(6)], atol=1e-9)

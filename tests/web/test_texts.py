@@ -43,6 +43,7 @@ FAMILIES = tuple(
             "choice_temperature_convention",
             "choice_sensor",
             "choice_accept",
+            "choice_decimal",
             "choice_taken",
             "choice_place",
             "choice_route",

@@ -24,6 +24,10 @@ MOST_PREVIEWED = 20
 """Cells of a column that show what is in it."""
 
 
+DECIMALS = {"point": ".", "comma": ","}
+"""Decimal marks by their names."""
+
+
 @dataclass(frozen=True)
 class TableLayout:
     """How a table is to be read, where it does not show by itself.
@@ -112,14 +116,14 @@ def choose_table(
     return _kept(chosen, layout.rows)
 
 
-def only_table(source: Source) -> Table:
+def only_table(source: Source, layout: TableLayout = TableLayout()) -> Table:
     """The table of a file, for commands that ask nothing.
 
     :class:`InputError` for what the file leaves open, for a second table, and for rows of numbers that are none of the
     table: nothing that might change a result is left out unseen.
     """
     decisions = Decisions()
-    file = read_file(source, TableLayout(), decisions)
+    file = read_file(source, layout, decisions)
     decisions.settle()
     table = file.tables[0]
     others = [one.at(0) for one in file.tables[1:]] + [at_row(source.name, line) for line in table.beside]

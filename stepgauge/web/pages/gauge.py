@@ -113,6 +113,7 @@ def _faces_text(gauge: Gauge | None) -> str:
 def check(request: Request, form: Form) -> Response:
     """What the table was taken for, and what is wrong with it; what the rest of the form lacks does not hide that."""
     from stepgauge.dcc.face_table import ROLES
+    from stepgauge.importing.tables.read import DECIMALS
 
     table, rows, wrong = None, list[dict[str, Any]](), None
     try:
@@ -120,7 +121,12 @@ def check(request: Request, form: Form) -> Response:
         rows = _rows(_gauge(found)) if table else []
     except InputError as error:
         table, wrong = table or _columns_alone(form), error
-    return render(request, "gauge_table.html.j2", error=wrong, table=table, rows=rows, roles=ROLES)
+    asked = [
+        one for question in getattr(wrong, "questions", ()) for one in question.choices if one.argument == "decimal"
+    ]
+    decimals = DECIMALS if asked or form.has("decimal") else ()
+    content: dict[str, Any] = {"decimals": decimals, "decimal": form.text("decimal")}
+    return render(request, "gauge_table.html.j2", error=wrong, table=table, rows=rows, roles=ROLES, **content)
 
 
 def _rows(gauge: Gauge) -> list[dict[str, Any]]:
@@ -187,7 +193,8 @@ def _found(form: Form, with_usual: bool = False) -> tuple[GaugeImport, FaceTable
         raise InputError(naming("table"), naming("empty"))
     units = {name.removesuffix("_unit"): form.text(name) for name in UNIT_FIELDS}
     said = {**units, "sign": form.text("deviations")}
-    table = read_upload(data, TABLE, read_face_table, _source(data), _roles(form), said, _expanded(form))
+    more = _roles(form), said, _expanded(form), form.text("decimal")
+    table = read_upload(data, TABLE, read_face_table, _source(data), *more)
     of_gauge, of_certificate = ({one.name: one for one in some} for some in fields())
     stated = _stated_fields(form, of_gauge, with_usual), _stated_fields(form, of_certificate, with_usual)
     rows = [(int(face), a, b, u) for face, a, b, u in table.values.tolist()]
