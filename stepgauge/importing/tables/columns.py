@@ -261,8 +261,9 @@ def _wide(columns: list[Column]) -> list[Column]:
         return columns
     most = max(groups, key=len)
     role = next((columns[place].role for place in most if columns[place].role in VALUES), Role.VALUES)
-    if role == Role.VALUES and any(one.role in VALUES for one in columns):
-        return columns  # labels alone, as r and d, beside what is named as the reading
+    letters = all(len(columns[place].name) == 1 and columns[place].name.isalpha() for place in most)
+    if letters and any(one.role in VALUES for one in columns):
+        return columns  # r and d beside what is named as the reading
     return [replace(one, role=role) if one.place in most else one for one in columns]
 
 
