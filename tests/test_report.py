@@ -177,6 +177,27 @@ def test_page_1_says_that_nobody_recorded_the_temperature_of_the_gauge() -> None
     assert told in " ".join(pages(render_pdf(content(silent)).data)[0].split())
 
 
+@pytest.mark.parametrize(
+    ("convention", "of", "asks"),
+    [
+        (None, "the machine as it is, at the temperature that it has", True),
+        ("as_read", "the machine as it is, at the temperature that it has", True),
+        ("corrected_to_20", "the machine with its own correction of the readings to 20 °C", False),
+        ("nominal_expansion", "the machine with readings corrected to 20 °C for the nominal expansion", True),
+    ],
+)
+def test_what_an_error_is_of_follows_from_the_recorded_correction(convention: str | None, of: str, asks: bool) -> None:
+    """And the temperature of the gauge is missing only where the certified positions need it."""
+    (result,) = one_placement().results
+    stated = {} if convention is None else {"temperature_convention": convention}
+    read = replace(one_placement(), comments={**one_placement().comments, **stated})
+    assert f"position of {of}" in content(read)["statements"][0]
+    silent = content(replace(read, results=(replace(result, gauge_temperature_C=None),)))
+    assert any("was not recorded" in one for one in silent["warnings"]) is asks
+    said = next(row["value"] for part in silent["sections"] for row in part["rows"] if row["label"] == "Convention")
+    assert "recorded gauge temperature" not in said
+
+
 def test_the_recorded_temperature_of_the_scales_goes_before_that_of_the_machine_file() -> None:
     """24 deg C recorded, 20.5 +- 0.1 stated: the first is printed, and page 1 says that the two contradict."""
     gauge, machine = shipped()

@@ -10,7 +10,7 @@ from stepgauge.conditions.condition import Condition, State
 from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import Recording
-from stepgauge.recording.conventions import CONVENTIONS, REFERENCE_C, convention_of
+from stepgauge.recording.conventions import REFERENCE_C, convention_of, convention_words, needs_gauge_temperature
 
 NOTABLE_UM = 0.1
 """Size from which a convention that nobody states is remarked."""
@@ -33,12 +33,12 @@ def temperature_conditions(
 
 def _convention(recording: Recording, gauge: Gauge, span_mm: float, matters_um: float) -> Iterator[Condition]:
     stated = convention_of(recording.comments, recording.path)
-    if stated == "nominal_expansion":
-        yield Condition("temperature convention", "corrected", CONVENTIONS[stated], stated)
-    elif stated is not None:
-        yield Condition("temperature convention", "met", CONVENTIONS[stated], stated)
-    if "gauge_temperature_C" not in recording.columns:
-        if stated != "corrected_to_20":
+    recorded = "gauge_temperature_C" in recording.columns
+    if stated is not None:
+        state: State = "corrected" if stated == "nominal_expansion" else "met"
+        yield Condition("temperature convention", state, convention_words(recording.comments, recorded), stated)
+    if not recorded:
+        if needs_gauge_temperature(recording.comments):
             yield _unrecorded(gauge, span_mm)
     elif stated is None:
         yield from _unstated(recording, gauge, span_mm, matters_um)

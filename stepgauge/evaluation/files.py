@@ -84,7 +84,9 @@ def evaluation_to_dict(evaluation: Evaluation) -> dict[str, Any]:
         "span_mm": max(result.span_mm for result in results),
         "band_um": defined(_largest([result.band_um for result in results])),
         "worst_two_sigma_um": defined(_largest([result.worst_two_sigma_um for result in results])),
-        "temperature_convention": convention_words(evaluation.comments),
+        "temperature_convention": convention_words(
+            evaluation.comments, all(one.gauge_temperature_C is not None for one in results)
+        ),
         "placements": [_placement_to_dict(result, gauge) for result in results],
     }
 

@@ -26,7 +26,21 @@ CONVENTIONS: Mapping[Convention, str] = {
     "nominal_expansion": "readings are not corrected; nominal expansion corrects scales and gauge to 20 deg C here",
 }
 """``temperature_convention`` of a recording or of the table [machine], with what it means for the numbers."""
-UNSTATED = f"not stated: {CONVENTIONS['as_read']}"
+UNRECORDED = (
+    "the temperature of the gauge is not recorded: certified positions are those of the certificate, readings are not"
+    " corrected"
+)
+AS_IT_IS = "the machine as it is, at the temperature that it has"
+AT_20 = "the machine at 20 °C"
+CORRECTED: Mapping[Convention | None, str] = {
+    "corrected_to_20": "the machine with its own correction of the readings to 20 °C",
+    "nominal_expansion": "the machine with readings corrected to 20 °C for the nominal expansion of scales and gauge",
+}
+"""What an error is of where the readings are corrected."""
+INSTRUMENT = {
+    "as_read": "the instrument has not corrected the readings to 20 deg C",
+    "corrected_to_20": "the instrument has corrected the readings to 20 deg C",
+}
 KEY, EXPANSION, SCALES_C = "temperature_convention", "scale_expansion_per_K", "scale_temperature_C"
 """Comments of a recording: the convention; for NDE the expansion of the scales, and their temperature where no column
 has it."""
@@ -62,10 +76,34 @@ def convention_of(comments: Mapping[str, str], where: str = "") -> Convention | 
     return cast(Convention, stated)
 
 
-def convention_words(comments: Mapping[str, str]) -> str:
-    """What was corrected to which temperature, for results and reports."""
+def convention_words(comments: Mapping[str, str], gauge_recorded: bool) -> str:
+    """What was corrected to which temperature, for results and reports.
+
+    ``gauge_recorded``: the recording has the temperature of the gauge; without it nothing can be brought to it.
+    """
     stated = convention_of(comments)
-    return UNSTATED if stated is None else CONVENTIONS[stated]
+    words = CONVENTIONS[stated or "as_read"] if gauge_recorded or stated not in (None, "as_read") else UNRECORDED
+    return words if stated else f"not stated: {words}"
+
+
+def calibrated_object(comments: Mapping[str, str], at_reference: bool = False) -> str:
+    """What an error is of, as the recording states the correction of its readings, in words (VIM 2.3).
+
+    ``at_reference``: readings that nobody corrected are said to be of a machine at 20 deg C, with the temperature of
+    its scales in U.
+    """
+    stated = convention_of(comments)
+    return CORRECTED.get(stated, AT_20 if at_reference else AS_IT_IS)
+
+
+def needs_gauge_temperature(comments: Mapping[str, str]) -> bool:
+    """Whether the certified positions are brought to the temperature of the gauge: not where the machine did it."""
+    return convention_of(comments) != "corrected_to_20"
+
+
+def instrument_words(comments: Mapping[str, str]) -> str:
+    """What an instrument beside the axis has corrected: nothing is corrected here."""
+    return INSTRUMENT.get(convention_of(comments) or "", "not stated whether the readings are corrected to 20 deg C")
 
 
 def state_convention(recording: Recording, stated: str | None) -> Recording:

@@ -21,7 +21,7 @@ from stepgauge.standards.iso10360_statements import decide_test, statements, ver
 CONTRIBUTIONS = ("certificate", "expansion", "temperature", "alignment", "fixture", "tip diameter")
 INFORMATION = "unidirectional, for information"
 METHOD = (
-    "The error is the indicated length minus the certified one at the gauge's recorded temperature. A bidirectional "
+    "The error is the indicated length minus the certified one. A bidirectional "
     "length lies between the front of a block and the back of a later one, and the effective tip diameter is"
     " subtracted; "
     "a unidirectional one lies between faces of one side. Conformity is proven where |E| ≤ MPE − U, nonconformity"

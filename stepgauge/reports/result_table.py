@@ -9,6 +9,7 @@ from stepgauge.conditions import stored_conditions
 from stepgauge.evaluation.files import mean_error_extent
 from stepgauge.files.notation import UNDEFINED, make_sentence, quantity, uncertain
 from stepgauge.machine.file import Machine
+from stepgauge.recording.conventions import needs_gauge_temperature
 from stepgauge.reports.page import PrintedTable, TableColumn
 from stepgauge.standards.budget_files import StoredBudget, StoredLine
 
@@ -95,7 +96,7 @@ def _cold(evaluation: dict[str, Any]) -> list[str]:
     """Placements whose gauge temperature nobody recorded."""
     placed = evaluation["placements"]
     without = [str(one["placement"]) for one in placed if one["gauge_temperature_C"] is None]
-    if not without:
+    if not without or not needs_gauge_temperature(evaluation["comments"]):
         return []
     where = f" of placement {', '.join(without)}" if len(placed) > 1 else ""
     return [f"The temperature of the gauge{where} was not recorded: lengths are not corrected for it."]

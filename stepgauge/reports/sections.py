@@ -14,6 +14,7 @@ from stepgauge.files.notation import clean, number, number_ranges, plural, quant
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, has_yaw
 from stepgauge.machine.file import Machine
+from stepgauge.recording.conventions import needs_gauge_temperature
 from stepgauge.standards.budget_files import StoredBudget
 
 DATE_MISSING = "date of the measurement (the recording does not say)"
@@ -137,7 +138,7 @@ def conditions_section(evaluation: dict[str, Any], machine: Machine | None) -> S
         label = f"Gauge, placement {result['placement']}" if several else "Gauge temperature"
         temperature = result["gauge_temperature_C"]
         section.add(label, "not recorded" if temperature is None else f"{number(temperature, 2)} °C (mean)")
-        if temperature is None:
+        if temperature is None and needs_gauge_temperature(evaluation["comments"]):
             where = f" of placement {result['placement']}" if several else ""
             section.missing.append(f"gauge temperature{where} (certified positions are used uncorrected)")
         _add_scales(section, result, machine, f"Scales, placement {result['placement']}" if several else None)

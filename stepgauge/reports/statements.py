@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from stepgauge.recording.conventions import AT_20, calibrated_object
 from stepgauge.reports.certificate_file import Laboratory
 from stepgauge.standards.budget_files import StoredBudget
 
@@ -22,7 +23,7 @@ METHOD = (
 
 def measurand_text(evaluation: dict[str, Any], budget: StoredBudget | None = None) -> str:
     """What was measured, in one sentence (VIM 2.3)."""
-    of = (budget.measurand if budget is not None else "") or "the machine as it is, at the temperature that it has"
+    of = calibrated_object(evaluation["comments"], budget is not None and budget.measurand == AT_20)
     faces = evaluation["placements"][0]["faces"]
     first, last = evaluation["blocks"]
     return (

@@ -19,6 +19,7 @@ from stepgauge.files.json_types import defined
 from stepgauge.files.outputs import open_set
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import read_result, result_file, write_files
+from stepgauge.recording.conventions import calibrated_object
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.budget import BudgetLine, UncertaintyBudget, UncertaintySource
 
@@ -34,7 +35,6 @@ METHOD = (
     "JCGM 100:2008 (GUM): linear propagation and effective degrees of freedom (Welch-Satterthwaite) with GTC; "
     "sensitivities by evaluating unit readings and by central differences through the virtual CMM"
 )
-MEASURAND = {True: "the machine at 20 °C", False: "the machine as it is, at the temperature that it has"}
 """By whether it is that at the reference temperature."""
 SAME_VALUE_UM = 0.005
 """Values of one measurement evaluated twice agree at least so well."""
@@ -63,7 +63,7 @@ def budget_to_dict(model: MonteCarloModel, budget: UncertaintyBudget, runs: int)
         "gauge_serial": model.gauge.table.serial,
         "certificate": model.gauge.certificate.number,
         "r_eff_origin": model.origin,
-        "measurand": MEASURAND[model.at_reference],
+        "measurand": calibrated_object(model.nominal.comments, model.at_reference),
         "coverage_percent": budget.percent,
         "monte_carlo_runs": runs,
         "sources": [_source(source) for source in budget.sources],

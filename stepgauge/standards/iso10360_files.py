@@ -70,7 +70,9 @@ def length_test_to_dict(test: LengthTest, further: Sequence[LengthTest] = ()) ->
         "coverage_factor": test.stated.coverage_factor,
         "uncertainty_source": UNCERTAINTY_SOURCE,
         "uncertainty_not_stated": test.missing,
-        "temperature_convention": convention_words(test.comments),
+        "temperature_convention": convention_words(
+            test.comments, all(one.table.temperature_C is not None for one in test.positions)
+        ),
         "conditions": test.conditions.to_dicts(),
         "complete": test.complete,
         "rules": [rule.to_dict() for rule in test.rules],

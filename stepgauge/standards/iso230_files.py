@@ -10,7 +10,7 @@ from stepgauge.conditions.decision import ConformityDecision
 from stepgauge.files.notation import make_sentence
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_files
-from stepgauge.recording.conventions import convention_of, convention_words
+from stepgauge.recording.conventions import convention_words, instrument_words
 from stepgauge.standards.gauge_table import gauge_to_dict
 from stepgauge.standards.iso230 import AxisParameters
 from stepgauge.standards.iso230_decision import parameters_um
@@ -22,8 +22,6 @@ STANDARD = "ISO 230-2:2014 with Amendment 1:2016"
 SIGN_CONVENTION = (
     "a deviation is the actual position minus the target position, that is certified minus indicated position"
 )
-AS_READ = "readings are taken as they are: what the instrument corrects for temperature, it has corrected"
-TO_20 = "the instrument has corrected the readings to 20 deg C, as its file says"
 TARGET_COLUMNS = (
     "target_mm",
     "along_gauge_mm",
@@ -89,13 +87,15 @@ def decide_test(test: PositioningTest) -> ConformityDecision:
 def _reference(test: PositioningTest) -> dict[str, Any]:
     """What realises the positions: the gauge, or an instrument beside the axis."""
     if test.gauge is None or test.tip is None or test.pairing is None:
-        return {**test.instrument, "temperature_convention": _instrument_corrections(test)}
+        return {**test.instrument, "temperature_convention": instrument_words(test.comments)}
     return {
         "gauge": gauge_to_dict(test.gauge),
         "tip_diameter": {"diameter_mm": test.tip.diameter_mm, "u_um": test.tip.u_um, "origin": test.tip.origin},
         "pairing": PAIRINGS[test.pairing],
         "sign_convention": SIGN_CONVENTION,
-        "temperature_convention": convention_words(test.comments),
+        "temperature_convention": convention_words(
+            test.comments, all(one.temperature_C is not None for one in test.axes)
+        ),
     }
 
 
@@ -149,7 +149,7 @@ def assumptions(test: PositioningTest) -> list[str]:
         return [
             f"The {'readings are the actual' if test.instrument['actual'] == 'reading' else 'targets are the actual'}"
             f" positions{_own_reversal(test)}.",
-            make_sentence(_instrument_corrections(test)),
+            make_sentence(instrument_words(test.comments)),
             scatter.format(test.instrument["instrument"]),
         ]
     return [
@@ -160,11 +160,6 @@ def assumptions(test: PositioningTest) -> list[str]:
         " as much. A diameter qualified on a sphere of this machine has the machine's reversal in it.",
         scatter.format("probe"),
     ]
-
-
-def _instrument_corrections(test: PositioningTest) -> str:
-    """What an instrument beside the axis has corrected."""
-    return TO_20 if convention_of(test.comments) == "corrected_to_20" else AS_READ
 
 
 def _own_reversal(test: PositioningTest) -> str:

@@ -73,7 +73,7 @@ def axis_rules(
     ``temperatures``: columns that were recorded besides; ``ways``: directions in which targets were approached;
     ``doubt``: why they may not be true.
     """
-    known = f"recorded ({', '.join(temperatures)}), readings taken as they are" if temperatures else "not recorded"
+    known = f"recorded ({', '.join(temperatures)})" if temperatures else "not recorded"
     found = _runs_and_targets_of_turn(target, runs) if rotary else _runs_and_targets(target, runs)
     one_way = Rule(
         "ISO 230-2:2014, test procedure",
