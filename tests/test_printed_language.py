@@ -19,19 +19,29 @@ from matplotlib.text import Text
 import stepgauge
 from stepgauge.diagnosis.axis.diagnosis import diagnose_axis
 from stepgauge.diagnosis.maps.diagnose import MapModel, diagnose_map, read_probe_table
+from stepgauge.figures.arrows import arrows_figure
+from stepgauge.figures.history import history_figure
+from stepgauge.figures.path import path_figure
 from stepgauge.fleet.hierarchical.infer import infer
 from stepgauge.gauge.certified import Gauge
+from stepgauge.history.series import make_series
 from stepgauge.languages.messages import read_german, translate_printed
 from stepgauge.reports.content import Sources, make_content
 from stepgauge.reports.diagnosis import story_of
 from stepgauge.reports.drift import drift_content
 from stepgauge.reports.fleet import fleet_story
 from stepgauge.reports.investigation import investigation_story
+from stepgauge.reports.iso230 import positioning_content
+from stepgauge.reports.iso10360_5 import probing_content
+from stepgauge.reports.overlay import overlay_content
 from stepgauge.reports.page import UserStatements
 from stepgauge.reports.render import set_in_print
+from stepgauge.standards.difference import differences
 from stepgauge.standards.drift import Drift, drift_test
 from stepgauge.standards.iso230_decision import Requirement
+from stepgauge.standards.iso10360_5 import probing_test
 from stepgauge.standards.mpe import Mpe
+from stepgauge.standards.positioning_axis import axis_positioning_test
 from stepgauge.verbs.test.iso230 import iso230 as positioning
 from stepgauge.verbs.test.iso10360 import iso10360 as length
 from tests.axis.made import axis
@@ -40,8 +50,12 @@ from tests.diagnosis.made import made as diagnosis_of
 from tests.diagnosis.made import made_unknown as diagnosis_with_structure
 from tests.diagnosis.test_probe_map import changed, measured
 from tests.fleet.crossed_made import crossed, fleet
-from tests.measured import shipped
+from tests.measured import lay, one_placement, run, shipped
 from tests.standards.made import made
+from tests.standards.test_iso10360_5 import SPHERE, TIP_MM, five
+from tests.test_figures_measurement import entry
+from tests.test_overlay import of_seed
+from tests.test_overlay import said as evaluation_said
 from tests.web.gathered import ROOT, _templates
 
 DAY = datetime.date(2026, 5, 4)
@@ -92,6 +106,12 @@ JOINED = {
     *("{} by ISO 230-3:2020", "Environmental temperature variation error (ETVE)"),
     *("Thermal distortion by moving a linear axis", "arm azimuth {}"),
     "Only what such a sensor can have was looked for.",
+    *(
+        "Mean errors XM in the places of the gauge, magnified {} times",
+        "Mean errors XM in the travel, magnified {} times",
+    ),
+    *("before compensation", "elevation about the stylus (°)", "scales x, y, z"),
+    "targets by travel: 3 up to 90°, 5 up to 180°, 8 up to 360°",
     "Residuals before and after and without the structure; noise of a probing: {}",
 }
 """Put together of several texts of the code."""
@@ -183,6 +203,50 @@ COMPOSED: dict[str, Callable[..., dict[str, Any]]] = {
 """Pages of which a part is put into words in German, and not translated."""
 PAGES |= {**COMPOSED, "fleet": inferred, "investigation": investigated}
 PAGES |= {f"drift, {kind}": partial(drifted, kind) for kind in ("etve", "axis")}
+
+
+def read_by_laser(**more: Any) -> dict[str, Any]:
+    """The report of an axis that an instrument read."""
+    off = {"units": ("mm", None), "both": True, **more}
+    read = axis(np.linspace(0.0, 330.0, 12), lambda target, way: 0.01 * target + 1.5 * way, **off)
+    return positioning_content(axis_positioning_test(read), STATED, None)
+
+
+def probing(styli: int) -> dict[str, Any]:
+    """The report of a probing test."""
+    points = five(np.diag([3.0, 1.0, -2.0])[[0, 1, 2, 0, 1]])[:styli]
+    return probing_content(probing_test(points, SPHERE, [TIP_MM]), STATED, "CMM")
+
+
+def overlaid() -> dict[str, Any]:
+    """An overlay of two evaluations."""
+    both = [evaluation_said(of_seed(1)), evaluation_said(of_seed(2, 30.0))]
+    return overlay_content(both, [differences(*both)], ["A", "B"], STATED)
+
+
+def drawn() -> dict[str, Any]:
+    """Figures of verbs, which no report has."""
+    (result,) = one_placement().results
+    gauge, machine = shipped()
+    figures = [
+        history_figure(make_series([entry(0, 1.0), entry(100, 2.0), entry(200, 3.5)]), {"scale_ppm": 2.0}, "CMM"),
+        history_figure(make_series([entry(0, 1.0)]), {}, "CMM"),
+        path_figure(run(1).path, gauge, lay(gauge), 2.0, 3),
+        arrows_figure([result]),
+        arrows_figure([result], machine.travel_mm, "CMM"),
+    ]
+    return {"figures": figures, "own": ()}
+
+
+PAGES |= {
+    "laser": read_by_laser,
+    "one way": partial(read_by_laser, both=False),
+    "rotary": partial(read_by_laser, units=("deg", None), sensor="autocollimator"),
+    "one stylus": partial(probing, 1),
+    "five styli": partial(probing, 5),
+    "overlay": overlaid,
+    "figures": drawn,
+}
 KEPT = {"data", "own", "version", "layout", "kind", "language", "name", "lines"}
 
 
@@ -229,7 +293,7 @@ def without(text: str, own: frozenset[str]) -> str:
     """A text without what people wrote, names of files, and formulas."""
     for one in sorted(own, key=len, reverse=True):
         text = text.replace(one, "")
-    return re.sub(r"\S+\.(csv|dmi|json|toml)\b|\bstep-gauge-\d+|\$[^$]*\$", "", text)
+    return re.sub(r"\S+\.(csv|dmi|json|toml)\b|\bstep-gauge-\d+|[PL]_\w+\.\S+|\$[^$]*\$", "", text)
 
 
 @pytest.mark.parametrize("name", PAGES)

@@ -48,8 +48,8 @@ def arrows_figure(results: Sequence[PlacementResult], travel_mm: Array | None = 
         where = "places of the gauge" if travel_mm is None else "travel"
         title = f"{machine + ': ' if machine else ''}Mean errors XM in the {where}, {_grouped(magnification)} times"
         figure.text(0.02, 0.965, title, fontsize=8.5, fontweight="bold")
-        figure.text(0.02, 0.018, _caption(magnification, largest_um), fontsize=7.5)
-        figure.legend(handles=_legend(), loc="lower center", bbox_to_anchor=(0.5, 0.07), ncols=3, frameon=False)
+        figure.text(0.02, 0.028, _caption(magnification, largest_um), fontsize=7.5)
+        figure.legend(handles=_legend(), loc="lower center", bbox_to_anchor=(0.5, 0.072), ncols=3, frameon=False)
     return figure
 
 

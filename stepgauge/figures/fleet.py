@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, CYCLE, DATE_FORMATS, figure_style, new_figure, save_figure
 from stepgauge.files.notation import printed_unit
 from stepgauge.fleet.hierarchical.answer import owner_of, words_of
 from stepgauge.fleet.hierarchical.watch import Watched
@@ -51,7 +51,9 @@ def watch_figure(watched: Sequence[Watched]) -> Figure:
             axes.spines[["top", "right"]].set_visible(False)
         locator = mdates.AutoDateLocator()
         panels[-1].xaxis.set_major_locator(locator)
-        panels[-1].xaxis.set_major_formatter(mdates.ConciseDateFormatter(locator))
+        panels[-1].xaxis.set_major_formatter(
+            mdates.ConciseDateFormatter(locator, formats=DATE_FORMATS, show_offset=False)
+        )
         panels[0].set_title("Machines and gauges of the fleet", loc="left", fontweight="bold")
         figure.align_ylabels(panels)
     return figure

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from stepgauge.figures.legends import add_legend
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, CYCLE, DATE_FORMATS, figure_style, new_figure, save_figure
 from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.history.entries import QUANTITIES
 from stepgauge.history.result import History
@@ -133,7 +133,7 @@ def _limits(axes: Axes, limit: float | None, signed: bool) -> None:
 def _dates(axes: Axes) -> None:
     locator = mdates.AutoDateLocator(minticks=3, maxticks=9)
     axes.xaxis.set_major_locator(locator)
-    axes.xaxis.set_major_formatter(mdates.ConciseDateFormatter(locator))
+    axes.xaxis.set_major_formatter(mdates.ConciseDateFormatter(locator, formats=DATE_FORMATS, show_offset=False))
     axes.set_xlabel("date of measurement")
 
 

@@ -87,7 +87,8 @@ def path_figure(
             _draw_view(axes, view, local, obstacles, stopped)
             _limit(axes, view, low, high)
         low, high = _detail_window(local, obstacles, stopped)
-        views[0].set_xlabel("")
+        for axes in views if len(details) else views[:1]:  # below stands the same label
+            axes.set_xlabel("")
         for axes, view in zip(details, (PLAN, ELEVATION), strict=False):
             _draw_view(axes, view, local, obstacles, stopped)
             _draw_balls(axes, view, local, tip_radius_mm)

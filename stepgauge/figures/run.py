@@ -63,7 +63,7 @@ def draw_run(
     ``gauge`` lies as ``placement`` says. Shares need a run that was explained and recorded something; else there is no
     figure of them.
     """
-    title, radius_mm = f"{gauge.table.name} on {machine.table.name}", machine.probe.tip_radius_mm
+    title, radius_mm = f"{gauge.table.name}, {machine.table.name}", machine.probe.tip_radius_mm
     if path is not None:
         drawn = path_figure(run.path, gauge, placement, radius_mm, run.stop_piece, title)
         save_figure(drawn, path, simulated=True)

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from weakref import WeakSet
 
 from stepgauge.errors import InputError
 from stepgauge.figures.legends import LEGEND_SIZE_PT, SIMULATED_LINE_PT, TICK_SIZE_PT, translate_legends
@@ -65,6 +66,8 @@ STYLE: dict[str, Any] = {
     "pdf.fonttype": 42,
 }
 
+DATE_FORMATS = ["%Y", "%Y-%m", "%Y-%m-%d", "%Y-%m-%d", "%H:%M", "%H:%M:%S"]
+"""Of ticks at years, months, days, hours, minutes and seconds (ISO 8601): a month's name is of some language."""
 FORMATS = ("png", "pdf", "svg")
 _MM_PER_INCH = 25.4
 LOOKED_AT_MM = (160.0, 90.0)
@@ -174,6 +177,10 @@ def figure_svg(figure: Figure, translate: Callable[[str], str] = str) -> str:
     return buffer.getvalue()
 
 
+_TRANSLATED: WeakSet[Figure] = WeakSet()
+"""A figure goes into a page and into a file of its own: it is translated once."""
+
+
 def translate_figure(figure: Figure, translate: Callable[[str], str]) -> None:
     """Every text of a figure in another language; the labels of ticks when they are drawn."""
     from matplotlib.text import Text
@@ -186,15 +193,20 @@ def translate_figure(figure: Figure, translate: Callable[[str], str]) -> None:
         def __call__(self, x: float, pos: int | None = None) -> str:
             return translate(self.inner(x, pos))
 
+        def format_ticks(self, values: list[float]) -> list[str]:
+            return [translate(text) for text in self.inner.format_ticks(values)]
+
         def set_locs(self, locs: list[float]) -> None:
             self.inner.set_locs(locs)
 
-    if translate is not str:
-        for text in figure.findobj(Text):
+    if translate is not str and figure not in _TRANSLATED:
+        _TRANSLATED.add(figure)
+        for text in dict.fromkeys(figure.findobj(Text)):  # some are found twice
             text.set_text(translate(text.get_text()))
         for axes in figure.axes:
             for axis in (axes.xaxis, axes.yaxis):
-                axis.set_major_formatter(Translated(axis.get_major_formatter()))
+                if not isinstance(axis.get_major_formatter(), Translated):  # shared axes have one
+                    axis.set_major_formatter(Translated(axis.get_major_formatter()))
         translate_legends(figure, translate)
 
 

@@ -34,7 +34,7 @@ def draw_uncertainty(folder: str | Path, model: MonteCarloModel, summary: Summar
             _draw_interval(upper, model, summary, part)
             _draw_contributions(lower, model, summary, part)
             lower.set_xlabel("position along the gauge (mm)")
-            title = f"{model.gauge.table.name} on {model.machine.table.name}, {summary.runs} runs"
+            title = f"{model.gauge.table.name}, {model.machine.table.name}, {summary.runs} runs"
             figure.suptitle(title, x=0.01, ha="left", fontsize=9, fontweight="bold")
             save_figure(figure, path, model.sign < 0 and is_simulated(model.nominal.comments))
         paths.append(path)

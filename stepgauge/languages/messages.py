@@ -200,8 +200,16 @@ def _sentences(text: str) -> Iterator[str]:
     while parts:
         count = next((n for n in range(len(parts), 1, -1) if _is_known(" ".join(parts[:n]))), 1)
         told, parts = " ".join(parts[:count]), parts[count:]
-        end = "." if told.endswith(".") and _known_words(told) <= _known_words(told[:-1]) else ""
-        yield _translated(told.removesuffix(end), DEEPEST, False) + end
+        said, end = _as_known(told)
+        german = _translated(said, DEEPEST, False) + end
+        yield german if said[:1] == told[:1] else german[:1].upper() + german[1:]
+
+
+def _as_known(told: str) -> tuple[str, str]:
+    """A sentence as it is known, and the stop behind it: notes are made sentences with a capital letter and a stop."""
+    forms = [one.removesuffix(end) for one in (told, told[:1].lower() + told[1:]) for end in (".", "")]
+    said = max(forms, key=_known_words)
+    return said, "." if told.endswith(".") and not said.endswith(".") else ""
 
 
 def _is_known(text: str) -> bool:
@@ -289,6 +297,7 @@ def _filled(text: str, gaps: Sequence[str]) -> str:
     return "".join(part for pair in zip(words, [*gaps, ""], strict=True) for part in pair)
 
 
+@lru_cache(4096)
 def _known_words(text: str) -> int:
     """How much of a text is a template's own."""
     if text in known_texts():

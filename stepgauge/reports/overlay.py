@@ -17,7 +17,7 @@ from stepgauge.files.json_types import defined
 from stepgauge.files.notation import UNDEFINED, aligned, number, quantity, uncertain
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.reports.page import Page, PrintedTable, TableColumn, UserStatements
-from stepgauge.reports.render import write_report
+from stepgauge.reports.render import translator, write_report
 from stepgauge.reports.sections import Section, file_names
 from stepgauge.standards.coverage import APPROXIMATELY_95
 from stepgauge.standards.difference import (
@@ -67,7 +67,8 @@ def write_overlay(
             path, "a figure shows one placement", found=f"{len(found[0])}", expected=".pdf or .html for all"
         )
     simulated = any(is_simulated(one["comments"]) for one in evaluations)
-    save_figure(_figure(evaluations, found, short, 0), path, simulated)
+    said = {"language": stated.language if stated else "en", "own": short}
+    save_figure(_figure(evaluations, found, short, 0), path, simulated, translator(said))
     return ()
 
 
@@ -166,7 +167,7 @@ def _largest(one: Difference, error: str) -> list[str]:
         return [UNDEFINED] * 5
     at = int(np.nanargmax(np.abs(d)))
     value, expanded = uncertain(float(d[at]), float(one.expanded_um[error][at]), most=2)
-    beyond = f"{int(one.significant(error).sum())} of {int(np.isfinite(d).sum())}"
+    beyond = f"{int(one.significant(error).sum())} / {int(np.isfinite(d).sum())}"
     where = f"face {one.face[at]}, {quantity(float(one.nominal_mm[at]), 0, 'mm')}"
     return [where, f"{value} µm", f"{expanded} µm", number(float(one.k[error][at]), 2), beyond]
 

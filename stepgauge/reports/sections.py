@@ -210,7 +210,7 @@ COMMENTS = {
     "log": "Log",
 }
 UNITS = {"_mm": "mm", "_um": "µm", "_C": "°C", "_s": "s", "_deg": "°"}
-OF_THE_READER = {"import", "temperature_convention"}
+OF_THE_READER = {"import", "temperature_convention", "artefact"}
 """How a file was read is for its reader ("log" says where it came from); a convention is said in words elsewhere."""
 _MOMENT = re.compile(r"(\d{4}-\d\d-\d\d)T(\d\d:\d\d)(?::\d\d(?:\.\d+)?)?(?:Z|[+-]\d\d:?\d\d)?")
 

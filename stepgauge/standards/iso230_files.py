@@ -22,6 +22,8 @@ STANDARD = "ISO 230-2:2014 with Amendment 1:2016"
 SIGN_CONVENTION = (
     "a deviation is the actual position minus the target position, that is certified minus indicated position"
 )
+ACTUAL = {"reading": "The readings are the actual positions", "target": "The targets are the actual positions"}
+"""By what is taken for the actual position."""
 TARGET_COLUMNS = (
     "target_mm",
     "along_gauge_mm",
@@ -147,8 +149,7 @@ def assumptions(test: PositioningTest) -> list[str]:
     scatter = "The scatter is that of positioning and {} together."
     if test.tip is None or test.pairing is None:
         return [
-            f"The {'readings are the actual' if test.instrument['actual'] == 'reading' else 'targets are the actual'}"
-            f" positions{_own_reversal(test)}.",
+            f"{ACTUAL[test.instrument['actual']]}{_own_reversal(test)}.",
             make_sentence(instrument_words(test.comments)),
             scatter.format(test.instrument["instrument"]),
         ]
