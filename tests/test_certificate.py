@@ -180,7 +180,7 @@ def test_uncertainties_stand_beside_the_errors() -> None:
     squares = np.zeros(5)
     for source in table["rows"][:total]:
         squares += np.array([float(v) for v in source[4:]]) ** 2
-    np.testing.assert_allclose(np.sqrt(squares), [float(v) for v in combined], atol=2e-3)
+    np.testing.assert_allclose(np.sqrt(squares), [float(v) for v in combined], atol=6e-3)  # two digits
     assert len(make_content(evaluation, UserStatements(DAY), Sources())["tables"]) == 1
 
 

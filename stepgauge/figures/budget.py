@@ -10,6 +10,7 @@ import numpy as np
 
 from stepgauge.figures.legends import add_legend, axes_entries
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.files.notation import number, uncertainty
 from stepgauge.standards.budget_files import StoredBudget, StoredLine, farthest, label
 
 if TYPE_CHECKING:
@@ -58,7 +59,8 @@ def _draw_bars(axes: Axes, budget: StoredBudget, lines: Sequence[StoredLine]) ->
         at = place + (0.5 * (len(lines) - 1) - i) * height
         name = label(line).replace("R_eff", "R$_{eff}$")
         bars = axes.barh(at, values, height=height * 0.92, color=CYCLE[i], label=f"{name}, k = {line.k:.2f}")
-        axes.bar_label(bars, fmt="%.3f", padding=2, fontsize=6.5)
+        said = [*(number(one, 3) for one in values[:-2]), *map(uncertainty, values[-2:])]
+        axes.bar_label(bars, said, padding=2, fontsize=6.5)
     labels = {source.name: source.label for source in budget.sources}
     axes.set_yticks(place, [labels.get(name, name) for name in rows])
     axes.axhline(1.5, color="black", linewidth=0.5)

@@ -74,6 +74,20 @@ def uncertain(value: float | None, expanded: float | None, most: int = 5) -> tup
     return number(None if value is None else round(value, step), max(step, 0)), number(sure, max(step, 0))
 
 
+def uncertainty(value: float | None) -> str:
+    """A standard or an expanded uncertainty alone, to two significant digits (GUM 7.2.6)."""
+    return uncertain(None, value)[1]
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """A number to some significant digits with the zeros at its end, without an exponent where it is not usual."""
+    if value is None:
+        return "undefined"
+    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+        return f"{value:.{decimals(value, digits) if value else 0}f}"
+    return f"{value:.{digits - 1}e}"
+
+
 LEAST_LEFT = 0.95
 """Share of an expanded uncertainty that rounding must leave (EA-4/02 M)."""
 

@@ -200,12 +200,12 @@ def _sentences(text: str) -> Iterator[str]:
     while parts:
         count = next((n for n in range(len(parts), 1, -1) if _is_known(" ".join(parts[:n]))), 1)
         told, parts = " ".join(parts[:count]), parts[count:]
-        said, end = _as_known(told)
+        said, end = _known_form(told)
         german = _translated(said, DEEPEST, False) + end
         yield german if said[:1] == told[:1] else german[:1].upper() + german[1:]
 
 
-def _as_known(told: str) -> tuple[str, str]:
+def _known_form(told: str) -> tuple[str, str]:
     """A sentence as it is known, and the stop behind it: notes are made sentences with a capital letter and a stop."""
     forms = [one.removesuffix(end) for one in (told, told[:1].lower() + told[1:]) for end in (".", "")]
     said = max(forms, key=_known_words)

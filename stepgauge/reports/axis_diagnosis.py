@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stepgauge.diagnosis.wording.findings import finding_name, subject
-from stepgauge.diagnosis.wording.notation import probability_of, significant
+from stepgauge.diagnosis.wording.notation import probability_of
+from stepgauge.files.notation import significant
 from stepgauge.reports.blocks import Block, bullets, heading, table, words
 from stepgauge.reports.diagnosis_blocks import check_blocks, located_row, numbers, recording_files, set_table
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stepgauge.figures.budget import budget_figure
-from stepgauge.files.notation import UNDEFINED, number, printed_unit, quantity
+from stepgauge.files.notation import UNDEFINED, number, printed_unit, quantity, uncertainty
 from stepgauge.reports.page import PrintedTable, TableColumn
 from stepgauge.standards.budget_files import StoredBudget, StoredLine, StoredSource, dof_text, farthest, label
 
@@ -98,13 +98,13 @@ def _totals(lines: Sequence[StoredLine], budget: StoredBudget) -> list[tuple[str
     """Rows below the sources, and whether they are bold: via R_eff, u, degrees of freedom, k, U, Monte Carlo."""
     rows = [
         ("of which via R_eff", [number(line.through_r_eff_um, 3) for line in lines], False),
-        ("Combined u", [number(line.u_um, 3) for line in lines], True),
+        ("Combined u", [uncertainty(line.u_um) for line in lines], True),
         ("Effective degrees of freedom", [dof_text(line.dof) for line in lines], False),
         ("Coverage factor k", [f"{line.k:.2f}" for line in lines], False),
-        (f"Expanded U ({budget.coverage_percent:g} %)", [number(line.expanded_um, 3) for line in lines], True),
+        (f"Expanded U ({budget.coverage_percent:g} %)", [uncertainty(line.expanded_um) for line in lines], True),
     ]
     if any(line.monte_carlo for line in lines):
-        runs = [UNDEFINED if line.monte_carlo is None else number(line.monte_carlo.u_um, 3) for line in lines]
-        rows.append(("u of the sources in the Monte Carlo", [number(x.same_terms_u_um, 3) for x in lines], False))
+        runs = [UNDEFINED if line.monte_carlo is None else uncertainty(line.monte_carlo.u_um) for line in lines]
+        rows.append(("u of the sources in the Monte Carlo", [uncertainty(x.same_terms_u_um) for x in lines], False))
         rows.append((f"u by Monte Carlo, {budget.monte_carlo_runs} runs", runs, False))
     return rows

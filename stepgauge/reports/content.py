@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from stepgauge.figures.evaluation import describe, evaluation_figure
-from stepgauge.files.notation import UNDEFINED, clean, printed, quantity, uncertain
+from stepgauge.files.notation import UNDEFINED, clean, printed, quantity, uncertainty
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
@@ -159,7 +159,7 @@ def _summary(result: dict[str, Any], budget: StoredBudget | None) -> dict[str, s
 
 def _expanded(value_um: float | None) -> str:
     """An expanded uncertainty to two significant digits; a dash without one."""
-    return UNDEFINED if value_um is None else f"{uncertain(None, value_um)[1]} µm"
+    return UNDEFINED if value_um is None else f"{uncertainty(value_um)} µm"
 
 
 def _sections(evaluation: dict[str, Any], sources: Sources) -> list[Section]:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.diagnosis.wording.findings import name_of
-from stepgauge.diagnosis.wording.notation import percent, plus_minus, significant
-from stepgauge.files.notation import counted
+from stepgauge.diagnosis.wording.notation import percent, plus_minus
+from stepgauge.files.notation import counted, significant
 from stepgauge.files.text import read_result, result_file
 from stepgauge.recording.simulated import SIMULATED_WARNING
 from stepgauge.reports.blocks import Block, bullets, heading, part, table, words

@@ -8,10 +8,21 @@ from typing import Any
 
 from stepgauge.conditions.decision import together
 from stepgauge.figures.iso10360 import length_test_figure
-from stepgauge.files.notation import number, quantity, vector
+from stepgauge.files.notation import number, quantity, uncertainty, vector
 from stepgauge.machine.file import Machine
 from stepgauge.reports.outcome import StandardTest
-from stepgauge.reports.page import Cells, Page, PrintedTable, TableColumn, UserStatements, numbers, table_of, words
+from stepgauge.reports.page import (
+    Cells,
+    Page,
+    PrintedTable,
+    TableColumn,
+    UserStatements,
+    expanded,
+    measured,
+    numbers,
+    table_of,
+    words,
+)
 from stepgauge.reports.sections import Section, certificate_section
 from stepgauge.reports.standards import machine_lines, recording_lines, rules_table, test_content
 from stepgauge.standards.iso10360 import KINDS, LengthTest
@@ -184,9 +195,9 @@ def _uncertainties(data: dict[str, Any]) -> PrintedTable:
     columns = [TableColumn("Standard uncertainty by", words=True)]
     columns += [TableColumn(f"{one['kind']}, {number(one['nominal_mm'], 0)} mm", "µm") for one in worst]
     rows = [(name, *(number(one["uncertainty_um"].get(name), 3) for one in worst)) for name in CONTRIBUTIONS]
-    rows.append(("combined", *(number(one["standard_uncertainty_um"], 3) for one in worst)))
+    rows.append(("combined", *(uncertainty(one["standard_uncertainty_um"]) for one in worst)))
     factor = f"U, k = {data['coverage_factor']:g}"
-    rows.append((factor, *(number(one["expanded_uncertainty_um"], 2) for one in worst)))
+    rows.append((factor, *(uncertainty(one["expanded_uncertainty_um"]) for one in worst)))
     note = "Of the lengths with the largest U. – not stated, or without influence on this length."
     return PrintedTable("Uncertainty of the test", columns, rows, note)
 
@@ -201,7 +212,7 @@ def _errors(data: dict[str, Any], kind: str) -> PrintedTable:
         *(_repeat(place) for place in range(max(len(one["errors_um"]) for one in lengths))),
         numbers("Range", "µm", "range_um", 2),
         numbers("MPE", "µm", "mpe_um", 2),
-        numbers("U", "µm", "expanded_uncertainty_um", 2),
+        expanded("U", "µm"),
         words("Decision", lambda one: together(decided) if (decided := _decided(one)) else "none"),
     )
     series = data["series"]
@@ -217,7 +228,7 @@ def _decided(one: dict[str, Any]) -> list[Any]:
 
 def _repeat(place: int) -> Cells:
     """The error of a repeat; – of a length with fewer."""
-    return numbers(f"E{place + 1}", "µm", lambda one: dict(enumerate(one["errors_um"])).get(place), 2)
+    return measured(f"E{place + 1}", lambda one: dict(enumerate(one["errors_um"])).get(place), "µm")
 
 
 def length_outcome(test: LengthTest, machine: Machine | None, further: Sequence[LengthTest]) -> StandardTest:

@@ -7,7 +7,17 @@ from typing import Any
 from stepgauge.figures.iso10360_5 import probing_figure
 from stepgauge.files.notation import quantity, vector
 from stepgauge.reports.outcome import StandardTest
-from stepgauge.reports.page import Page, PrintedTable, UserStatements, numbers, quantities, table_of, words
+from stepgauge.reports.page import (
+    Page,
+    PrintedTable,
+    UserStatements,
+    expanded,
+    measured,
+    numbers,
+    quantities,
+    table_of,
+    words,
+)
 from stepgauge.reports.sections import Section, add_comments
 from stepgauge.reports.standards import rules_table, said_of, test_content, unmet
 from stepgauge.standards.iso10360_5 import ProbingTest
@@ -58,9 +68,9 @@ def _caption(test: ProbingTest) -> str:
 def _summary(data: dict[str, Any]) -> PrintedTable:
     columns = (
         words("Characteristic", "symbol"),
-        quantities("Test value", "value_um", 2),
+        measured("Test value", "value_um"),
         quantities("MPE", "limit_um", 2),
-        quantities("U", "expanded_uncertainty_um", 2),
+        expanded("U"),
         words("Decision", lambda one: one["outcome"] or "none"),
     )
     title = "Result" if data["complete"] else "Result; not every rule is met or checked"

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from stepgauge import __version__
-from stepgauge.files.notation import clean, number, quantity
+from stepgauge.files.notation import UNDEFINED, aligned, clean, number, quantity, uncertain
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.reports.sections import Section
 
@@ -114,12 +114,37 @@ def quantities(name: str, cell: str | Callable[[Any], Any], decimals: int, unit:
     return TableColumn(name), lambda row: quantity(made(row), decimals, unit)
 
 
+def measured(name: str, cell: str | Callable[[Any], Any], unit: str = "", own: str = "µm") -> Cells:
+    """A column of values that end where their expanded uncertainties do (:func:`uncertain`); – where a row has none.
+
+    ``unit``: in the head; without one each value has its ``own``.
+    """
+    made = (lambda row: row[cell]) if isinstance(cell, str) else cell
+    return _sure(name, unit, own, lambda row: uncertain(made(row), row[EXPANDED], most=2)[0])
+
+
+def expanded(name: str, unit: str = "", own: str = "µm") -> Cells:
+    """The column of these uncertainties."""
+    return _sure(name, unit, own, lambda row: uncertain(None, row[EXPANDED], most=2)[1])
+
+
+def _sure(name: str, unit: str, own: str, said: Callable[[Any], str]) -> Cells:
+    tail = "" if unit else f" {own}"
+    return TableColumn(name, unit), lambda row: text if (text := said(row)) == UNDEFINED else text + tail
+
+
+EXPANDED = "expanded_uncertainty_um"
+"""Key of an expanded uncertainty in a row of a result."""
+
+
 def table_of(
     title: str, rows: Iterable[Any], columns: Sequence[Cells], note: str = "", stripe: int = 1
 ) -> PrintedTable:
     """A table of rows of any kind by its columns."""
-    cells = [[made(row) for _, made in columns] for row in rows]
-    return PrintedTable(title, [column for column, _ in columns], cells, note, stripe=stripe)
+    listed = list(rows)
+    cells = [[made(row) for row in listed] for _, made in columns]
+    shown = [one if column.words else aligned(one) for (column, _), one in zip(columns, cells, strict=True)]
+    return PrintedTable(title, [column for column, _ in columns], list(zip(*shown, strict=True)), note, stripe=stripe)
 
 
 @dataclass

@@ -8,7 +8,8 @@ from typing import Any
 from stepgauge.diagnosis.wording.catalogue import say
 from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.diagnosis.wording.limits import limits
-from stepgauge.diagnosis.wording.notation import plus_minus, probability_of, significant
+from stepgauge.diagnosis.wording.notation import plus_minus, probability_of
+from stepgauge.files.notation import significant
 from stepgauge.reports.blocks import Block, bullets, heading, table, words
 from stepgauge.reports.diagnosis_blocks import check_blocks, located_row, odds_blocks, trail_blocks
 

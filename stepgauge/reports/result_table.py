@@ -7,7 +7,7 @@ from typing import Any
 
 from stepgauge.conditions import stored_conditions
 from stepgauge.evaluation.files import mean_error_extent
-from stepgauge.files.notation import UNDEFINED, make_sentence, quantity, uncertain
+from stepgauge.files.notation import UNDEFINED, make_sentence, quantity, uncertain, uncertainty
 from stepgauge.machine.file import Machine
 from stepgauge.recording.conventions import needs_gauge_temperature
 from stepgauge.reports.page import PrintedTable, TableColumn
@@ -61,7 +61,7 @@ def _error(result: dict[str, Any], name: str, budget: StoredBudget | None) -> li
 
 def _radius(result: dict[str, Any], budget: StoredBudget | None) -> list[str]:
     line = None if budget is None else budget.find("r_eff", result["placement"], None)
-    expanded = UNDEFINED if line is None else uncertain(None, line.expanded_um)[1]
+    expanded = UNDEFINED if line is None else uncertainty(line.expanded_um)
     return ["Effective tip radius R_eff", "", quantity(result["r_eff_mm"], 5, "mm"), *_sure(line, expanded)]
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.files.notation import clean, number, number_ranges, plural, quantity, uncertain, vector
+from stepgauge.files.notation import clean, number, number_ranges, plural, quantity, uncertainty, vector
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, has_yaw
 from stepgauge.machine.file import Machine
@@ -173,7 +173,7 @@ def radius_section(evaluation: dict[str, Any], machine: Machine | None, budget: 
         line = budget.find("r_eff", result["placement"], None) if budget else None
         u = f"u = {u_of_radius(result)}"
         if line is not None:
-            u = f"U = {uncertain(None, line.expanded_um)[1]} µm, k = {line.k:.2f}"
+            u = f"U = {uncertainty(line.expanded_um)} µm, k = {line.k:.2f}"
         section.add(f"R_eff{tail}", f"{number(result['r_eff_mm'], 5)} mm ({u})")
         section.add(f"From {plural('block', len(result['r_eff_blocks']))}{tail}", number_ranges(result["r_eff_blocks"]))
         if nominal_mm is not None:

@@ -16,6 +16,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.config import TomlTable, check_table
 from stepgauge.files.display import Plotted, figures, join_lines
 from stepgauge.files.json_types import defined
+from stepgauge.files.notation import uncertain, uncertainty
 from stepgauge.files.outputs import open_set
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import read_result, result_file, write_files
@@ -280,10 +281,11 @@ def label(line: StoredLine) -> str:
 
 
 def _said(line: StoredLine, coverage: float) -> str:
-    runs = f"; Monte Carlo u {line.monte_carlo.u_um:.3f} um" if line.monte_carlo else ""
+    runs = f"; Monte Carlo u {uncertainty(line.monte_carlo.u_um)} um" if line.monte_carlo else ""
+    value, expanded = uncertain(line.value_um, line.expanded_um)
     return (
-        f"{line.value_um:.3f} um, u {line.u_um:.3f} um, effective dof {dof_text(line.dof, 'infinite')},"
-        f" U {line.expanded_um:.3f} um (k = {line.k:.2f}, {coverage:g} %){runs}"
+        f"{value.replace('−', '-')} um, u {uncertainty(line.u_um)} um, effective dof {dof_text(line.dof, 'infinite')},"
+        f" U {expanded} um (k = {line.k:.2f}, {coverage:g} %){runs}"
     )
 
 

@@ -24,9 +24,10 @@ from stepgauge.diagnosis.result import Diagnosis, Finding, GaugeDiagnosis, Locat
 from stepgauge.diagnosis.wording.aliases import even_steps_mm
 from stepgauge.diagnosis.wording.findings import name_of, remedy
 from stepgauge.diagnosis.wording.headline import headline
-from stepgauge.diagnosis.wording.notation import plus_minus, probability, significant, symbol, um
+from stepgauge.diagnosis.wording.notation import plus_minus, probability, symbol, um
 from stepgauge.effects import Probings, along_approach_um, effect_kinds, make_effects
 from stepgauge.errors import InputError
+from stepgauge.files.notation import significant
 from stepgauge.machine.file import read_machine
 from stepgauge.machine.readout import machine_effects
 from stepgauge.programs import DIALECTS

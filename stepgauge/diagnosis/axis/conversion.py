@@ -15,7 +15,7 @@ from typing import Any
 
 from stepgauge.axis.units import AxisUnits
 from stepgauge.diagnosis.axis.residuals import Scaling
-from stepgauge.diagnosis.wording.notation import significant
+from stepgauge.files.notation import significant
 
 _KEY = re.compile(r"^(.*_)?(um|mm|s)$")
 _RELATIVE = {"m": "mm/km", "inch": "uin/inch", "thou": "uin/inch", "uin": "uin/inch"}

@@ -29,11 +29,11 @@ from stepgauge.diagnosis.statements import conclude
 from stepgauge.diagnosis.stating_rules import StatedTerm, credible_laws, structure_alone
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import name_of
-from stepgauge.diagnosis.wording.notation import significant
 from stepgauge.diagnosis.wording.structure import UNDETERMINED
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.config import read_toml
+from stepgauge.files.notation import significant
 from stepgauge.files.resources import find_data
 from stepgauge.inference.noise_models import OUTLYING
 from stepgauge.inference.search import Progress

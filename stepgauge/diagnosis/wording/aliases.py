@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stepgauge.diagnosis.wording.catalogue import listed, say
-from stepgauge.diagnosis.wording.notation import significant
 from stepgauge.effects.grids import FEWEST_ALONG, IN_STEP, common_step
 from stepgauge.files.arrays import Array
+from stepgauge.files.notation import significant
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.residuals import Residuals

@@ -12,8 +12,9 @@ from stepgauge.diagnosis.gaussian_processes.random_function import SMOOTH
 from stepgauge.diagnosis.wording.aliases import leads_into_mm
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import subject
-from stepgauge.diagnosis.wording.notation import COVERAGE, plus_minus, probability, significant
+from stepgauge.diagnosis.wording.notation import COVERAGE, plus_minus, probability
 from stepgauge.diagnosis.wording.phrases import misfit, worded, worded_all
+from stepgauge.files.notation import significant
 
 FEW_DOF = 20
 LIKELY = 0.5

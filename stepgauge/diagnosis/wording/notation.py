@@ -8,22 +8,12 @@ from typing import Any
 
 from stepgauge.diagnosis.wording.catalogue import say
 from stepgauge.effects.words import COVERAGE as COVERAGE
-from stepgauge.files.notation import LEAST_PLAIN
+from stepgauge.files.notation import LEAST_PLAIN, significant, uncertain
 
 MOST_NUMBERS = 8
 """Numbers of a finding of which all are told; of more only those that are determined."""
 SURE = 0.99
 """Probability above which no digits are stated: the priors are not known so well."""
-
-
-def significant(value: float | None, digits: int = 3) -> str:
-    """A number to some significant digits, without an exponent where it is not usual."""
-    if value is None:
-        return "undefined"
-    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
-        decimals = 0 if value == 0.0 else max(digits - 1 - math.floor(math.log10(abs(value))), 0)
-        return f"{value:.{decimals}f}"
-    return f"{value:.{digits - 1}e}"
 
 
 def um(value: float | None) -> str:
@@ -47,9 +37,8 @@ def plus_minus(parameter: Mapping[str, Any]) -> str:
     expanded = COVERAGE * u
     if expanded < LEAST_PLAIN:
         return f"{significant(value, 4)} ± {significant(expanded, 2)} {unit}".strip()
-    place = 1 - math.floor(math.log10(float(f"{expanded:.1e}")))
-    value, expanded = (round(one, place) for one in (value, expanded))
-    return f"{value:.{max(place, 0)}f} ± {expanded:.{max(place, 0)}f} {unit}".strip()
+    said, sure = uncertain(value, expanded, most=9)
+    return f"{said.replace('−', '-')} ± {sure} {unit}".strip()
 
 
 def told_numbers(one: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
