@@ -54,7 +54,7 @@ def _points(points: Array, numbers: list[int], name: str, color: str) -> Any:
     import plotly.graph_objects as go
 
     x, y, z = points[np.array(numbers) - 1].round(DECIMALS).T.tolist()
-    hover = "point %{text}<br>(%{x:.4f}, %{y:.4f}, %{z:.4f}) mm<extra></extra>"
+    hover = "%{text}<br>(%{x:.4f}, %{y:.4f}, %{z:.4f}) mm<extra></extra>"
     return go.Scatter3d(
         x=x,
         y=y,

@@ -197,6 +197,14 @@ def test_a_digital_certificate_fills_in_the_rest(tmp_path: Path) -> None:
     np.testing.assert_allclose(sg.read_gauge(made).position_mm, gauge.position_mm, atol=1e-9)
 
 
+def test_the_table_of_a_german_page_is_read_back(tmp_path: Path) -> None:
+    form = {**FORM, "table": lines(FACE, NOMINAL, POSITION, head="Fläche\tNennmaß mm\tPosition mm"), "U_um": "0,3"}
+    Asked(tmp_path).post(gauge_page.save, {**form, "U_um_per_m": "1"})
+    read = sg.read_gauge(tmp_path / "gauge/A-1.toml")
+    np.testing.assert_allclose(read.nominal_mm, NOMINAL)
+    np.testing.assert_allclose(read.position_mm, POSITION)
+
+
 def test_u_that_grows_with_the_length_is_two_fields(tmp_path: Path) -> None:
     form = {**FORM, "table": lines(FACE, NOMINAL, POSITION, head="face\tnominal mm\tposition mm")}
     said = Asked(tmp_path).post(gauge_page.check, form)

@@ -18,6 +18,7 @@ from stepgauge.web.folder import free_name, relative
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
+from stepgauge.web.texts import Words
 from stepgauge.web.uploads import private_file, read_upload
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ def show(request: Request) -> Response:
         groups={key: [one for one in some if one.name not in SELDOM] for key, some in groups.items()},
         seldom=[one for some in groups.values() for one in some if one.name in SELDOM],
         values=values,
-        table=words.decimal(_faces_text(gauge)),
+        table=words.decimal(_faces_text(gauge, words)),
         gauge=gauge,
         saved=request.query_params.get("saved", ""),
     )
@@ -100,14 +101,15 @@ def _values(gauge: Gauge | None) -> dict[str, str]:
     return {one.name: one.shown(stated.get(one.name)) for some in fields() for one in some}
 
 
-def _faces_text(gauge: Gauge | None) -> str:
+def _faces_text(gauge: Gauge | None, words: Words) -> str:
     """The faces as a table that can be edited."""
     if gauge is None:
         return ""
     expanded = gauge.u_um * gauge.certificate.coverage_factor
     rows = zip(gauge.nominal_mm, gauge.position_mm, expanded, strict=True)
     lines = [f"{face}\t{a:.10g}\t{b:.10g}\t{u:.6g}" for face, (a, b, u) in enumerate(rows, 1)]
-    return "\n".join(["face\tnominal mm\tposition mm\tU µm", *lines])
+    heads = [words("face_role.face"), *(f"{words(f'face_role.{one}')} mm" for one in ("nominal", "position")), "U µm"]
+    return "\n".join(["\t".join(heads), *lines])
 
 
 def check(request: Request, form: Form) -> Response:
