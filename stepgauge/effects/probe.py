@@ -31,7 +31,7 @@ class EffectiveRadius(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("side",)
     touch: ClassVar[tuple[str, ...]] = ("gauge", "linear", "rotary", "spot")
     prior: ClassVar[EffectPrior | None] = EffectPrior(
-        2.0, 1.0, "drift of a qualification from day to day, after every change of the stylus"
+        2.0, 1.0, "drift of a qualification from day to day, after every change of the stylus", basis="grade"
     )
     words: ClassVar[Wording | None] = Wording(
         "effective radius",
