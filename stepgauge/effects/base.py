@@ -264,9 +264,15 @@ class Effect(TomlTable):
         return cls.axis_words or cls.words if of == "axis" else cls.words
 
     @classmethod
+    def sines(cls) -> tuple[tuple[Parameter, Parameter], ...]:
+        """Amplitude and phase of each of the sines whose sum an effect is, the fundamental first; none of any other."""
+        linear, phases = ([p for p in cls.parameters() if p.role == role] for role in ("linear", "phase"))
+        return tuple(zip(linear, phases, strict=False))
+
+    @classmethod
     def phase(cls) -> Parameter | None:
         """The phase of an effect that is a sine, None for any other."""
-        return next((p for p in cls.parameters() if p.role == "phase"), None)
+        return next((phase for _, phase in cls.sines()), None)
 
     @classmethod
     def rhythm(cls) -> tuple[str, bool]:

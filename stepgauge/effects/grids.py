@@ -26,6 +26,8 @@ that is recorded by itself, whose whole travel may be a period."""
 MOST_PERIODS, MOST_FREQUENCIES, MOST_TIMES = 5000, 2500, 1000
 PERIOD_STEPS = 3.0
 """Periods along an axis that are tried for each more of them in the travel."""
+MOST_OF_A_TURN = 4.5
+"""Waves in a turn up to which eccentricity, tilt and seats make them."""
 FINER_THAN_STEPS = 20.0
 """Periods over the travel for each place that was measured, where places lie unevenly and so show what is finer. What
 is finer still cannot be told from an amount that each place has of its own, and adds to the odds of that."""
@@ -144,6 +146,16 @@ def periods_along(probings: Probings, choices: Choices) -> Array:
     fewest = FEWEST_ALONE if probings.setting.recording == "linear" else FEWEST_ALONG
     turns = np.arange(fewest, most + 1e-9, 1.0 / PERIOD_STEPS)[:MOST_PERIODS]
     return max(span, 1e-300) / turns
+
+
+def periods_with_second(probings: Probings, choices: Choices) -> Array:
+    """Periods along an axis of which half a period is resolved, too.
+
+    Of a turning axis those of lines and poles: once and twice a turn have causes of their own.
+    """
+    periods, turn_mm = periods_along(probings, choices), probings.setting.turn_mm
+    longest = np.inf if turn_mm is None else turn_mm / MOST_OF_A_TURN
+    return periods[(periods >= 2.0 * periods.min()) & (periods < longest)]
 
 
 def slow_periods_s(probings: Probings, choices: Choices) -> Array:

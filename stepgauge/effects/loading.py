@@ -136,7 +136,7 @@ def _check(effect: type[Effect], path: str | Path, known: set[str]) -> None:
         _check_parameter(p, f"{where}, parameter {p.name!r}", path)
     sines = [p.name for p in parameters if p.role == "phase"]
     linear = [p.name for p in parameters if p.role == "linear"]
-    if len(sines) > 1 or (sines and len(linear) != 1):
+    if sines and len(linear) != len(sines):
         raise InputError(path, f"{where}: a phase needs one linear amplitude", found=[*sines, *linear])
     _try(effect, where, path)
 

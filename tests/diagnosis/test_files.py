@@ -414,6 +414,11 @@ EXAMPLES: list[tuple[str, dict[str, Any], list[str]]] = [
         {"axis": "x", "period_mm": 10.0, "amplitude_um": 0.5},
         ["every 10 mm", "0.5 um", "twice that"],
     ),
+    (
+        "interpolation_error",
+        {"axis": "x", "period_mm": 2.0, "amplitude_um": 0.5, "second_um": 0.2},
+        ["every 2 mm", "0.5 um", "0.2 um at half"],
+    ),
     ("local_scale_defect", {"axis": "x", "at_mm": 350.0, "width_mm": 40.0, "height_um": 0.9}, ["x = 350 mm", "0.9 um"]),
     ("squareness", {"plane": "xy", "urad": 3.0}, ["axes xy", "3 urad over 90 deg"]),
     ("squareness", {"plane": "xy", "urad": -3.0}, ["3 urad under 90 deg"]),

@@ -33,10 +33,10 @@ class FittedLaw:
             if value is not None and name not in self.frozen
             for part in parts_of(name, value)
         ]
-        self.phase = self.law.phase()
-        phase = [self.phase.name] if self.phase is not None else []
+        self.sines = self.law.sines()
+        phases = [phase.name for _, phase in self.sines]
         components = [f"component {i}" for i in range(self.free)]
-        self.names = [*(components or self.linear), *moving, *phase]
+        self.names = [*(components or self.linear), *moving, *phases]
         self.units = {name: known[name].unit for name in known}
         self.sized = self.free or len(self.linear)
         # of what is usual nothing is known where a name has no prior: infinitely wide about one
@@ -62,15 +62,16 @@ class FittedLaw:
     def start(self, coefficients: Array) -> Array:
         """Parameters from the coefficients of the signature."""
         values: dict[str, Any] = dict(self.atom)
-        if self.phase is not None:
-            size, turn = _sine(coefficients.reshape(-1, 2))
-            names = [f"component {i}" for i in range(self.free)] or self.linear
-            values |= dict(zip(names, map(float, size), strict=True))
-            values[self.phase.name] = float(turn / (2.0 * np.pi) * self.phase.turn)
+        components = [f"component {i}" for i in range(self.free)]
+        if self.sines:
+            for (amplitude, phase), own in zip(self.sines, np.split(coefficients, len(self.sines)), strict=True):
+                size, turn = _sine(own.reshape(-1, 2))
+                values |= dict(zip(components or [amplitude.name], map(float, size), strict=True))
+                values[phase.name] = float(turn / (2.0 * np.pi) * phase.turn)
         elif self.law.kind == "misalignment":
             values["mrad"] = float(np.sqrt(max(coefficients[0], 0.0)))
         else:
-            names = [f"component {i}" for i in range(self.free)] or self.linear
+            names = components or self.linear
             # a law without an amplitude, as a longer lever, starts from its shape alone
             values |= dict(zip(names, map(float, coefficients), strict=True)) if names else {}
         self.atom |= {name: values[name] for name in self.atom}
@@ -107,12 +108,14 @@ class FittedLaw:
 
     def _shape(self, sets: Array, data: Residuals) -> Array:
         values = self._values_of_sets(sets)
-        effect = self.law.model_construct(**(values | dict.fromkeys(self.linear, 1.0)))
+        alone = [dict.fromkeys(self.linear, 0.0) | {name: 1.0} for name in self.linear] or [{}]
+        um = np.empty((len(sets), len(alone), len(data)))
         with np.errstate(all="ignore"):  # far from its range an effect may be no number, and no step leads there
-            um = np.broadcast_to(along_approach_um(effect, data.probings), (len(sets), len(data)))
+            for place, sizes in enumerate(alone):
+                um[:, place] = along_approach_um(self.law.model_construct(**values | sizes), data.probings)
         if not np.isfinite(um).all():
             raise InputError("effects", "no number", found=self.law.kind)
-        return um[:, None] * (1.0 if self.family.directions is None else self._shares(data))
+        return um * (1.0 if self.family.directions is None else self._shares(data))
 
     def _values_of_sets(self, sets: Array) -> dict[str, Any]:
         """All parameters but the sizes, the fitted ones ``(m, 1)``; a free direction is in its shares."""

@@ -211,12 +211,7 @@ def _solved(law: FittedLaw, parameters: Array, covariance: Array) -> Solved:
     values = law.values(parameters)
     if law.free:
         _point_forward(values, law)
-    if law.phase is not None and values[law.linear[0]] < 0:
-        values[law.linear[0]] *= -1.0
-        values[law.phase.name] += law.phase.turn / 2.0
-    for p in law.law.parameters():
-        if p.turn and isinstance(values.get(p.name), float):
-            values[p.name] = (values[p.name] + p.turn / 2.0) % p.turn - p.turn / 2.0
+    _turn_round(values, law)
     spreads = _spreads(law, parameters, covariance)
     if law.law.kind == "misalignment":
         values["mrad"] = abs(values["mrad"])
@@ -234,6 +229,17 @@ def _solved(law: FittedLaw, parameters: Array, covariance: Array) -> Solved:
     return Solved(law.family, law.law.model_construct(**values), estimates)
 
 
+def _turn_round(values: dict[str, Any], law: FittedLaw) -> None:
+    """Sines with positive amplitudes, and all angles within half a turn of zero."""
+    for amplitude, phase in law.sines:
+        if values[amplitude.name] < 0:
+            values[amplitude.name] *= -1.0
+            values[phase.name] += phase.turn / 2.0
+    for p in law.law.parameters():
+        if p.turn and isinstance(values.get(p.name), float):
+            values[p.name] = (values[p.name] + p.turn / 2.0) % p.turn - p.turn / 2.0
+
+
 def _above_zero(value: float, u: float) -> tuple[float, float]:
     """Mean and standard deviation of a normal distribution of what cannot be negative, cut off at zero."""
     if not u > 0.0:
@@ -249,8 +255,9 @@ def _point_forward(values: dict[str, Any], law: FittedLaw) -> None:
     direction = np.array(values[name])
     if direction[np.abs(direction).argmax()] < 0.0:
         direction = -direction
-        if law.phase is not None:
-            values[law.phase.name] += law.phase.turn / 2.0
+        if law.sines:
+            _, phase = law.sines[0]
+            values[phase.name] += phase.turn / 2.0
         else:
             values[law.linear[0]] *= -1.0
     values[name] = tuple(float(share) for share in direction)

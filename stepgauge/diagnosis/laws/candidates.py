@@ -78,7 +78,7 @@ def _twice(law: Law) -> Iterator[Law]:
     A scale or a drive has several periods, and one of them may be told in time beside one along the axis.
     """
     own = law.source.law
-    if (own.phase() is None and not own.several) or law.source.alone is not None:
+    if (len(own.sines()) != 1 and not own.several) or law.source.alone is not None:
         yield law
         return
     first = replace(law, again=BESIDE_FIRST)

@@ -122,7 +122,8 @@ def discrepancy(family: Family, courses: UnobservedCourses, atom: int, shape: di
     """
     if family.law.phase():
         period, inverse = family.law.rhythm()
-        waves = ({**shape, period: shape[period] * (order if inverse else 1.0 / order)} for order in HARMONICS)
+        orders = (order for order in HARMONICS if order > len(family.law.sines()))
+        waves = ({**shape, period: shape[period] * (order if inverse else 1.0 / order)} for order in orders)
         return np.concatenate([family_signatures(family, one, data) for one in waves])
     beside = np.concatenate([courses.beside(atom) * share for share in family.share_rows])
     return residual_columns(beside, family_signatures(family, shape, data))

@@ -305,7 +305,7 @@ def signatures(law: type[Effect], choices: dict[str, Any], atoms: Sequence[dict[
         return _apart(law, choices, atoms, unset, data)
     if len(atoms) < 2 or any(not isinstance(value, float | int | tuple) for atom in atoms for value in atom.values()):
         return np.concatenate([np.stack(_columns(law, choices, atom, data, 1), axis=1) for atom in atoms])
-    depth, precision = (2, np.float32) if law.phase() else (1, np.float64)
+    depth, precision = (2 * len(law.sines()), np.float32) if law.sines() else (1, np.float64)
     found = np.empty((len(atoms), depth, len(data)), precision)
     for some in chunks(len(atoms), len(data)):
         together = {name: _stacked([atom[name] for atom in atoms[some]]) for name in atoms[0]}
@@ -356,10 +356,14 @@ def _columns(
     """One array ``(count, n)`` per linear parameter; a sine of any amplitude and phase is a sum of two."""
     linear = [p.name for p in law.parameters() if p.role == "linear"]
     values = fixed_values(law) | choices | atom | dict.fromkeys(linear, 1.0)
-    phase = law.phase()
-    if phase is None:
+    if not law.sines():
         return [_column(law, values, data, count)]
-    return [_column(law, values | {phase.name: at}, data, count) for at in (0.0, phase.turn / 4.0)]
+    silent = values | dict.fromkeys(linear, 0.0)
+    return [
+        _column(law, silent | {amplitude.name: 1.0, phase.name: at}, data, count)
+        for amplitude, phase in law.sines()
+        for at in (0.0, phase.turn / 4.0)
+    ]
 
 
 def _column(law: type[Effect], values: dict[str, Any], data: Residuals, count: int) -> Array:
