@@ -43,7 +43,7 @@ def findings(model: Model, answer: Posterior, data: Residuals, priors: Priors) -
         for one in credible_laws(statement, priors.decision):
             if not one.candidate.combined:
                 solved = _fitted_instead(one, statement, model, data)
-                if one is not statement.lead and not solved.is_possible:
+                if one is not statement.lead and not (solved.is_possible and _has_all(solved, priors.decision)):
                     continue  # the stated one was possible when the others were stated, and stays
                 fits[one.candidate.label] = solved
             rivals.append(one)
@@ -51,6 +51,12 @@ def findings(model: Model, answer: Posterior, data: Residuals, priors: Priors) -
         different = _different(rivals, fits, data)
         yield credible_finding(statement, causes, different, answer, model.state, priors.decision, model.wider)
     yield from (_geometry_finding(one, model, answer, data, priors) for one in model.geometry)
+
+
+def _has_all(solved: Solved, decision: Decision) -> bool:
+    """Whether each of several sizes of a law is told from none: without one it is a simpler law by another name."""
+    known = [one for one in solved.sizes if one.u is not None]
+    return len(solved.sizes) < 2 or all(abs(one.value) >= decision.determined * (one.u or 0.0) for one in known)
 
 
 def _different(laws: Sequence[Member], fits: Mapping[str, Solved], data: Residuals) -> list[Member]:

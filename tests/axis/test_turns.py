@@ -63,7 +63,8 @@ def test_once_and_twice_a_turn_are_found_with_their_sizes_and_exact_periods(seed
     for one in waves:
         known = one["parameters"]
         count = float(round(360.0 / known["period_deg"]["value"]))
-        assert one["set"] == []
+        # that it is the second harmonic of something faint is hardly possible
+        assert sum(rival["conditional_probability"] for rival in one["set"][1:]) < 0.1
         assert known["amplitude_arcsec"]["value"] == pytest.approx(made[count], abs=0.15)
         if count < 100.0:
             assert known["period_deg"]["value"] == pytest.approx(360.0 / count, rel=1e-9)
