@@ -138,6 +138,7 @@ def _table(
     return {
         "adequate": nothing,
         "explained": _probability(answer, lambda one: _explains(one, findings)),
+        "all_geometry": _probability(answer, lambda one: any(c.combined for c in one.candidates)),
         "scatter": {name: answer.probability_of_scatter(name) for name in SCATTER},
         "statements": rows,
         "possible": list(_possible(answer, findings, structure)),

@@ -127,15 +127,28 @@ def test_a_machine_file_that_states_another_tip_or_no_kind_is_told(
     parameters = {"um": {"value": um, "u": 1.5, "unit": "um"}}
     effect = {"kind": "effective_radius", "parameters": parameters, "confounded_with": []}
     stated = {"machine": {"kind": kind, "tip_radius_mm": 2.0}}
-    doubts = list(machine_doubts({"verdict": verdict, "effects": [effect], "inputs": stated}))
+    said = {"verdict": verdict, "effects": [effect], "inputs": stated, "probabilities": {"all_geometry": 0.0}}
+    doubts = list(machine_doubts(said))
     assert [noted in one for one in doubts] == ([True] if noted else [])
 
 
-def test_all_errors_of_the_guides_as_a_rival_say_where_they_can_be_left_out() -> None:
-    scale = {"kind": "scale_error", "parameters": {}, "confounded_with": ["geometric_errors"]}
-    said = {"verdict": "effects", "effects": [scale], "inputs": {"machine": {"kind": "machine tool"}}}
-    (doubt,) = machine_doubts(said)
-    assert "--without geometric_errors" in doubt
+@pytest.mark.parametrize(
+    ("kinds", "possible", "noted"),
+    [
+        (["scale_error"], 0.02, True),
+        (["scale_error"], 0.001, False),
+        (["scale_error", "geometric_errors"], 0.9, True),
+        (["geometric_errors"], 0.9, False),
+    ],
+)
+def test_all_errors_of_the_guides_at_once_say_where_they_can_be_left_out(
+    kinds: list[str], possible: float, noted: bool
+) -> None:
+    """They widen the ± of a scale whether they are its rival, stand beside it or are only possible."""
+    effects = [{"kind": kind, "parameters": {}} for kind in kinds]
+    said = {"verdict": "effects", "effects": effects, "inputs": {"machine": {"kind": "machine tool"}}}
+    doubts = list(machine_doubts({**said, "probabilities": {"all_geometry": possible}}))
+    assert ["--without geometric_errors" in one for one in doubts] == [True] * noted
 
 
 @pytest.mark.parametrize(("option", "name"), [("--kind", "mill"), ("--without", "geometric")])

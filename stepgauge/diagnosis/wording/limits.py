@@ -9,6 +9,8 @@ from typing import Any
 from stepgauge.conditions import stored_conditions
 from stepgauge.conditions.duplicates import copies_words
 from stepgauge.diagnosis.gaussian_processes.random_function import SMOOTH
+from stepgauge.diagnosis.laws.geometry import KIND as GEOMETRY
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.wording.aliases import leads_into_mm
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import subject
@@ -130,10 +132,9 @@ def machine_doubts(said: Mapping[str, Any], language: str = "en") -> Iterator[st
         u_um = said["measured"].get("pretravel_u_um", 0.0)
         um = plus_minus({"value": float(pretravel_um), "u": u_um, "unit": "um"}) + f" (k = {COVERAGE:g})" * bool(u_um)
         yield say("pretravel_open", language) if u_um is None else say("pretravel", language, um=um)
-    if machine.get("kind", "") is None and (said["verdict"] == "unknown" or "geometric_errors" in effects):
+    if machine.get("kind", "") is None and (said["verdict"] == "unknown" or GEOMETRY in effects):
         yield say("no_kind", language)
-    rivals = {kind for one in said["effects"] for kind in one["confounded_with"]}
-    if "geometric_errors" in rivals - set(effects):
+    if set(effects) - {GEOMETRY} and said["probabilities"].get("all_geometry", 0.0) >= shipped_priors().decision.in_set:
         yield say("all_geometry", language)
 
 
