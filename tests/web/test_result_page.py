@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -24,14 +25,14 @@ from stepgauge.verbs.catalogue import VERBS
 from stepgauge.web.app import make_app
 from stepgauge.web.evaluations import placement_files, placement_words, read_evaluation
 from stepgauge.web.judgement import STATED_AT, verdict
-from stepgauge.web.pages import locate, report, result
+from stepgauge.web.pages import locate, report, result, sources
 from stepgauge.web.pages.result import errors, errors_chart
 from stepgauge.web.site import Site
 from stepgauge.web.texts import Words
 from stepgauge.web.work import WorkList
 from tests.conftest import ROOT
 from tests.dcc.made import evaluated, one_recording
-from tests.measured import lay, shipped
+from tests.measured import ALONG_X, ALONG_Y, lay, run, shipped
 from tests.web.conftest import Asked, make_project
 
 MACHINE = "machine/bridge-cmm.toml"
@@ -138,6 +139,18 @@ def test_several_placements_have_one_decision_that_names_the_placement(folder: P
         ("de", f"in Lage {worst.placement}:"),
     ):
         assert said in verdict(Words(language), judged, False)["lines"][1]
+
+
+def test_the_sources_of_several_placements_know_how_each_lies(folder: Path) -> None:
+    gauge = sg.read_gauge("gauge/step-gauge-420.toml")
+    runs = [run(3).recording, run(3, ALONG_X).recording]
+    for one, axis, name in zip(runs, (ALONG_Y, ALONG_X), ("", "-2"), strict=True):
+        one.write(folder / f"recordings/run{name}.csv")
+        turned = {"uncertainty": {"yaw_urad": 20.0, "pitch_urad": 20.0}}
+        replace(lay(gauge, axis), details=turned).write(folder / f"placement{name}.toml")
+    joined = join_recordings([sg.read_recording(f"recordings/run{name}.csv") for name in ("", "-2")])
+    sg.evaluate(joined, gauge).write(folder / "results/both")
+    assert "alignment" not in Asked(folder).get(sources.budget, evaluation="results/both")
 
 
 def test_recordings_are_evaluated_together_by_ticking_them(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 @lru_cache(4)
 def _trial(
-    recordings: tuple[Path, ...], gauge: str, machine: str, placement: str, choice: tuple[str, str], _: Any
+    recordings: tuple[Path, ...], gauge: str, machine: str, placements: tuple[str, ...], choice: tuple[str, str], _: Any
 ) -> BudgetTrial:
     import stepgauge as sg
     from stepgauge.montecarlo import ModelOptions
@@ -43,7 +43,7 @@ def _trial(
     from stepgauge.standards.budget_trial import budget_trial
 
     steps = sg.read_gauge(gauge)
-    lies = (sg.read_placement(placement, steps),) if placement else ()
+    lies = tuple(sg.read_placement(one, steps) for one in placements)
     options = ModelOptions(blocks=choice[0], origin="all" if choice[1] == "all" else "first")
     return budget_trial([joined_recording(recordings)], sg.read_machine(machine), steps, BudgetOptions(lies), options)
 
@@ -51,12 +51,11 @@ def _trial(
 def _trial_of(site: Site, shown: EvaluationView) -> BudgetTrial:
     recordings, gauge = recordings_and_gauge(site, shown.name)
     machine = site.stated("machine")
-    found = placement_files(site, shown.data)
-    placement = str(site.folder / found[0]) if len(found) == 1 else ""
+    placements = tuple(str(site.folder / one) for one in placement_files(site, shown.data))
     first, last = shown.data["blocks"]
     choice = f"{first}:{last}", str(shown.data["r_eff_origin"])
-    files: list[str | Path] = [*recordings, gauge, machine, *([placement] if placement else [])]
-    return _trial(tuple(recordings), gauge, machine, placement, choice, stamps(*files))
+    files: list[str | Path] = [*recordings, gauge, machine, *placements]
+    return _trial(tuple(recordings), gauge, machine, placements, choice, stamps(*files))
 
 
 def budget(request: Request) -> Response:
