@@ -161,10 +161,12 @@ def axis_faces(
     conditions = stored_conditions(one)
     require_statement(conditions, path)
     share = float(one["axis"][AXES.index(axis)])
-    _check_tip(tip, float(one["r_eff_mm"]), str(path))
+    radius_mm = float(one["r_eff_mm"])
+    if tip is None and evaluation["r_eff_origin"] == "corrected":
+        tip = TipRadius(radius_mm, 0.0)  # what the machine indicates it has corrected with that
+    _check_tip(tip, radius_mm, str(path))
     rows = [row for row in one["faces"] if row["count"] > 0]
     front = np.array([row["side"] == "front" for row in rows])
-    radius_mm = float(one["r_eff_mm"])
     position = np.array([row["position_mm"] for row in rows]) + np.where(front, 0.0, 2.0 * radius_mm)
     start = float(one["origin_mm"][AXES.index(axis)])
     error = np.array([_own(row, "x") for row in rows]) + np.where(front, 0.0, 2e3 * radius_mm)

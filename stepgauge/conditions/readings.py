@@ -14,6 +14,7 @@ from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import APPROACH, POSITION, Recording
+from stepgauge.recording.corrected import corrected_radius_mm
 from stepgauge.recording.face_readings import FaceReadings
 from stepgauge.recording.identity import (
     axis_from_approaches,
@@ -33,7 +34,8 @@ class Readings:
     at the recorded gauge temperature; ``faces``: of the used section. ``judged``: readings that their repeats
     contradict; ``kept``: rows of the recording that are used, None for all; ``tilt_rad``: angle of the line of the
     readings to the axis; ``drift_corrected``: the drift that was taken off, in words, and ``drift_u_mm``: what a
-    standard uncertainty of its rate moves every reading by, ``(n,)``.
+    standard uncertainty of its rate moves every reading by, ``(n,)``; ``corrected_mm``: tip radius by which the points
+    had been corrected before they were turned back into tip centres, 0 where they had not.
     """
 
     axis: Array
@@ -44,6 +46,7 @@ class Readings:
     tilt_rad: float = 0.0
     drift_corrected: str = ""
     drift_u_mm: Array | None = None
+    corrected_mm: float = 0.0
 
     @property
     def left_out(self) -> tuple[ExcludedReading, ...]:
@@ -86,7 +89,8 @@ def project_readings(
     check_beside(position, axis, face, gauge, recording.path)
     check_tip(by_face, recording)
     check_rows(recording)
-    readings = Readings(axis, by_face, faces, tilt_rad=tilt_rad(position, axis, face, gauge))
+    tilt = tilt_rad(position, axis, face, gauge)
+    readings = Readings(axis, by_face, faces, tilt_rad=tilt, corrected_mm=corrected_radius_mm(recording) or 0.0)
     judged = _judged(readings, recording, leave_out)
     return _without_drift(judged, recording) if correct_drift else judged
 

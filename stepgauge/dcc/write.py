@@ -154,7 +154,7 @@ def _result(
         D.usedSoftware(software()),
         D.measuringEquipments(gauge_equipment(gauge)),
         D.influenceConditions(*_conditions(evaluation, placed, said, machine)),
-        D.results(_radius(budget, number), *(_errors(budget, number, name) for name in ERRORS)),
+        D.results(*_radius(budget, number), *(_errors(budget, number, name) for name in ERRORS)),
     )
 
 
@@ -204,13 +204,15 @@ def _conditions(
     return found
 
 
-def _radius(budget: StoredBudget, placement: int) -> Element:
+def _radius(budget: StoredBudget, placement: int) -> Iterator[Element]:
+    """The effective radius, where it is a result: what the readings had been corrected with is none."""
     line = budget.find("r_eff", placement, None)
-    assert line is not None
+    if line is None:
+        return
     numbers = QuantityValues(
         [line.value_um * 1e-3], MILLIMETRE, 7, [line.expanded_um * 1e-3], [line.k], budget.coverage_percent
     )
-    return D.result(words("name", "Effective tip radius"), D.data(quantity("Effective radius R_eff", RADIUS, numbers)))
+    yield D.result(words("name", "Effective tip radius"), D.data(quantity("Effective radius R_eff", RADIUS, numbers)))
 
 
 def _errors(budget: StoredBudget, placement: int, name: str) -> Element:

@@ -14,13 +14,13 @@ from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.totals import latched_um, scatter_um
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
-from stepgauge.files.numerals import number
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import machine_effects
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.columns import CORRECTED, STYLUS
 from stepgauge.recording.conventions import complete_convention, warmer_K
+from stepgauge.recording.corrected import corrected_radius_mm
 from stepgauge.recording.identity import axis_from_approaches, certified_mm, check_recording
 
 FEWEST_ROWS = 12
@@ -257,8 +257,8 @@ def _radius_mm(recording: Recording, machine: Machine) -> Array:
 
     Readings that had been corrected for the tip have nothing of the machine file's: only what that correction left.
     """
-    if CORRECTED in recording.comments:
-        return np.full(len(recording), _corrected_radius_mm(recording))
+    if (radius := corrected_radius_mm(recording)) is not None:
+        return np.full(len(recording), radius)
     styli, approach, radius_mm = stylus_of(recording.frame), recording.approach, np.empty(len(recording))
     for one in np.unique(styli).tolist():
         try:
@@ -269,14 +269,6 @@ def _radius_mm(recording: Recording, machine: Machine) -> Array:
             raise InputError(recording.path, what, expected=expected) from None
         radius_mm[rows] = own.probe.tip_radius_mm - own.sensor.pretravel_um(approach[rows]) * 1e-3
     return radius_mm
-
-
-def _corrected_radius_mm(recording: Recording) -> float:
-    stated = number(recording.comments[CORRECTED])
-    if not np.isfinite(stated):
-        what, expected = "readings were corrected for several tip radii", "one: import them with the same tip radius"
-        raise InputError(recording.path, what, found=recording.comments[CORRECTED], expected=expected)
-    return float(stated)
 
 
 def _origin(along_um: Array, placement: NDArray[np.intp]) -> Array:

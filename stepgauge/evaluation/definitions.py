@@ -49,11 +49,16 @@ def _one_block(seen: FaceStatistics, block: int) -> Iterator[Condition]:
     yield Condition("reversal", "contribution", words)
 
 
-def corrected_radius(recording: Recording) -> Iterator[Condition]:
-    """What R_eff is of readings that had been corrected for the tip."""
-    if (radius := recording.comments.get(CORRECTED)) is not None:
-        words = (
-            f"the readings had been corrected for the tip and were turned back with the radius {radius} mm: R_eff is"
-            " that of the tip only if they had been corrected with the same"
-        )
-        yield Condition("effective radius", "contribution", words)
+def corrected_readings(recording: Recording, origin: REffOrigin) -> Iterator[Condition]:
+    """What errors and R_eff are of readings that had been corrected for the tip."""
+    radius = recording.comments.get(CORRECTED)
+    if radius is None:
+        return
+    words = (
+        f"the readings had been corrected for the tip with the radius {radius} mm, and are judged as they were"
+        " indicated: XB and XR hold a reversal of the machine and an error of the tip's qualification"
+        if origin == "corrected"
+        else f"the readings had been corrected for the tip and were turned back with the radius {radius} mm: R_eff is"
+        " that of the tip only if they had been corrected with the same"
+    )
+    yield Condition("effective radius", "contribution", words)

@@ -20,8 +20,8 @@ from stepgauge.conditions.decision import NO_LIMIT, ConformityDecision
 from stepgauge.conditions.gauge import gauge_conditions
 from stepgauge.conditions.outliers import ExcludedReading
 from stepgauge.conditions.readings import project_readings
-from stepgauge.errors import InputError
-from stepgauge.evaluation.definitions import corrected_radius, definitions
+from stepgauge.errors import InputError, naming
+from stepgauge.evaluation.definitions import corrected_readings, definitions
 from stepgauge.evaluation.face_errors import REffOrigin, band_um, face_errors, radius_blocks, reference_face
 from stepgauge.files.arrays import Array
 from stepgauge.files.display import Plotted, figures, join_lines
@@ -30,6 +30,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.conventions import recorded_scales_C
+from stepgauge.recording.corrected import corrected_radius_mm
 from stepgauge.recording.face_readings import FaceStatistics
 from stepgauge.recording.identity import check_gauge
 from stepgauge.recording.rows import check_copies
@@ -44,7 +45,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class EffectiveRadiusEstimate:
-    """R_eff (Eq 1), its standard uncertainty (NaN without repeats) and the blocks it was found from."""
+    """R_eff (Eq 1), its standard uncertainty (NaN without repeats) and the blocks it was found from.
+
+    Without blocks it is the radius by which the readings had been corrected, which is exact.
+    """
 
     r_eff_mm: float
     u_mm: float
@@ -115,9 +119,14 @@ class PlacementResult:
         main = (
             f"{name}: span {self.span_mm:.1f} mm, range of the mean error XM {_um(self.band_um)},"
             f" largest 2s {_um(self.worst_two_sigma_um)},"
-            f" R_eff {self.radius.r_eff_mm:.5f} mm (u = {_um(self.radius.u_mm * 1e3)})"
+            f" {self._radius_words()}"
         )
         return [*(f"{name}: note: {note}" for note in self.notes), main]
+
+    def _radius_words(self) -> str:
+        if not self.radius.blocks:
+            return f"corrected with the tip radius {self.radius.r_eff_mm:.5f} mm"
+        return f"R_eff {self.radius.r_eff_mm:.5f} mm (u = {_um(self.radius.u_mm * 1e3)})"
 
 
 def _um(value: float) -> str:
@@ -207,7 +216,7 @@ def evaluate(
     recording: Recording,
     gauge: Gauge,
     blocks: tuple[int, int] | None = None,
-    r_eff_origin: REffOrigin = "first",
+    r_eff_origin: REffOrigin | None = None,
     placements: Sequence[Placement] = (),
     correct_drift: bool = False,
 ) -> Evaluation:
@@ -219,7 +228,9 @@ def evaluate(
     gauge : certified positions
     blocks : first and last block of the used section; default: from the lowest to the highest that was measured
     r_eff_origin : ``"first"``: the effective radius from the first used block, whose XB is then zero by construction;
-        ``"all"``: the mean over all used blocks
+        ``"all"``: the mean over all used blocks; ``"corrected"``: that by which the readings had been corrected, so
+        that the errors are those which the machine indicated; default: ``"corrected"`` for readings that had been
+        corrected for the tip, else ``"first"``
     placements : of the gauge, in the order of the placement numbers; default: the axis is the mean of the
         forward approaches minus the backward ones
     correct_drift : take off a drift with time that the repeats show; default: it is remarked
@@ -241,12 +252,18 @@ def evaluate(
             expected=f"{len(numbers)} or none",
         )
     section = blocks or _measured_section(recording)
+    origin = r_eff_origin or usual_origin(recording)
     results = []
     for index, number in enumerate(numbers):
         axis = placements[index].axis if placements else None
         part = recording if len(numbers) == 1 else recording.select_placement(number)
-        results.append(_evaluate_placement(part, gauge, section, r_eff_origin, axis, number, correct_drift))
-    return Evaluation(gauge, section, r_eff_origin, tuple(results), recording.path, recording.comments)
+        results.append(_evaluate_placement(part, gauge, section, origin, axis, number, correct_drift))
+    return Evaluation(gauge, section, origin, tuple(results), recording.path, recording.comments)
+
+
+def usual_origin(recording: Recording) -> REffOrigin:
+    """Where R_eff comes from unless somebody says otherwise."""
+    return "first" if corrected_radius_mm(recording) is None else "corrected"
 
 
 def _measured_section(recording: Recording) -> tuple[int, int]:
@@ -270,11 +287,12 @@ def _evaluate_placement(
     faces, kept = readings.faces, slice(None) if readings.kept is None else readings.kept
     seen = readings.by_face.statistics(faces)
     _check_reference(seen, recording.path)
-    blocks = _check_blocks(seen, origin, recording.path)
-    errors = face_errors(seen, gauge.u_um[faces - 1], origin, gauge.correlation_of(faces))
+    blocks = _check_blocks(seen, origin, recording)
+    u_um, correlation = gauge.u_um[faces - 1], gauge.correlation_of(faces)
+    errors = face_errors(seen, u_um, origin, correlation, readings.corrected_mm)
     temperature, scales = recording.columns.get("gauge_temperature_C"), recorded_scales_C(recording)
     defined = definitions(seen, origin, blocks, gauge.position_mm[faces - 1], errors.xm_um)
-    conditions = gauge_conditions(recording, gauge, readings, seen) + defined + corrected_radius(recording)
+    conditions = gauge_conditions(recording, gauge, readings, seen) + defined + corrected_readings(recording, origin)
     first_touch = int(np.abs(readings.face - faces[0]).argmin())
     return PlacementResult(
         number,
@@ -304,11 +322,14 @@ def _check_reference(seen: FaceStatistics, path: str) -> None:
         raise InputError(path, "no front face of the used section was measured", expected="at least one front face")
 
 
-def _check_blocks(seen: FaceStatistics, origin: REffOrigin, path: str) -> tuple[int, ...]:
-    """Numbers of the blocks that the effective radius comes from."""
+def _check_blocks(seen: FaceStatistics, origin: REffOrigin, recording: Recording) -> tuple[int, ...]:
+    """Numbers of the blocks that the effective radius comes from; none where the readings had been corrected."""
     chosen = radius_blocks(seen, origin)
-    if not chosen.size:
-        raise InputError(
-            path, "no block has both faces measured", expected="one complete block for the effective radius"
-        )
+    if origin == "corrected":
+        if corrected_radius_mm(recording) is None:
+            what = "these readings had not been corrected for the tip: there is no radius of a correction"
+            raise InputError(recording.path, what, expected=naming("r_eff_origin", words="{} first or all"))
+    elif not chosen.size:
+        expected = "one complete block for the effective radius"
+        raise InputError(recording.path, "no block has both faces measured", expected=expected)
     return tuple(int(b) for b in (seen.faces[0] + 1) // 2 + chosen)

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from stepgauge.files.arrays import Array
 from stepgauge.recording.face_readings import FaceStatistics
 
-REffOrigin = Literal["first", "all"]
+REffOrigin = Literal["first", "all", "corrected"]
+"""Where the effective radius comes from: the first complete block, all of them, or the correction of the readings."""
 
 
 @dataclass(frozen=True)
@@ -50,20 +51,31 @@ def reference_face(seen: FaceStatistics) -> int | None:
 
 
 def radius_blocks(seen: FaceStatistics, origin: REffOrigin) -> NDArray[np.intp]:
-    """Indices of the blocks that the effective radius comes from: the first complete one, or all complete ones."""
+    """Indices of the blocks that the effective radius comes from: the first complete one, all, or none."""
     complete = np.flatnonzero((seen.count[0::2] > 0) & (seen.count[1::2] > 0))
-    return complete[:1] if origin == "first" else complete
+    return {"first": complete[:1], "all": complete, "corrected": complete[:0]}[origin]
 
 
-def face_errors(seen: FaceStatistics, u_um: Array, origin: REffOrigin, correlation: Array | None = None) -> FaceErrors:
+def face_errors(
+    seen: FaceStatistics,
+    u_um: Array,
+    origin: REffOrigin,
+    correlation: Array | None = None,
+    corrected_mm: float = 0.0,
+) -> FaceErrors:
     """Errors against the certificate (Eqs 1 to 11); ``u_um (k,)`` is its standard uncertainty at the faces, with their
     ``correlation (k, k)`` (None: independent).
 
-    The section must have a measured front (:func:`reference_face`) and a complete block (:func:`radius_blocks`).
+    ``corrected_mm``: the radius of the origin ``"corrected"``, which is exact: the errors are those of the points as
+    the machine indicated them, 0 for differences of readings. The section must have a measured front
+    (:func:`reference_face`) and, for other origins, a complete block (:func:`radius_blocks`).
     """
     reference = reference_face(seen)
     assert reference is not None
-    radius_mm, u_mm = _effective_radius(seen, u_um, radius_blocks(seen, origin), correlation)
+    if origin == "corrected":
+        radius_mm, u_mm = np.full(seen.mean_mm.shape[:-1], corrected_mm), np.zeros(seen.mean_mm.shape[:-1])
+    else:
+        radius_mm, u_mm = _effective_radius(seen, u_um, radius_blocks(seen, origin), correlation)
     tip_mm = np.where(seen.front, 0.0, 2.0 * radius_mm[..., None])
     error_um = (seen.mean_mm - seen.mean_mm[..., reference : reference + 1] - tip_mm) * 1e3
     xf, xb = _forward_backward(error_um, seen.front)

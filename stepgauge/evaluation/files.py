@@ -40,6 +40,7 @@ UM = ("xf_um", "sf_um", "xb_um", "sb_um", "xm_um", "xr_um")
 R_EFF_ORIGIN = {
     "first": "from the size of the first used block; XB of that block is zero by construction",
     "all": "mean over all used blocks",
+    "corrected": "that by which the readings had been corrected: the errors are those which the machine indicated",
 }
 
 

@@ -36,7 +36,7 @@ class EvaluationChoices:
     """
 
     blocks: str | None = None
-    r_eff_origin: str = "first"
+    r_eff_origin: str | None = None
     temperature_convention: str | None = None
     correct_drift: bool = False
 
@@ -77,7 +77,7 @@ def _evaluated(batch: Batch, one: Stored, choices: EvaluationChoices) -> Iterato
         recording = state_convention(one.recording(), choices.temperature_convention)
         if one.machine_file is not None:
             recording = complete_convention(recording, batch.machine(one).table)
-        origin = cast(REffOrigin, choices.r_eff_origin)
+        origin = cast(REffOrigin | None, choices.r_eff_origin)
         found = evaluate(recording, gauge, section, origin, batch.placements(one), choices.correct_drift)
         require_statement(found.conditions.without("dates"), found.path)
     except InputError as error:

@@ -221,7 +221,7 @@ class _Faces:
             np.where(count > 0, sigma**2 / np.maximum(count, 1.0), 0.0),
             mean,
             reversal,
-            np.where(of_r_eff, np.where(front, -1.0, 1.0), 0.0) / len(r_eff_blocks),
+            np.where(of_r_eff, np.where(front, -1.0, 1.0), 0.0) / max(1, len(r_eff_blocks)),
             count,
             np.isfinite([_number(row["xm_um"]) for row in rows]),
         )

@@ -34,7 +34,7 @@ def program_model(
     placement: Placement,
     conditions: virtual.RunConditions | None = None,
     u_gauge_temperature_K: float = 0.0,
-    origin: REffOrigin = "first",
+    origin: REffOrigin | None = None,
 ) -> MonteCarloModel:
     """The model of a measurement yet to be made: the program on the virtual CMM.
 
@@ -54,7 +54,7 @@ def recording_model(
     machine: Machine,
     gauge: Gauge,
     u_gauge_temperature_K: float = 0.0,
-    origin: REffOrigin = "first",
+    origin: REffOrigin | None = None,
     blocks: tuple[int, int] | None = None,
     correct_drift: bool = False,
 ) -> MonteCarloModel:

@@ -238,7 +238,8 @@ def _evaluated(model: MonteCarloModel, part: PlacementReadings, drawn: _Drawn) -
     off_mm = np.broadcast_to(readings.off_mm + um * 1e-3, (drawn.runs, len(part)))
     seen = face_statistics(off_mm, readings.face, readings.faces)
     gauge, faces = model.gauge, readings.faces
-    errors = face_errors(seen, gauge.u_um[faces - 1], model.origin, gauge.correlation_of(faces))
+    u_um, correlation = gauge.u_um[faces - 1], gauge.correlation_of(faces)
+    errors = face_errors(seen, u_um, model.origin, correlation, readings.corrected_mm)
     true_mm = np.broadcast_to(drawn.true_position_mm(), (drawn.runs, model.gauge.n_faces))
     span_mm = true_mm[:, readings.faces[-1] - 1] - true_mm[:, readings.faces[0] - 1]
     return np.column_stack(_columns(seen, errors, span_mm))

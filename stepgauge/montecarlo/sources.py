@@ -25,7 +25,8 @@ class ModelOptions:
     """Options beside the files.
 
     ``u_gauge_temperature_K``: None: that of the machine file, which is of a thermometer and does not count where
-    no gauge temperature was recorded; ``origin``: of R_eff; ``blocks``: used section of a recording, ``A:B``;
+    no gauge temperature was recorded; ``origin``: of R_eff, None: as in ``evaluate``;
+    ``blocks``: used section of a recording, ``A:B``;
     ``gauge_temperature_C``: as a program is run (None: of the certificate); ``search_mm``: beyond the target of a
     program whose text does not state it; ``at_reference``: of a recording, whether the measurand is the machine at
     20 deg C: else it is as it is, and what the temperature of its scales makes is its error and no uncertainty;
@@ -33,7 +34,7 @@ class ModelOptions:
     """
 
     u_gauge_temperature_K: float | None = None
-    origin: REffOrigin = "first"
+    origin: REffOrigin | None = None
     blocks: str | None = None
     gauge_temperature_C: float | None = None
     search_mm: float = 2.0

@@ -18,6 +18,7 @@ from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.parquet import is_parquet, write_parquet
 from stepgauge.files.text import replacing
 from stepgauge.recording.columns import APPROACH, COUNTS, OPTIONAL, POSITION
+from stepgauge.recording.corrected import share_radius
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -194,9 +195,11 @@ def _cells(column: NDArray[Any]) -> list[Any]:
 def join_recordings(recordings: Sequence[Recording]) -> Recording:
     """Several recordings as one; placements that carry the same number in two of them are numbered on.
 
-    :class:`InputError` where only some of them state a temperature: nobody knows how warm the others were.
+    :class:`InputError` where only some of them state a temperature: nobody knows how warm the others were; or where
+    only some had been corrected for the tip.
     """
     _check_temperatures(recordings)
+    recordings = share_radius(recordings)
     parts, taken = list[Recording](), 0
     for recording in recordings:
         number = recording.columns["placement"]

@@ -61,7 +61,7 @@ class PlacementRow(_Stored):
     scale_temperature_C: float | None = None
     r_eff_mm: float
     u_r_eff_mm: float | None
-    r_eff_blocks: list[int] = Field(min_length=1)
+    r_eff_blocks: list[int]
     span_mm: float
     band_um: float | None
     worst_two_sigma_um: float | None
@@ -94,7 +94,7 @@ class EvaluationTable(_Stored):
     mpe: str | None = Field(None, description="limit that it was compared with")
     r_eff_mm: float = Field(description="effective radius")
     u_r_eff_mm: float | None = Field(description="its standard uncertainty; none without repeats")
-    r_eff_origin: str = Field(description="first or all")
+    r_eff_origin: str = Field(description="first, all or corrected")
     r_eff_meaning: str = Field(description="where the effective radius comes from")
     span_mm: float = Field(description="longest span")
     band_um: float | None = Field(description="largest range of the mean error")

@@ -60,6 +60,8 @@ def _error(result: dict[str, Any], name: str, budget: StoredBudget | None) -> li
 
 
 def _radius(result: dict[str, Any], budget: StoredBudget | None) -> list[str]:
+    if not result["r_eff_blocks"]:
+        return ["Tip radius of the correction", "", quantity(result["r_eff_mm"], 5, "mm"), "exact", UNDEFINED]
     line = None if budget is None else budget.find("r_eff", result["placement"], None)
     expanded = UNDEFINED if line is None else uncertainty(line.expanded_um)
     return ["Effective tip radius R_eff", "", quantity(result["r_eff_mm"], 5, "mm"), *_sure(line, expanded)]

@@ -170,6 +170,9 @@ def radius_section(evaluation: dict[str, Any], machine: Machine | None, budget: 
     several = len(evaluation["placements"]) > 1
     for result in evaluation["placements"]:
         tail = f", placement {result['placement']}" if several else ""
+        if not result["r_eff_blocks"]:
+            section.add(f"Of the correction{tail}", f"{number(result['r_eff_mm'], 5)} mm")
+            continue
         line = budget.find("r_eff", result["placement"], None) if budget else None
         u = f"u = {u_of_radius(result)}"
         if line is not None:

@@ -224,7 +224,8 @@ def _lines(
 
 def _wanted(part: PlacementReadings, share: dict[str, Array]) -> list[tuple[ModelQuantity, Array, float]]:
     """Every quantity with its sensitivities to the readings and to R_eff."""
-    found = [(ModelQuantity("r_eff_mm", part.placement), share["r_eff_mm"], 1.0)]
+    radius = [(ModelQuantity("r_eff_mm", part.placement), share["r_eff_mm"], 1.0)]
+    found = radius if share["r_eff_mm"].any() else []  # what the readings had been corrected with is exact
     for name, through in RADIUS_SHARE.items():
         for i, face in enumerate(part.readings.faces):
             found.append((ModelQuantity(name, part.placement, int(face)), share[name][:, i], through))

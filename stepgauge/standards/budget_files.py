@@ -318,7 +318,8 @@ def check_budget(budget: StoredBudget, evaluation: dict[str, Any], path: str | P
         if found != expected:
             raise InputError(path, f"budget of another evaluation: its {what}", found=found, expected=expected)
     for result in evaluation["placements"]:
-        _check_value(budget, path, ("r_eff", result["placement"], None), result["r_eff_mm"] * 1e3)
+        if result["r_eff_blocks"]:
+            _check_value(budget, path, ("r_eff", result["placement"], None), result["r_eff_mm"] * 1e3)
         for row in result["faces"]:
             for name in ("xf", "xb", "xm", "xr"):
                 if row[f"{name}_um"] is not None:

@@ -160,7 +160,7 @@ def _bidirectional(tip: TipDiameter | None) -> Rule:
             " unless the qualified one is stated"
         )
         return Rule(source, asks, found, False)
-    return Rule(source, asks, f"{tip.diameter_mm:.5f} mm, {tip.origin} as such", True)
+    return Rule(source, asks, f"{tip.diameter_mm:.5f} mm, {tip.origin}", True)
 
 
 def _expansion(series: LengthSeries, gauge: Gauge, normal_too: bool) -> Rule:

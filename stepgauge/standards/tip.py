@@ -12,9 +12,11 @@ from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.recording import Recording
+from stepgauge.recording.corrected import corrected_radius_mm
 
 OWN_BLOCK = "the gauge's own first complete block, mean over the placements"
-STATED = "stated"
+STATED = "stated as such"
+CORRECTION = "the correction of the readings by the machine"
 FAR_OFF_MM = 0.05
 """A stated diameter this far from what the gauge's own blocks give is another tip, or a radius."""
 
@@ -40,11 +42,14 @@ def tip_diameter(
     stated_mm: float | None = None,
     stated_u_um: float | None = None,
 ) -> TipDiameter | None:
-    """One diameter for all placements: the one stated, or that of the gauge's own blocks; None where no block has both
-    faces measured.
+    """One diameter for all placements: the one stated, that by which the readings had been corrected, or that of the
+    gauge's own blocks; None where no block has both faces measured.
 
     :class:`InputError` where a stated diameter and the blocks disagree by far more than an error of size.
     """
+    corrected_mm = corrected_radius_mm(recording)
+    if stated_mm is None and corrected_mm is not None:
+        return TipDiameter(2.0 * corrected_mm, 0.0, CORRECTION)
     own = _own_diameter(recording, gauge, placements)
     if stated_mm is None:
         return own

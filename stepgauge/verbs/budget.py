@@ -68,7 +68,7 @@ def budget(
     placements: Placements = (),
     method: Annotated[str, OneOf("gum", "monte-carlo")] = "gum",
     blocks: Section = None,
-    r_eff_origin: ReffOrigin = "first",
+    r_eff_origin: ReffOrigin = None,
     u_gauge_temperature_K: UGaugeTemperature = None,
     certificate_correlation: Annotated[float | None, Number("", 0.0, 1.0)] = None,
     repeats: Annotated[str, OneOf("pooled", "face")] = "pooled",
@@ -180,7 +180,7 @@ def budget(
 def budget_choice(
     *,
     blocks: "str | Sequence[int] | None" = None,
-    r_eff_origin: str = "first",
+    r_eff_origin: str | None = None,
     u_gauge_temperature_K: float | None = None,
     certificate_correlation: float | None = None,
     repeats: str = "pooled",
@@ -200,7 +200,7 @@ def budget_choice(
     from stepgauge.montecarlo import ModelOptions
     from stepgauge.standards.budgeting import BudgetChoices as Chosen
 
-    origin, by = cast("REffOrigin", r_eff_origin), cast("Repeats", repeats)
+    origin, by = cast("REffOrigin | None", r_eff_origin), cast("Repeats", repeats)
     section = blocks if blocks is None or isinstance(blocks, str) else ":".join(map(str, blocks))
     conditions = (gauge_temperature_C, search_mm, measurand == "at-20", correct_drift, temperature_convention)
     model = ModelOptions(u_gauge_temperature_K, origin, section, *conditions)

@@ -65,7 +65,7 @@ def evaluate(
     *,
     placements: Placements = (),
     blocks: Section = None,
-    r_eff_origin: ReffOrigin = "first",
+    r_eff_origin: ReffOrigin = None,
     measured_at: MeasuredAt = None,
     machine_name: MachineName = None,
     temperature_convention: Convention = None,
@@ -127,7 +127,7 @@ def evaluate(
     whole = joined_recordings(recordings)
     whole = complete_convention(state_convention(whole, temperature_convention), None if cmm is None else cmm.table)
     whole = whole.assign_comments(measured_at=measured_at, machine=machine_name)
-    found = evaluate_recording(whole, steps, section, cast("REffOrigin", r_eff_origin), lies, correct_drift)
+    found = evaluate_recording(whole, steps, section, cast("REffOrigin | None", r_eff_origin), lies, correct_drift)
     limit = limit_of(found.comments, cmm, asked=mpe)
     if budget is not None and limit is None:
         raise InputError(naming("budget"), naming("mpe", "machine", words="needs {}, or {} with a limit"))

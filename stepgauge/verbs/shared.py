@@ -74,9 +74,10 @@ Section = Annotated[
     "first and last block of the used section, 1:21; default: what was measured",
 ]
 ReffOrigin = Annotated[
-    str,
-    OneOf("first", "all"),
-    "effective radius from the first used block (its XB is then zero by construction) or from all used blocks",
+    str | None,
+    OneOf("first", "all", "corrected"),
+    "effective radius from the first used block (its XB is then zero by construction), from all used blocks, or that by"
+    " which the readings had been corrected; default: the last for such readings, else first",
 ]
 Figure = Annotated[str, OneOf("png", "svg", "pdf"), "format of the figures in the folder"]
 FIGURES = (".png", ".svg", ".pdf")

@@ -17,6 +17,7 @@ from starlette.responses import Response
 import stepgauge as sg
 from stepgauge.cli import main
 from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.recording import join_recordings
 from stepgauge.standards.budget_files import StoredGap, StoredLine, read_budget, write_budget
 from stepgauge.standards.budget_given import stated_with
 from stepgauge.standards.conformity import conformity

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from starlette.requests import Request
 from starlette.responses import Response
@@ -28,6 +28,7 @@ from stepgauge.web.site import Site
 from stepgauge.web.stamps import stamps
 
 if TYPE_CHECKING:
+    from stepgauge.evaluation.face_errors import REffOrigin
     from stepgauge.standards.budget_files import StoredBudget, StoredLine
     from stepgauge.standards.budget_trial import BudgetTrial
     from stepgauge.web.texts import Words
@@ -44,7 +45,7 @@ def _trial(
 
     steps = sg.read_gauge(gauge)
     lies = tuple(sg.read_placement(one, steps) for one in placements)
-    options = ModelOptions(blocks=choice[0], origin="all" if choice[1] == "all" else "first")
+    options = ModelOptions(blocks=choice[0], origin=cast("REffOrigin", choice[1]))
     return budget_trial([joined_recording(recordings)], sg.read_machine(machine), steps, BudgetOptions(lies), options)
 
 
