@@ -80,7 +80,8 @@ def _read_axis(
     found = import_axis(content, options, replace(layout, columns=columns), decisions)
     if asked.sensor != "touch" or gauge is None or placement is None or not of_faces:
         return found
-    placed = on_placement(found, gauge, placement, asked.tip_radius_mm, asked.placement_number)
+    nominal_mm = asked.machine.probe.tip_radius_mm if asked.machine else None  # as of points: the same everywhere
+    placed = on_placement(found, gauge, placement, asked.tip_radius_mm or nominal_mm, asked.placement_number)
     assert isinstance(placed.recording, Recording)
     check_recording(placed.recording, gauge)
     return _completed(asked, placed, asked.gauge_temperature_C)

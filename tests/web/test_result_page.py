@@ -151,7 +151,9 @@ def test_the_sources_of_several_placements_know_how_each_lies(folder: Path) -> N
         replace(lay(gauge, axis), details=turned).write(folder / f"placement{name}.toml")
     joined = join_recordings([sg.read_recording(f"recordings/run{name}.csv") for name in ("", "-2")])
     sg.evaluate(joined, gauge).write(folder / "results/both")
-    assert "alignment" not in Asked(folder).get(sources.budget, evaluation="results/both")
+    shown = Asked(folder).get(sources.budget, evaluation="results/both")
+    assert "<td>the alignment of the gauge</td>" in shown
+    assert "alignment" not in shown.partition("Not in it")[2].partition("</p>")[0]
 
 
 def test_recordings_are_evaluated_together_by_ticking_them(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
