@@ -35,11 +35,11 @@ GAUGE = "step-gauge-420"
 SIGNATURES = """
 add_to_fleet(store, recordings, gauge=None, machine=None, *, placements=(), roster=None, machine_id=None,
     machine_type=None, hall=None, probe_id=None, gauge_id=None, measured_at=None, progress=None)
-budget(sources, gauge, machine, *, placements=(), method="gum", blocks=None, r_eff_origin="first",
+budget(sources, gauge, machine, *, placements=(), method="gum", blocks=None, r_eff_origin=None,
     u_gauge_temperature_K=None, certificate_correlation=None, repeats="pooled", coverage_percent=95.45, runs=10000,
     seed=0, gauge_temperature_C=None, search_mm=2.0, measurand="as-is", contributions=(), measured_at=None,
     temperature_convention=None, correct_drift=False, jobs=1, runs_folder=None, progress=None)
-budget_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None, blocks=None, r_eff_origin="first",
+budget_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None, blocks=None, r_eff_origin=None,
     u_gauge_temperature_K=None, certificate_correlation=None, repeats="pooled", coverage_percent=95.45,
     runs=10000, seed=0, measurand="as-is", contributions=(), measured_at=None, temperature_convention=None,
     correct_drift=False)
@@ -52,10 +52,10 @@ compensate_points(points, *, qualification, method="lobed", on_sphere=False)
 diagnose(recordings, gauge=None, machine=None, *, further_styli=(), probe=None, columns=None, each=False, jobs=1,
     without=(), priors=None, kind=None, progress=None)
 diagnose_fleet(store, *, without=(), priors=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
-evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff_origin="first", measured_at=None,
+evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff_origin=None, measured_at=None,
     machine_name=None, temperature_convention=None, correct_drift=False, mpe=None, machine=None, budget=None)
 evaluate_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None, blocks=None,
-    r_eff_origin="first", temperature_convention=None, correct_drift=False)
+    r_eff_origin=None, temperature_convention=None, correct_drift=False)
 export_fleet(store, output, *, where="true")
 export_gauge_dcc(gauge, *, certificate, schema=None)
 export_recording(recording, *, to, placement_number=None, length_unit="mm", delimiter=None, decimal="point",
