@@ -127,6 +127,13 @@ def _alignment(readings: Readings, span_mm: float, matters_um: float) -> Iterato
 
 def _drift(recording: Recording, readings: Readings, seen: FaceStatistics) -> Iterator[Condition]:
     """A drift that the repeats show, with what it does to the errors along the gauge."""
+    if readings.zeroed is not None:
+        words = (
+            f"every cycle was set to zero at face {readings.zeroed}: its scatter is in all other readings, and a drift"
+            " from cycle to cycle does not show"
+        )
+        yield Condition("drift", "contribution", words)
+        return
     time, unit = clock(recording)
     time = time if readings.kept is None else time[readings.kept]
     rate, u = drift_rate(readings.off_mm, readings.face, time)

@@ -24,6 +24,7 @@ from stepgauge.recording.identity import (
     check_tip,
 )
 from stepgauge.recording.rows import check_beside, check_rows, dot, tilt_rad
+from stepgauge.recording.zeroed import zeroed_face
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,8 @@ class Readings:
     contradict; ``kept``: rows of the recording that are used, None for all; ``tilt_rad``: angle of the line of the
     readings to the axis; ``drift_corrected``: the drift that was taken off, in words, and ``drift_u_mm``: what a
     standard uncertainty of its rate moves every reading by, ``(n,)``; ``corrected_mm``: tip radius by which the points
-    had been corrected before they were turned back into tip centres, 0 where they had not.
+    had been corrected before they were turned back into tip centres, 0 where they had not; ``zeroed``: the face at
+    which every cycle was set to zero.
     """
 
     axis: Array
@@ -47,6 +49,7 @@ class Readings:
     drift_corrected: str = ""
     drift_u_mm: Array | None = None
     corrected_mm: float = 0.0
+    zeroed: int | None = None
 
     @property
     def left_out(self) -> tuple[ExcludedReading, ...]:
@@ -90,7 +93,12 @@ def project_readings(
     check_tip(by_face, recording)
     check_rows(recording)
     tilt = tilt_rad(position, axis, face, gauge)
-    readings = Readings(axis, by_face, faces, tilt_rad=tilt, corrected_mm=corrected_radius_mm(recording) or 0.0)
+    readings = Readings(
+        *(axis, by_face, faces),
+        tilt_rad=tilt,
+        corrected_mm=corrected_radius_mm(recording) or 0.0,
+        zeroed=zeroed_face(along, face, recording.columns["cycle"]),
+    )
     judged = _judged(readings, recording, leave_out)
     return _without_drift(judged, recording) if correct_drift else judged
 
@@ -111,6 +119,8 @@ def _judged(readings: Readings, recording: Recording, leave_out: bool) -> Readin
 
 def _without_drift(readings: Readings, recording: Recording) -> Readings:
     """The readings without the rate that all faces have in common, about the mean time of all."""
+    if readings.zeroed is not None:
+        return readings
     time, unit = clock(recording)
     time = time if readings.kept is None else time[readings.kept]
     rate, u = drift_rate(readings.off_mm, readings.face, time)

@@ -22,6 +22,7 @@ from stepgauge.recording.columns import CORRECTED, STYLUS
 from stepgauge.recording.conventions import complete_convention, warmer_K
 from stepgauge.recording.corrected import corrected_radius_mm
 from stepgauge.recording.identity import axis_from_approaches, certified_mm, check_recording
+from stepgauge.recording.zeroed import zeroed_face
 
 FEWEST_ROWS = 12
 MOST_ALONE = 0.2
@@ -36,7 +37,8 @@ class Residuals:
     approach goes along the gauge axis (fronts), -1 against it; ``placement``: index from 0; ``probings``: the columns
     that effects use, with the simulated coordinates, since a recorded coordinate contains the residual itself;
     ``frame``: the recording, rows as in the file. Of a recording without a gauge, ``unknown (p, n)``: nuisance columns
-    of which nothing is known, in place of the origins; ``step_um``: the resolution of the readings, None where it is
+    of which nothing is known, in place of the origins; ``datum (n,)``: rows that have an origin in common, where every
+    cycle was set to zero (default: those of a placement); ``step_um``: the resolution of the readings, None where it is
     not known beforehand; ``ordered``: whether rows are in the order of reading; ``copied``: placements and cycles that
     were left out since they repeat another one; ``of_recording (n,)``: which rows of the recording these are;
     ``program``: file of the program that was run, where it is known;
@@ -55,6 +57,7 @@ class Residuals:
     gauge: Gauge
     machine: Machine
     unknown: Array | None = None
+    datum: NDArray[np.intp] | None = None
     step_um: float | None = None
     ordered: bool = True
     grown_um: Array | float = 0.0
@@ -94,7 +97,7 @@ class Residuals:
         return np.unique(self.frame["speed_mm_s"], return_inverse=True)[1].ravel()
 
     def without_origins(self, um: Array) -> Array:
-        """Displacements along the approach ``(..., n)``, um, minus the mean origin of every placement."""
+        """Displacements along the approach ``(..., n)``, um, minus the mean of every origin."""
         return um - um @ self._spanned.T @ self._spanned
 
     @cached_property
@@ -105,7 +108,8 @@ class Residuals:
         """
         if self.unknown is not None:
             return self.unknown
-        places = (self.placement == np.arange(self.placement.max() + 1)[:, None]) * self.side
+        datum = self.placement if self.datum is None else self.datum
+        places = (datum == np.unique(datum)[:, None]) * self.side
         return np.vstack([places, self.radii]) if len(self.radii) else places
 
     @cached_property
@@ -140,6 +144,7 @@ class Residuals:
             probings=Probings(pd.DataFrame(columns), self.probings.setting),
             frame=frame,
             unknown=None if self.unknown is None else self.unknown[:, rows],
+            datum=None if self.datum is None else self.datum[rows],
             grown_um=np.broadcast_to(self.grown_um, rows.shape)[rows],
             latched_um=np.broadcast_to(self.latched_um, rows.shape)[rows],
             of_recording=self.row[rows],
@@ -218,9 +223,21 @@ def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) ->
         grown_um=grown_um,
         latched_um=late_um,
         program=recording.comments.get("program", ""),
+        datum=_datum((position * axis).sum(axis=1), placement, recording),
         radius_stated=CORRECTED in recording.comments or machine.probe.states_radius,
         lengths_um=_lengths_um(recording, gauge, machine) * side,
     )
+
+
+def _datum(along_mm: Array, placement: NDArray[np.intp], recording: Recording) -> NDArray[np.intp] | None:
+    """Which rows have an origin in common, where the cycles of a placement were each set to zero."""
+    face, cycle = recording.columns["face"], recording.columns["cycle"]
+    own = np.zeros(len(placement), np.intp)
+    for number in range(int(placement.max()) + 1):
+        rows = placement == number
+        if zeroed_face(along_mm[rows], face[rows], cycle[rows]) is not None:
+            own[rows] = cycle[rows]
+    return np.unique(np.column_stack([placement, own]), axis=0, return_inverse=True)[1].ravel() if own.any() else None
 
 
 def _lengths_um(recording: Recording, gauge: Gauge, machine: Machine) -> Array:
