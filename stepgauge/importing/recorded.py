@@ -116,7 +116,7 @@ def _completed(asked: Any, found: Imported, stated_C: float | None) -> Imported:
     if asked.machine is not None:
         check_recorded(recording.comments, asked.machine)
         recording = complete_convention(recording, asked.machine.table)
-    warnings = (*missing_temperature(recording, found.report), *missing_faces(recording))
+    warnings = (*missing_temperature(recording, found.report), *missing_faces(recording), *missing_rows(recording))
     return replace(found, recording=recording, report=(*found.report, *warnings))
 
 
@@ -139,6 +139,17 @@ def missing_faces(recording: Recording) -> tuple[str, ...]:
     if not lacking:
         return ()
     return (f"warning: nothing was measured of faces that lie between measured ones: {shown(lacking)}",)
+
+
+def missing_rows(recording: Recording) -> tuple[str, ...]:
+    """The warning that names what single cycles lack of the faces that others have, by cycle and face."""
+    cycle, face = (recording.frame[name].tolist() for name in ("cycle", "face"))
+    there = set(zip(cycle, face, strict=True))
+    pairs = ((one, other) for one in sorted(set(cycle)) for other in sorted(set(face)))
+    lacking = [f"{one}/{other}" for one, other in pairs if (one, other) not in there]
+    if not lacking:
+        return ()
+    return (f"warning: readings that other cycles have are missing, as cycle/face: {shown(lacking)}",)
 
 
 def names_points_of(values: Mapping[str, Any]) -> bool:

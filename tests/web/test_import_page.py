@@ -256,6 +256,19 @@ def test_faces_that_are_missing_are_named_before_the_import_is_accepted(folder: 
     assert "Warnung: nichts gemessen" in german
 
 
+def test_a_row_that_is_missing_of_faces_along_the_gauge_is_named(folder: Path) -> None:
+    """'All is clear: 71 probings' was said of three cycles of 24 faces."""
+    gauge = sg.read_gauge(folder / "gauge/step-gauge-420.toml")
+    lay(gauge).write(folder / "placement.toml")
+    noise = np.random.default_rng(4).normal(0.0, 4e-4, (3, 42))
+    rows = [f"{c + 1};{n};{10 * n - 10};{10 * n - 10 + noise[c, n - 1]:.4f}" for c in range(3) for n in FACES]
+    whole = "\n".join(["Zyklus;Fläche;Nennmaß;Messwert", *rows])
+    lacking = "\n".join(["Zyklus;Fläche;Nennmaß;Messwert", *(row for row in rows if not row.startswith("2;17;"))])
+    assert "readings that other cycles have are missing" not in Asked(folder).post(importing.look, {"pasted": whole})
+    shown = Asked(folder).post(importing.look, {"pasted": lacking})
+    assert "readings that other cycles have are missing, as cycle/face: 2/17" in shown, shown
+
+
 def test_inches_are_recognised_and_a_choice_takes_them(folder: Path) -> None:
     table = points(folder, unit_mm=25.4)
     said = Asked(folder).post(importing.look, {"pasted": table})
