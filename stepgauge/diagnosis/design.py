@@ -165,10 +165,26 @@ def add_separations(
     anything = [_which_hypothesis(every)] if sought and structure else []
     design = Design(found, priors, [*asked.values(), *anything])
     told = {id(one): _separated(one, asked.get(id(one)), design, wanted) for one in several}
-    best = next((design.separate(one, LEAST_NATS) for one in anything), None)
-    how = "" if best is None else f"{best.run.words}: {planned_command(best.run, found.data, design.placements)}"
+    how = next((_told_most_by(design, one) for one in anything), "")
     left = [replace(one, separate_by=how) for one in structure]
     return [told.get(id(one), one) for one in findings], left, design.placements
+
+
+def worth_measuring(found: Searched, priors: Priors) -> tuple[str, dict[str, str]]:
+    """The run that is expected to tell what it is where nothing is stated, empty if none is worth it; placements."""
+    if not found.data.gauge.path:
+        return "", {}
+    question = _which_hypothesis(every_hypothesis(found))
+    design = Design(found, priors, [question])
+    return _told_most_by(design, question), design.placements
+
+
+def _told_most_by(design: Design, question: RivalAnswers) -> str:
+    """The run that is worth a way to the machine, in words with its command; empty if none is."""
+    best = design.separate(question, LEAST_NATS)
+    if best is None:
+        return ""
+    return f"{best.run.words}: {planned_command(best.run, design.found.data, design.placements)}"
 
 
 def _separated(finding: Finding, question: RivalAnswers | None, design: Design, wanted: bool) -> Finding:

@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from stepgauge.axis.sensors import without_probe
 from stepgauge.diagnosis.clock import clock_start_s, counted_from, on_recording_clock
-from stepgauge.diagnosis.design import add_separations
+from stepgauge.diagnosis.design import add_separations, worth_measuring
 from stepgauge.diagnosis.findings import findings
 from stepgauge.diagnosis.fits.solve import solve
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
@@ -28,6 +28,7 @@ from stepgauge.diagnosis.noise import (
 )
 from stepgauge.diagnosis.priors import KIND, Priors, nearest_name, shipped_priors, stated_kind
 from stepgauge.diagnosis.problem import bare_problem, make_problem, plain_metric
+from stepgauge.diagnosis.remainder import may_remain
 from stepgauge.diagnosis.residuals import Residuals, make_residuals, without_copies
 from stepgauge.diagnosis.result import Finding, Fit, GaugeDiagnosis, Located, Noise, rms
 from stepgauge.diagnosis.stated_model import Model, make_model
@@ -174,6 +175,9 @@ def _make_diagnosis(
         told = [*unlike_stated(noise, search.problem, data, priors), *told]
     told = [on_recording_clock(one, start_s) for one in told]
     concluded = conclude(answer, told, left, priors.decision)
+    further = ""
+    if concluded.verdict == "insufficient" and separations:
+        further, placements = worth_measuring(found, priors)
     remainder_um = model.remainder_um if len(found.data) == len(data) else np.zeros(len(data))
     shares = np.sum([remainder_um, *(one.share_um for one in concluded.findings)], axis=0)
     fit = _fit(data, noise, concluded.findings, remainder_um)
@@ -194,6 +198,8 @@ def _make_diagnosis(
         after_um=recorded.without_origins(recorded.um - shares),
         trail=tuple(search.trail),
         placements=placements,
+        further=further,
+        may_remain=tuple(may_remain(found)),
         remarks=remarks,
         probabilities=concluded.table,
         checks=model.checks,

@@ -30,6 +30,7 @@ from stepgauge.recording import Recording
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from stepgauge.diagnosis.remainder import MayRemain
     from stepgauge.figures.axis import DrawnAxis
     from stepgauge.figures.diagnosis import DrawnDiagnosis
 
@@ -48,9 +49,9 @@ Verdict = Literal["adequate", "effects", "unknown", "insufficient"]
 class Noise:
     """Scatter of a single probing.
 
-    ``sigma_um``: standard deviation of a typical row; ``by_row_um (n,)``: of each row, infinite for outliers;
-    ``dof``: its degrees of freedom; ``outliers``: indices of rows; ``repeats``: whether faces were
-    repeated, and repeats show it; ``least``: whether less is left than the least that a reading can have.
+    ``sigma_um``: standard deviation of a typical row; ``by_row_um (n,)``: of each row, infinite for outliers; ``dof``:
+    its degrees of freedom; ``outliers``: indices of rows; ``repeats``: whether faces were repeated, and repeats show
+    it; ``least``: whether less is left than the least that a reading can have.
     """
 
     sigma_um: float
@@ -76,11 +77,10 @@ class Finding:
 
     ``effect``: ready for a machine file; ``effects``: those of a finding that is many errors at once; ``choices``:
     axis, plane, face, ... ; ``own``: its probability, ``probability``: with all of ``confounded_with``, the other kinds
-    that this recording cannot discriminate from it; ``alternatives``: other choices of the same kind;
-    ``members``: all of the set with their own values, each with the probability that it is this one if it is one of
-    the set; ``several``: laws that may replace it together; ``where``: the
-    part of the record in which it acts, empty for all of it; ``reason``: why the set cannot be discriminated;
-    ``share_um (n,)``: its displacement.
+    that this recording cannot discriminate from it; ``alternatives``: other choices of the same kind; ``members``: all
+    of the set with their own values, each with the probability that it is this one if it is one of the set;
+    ``several``: laws that may replace it together; ``where``: the part of the record in which it acts, empty for all of
+    it; ``reason``: why the set cannot be discriminated; ``share_um (n,)``: its displacement.
     """
 
     kind: str
@@ -107,8 +107,7 @@ class Located:
 
     ``phrases``: what words are made of (:mod:`.wording.phrases`), or words; ``beside``: a second covariate that the
     form depends on; ``numbers``: numbers of the form: a period, a lag; ``laws``: those that may be in its place,
-    ``separate_by``: the measurement that tells whether they are; ``share_um (n,)``: what it moves, empty where that is
-    not known.
+    ``separate_by``: the run that tells whether they are; ``share_um (n,)``: what it moves, empty if that is not known.
     """
 
     covariate: str
@@ -316,8 +315,7 @@ class StatedDiagnosis(ComputedDiagnosis):
     """What is stated of a gauge or of a map, and the verdict that follows.
 
     ``unexplained``: structure that is stated, ``located``: this and where residuals are systematic before any law is
-    named; ``trail``: steps of the search; ``probabilities``: those of all statements in JSON types; ``checks``: the
-    posterior predictive checks.
+    named; ``trail``: steps of the search; ``probabilities``: those of all statements in JSON types.
     """
 
     verdict: Verdict
@@ -340,8 +338,8 @@ class StatedDiagnosis(ComputedDiagnosis):
 class GaugeDiagnosis(StatedDiagnosis):
     """The diagnosis of a recording of a gauge on a machine.
 
-    ``before_um`` and ``after_um``: the residuals without origins; ``placements``: texts of placement files for the runs
-    that ``separate_by`` of the findings proposes, by file name.
+    ``before_um`` and ``after_um``: the residuals without origins; ``placements``: texts of placement files of proposed
+    runs, by file name; ``further``: the run that is worth it where nothing is stated; ``may_remain``: as its module.
     """
 
     drawn_by: ClassVar[str] = "diagnosis.draw_residuals"
@@ -351,6 +349,8 @@ class GaugeDiagnosis(StatedDiagnosis):
     before_um: Array
     after_um: Array
     placements: dict[str, str] = field(default_factory=dict)
+    further: str = ""
+    may_remain: tuple[MayRemain, ...] = ()
     recordings: tuple[Recording, ...] = ()
 
     @cached_property

@@ -38,15 +38,15 @@ class EffectiveRadius(Effect):
         "The probe triggers {um} {um:later|earlier} than modelled, equally on all faces; blocks appear too"
         " {um:small|large} by twice that.",
         "Is the stylus tight and the tip clean? Qualify it on the reference sphere and compare.",
-        "In the machine file: pretravel_um {um:plus|minus} {um:±}; of another tip tip_radius_mm {um:minus|plus} as much"
-        " instead.",
+        "In the machine file: pretravel_um {new_um:= {new_um:±}|{um:plus|minus} {um:±}}; of another tip tip_radius_mm"
+        " {um:minus|plus} {um:±mm} instead.",
         german=Wording(
             "wirksamer Radius",
             "Der Taster schaltet auf allen Flächen um {um} {um:später|früher} als angenommen; Blöcke erscheinen"
             " um das Doppelte zu {um:klein|groß}.",
             "Ist der Taststift fest und die Kugel sauber? An der Bezugskugel einmessen und vergleichen.",
-            "In der Maschinendatei: pretravel_um {um:plus|minus} {um:±}; bei einer anderen Kugel stattdessen"
-            " tip_radius_mm {um:minus|plus} ebenso viel.",
+            "In der Maschinendatei: pretravel_um {new_um:= {new_um:±}|{um:plus|minus} {um:±}}; bei einer anderen Kugel"
+            " stattdessen tip_radius_mm {um:minus|plus} {um:±mm}.",
         ),
     )
     axis_words: ClassVar[Wording | None] = Wording(

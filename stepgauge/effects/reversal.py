@@ -38,16 +38,16 @@ class ReversalError(Effect):
         "{axis} indicates {um} {um:more|less} when probed towards + than towards -: backlash, hysteresis of the"
         " drive, or a pre-travel that depends on the direction. The size of a block has this error.",
         "Drive {axis} to a dial gauge from both sides: if it does not differ, the cause is the probe.",
-        "Enter a backlash of {axis}{steps: ({axis:$160|$161|$162} of grblHAL, BACKLASH of LinuxCNC)|} {um:plus|minus}"
-        " {um:±}; or adjust the drive, or qualify the probe.",
+        "{steps:{axis:$160|$161|$162}: {um:=±mm}, backlash of {axis} of grblHAL (BACKLASH of LinuxCNC)|A backlash of"
+        " {axis}, {um:plus|minus} {um:±}}; or adjust the drive, or qualify the probe.",
         german=Wording(
             "Umkehrspanne",
             "{axis} zeigt in Richtung + um {um} {um:mehr|weniger} an als in Richtung -: Lose, Hysterese des"
             " Antriebs oder ein richtungsabhängiger Vorlaufweg. Die Größe eines Blocks hat diesen Fehler.",
             "{axis} von beiden Seiten an eine Messuhr fahren: Zeigt sie keinen Unterschied, ist der Taster die"
             " Ursache.",
-            "Lose von {axis}{steps: ({axis:$160|$161|$162} von grblHAL, BACKLASH von LinuxCNC)|}"
-            " {um:plus|minus} {um:±}; oder den Antrieb einstellen, oder den Taster neu einmessen.",
+            "{steps:{axis:$160|$161|$162}: {um:=±mm}, Lose von {axis} bei grblHAL (BACKLASH bei LinuxCNC)|Lose von"
+            " {axis} {um:plus|minus} {um:±}}; oder den Antrieb einstellen, oder den Taster neu einmessen.",
         ),
     )
     axis_words: ClassVar[Wording | None] = Wording(

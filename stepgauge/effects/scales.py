@@ -29,14 +29,14 @@ class ScaleError(Effect):
         "The {axis} scale indicates {ppm} too {ppm:long|short}, up to {largest} in this recording.",
         "Compare the linear correction of {axis} in the controller, and the temperature of the {axis} scale in"
         " the machine file, with what is there.",
-        "Enter {steps:steps per mm of {axis} ({axis:$100|$101|$102} of grbl, M92 of Marlin) times {ppm:factor}; or |}a"
-        " linear correction of {axis} that divides by {steps:it|{ppm:factor}}.",
+        "{steps:{axis:$100|$101|$102}: x {ppm:factor}, steps per mm of {axis} of grbl (M92 of Marlin); or a|A} linear"
+        " correction of {axis} that divides by {steps:it|{ppm:factor}}.",
         german=Wording(
             "Maßstabsfehler",
             "Der Maßstab {axis} zeigt {ppm} zu {ppm:viel|wenig} an, in dieser Aufnahme bis {largest}.",
             "Die lineare Korrektur von {axis} in der Steuerung und die Temperatur des Maßstabs {axis} in der"
             " Maschinendatei mit dem vergleichen, was da ist.",
-            "{steps:Schritte je mm von {axis} ({axis:$100|$101|$102} von grbl, M92 von Marlin) mal {ppm:factor}; oder"
+            "{steps:{axis:$100|$101|$102}: x {ppm:factor}, Schritte je mm von {axis} bei grbl (M92 bei Marlin); oder"
             " eine|Eine} lineare Korrektur von {axis}, die durch {steps:diese Zahl|{ppm:factor}} teilt.",
         ),
     )

@@ -1,9 +1,10 @@
 """What an effect is called, what it means, what to check and what to repair: templates, and how they are filled.
 
 A template names parameters in braces: ``{ppm}`` is the magnitude with its unit, ``{period_mm:5}`` the same in five
-significant digits, ``{at_mm:=4}`` with its sign, ``{um:±}`` with its expanded uncertainty, ``{ppm:factor}`` the
-factor from true to indicated lengths with its own, ``{um:later|earlier}`` one of two, the first for a positive value or
-a text, ``{axis:$100|$101|$102}`` what belongs to an axis. They may hold names again:
+significant digits, ``{at_mm:=4}`` with its sign, ``{um:±}`` with its expanded uncertainty, ``{um:=±mm}`` with
+its sign and in a unit of the controller, ``{ppm:factor}`` the factor from true to indicated lengths with its own,
+``{um:later|earlier}`` one of two, the first for a positive value or a text, ``{axis:$100|$101|$102}`` what belongs to
+an axis, ``{plane:second}`` the second axis of a plane. They may hold names again:
 ``{lag_s:, {lag_s:3} late|}``. ``{largest}`` is the largest displacement, ``{steps:of steppers|of others}`` what is told
 of machines that are set by their steps.
 """
@@ -20,7 +21,10 @@ DIGITS = 2
 """Significant digits of a value in a sentence."""
 FACTOR, UNCERTAIN = "factor", "±"
 """What says a relative value as the factor from true to indicated lengths, and any value with its uncertainty."""
+PLACES = ("first", "second")
 RELATIVE = {"um/m": 1e-6, "mm/m": 1e-3, "1e-6": 1e-6}
+SET_IN = {"": 1.0, "mm": 1e-3, "mm per 100 mm": 1e-4}
+"""What a value in um or urad is multiplied by in the unit in which a controller or a frame is set."""
 COVERAGE = 2.0
 """Coverage factor of the uncertainty behind a plus-minus sign, which says so: (k = 2)."""
 
@@ -56,10 +60,12 @@ class _Value:
             positive = self.value > 0 if isinstance(self.value, float | int) else bool(self.value)
             return first if positive else second
         if isinstance(self.value, float | int) and not isinstance(self.value, bool):
-            text = self._uncertain(spec) if spec in (FACTOR, UNCERTAIN) else f"{self._number(spec)} {self.unit}".strip()
+            text = self._uncertain(spec) if spec == FACTOR or UNCERTAIN in spec else f"{self._number(spec)} {self.unit}".strip()
             return text.replace(".", ",") if self.german else text
         if isinstance(self.value, list | tuple):
             return direction_words(self.value)
+        if spec in PLACES and isinstance(self.value, str):
+            return self.value[PLACES.index(spec)]
         every = "alle Achsen" if self.german else "all axes"
         return self.name.split("_")[0] if self.value is None else every if self.value == "all" else str(self.value)
 
@@ -69,13 +75,16 @@ class _Value:
         return rounded(self.value if signed else abs(self.value), int(spec.lstrip("=") or DIGITS))
 
     def _uncertain(self, spec: str) -> str:
-        """The magnitude, or the factor, with its expanded uncertainty and unit."""
-        scale, unit = (RELATIVE.get(self.unit, 1e-6), "") if spec == FACTOR else (1.0, self.unit)
-        value = 1.0 + self.value * scale if spec == FACTOR else abs(self.value)
+        """The magnitude, or the factor, with its expanded uncertainty and unit; with its sign if that is wanted."""
+        assert self.value is not None
+        sign, _, unit = spec.partition(UNCERTAIN)
+        scale, unit = (SET_IN[unit], unit or self.unit) if spec != FACTOR else (RELATIVE.get(self.unit, 1e-6), "")
+        value = 1.0 + self.value * scale if spec == FACTOR else abs(self.value) * scale
+        signed = ("- " if self.value < 0.0 else "+ ") if sign == "=" else ""
         if not self.u:
-            return f"{rounded(value, 8 if spec == FACTOR else 4)} {unit}".strip()
+            return f"{signed}{rounded(value, 8 if spec == FACTOR else 4)} {unit}".strip()
         text, expanded = uncertain(value, COVERAGE * self.u * scale, most=9)
-        return f"{text} ± {expanded} {unit}".strip() + f" (k = {COVERAGE:g})"
+        return f"{signed}{text} ± {expanded} {unit}".strip() + f" (k = {COVERAGE:g})"
 
 
 class _Values(dict[str, _Value]):

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stepgauge.conditions import stored_conditions
+from stepgauge.diagnosis.wording.action import LEFT, actions, has_rivals, is_good_enough
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import (
     describe_rivals,
@@ -21,7 +22,7 @@ from stepgauge.diagnosis.wording.findings import (
     states_value,
     subject,
 )
-from stepgauge.diagnosis.wording.limits import lacking, misfits, remaining
+from stepgauge.diagnosis.wording.limits import lacking, remaining
 from stepgauge.diagnosis.wording.notation import (
     COVERAGE,
     SURE,
@@ -36,6 +37,7 @@ from stepgauge.diagnosis.wording.notation import (
 from stepgauge.diagnosis.wording.phrases import covariate_name, nearest_law, structure_words
 from stepgauge.diagnosis.wording.structure import SCATTER, remedy_of_structure
 from stepgauge.effects.words import Wording
+from stepgauge.files.notation import uncertainty
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
 Said = Mapping[str, Any]
@@ -50,14 +52,13 @@ _WORD = re.compile(r"\b[a-z]+(?:_[a-z0-9]+)+\b")
 
 
 def do_first(said: Said, language: str = "en") -> dict[str, Any]:
-    """The part that says what to do: check, repair, measure again."""
+    """The part that says what to do: stop, or check, enter, repair, measure again."""
     return part(say("do_first", language), *_steps(said, language))
 
 
 def _steps(said: Said, language: str) -> Iterator[Block]:
     if said["verdict"] == "adequate":
         yield words(say("nothing_to_do", language))
-        return
     for title, items in _lists(said, language):
         if items:
             yield bullets(items, say(title, language))
@@ -66,7 +67,7 @@ def _steps(said: Said, language: str) -> Iterator[Block]:
 
 
 def _lists(said: Said, language: str) -> list[tuple[str, list[str]]]:
-    every = {"check": _checks, "repair": _repairs, "again": _again}
+    every = {"good_enough": _good_enough, "check": _checks, "enter": _entered, "repair": _repairs, "again": _again}
     return [(title, list(items(said, language))) for title, items in every.items()]
 
 
@@ -78,13 +79,30 @@ def first_lines(said: Said, language: str = "en") -> list[str]:
 
 def commands(said: Said) -> list[str]:
     """The commands of all measurements that are proposed, each once."""
-    every = (*said["effects"], *said["unexplained"])
+    every = (*said["effects"], *said["unexplained"], said.get("further", {}))
     return list(dict.fromkeys(command for one in every for command in one.get("commands", ())))
 
 
-def _checks(said: Said, language: str) -> Iterator[str]:
+def _good_enough(said: Said, language: str) -> Iterator[str]:
+    """That there is nothing to do, and what may remain; findings that are left as they are."""
     at = subject(said)
+    for number, (effect, action) in enumerate(zip(said["effects"], actions(said), strict=True), 1):
+        if action in LEFT:
+            yield f"{number}: {_size(effect, said, language)}{say(f'left_{action}', language)}"
+    every = [
+        f"{name_of(one['label'], at.of, language)} ± {uncertainty(COVERAGE * one['u'])} {one['unit']}"
+        for one in said.get("may_remain", ())
+    ]
+    if every and (said["verdict"] in ("adequate", "insufficient") or is_good_enough(said)):
+        key = "stop" if is_good_enough(said) else "may_remain"
+        yield say(key, language, each=listed(every, language=language))
+
+
+def _checks(said: Said, language: str) -> Iterator[str]:
+    at, action = subject(said), actions(said)
     for number, effect in enumerate(said["effects"], 1):
+        if action[number - 1] in LEFT:
+            continue
         members = [effect, *_rivals(said, effect)]
         first = dict.fromkeys(remedy(one, at, language).check for one in members)
         for text in first:
@@ -110,25 +128,40 @@ def _checks_of_laws(row: Said, language: str) -> Iterator[tuple[str, str]]:
 
 
 def _repairs(said: Said, language: str) -> Iterator[str]:
-    """What to repair by finding; findings of which the cause is not known yet are named together."""
-    unsure = [n for n, effect in enumerate(said["effects"], 1) if _has_rivals(effect)]
-    if misfits(said):
-        unsure = list(range(1, len(said["effects"]) + 1))
-        yield f"{', '.join(map(str, unsure))}: {say('misfit', language)}"
-    elif unsure:
-        yield f"{', '.join(map(str, unsure))}: {say('first', language)}"
-    for number, effect in enumerate(said["effects"], 1):
-        if number not in unsure:
-            yield f"{number}: {_size(effect, said, language)}{remedy(effect, subject(said), language).repair}"
+    """What to repair by finding, what is no number; findings of which nothing is repaired yet are named together."""
+    for action, key in {"misfit": "misfit", "check": "first"}.items():
+        if numbers := _numbers_of(action, said):
+            yield f"{', '.join(map(str, numbers))}: {say(key, language)}"
+    yield from _remedies("repair", said, language)
     left = list(_structure(said))
     if left:
         yield f"{', '.join(str(number) for number, _ in left)}: {_remedy_of_row(left[0][1], language).repair}"
 
 
+def _entered(said: Said, language: str) -> Iterator[str]:
+    """The numbers to enter; none before what spoils them is mended and measured again."""
+    if waiting := _numbers_of("wait", said):
+        yield f"{', '.join(map(str, waiting))}: {say('wait', language)}"
+    yield from _remedies("enter", said, language)
+
+
+def _numbers_of(action: str, said: Said) -> list[int]:
+    return [number for number, one in enumerate(actions(said), 1) if one == action]
+
+
+def _remedies(action: str, said: Said, language: str) -> Iterator[str]:
+    for number in _numbers_of(action, said):
+        effect = said["effects"][number - 1]
+        size = "" if action == "enter" else _size(effect, said, language)
+        yield f"{number}: {size}{remedy(effect, subject(said), language).repair}"
+
+
 def _size(effect: Said, said: Said, language: str) -> str:
-    """Which finding and how large, before a repair that is not to enter just these numbers."""
-    at, numbers = subject(said), [one for one in told_numbers(effect) if is_determined(one[1])]
-    if not numbers or len(numbers) > MOST_SIZES or states_value(effect["kind"], at.of):
+    """Which finding and how large, where it is not told by the number to enter."""
+    at, numbers = subject(said), told_numbers(effect)
+    if not states_value(effect["kind"], at.of):
+        numbers = [one for one in numbers if is_determined(one[1])]
+    if not numbers or len(numbers) > MOST_SIZES:
         return ""
     sizes = ", ".join(f"{symbol(name, p, len(numbers))}{plus_minus(p)}" for name, p in numbers)
     sizes = sizes.replace(".", ",") if language == "de" else sizes
@@ -140,15 +173,12 @@ def _structure(said: Said) -> Iterator[tuple[int, Said]]:
     return enumerate(remaining(said["unexplained"]), len(said["effects"]) + 1)
 
 
-def _has_rivals(effect: Said) -> bool:
-    several = len(members_of(effect)) > 1 or effect["confounded_with"] or effect["alternatives"]
-    return bool(several or effect.get("aliases"))
-
-
 def _again(said: Said, language: str) -> Iterator[str]:
-    yield from lacking(said, language)
+    yield from [] if is_good_enough(said) else lacking(said, language)
+    if said.get("further", {}).get("separate_by"):
+        yield say("worth", language, text=proposal(said["further"], language))
     for number, effect in enumerate(said["effects"], 1):
-        if effect["separate_by"]:
+        if effect["separate_by"] and actions(said)[number - 1] not in LEFT:
             yield f"{number}, {say('separate', language, text=proposal(effect, language))}"
     for number, row in _structure(said):
         for one in row["open"]:
@@ -156,7 +186,7 @@ def _again(said: Said, language: str) -> Iterator[str]:
             told = {"laws": listed(laws, "or", language), "text": proposal(one, language)}
             yield f"{number}, {say('tell_laws' if laws else 'separate', language, **told)}"
     of = subject(said).of
-    if of != "axis" and said["verdict"] != "insufficient" and (said["effects"] or said["unexplained"]):
+    if of != "axis" and (said["unexplained"] or any(one not in LEFT for one in actions(said))):
         yield say(f"compare_{of}", language)
 
 
@@ -174,20 +204,21 @@ def _remedy_of_row(row: Said, language: str = "en") -> Wording:
 
 def found_part(said: Said, *more: Block | None, language: str = "en") -> dict[str, Any]:
     """The part with the table of findings: each cause with its own value, uncertainty, probability and instruction."""
-    rows: list[list[str]] = []
+    rows, action = list[list[str]](), actions(said)
     inner: list[int] = []
     left_out = 0
     for number, effect in enumerate(said["effects"], 1):
-        rows.append(_row(str(number), effect, _member_probability(members_of(effect)[0], effect), said, language))
+        p = _member_probability(members_of(effect)[0], effect)
+        rows.append(_row(str(number), effect, p, said, language, action[number - 1] in ("check", "enter", "repair")))
         rivals = _rivals(said, effect)
         left_out += max(len(members_of(effect)) - 1 - len(rivals), 0)
         for one in rivals:
             inner.append(len(rows))
             rows.append(_row("or", one, _member_probability(one, effect), said, language))
-        others, p = combinations(effect, language)
-        if others and p >= 1.0 - SURE:
+        others, left = combinations(effect, language)
+        if others and left >= 1.0 - SURE:
             inner.append(len(rows))
-            rows.append(_together_row(others, p))
+            rows.append(_together_row(others, left))
     rows += [_form_row(row, number, said, language) for number, row in _structure(said)]
     if not rows:
         return part("What was found", words(_nothing(said)), *more)
@@ -231,12 +262,14 @@ def _together_row(others: Sequence[str], p: float) -> list[str]:
     return ["or", "others", "", "", probability(p), text]
 
 
-def _row(first: str, one: Said, p: float | None, said: Said, language: str) -> list[str]:
+def _row(first: str, one: Said, p: float | None, said: Said, language: str, repair: bool = True) -> list[str]:
+    """``repair``: whether it is to be repaired, or may be once it is known to be the cause."""
     at = subject(said)
     name = finding_name(one, at, language) if first != "or" else name_of(one["label"], at.of, language)
     alone = {name: {**p, "u": None} for name, p in one["parameters"].items()}  # each u has its column
     told = one["meaning"] if language == "en" else meaning(one, at, language)
-    text = f"{told} {say('repair', language)}: {remedy({**one, 'parameters': alone}, at, language).repair}"
+    text = f" {say('repair', language)}: {remedy({**one, 'parameters': alone}, at, language).repair}"
+    text = told + text * repair
     return [first, name, values(one), uncertainties(one), "" if p is None else probability(p), text]
 
 
@@ -288,6 +321,6 @@ def _nothing(said: Said) -> str:
         prevented = stored_conditions(said).no_statement
         if prevented:
             return prevented
-        tested = "No statement is likelier than not: see the probabilities."
+        tested = "No cause is sure enough to be stated: see the probabilities."
         return tested if said["probabilities"] else "Nothing could be tested: the noise is not known well enough."
     return "No systematic effect, and no structure, is more probable than scatter alone."

@@ -129,7 +129,7 @@ def test_the_headline_says_what_the_probabilities_support() -> None:
     assert "likelier than not, not all of them" in weak
     open_ = {**said(adequate=0.4, possible=[{"label": "vibration_x", "probability": 0.3}]), "verdict": "insufficient"}
     open_ |= {"effects": [], "unexplained": []}
-    assert "nothing at all has a probability of 0.40, vibration x 0.30" in headline(open_)
+    assert "sure enough to be stated: nothing at all 0.40, vibration x 0.30." in headline(open_)
     assert "vibration x 0.30" in summary_line(open_)
 
 

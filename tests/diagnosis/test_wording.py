@@ -45,7 +45,7 @@ def test_every_kind_declares_all_its_words_in_both_languages(kind: str, of: str)
         assert gaps(getattr(english, part)) == gaps(getattr(german, part)), part
     effect = effect_kinds(every=True).get(kind)
     if effect is not None and of != "map":
-        known = {one.name for one in effect.parameters()} | {"largest", "aliases", "turns", "steps"}
+        known = {one.name for one in effect.parameters()} | {"largest", "aliases", "turns", "steps", "new_um"}
         every = (text for one in (english, german) for text in (one.means, one.check, one.repair))
         assert set().union(*map(gaps, every)) <= known
 
@@ -129,7 +129,7 @@ def items(data: dict[str, Any]) -> dict[str, list[str]]:
 
 FACTOR = "1: Eine lineare Korrektur von y, die durch 1,00002504 ± 0,00000040 (k = 2) teilt."
 STEPS = (
-    "1: Schritte je mm von y ($101 von grbl, M92 von Marlin) mal 1,00002504 ± 0,00000040 (k = 2);"
+    "1: $101: x 1,00002504 ± 0,00000040 (k = 2), Schritte je mm von y bei grbl (M92 bei Marlin);"
     " oder eine lineare Korrektur von y, die durch diese Zahl teilt."
 )
 
@@ -138,7 +138,7 @@ STEPS = (
 def test_controllers_that_are_set_by_steps_are_named_for_machines_that_have_them(kind: str | None, repair: str) -> None:
     """A coordinate measuring machine was told to set $100 of grbl."""
     told = said("effects") | {"inputs": {"machine": {"kind": kind}}}
-    assert items(told)["Beheben"] == [repair]
+    assert items(told)["Eingeben"] == [repair]
 
 
 def test_a_verdict_and_what_to_do_first_in_german() -> None:
@@ -148,7 +148,7 @@ def test_a_verdict_and_what_to_do_first_in_german() -> None:
     assert "(Wahrscheinlichkeit 0,93)" in headline(said("adequate"), "de")
     steps = items(said("effects"))
     assert "lineare Korrektur von y" in steps["Prüfen"][0]
-    assert steps["Beheben"] == [FACTOR]
+    assert steps["Eingeben"] == [FACTOR]
     assert items(said("effects", confounded_with=["scale_temperature"]))["Beheben"] == [
         "1: Nichts verstellen, bevor die Prüfungen gezeigt haben, welche Ursache es ist."
     ]
@@ -180,11 +180,11 @@ def _named(kind: str) -> dict[str, Any]:
 @pytest.mark.parametrize("kind", sorted(kind for kind, one in effect_kinds(every=True).items() if one.sought))
 @pytest.mark.parametrize("language", ["en", "de"])
 def test_every_repair_tells_place_and_values_with_their_uncertainties(kind: str, language: str) -> None:
-    from stepgauge.reports.findings import MOST_SIZES, _repairs
+    from stepgauge.reports.findings import MOST_SIZES, _entered, _repairs
 
     one = _named(kind)
     data = {"effects": [one], "unexplained": [], "inputs": {}, "fit": {"rms_before_um": 2.0, "rms_after_um": 1.0}}
-    (line,) = _repairs(data, language)
+    (line,) = [*_entered(data, language), *_repairs(data, language)]
     told = [p for p in one["parameters"].values() if p.get("u")]
     if 0 < len(told) <= MOST_SIZES:
         assert "± " in line

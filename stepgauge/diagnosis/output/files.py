@@ -35,7 +35,7 @@ from stepgauge.diagnosis.result import (
 from stepgauge.diagnosis.wording.aliases import aliases_of, bounded, even_steps_mm
 from stepgauge.diagnosis.wording.findings import GAUGE, Subject, meaning
 from stepgauge.diagnosis.wording.phrases import worded, worded_all
-from stepgauge.files.arrays import write_arrays
+from stepgauge.files.arrays import Rows, write_arrays
 from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
 from stepgauge.files.text import format_of, write_json, write_sealed
@@ -109,6 +109,8 @@ def statements_to_dict(diagnosis: GaugeDiagnosis, folder: str | Path = ".") -> d
         "noise": _noise(diagnosis),
         "measured": _measured(diagnosis),
         "remarks": worded_all(one for one in diagnosis.remarks if not _pretravel([one])),
+        "further": {"separate_by": renamed(diagnosis.further), "commands": commands_in(renamed(diagnosis.further))},
+        "may_remain": [asdict(one) for one in diagnosis.may_remain],
     }
     return json_types(said)
 
@@ -182,6 +184,7 @@ def _details(one: Finding | Located, diagnosis: GaugeDiagnosis) -> dict[str, Any
         "aliases": aliases_of(one, diagnosis.data),
         "rms_um": rms(one.share_um),
         "largest_um": float(np.abs(one.share_um).max(initial=0.0)),
+        "seen_um": float(np.abs(diagnosis.data.without_origins(one.share_um)).max()) if one.share_um.any() else 0.0,
         **({"rows": [_outlier(row, diagnosis) for row in rows]} if rows else {}),
     }
 
@@ -294,6 +297,7 @@ def _measured(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
         "placements": [
             {
                 "placement": int(rows["placement"].iloc[0]),
+                "recording": _only_recording(diagnosis, rows.index.to_numpy()),
                 "axis": [float(v) for v in data.probings.setting.axis[int(rows["placement"].iloc[0])]],
                 "probings": len(rows),
                 "first_block": (int(rows["face"].min()) + 1) // 2,
@@ -308,6 +312,12 @@ def _measured(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
         "even_steps_mm": even_steps_mm(data),
         "copied_cycles": [{"placement": placement, "cycle": cycle} for placement, cycle in data.copied],
     }
+
+
+def _only_recording(diagnosis: GaugeDiagnosis, rows: Rows) -> str:
+    """The name of the recording that has these rows, empty where several have."""
+    names = {diagnosis.row_in_file(int(row) + 1)[0] for row in diagnosis.data.row[rows]}
+    return names.pop() if len(names) == 1 else ""
 
 
 def _inputs(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
@@ -331,6 +341,7 @@ def _inputs(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
             "name": machine.table.name,
             "kind": machine.table.kind,
             "tip_radius_mm": machine.probe.tip_radius_mm,
+            "pretravel_um": machine.probe.pretravel_um if machine.probe.model == "constant" else None,
             "effects": [effect.get("kind") for effect in machine.effects],
         },
     }

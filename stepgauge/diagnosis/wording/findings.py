@@ -29,7 +29,8 @@ class Subject:
     """What was diagnosed: ``of`` a recording of a ``gauge``, of an ``axis`` by itself, or the ``map`` of a probe.
 
     ``position``, ``deviation``: the units in which it is told; ``form``: of an axis, ``axis``, ``spot`` or
-    ``distances``; ``both_ways``: whether it was read in both directions of travel; ``machine``: the kind of machine.
+    ``distances``; ``both_ways``: whether it was read in both directions of travel; ``machine``: the kind of machine;
+    ``pretravel_um``: the one that its file states; ``files``: the recording of each placement, where it has its own.
     """
 
     of: str = "gauge"
@@ -38,6 +39,8 @@ class Subject:
     form: str = ""
     both_ways: bool = True
     machine: str = ""
+    pretravel_um: float | None = None
+    files: tuple[tuple[int, str], ...] = ()
 
     def key(self, name: str) -> str:
         """The name of a number in the user's units: ``period_mm`` as ``period_deg``."""
@@ -59,7 +62,11 @@ def subject(said: Said) -> Subject:
         ways = bool(axis["both_ways"]) and axis["form"] == "axis"
         return Subject("axis", axis["unit"], axis["deviation_unit"], axis["form"], ways)
     inputs = said["inputs"]
-    return MAP if "map" in inputs else replace(GAUGE, machine=inputs.get("machine", {}).get("kind") or "")
+    if "map" in inputs:
+        return MAP
+    machine, placements = inputs.get("machine", {}), said.get("measured", {}).get("placements", ())
+    files = tuple((one["placement"], one["recording"]) for one in placements if one.get("recording"))
+    return replace(GAUGE, machine=machine.get("kind") or "", pretravel_um=machine.get("pretravel_um"), files=files)
 
 
 def words_of(kind: str, of: str = "gauge", language: str = "en") -> Wording:
@@ -104,7 +111,11 @@ def finding_name(effect: Said, at: Subject = GAUGE, language: str = "en") -> str
     if at.of != "gauge":
         return name_of(effect["label"], at.of, language)
     named = effect["parameters"].items()
-    choices = [p["value"] for name, p in named if "unit" not in p and name not in ("rows", *NO_CHOICE)]
+    choices = [
+        dict(at.files).get(p["value"], p["value"]) if name == "placement" else p["value"]
+        for name, p in named
+        if "unit" not in p and name not in ("rows", *NO_CHOICE)
+    ]
     words = [ALL_AXES[language] if one == ALL else direction_words(_text(one)) for one in choices]
     return " ".join([name_of(effect["kind"], at.of, language), *words])
 
@@ -179,6 +190,11 @@ def _values(one: Said, at: Subject, language: str) -> dict[str, Said]:
     values["determined"] = {"value": listed([name_of(name) for name in sure])}
     values["turns"] = {"value": _turns(values, language) if at.position == "deg" else None}
     values["steps"] = {"value": at.machine in STEPPERS}
+    if (number := values.get("placement", {}).get("value")) in dict(at.files):
+        values["placement"] = {"value": dict(at.files)[number]}
+    more, known_um = stated.get("um", {}), at.pretravel_um
+    new_um = (more["value"] + known_um) if more and known_um is not None else -1.0
+    values["new_um"] = {**more, "value": new_um if new_um >= 0.0 else None}
     values["aliases"] = {"value": bool(one.get("aliases"))}
     values["largest"] = {"value": one.get(at.key("largest_um")), "unit": at.deviation}
     return values

@@ -11,6 +11,7 @@ from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.wording.aliases import periods_of
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import describe_rivals, finding_name, name_of, subject
+from stepgauge.diagnosis.wording.limits import misfits
 from stepgauge.diagnosis.wording.notation import (
     odds_text,
     plus_minus,
@@ -52,6 +53,7 @@ def headline(said: Said, language: str = "en") -> str:
     if not named:
         return " ".join([*text, say("nothing_systematic", language)])
     how = "explained" if odds.get("explained", 1.0) >= LIKELY else "likelier"
+    how = "beside" if misfits(said) else how
     return " ".join([*text, disagrees + say(how, language, named=named)])
 
 
@@ -125,12 +127,11 @@ def _possible(said: Said, language: str) -> str:
     """What is as likely as anything where nothing is likelier than not."""
     if not said["probabilities"]:
         return ""
-    others = [
-        f"{possible_name(one, subject(said).of, language)} {probability(one['probability'])}"
-        for one in said["probabilities"].get("possible", ())
-    ]
-    p = probability(said["probabilities"]["adequate"])
-    return say("no_statement", language, p=p, others="".join(f", {one}" for one in others))
+    of, odds = subject(said).of, said["probabilities"]
+    every = [(one["probability"], possible_name(one, of, language)) for one in odds.get("possible", ())]
+    every.append((odds["adequate"], say("nothing_at_all", language)))
+    ranked = sorted(every, key=lambda one: -one[0])
+    return say("no_statement", language, each=", ".join(f"{name} {probability(p)}" for p, name in ranked))
 
 
 def possible_name(one: Said, of: str = "gauge", language: str = "en") -> str:

@@ -140,7 +140,7 @@ def machine_doubts(said: Mapping[str, Any], language: str = "en") -> Iterator[st
 
 def misfits(said: Mapping[str, Any], language: str = "en") -> list[str]:
     """That the named effects of a recording make the residuals no smaller."""
-    before_um, after_um = (said["fit"].get(f"rms_{when}_um") for when in ("before", "after"))
+    before_um, after_um = (said.get("fit", {}).get(f"rms_{when}_um") for when in ("before", "after"))
     if not said["effects"] or before_um is None or after_um is None:
         return []
     return worded_all(misfit(before_um, after_um), language=language)
@@ -185,8 +185,7 @@ def lacking(said: Mapping[str, Any], language: str = "en") -> list[str]:
         return [say("lacks_map", language, what=one) for one in said["lacking"]]
     if not said["noise"]["from_repeats"]:
         return [say("lacks_repeats", language)]
-    few = say("lacks_cycles", language)
-    return [say("lacks_placement", language, few=few) if said["probabilities"] else few]
+    return [say("lacks_cycles", language)] if said["noise"]["dof"] < FEW_DOF else []
 
 
 def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

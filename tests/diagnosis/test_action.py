@@ -1,0 +1,158 @@
+"""One rule decides what is to be done about a finding, and when there is nothing left to do."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import stepgauge as sg
+from stepgauge.diagnosis.wording.action import actions, is_good_enough
+from stepgauge.diagnosis.wording.headline import headline
+from stepgauge.recording import join_recordings
+from stepgauge.reports.findings import first_lines, found_part
+
+RECIPE = Path(sg.__file__).parents[1] / "docs/recipes/small-machines.md"
+
+
+def effect(kind: str, size: float, unit: str, **choices: Any) -> str:
+    chosen = "".join(f'{name} = "{value}"\n' for name, value in choices.items())
+    return f'\n[[effect]]\nkind = "{kind}"\n{chosen}{unit} = {size}\n'
+
+
+def measured(folder: Path, errors: str, seed: int, pretravel_um: float = 20.0) -> dict[str, Any]:
+    """What is said of the router of the recipe with errors that its file does not have, measured along four lines."""
+    for name, text in re.findall(r"`([a-z.]+)`:\n\n```(?:toml|text)\n(.*?)```", RECIPE.read_text("utf-8"), re.S):
+        (folder / name).write_text(text, encoding="utf-8")
+    mill, bar = (folder / "router.toml").read_text("utf-8"), folder / "bar.toml"
+    (folder / "true.toml").write_text(mill.replace("um = 20.0", f"um = {pretravel_um}") + errors, encoding="utf-8")
+    runs = []
+    for number, place in enumerate((folder / f"{name}.toml" for name in ("x", "y", "up", "down")), 1):
+        program = place.with_suffix(".gcode")
+        plan = sg.plan(place, bar, folder / "router.toml", order="up-down", cycles=6)
+        plan.write(program, dialect="grbl")
+        done = sg.simulate(program, folder / "true.toml", bar, place, seed=seed + number).recording
+        runs.append(replace(done, frame=done.frame.assign(placement=number)))
+    return dict(sg.diagnose(join_recordings(runs), bar, folder / "router.toml").contents)
+
+
+@pytest.fixture(scope="module")
+def repaired(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    errors = effect("scale_error", 12.0, "ppm", axis="x") + effect("squareness", -16.0, "urad", plane="xy")
+    return measured(tmp_path_factory.mktemp("repaired"), errors, 40, 21.0)
+
+
+def test_a_repaired_machine_is_good_enough_and_what_may_remain_covers_what_does(repaired: dict[str, Any]) -> None:
+    assert is_good_enough(repaired)
+    assert not {"enter", "check", "repair", "misfit"} & {*actions(repaired)}
+    lines = first_lines(repaired)
+    assert lines[-1].startswith("good enough: Stop. What may remain (k = 2): ")
+    assert not any(line.startswith(("measure again", "enter", "repair", "check")) for line in lines)
+    left = {one["label"]: one for one in repaired["may_remain"]}
+    true = {"scale_error_x": 12.0, "scale_error_y": 0.0, "squareness_xy": 16.0, "effective_radius": 1.0}
+    assert {*left} == {*true, "reversal_error_x", "reversal_error_y"}
+    for label, size in true.items():
+        assert size <= 2.0 * left[label]["u"], label
+
+
+def finding(kind: str, number: Mapping[str, Any], choice: Mapping[str, Any], **more: Any) -> dict[str, Any]:
+    named = {name: {"value": value} for name, value in choice.items()}
+    alone: dict[str, Any] = {"set": [], "several": [], "confounded_with": [], "alternatives": [], "separate_by": ""}
+    sure = {"probability": 0.97, "own_probability": 0.97, "commands": [], "meaning": "It is so."}
+    label = "_".join([kind, *map(str, choice.values())])
+    return {"kind": kind, "label": label, "parameters": {**named, **number}, **sure, **alone, **more}
+
+
+def backlash(um: float, u: float, **more: Any) -> dict[str, Any]:
+    return finding("reversal_error", {"um": {"value": um, "u": u, "unit": "um"}}, {"axis": "x"}, seen_um=um / 2, **more)
+
+
+REVERSED = finding("gauge_reversed", {"share": {"value": 1.0, "u": 0.01, "unit": "1"}}, {"placement": 3}, seen_um=99.0)
+LOOSE = finding(
+    "repeatability",
+    {name: {"value": um, "u": None, "unit": "um"} for name, um in (("repeatability_um", 20.0), ("stated_um", 3.0))},
+    {},
+    seen_um=0.0,
+)
+
+
+def said(*effects: Mapping[str, Any], after_um: float = 3.0, kind: str | None = "machine tool") -> dict[str, Any]:
+    places = [{"placement": 3, "recording": "up.csv"}]
+    left = [{"label": "scale_error_x", "u": 10.0, "unit": "um/m", "seen_um": 0.8}]
+    return {
+        "verdict": "effects",
+        "effects": list(effects),
+        "unexplained": [],
+        "fit": {"rms_before_um": 3.5, "rms_after_um": after_um, "noise_um": 3.0},
+        "inputs": {"machine": {"kind": kind, "pretravel_um": 20.0}},
+        "measured": {"placements": places},
+        "probabilities": {"explained": 0.9, "adequate": 0.01},
+        "may_remain": left,
+        "further": {"separate_by": "", "commands": []},
+    }
+
+
+def starts(data: Mapping[str, Any]) -> list[str]:
+    return [line.partition(":")[0] for line in first_lines(data)]
+
+
+RIVAL: dict[str, Any] = {"confounded_with": ["scale_error"]}
+
+
+@pytest.mark.parametrize(
+    ("one", "after_um", "kind", "action"),
+    [
+        (backlash(71.0, 3.0), 3.0, "machine tool", "enter"),
+        (backlash(7.0, 1.5), 3.0, "machine tool", "enter"),  # seen less than 2 sigma of a reading, and sure
+        (backlash(39.0, 35.0), 3.0, "machine tool", "small"),
+        (backlash(5.0, 1.6), 3.7, "machine tool", "noise"),  # smaller than a reading's noise, and no better fit
+        (backlash(5.0, 1.6, **RIVAL), 3.0, "machine tool", "noise"),
+        (backlash(5.0, 1.6, **RIVAL), 3.0, "cmm", "check"),  # the mean of many readings counts there
+        (backlash(50.0, 3.0, **RIVAL), 3.0, "machine tool", "check"),
+        (backlash(50.0, 3.0), 3.7, "machine tool", "misfit"),
+    ],
+)
+def test_one_rule_says_what_is_done_about_a_finding(one: Any, after_um: float, kind: str, action: str) -> None:
+    data = said(one, after_um=after_um, kind=kind)
+    assert actions(data) == [action]
+    left = action in ("small", "noise")
+    assert is_good_enough(data) is left
+    assert ("enter" in starts(data)) is (action == "enter")
+    assert ("good enough" in starts(data)) is left
+    assert not left or not {"check", "repair", "enter", "measure again"} & {*starts(data)}
+    assert ("$160" in str(found_part(data))) is (action in ("enter", "check") and kind != "cmm")
+    assert ("known physics explains it" in headline(data)) is (after_um < 3.5)
+
+
+@pytest.mark.parametrize("spoilt", [REVERSED, LOOSE])
+def test_no_number_is_entered_before_what_spoils_it_is_mended_and_measured_again(spoilt: dict[str, Any]) -> None:
+    lines = first_lines(said(backlash(71.0, 3.0), spoilt))
+    assert [line for line in lines if line.startswith("enter")] == [
+        "enter: 1: Nothing yet: first mend what stands under repair, and measure again."
+    ]
+    assert any(line.startswith("repair: 2: ") for line in lines)
+
+
+def test_a_finding_of_a_placement_names_its_recording() -> None:
+    assert "gauge reversed up.csv" in headline(said(REVERSED))
+
+
+def test_numbers_are_told_as_they_are_typed() -> None:
+    radius = finding("effective_radius", {"um": {"value": 24.0, "u": 2.0, "unit": "um"}}, {})
+    square = finding("squareness", {"urad": {"value": -336.0, "u": 10.0, "unit": "urad"}}, {"plane": "xy"})
+    lines = first_lines(said(backlash(-71.5, 3.0), radius, square))
+    enter = [line for line in lines if line.startswith("enter")]
+    assert enter[0].startswith("enter: 1: $160: - 0.0715 ± 0.0060 mm (k = 2)")
+    assert "pretravel_um = 44.0 ± 4.0 um (k = 2)" in enter[1]
+    assert "+ end of y 0.0336 ± 0.0020 mm per 100 mm (k = 2) towards -x" in enter[2]
+
+
+def test_what_is_not_sure_is_told_in_the_order_of_its_probability() -> None:
+    possible = [{"label": "squareness_xy", "probability": 0.62}, {"label": "scale_error_y", "probability": 0.06}]
+    data = said() | {"verdict": "insufficient", "probabilities": {"adequate": 0.15, "possible": possible}}
+    order = "squareness xy 0.62, nothing at all 0.15, scale error y 0.06"
+    assert headline(data).endswith(f"No cause is sure enough to be stated: {order}.")
