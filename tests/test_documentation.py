@@ -117,7 +117,7 @@ SHOWN = {
     "small-machines.md": {
         "why/diagnosis.md": r"effective radius \| 40\.\d um(.|\n)*scale error x \| 120\d um/m"
         r"(.|\n)*scale error y \| −(49|50)\d um/m(.|\n)*reversal error x \| 78\.\d um"
-        r"(.|\n)*squareness xy \| −40\d urad(.|\n)*towards - of the first(.|\n)*reversal error y \| 38\.\d um",
+        r"(.|\n)*squareness xy \| −40\d urad(.|\n)*towards -x(.|\n)*reversal error y \| 38\.\d um",
     },
     "laser.md": {
         "laser/diagnosis.md": r"reversal error \| −2\.98.*backlash by 2\.98\d um more(.|\n)*scale error \| 12\.(.|\n)*"

@@ -40,15 +40,15 @@ class Squareness(Effect):
         "The axes {plane} are at {urad} {urad:over|under} 90 deg between their + directions (10 urad are 1 um in"
         " 100 mm): up to {largest} in this recording.",
         "Measure the squareness of {plane} by other means: a square, or a ball plate.",
-        "{steps:Frame: + end of {plane:second} {urad:±mm per 100 mm}|Turn {plane:second} by {urad:±}, its + end} towards"
-        " {urad:+|-}{plane:first}; or enter this angle of {plane} in the controller.",
+        "{steps:Frame: + end of {plane:second} {urad:±mm per 100 mm}|Turn {plane:second} by {urad:±}, its + end}"
+        " towards {urad:+|-}{plane:first}; or enter this angle of {plane} in the controller.",
         german=Wording(
             "Rechtwinkligkeit",
             "Zwischen den Plusrichtungen von {plane} liegen {urad} {urad:mehr|weniger} als 90 Grad (10 urad sind 1 um"
             " auf 100 mm): bis {largest} in dieser Aufnahme.",
             "Die Rechtwinkligkeit {plane} anders messen: mit einem Winkel oder einer Kugelplatte.",
-            "{steps:Rahmen: Ende von {plane:second} bei + um {urad:±mm per 100 mm}|{plane:second} um {urad:±} drehen, das"
-            " Ende bei +} nach {urad:+|-}{plane:first}; oder diesen Winkel von {plane} in die Steuerung eingeben.",
+            "{steps:Rahmen: Ende von {plane:second} bei + um {urad:±mm auf 100 mm}|{plane:second} um {urad:±} drehen,"
+            " das Ende bei +} nach {urad:+|-}{plane:first}; oder diesen Winkel von {plane} in die Steuerung eingeben.",
         ),
     )
     plane: Literal["xy", "xz", "yz"] = parameter(unit="", role="choice", meaning="plane of the two axes")

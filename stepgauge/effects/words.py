@@ -23,7 +23,7 @@ FACTOR, UNCERTAIN = "factor", "±"
 """What says a relative value as the factor from true to indicated lengths, and any value with its uncertainty."""
 PLACES = ("first", "second")
 RELATIVE = {"um/m": 1e-6, "mm/m": 1e-3, "1e-6": 1e-6}
-SET_IN = {"": 1.0, "mm": 1e-3, "mm per 100 mm": 1e-4}
+SET_IN = {"": 1.0, "mm": 1e-3, "mm per 100 mm": 1e-4, "mm auf 100 mm": 1e-4}
 """What a value in um or urad is multiplied by in the unit in which a controller or a frame is set."""
 COVERAGE = 2.0
 """Coverage factor of the uncertainty behind a plus-minus sign, which says so: (k = 2)."""
@@ -60,7 +60,11 @@ class _Value:
             positive = self.value > 0 if isinstance(self.value, float | int) else bool(self.value)
             return first if positive else second
         if isinstance(self.value, float | int) and not isinstance(self.value, bool):
-            text = self._uncertain(spec) if spec == FACTOR or UNCERTAIN in spec else f"{self._number(spec)} {self.unit}".strip()
+            text = (
+                self._uncertain(spec)
+                if spec == FACTOR or UNCERTAIN in spec
+                else f"{self._number(spec)} {self.unit}".strip()
+            )
             return text.replace(".", ",") if self.german else text
         if isinstance(self.value, list | tuple):
             return direction_words(self.value)

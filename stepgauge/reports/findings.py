@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stepgauge.conditions import stored_conditions
-from stepgauge.diagnosis.wording.action import LEFT, actions, has_rivals, is_good_enough
+from stepgauge.diagnosis.wording.action import LEFT, actions, is_good_enough
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import (
     describe_rivals,

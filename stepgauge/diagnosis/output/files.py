@@ -341,7 +341,7 @@ def _inputs(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
             "name": machine.table.name,
             "kind": machine.table.kind,
             "tip_radius_mm": machine.probe.tip_radius_mm,
-            "pretravel_um": machine.probe.pretravel_um if machine.probe.model == "constant" else None,
+            "pretravel_um": getattr(machine.probe, "pretravel_um", None) if machine.probe.model == "constant" else None,
             "effects": [effect.get("kind") for effect in machine.effects],
         },
     }

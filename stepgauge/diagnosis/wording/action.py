@@ -71,4 +71,3 @@ def is_good_enough(said: Said) -> bool:
     if stored_conditions(said).preventing or said["further"]["commands"] or not said["noise"]["from_repeats"]:
         return False
     return all(one["seen_um"] <= said["fit"]["noise_um"] for one in said["may_remain"])
-
