@@ -186,9 +186,10 @@ class Laboratory:
 
     @property
     def words(self) -> list[str]:
-        """All that the laboratory wrote."""
+        """All that the laboratory wrote, but for the limit, which is numbers."""
         tables = [getattr(self, name) for name in TABLES]
-        return [text for one in (*tables, *self.persons) for text in one.model_dump().values() if isinstance(text, str)]
+        said = [pair for one in (*tables, *self.persons) for pair in one.model_dump().items()]
+        return [text for name, text in said if isinstance(text, str) and name != "mpe"]
 
 
 TABLES: dict[str, type[TomlTable]] = {
