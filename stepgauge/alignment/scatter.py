@@ -3,8 +3,9 @@
 The stated repeatability is used unless the points contradict it. Three properties are checked: both blocks are longer
 than certified by the same tip diameter (points 1, 2, 3, 8), they are equally wide (4, 5) and equally high (6, 7). For
 each of these three groups the variance is estimated from its residuals and redundancy numbers (variance components,
-Foerstner 1979): s^2 = sum v^2 / sum redundancy. Where it is larger than the stated one with 99.9 % confidence, every
-point of the group gets it, with a note; a single redundancy cannot identify the erroneous point.
+Foerstner 1979): s^2 = sum v^2 / sum redundancy. Where it is larger than the stated one with 99.9 % confidence, and no
+larger than a hand scatters, all points get the one of all groups together; where it is larger than that, the points of
+this group get theirs, with a note: a single redundancy cannot identify the erroneous point.
 """
 
 from __future__ import annotations
@@ -56,7 +57,8 @@ def find_scatter(
 ) -> PointScatter:
     """The stated repeatability, increased where the points contradict it; ``points (16, 3)`` in mm."""
     stated = max(repeatability_um, LEAST_UM)
-    sigma, notes, usual_um = np.full(16, stated), list[str](), 0.0
+    sigma, notes = np.full(16, stated), list[str]()
+    alike, by_hand = np.ones(16, bool), False
     found = adjust(points, gauge, blocks, up, sigma * 1e-3)
     for name, members in GROUPS.items():
         rows = np.array(members) - 1
@@ -65,16 +67,20 @@ def find_scatter(
             continue
         square = found.off_mm[rows] ** 2 * 1e6
         expected = sigma[rows] ** 2 + _roll_um(found, points, rows) ** 2
-        if (square / expected).sum() > _chi2_limit(freedom):
-            sigma[rows] = np.sqrt(square.sum() / freedom)
-            enlarged = float(sigma[rows[0]])
-            if enlarged > 1e3 * float(BY_HAND_MM.min()):
-                notes.append(_note(name, members, found, enlarged, stated))
-            else:
-                usual_um = max(usual_um, enlarged)
-            found = adjust(points, gauge, blocks, up, sigma * 1e-3)
-    if usual_um:
-        usual = f"the 16 points scatter by {usual_um:.1f} um, as points probed by hand do"
+        if (square / expected).sum() <= _chi2_limit(freedom):
+            continue
+        enlarged = float(np.sqrt(square.sum() / freedom))
+        if enlarged <= 1e3 * float(BY_HAND_MM.min()):
+            by_hand = True
+            continue
+        sigma[rows], alike[rows] = enlarged, False
+        notes.append(_note(name, members, found, enlarged, stated))
+        found = adjust(points, gauge, blocks, up, sigma * 1e-3)
+    freedom, shown = float(found.redundancy[alike].sum()), float((found.off_mm[alike] ** 2).sum()) * 1e6
+    if freedom >= LEAST_REDUNDANCY and (by_hand or shown / stated**2 > _chi2_limit(freedom)):
+        sigma[alike] = max(stated, np.sqrt(shown / freedom))  # one hand probed all of them
+        found = adjust(points, gauge, blocks, up, sigma * 1e-3)
+        usual = f"the 16 points scatter by {sigma[alike].max():.1f} um, as points probed by hand do"
         notes.append(f"{usual}: this counts, not {stated:g} um")
     return PointScatter(sigma, found.redundancy, tuple(notes))
 
