@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import errno
 import json
+import re
 import shutil
 import sqlite3
 from pathlib import Path
@@ -18,6 +19,7 @@ from scipy.stats import kstest
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
+from stepgauge.figures.history_chart import history_chart
 from stepgauge.files.dates import first_moment, moment_in_path, parse_moment
 from stepgauge.files.text import write_json
 from stepgauge.history import QUANTITIES, HistoryEntry, judge, make_series, refresh_store
@@ -27,6 +29,7 @@ from stepgauge.history.scores import scores
 from stepgauge.history.series import FALSE_WARNINGS, false_warning_words
 from stepgauge.history.trend import findings, fit_line, fit_trend
 from stepgauge.verbs.history import LIMITS
+from stepgauge.web.texts import Words
 from tests.build import make_gauge
 from tests.test_compensation import measured
 
@@ -151,6 +154,38 @@ def test_the_trend_is_weighted_least_squares(value: list[float], seed: int) -> N
 def test_a_trend_needs_three_dates() -> None:
     assert fit_trend(START, np.array([0.0, 1.0]), np.ones(2), np.ones(2)) is None
     assert fit_trend(START, np.zeros(3), np.arange(3.0), np.ones(3)) is None
+
+
+def test_two_days_are_no_trend_however_many_measurements_they_have() -> None:
+    """Three evaluations on two days drifted by "-2520 +- 160 um/m a year": what days differ by was not known."""
+    days = np.array([0.0, 0.05, 0.1, 1.0, 1.05])
+    value = np.where(days < 0.5, 0.0, -7.0)
+    assert fit_trend(START, days, value, np.full(5, 0.2)) is None
+    made = [entry(at, moved) for at, moved in zip(days.tolist(), value.tolist(), strict=True)]
+    series = make_series(made)
+    assert [one.drift for one in series if one.drift is not None] == []
+    assert [one for one in judge(series, {}) if one.kind == "drift"] == []
+
+
+def test_a_drift_of_days_is_told_as_it_came() -> None:
+    made = [entry(float(day), -0.7 * day) for day in range(7)]
+    (told,) = (one.text for one in judge(make_series(made), {}) if one.kind == "drift" and one.quantity == "scale_ppm")
+    assert re.match(r"drifts by -4\.2\d* \+- .* um/m in 6 days", told), told
+    assert "in 6 Tagen" in Words("de").message(told)
+    assert Words("de").message(told).startswith("driftet um -4,2")
+
+
+def test_few_days_have_one_mark_each_and_titles_stand_above_their_panels() -> None:
+    chart = history_chart(
+        make_series([entry(0.0, 1.0), entry(0.1, 1.1), entry(1.0, 1.2)]), {}, dict.fromkeys(QUANTITIES, "T")
+    )
+    assert chart["layout"]["xaxis"]["dtick"] == 86_400_000
+    panels = [axis["domain"] for key, axis in chart["layout"].items() if key.startswith("yaxis")]
+    heads = [one["y"] for one in chart["layout"]["annotations"]]
+    assert sorted(heads) == sorted(top for _, top in panels)
+    below = sorted(low for low, _ in panels)[1:]
+    tops = sorted(heads)[:-1]
+    assert all(low - top > 0.03 for low, top in zip(below, tops, strict=True))
 
 
 def test_one_value_that_jumps_is_outside_its_control_chart() -> None:

@@ -13,7 +13,7 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
-from stepgauge.files.controls import fixed
+from stepgauge.files.controls import fixed, plain
 from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.planning.plan import ORDERS, ROUTES, PlanOptions, make_program
 from stepgauge.programs import DIALECTS, Dialect, read_program, recognise
@@ -347,3 +347,9 @@ def test_every_entry_of_a_table_is_executed_and_has_a_source(dialect: Dialect) -
     assert all(one.source for one in (*dialect.table.codes, *dialect.table.variables, *dialect.table.comments))
     used = {name for form in dialect.table.forms for name in re.findall(r"\{(\w+)\}", form.text)}
     assert set(dialect.table.slots) <= used | set(dialect.table.words.values()), "a slot that nothing uses"
+
+
+def test_a_name_of_another_alphabet_is_spelled_in_a_program() -> None:
+    """The program of a German gauge was called 'Stufenendma_ 400'."""
+    assert plain("Stufenendmaß 400 für Grün") == "Stufenendmass 400 fuer Gruen"
+    assert plain("étalon n°3") == "etalon n_3"

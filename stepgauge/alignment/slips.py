@@ -136,10 +136,10 @@ def _single(points: Array, gauge: Gauge, blocks: tuple[int, int], turned: bool, 
             found.append((point, others, mended[point]))
     if found:
         point, _, place = found[0]
-        off = ", ".join(f"point {p + 1} by {_far(points[p], there)} mm" for p, _, there in found)
-        words = (
-            f"one point is off, the others cannot tell which: {off}" if found[1:] else off.replace(" by", " is off by")
-        )
+        off = [(p + 1, _far(points[p], there)) for p, _, there in found]
+        several = ", ".join(f"point {p} by {far} mm" for p, far in off)
+        one = f"point {off[0][0]} is off by {off[0][1]} mm"
+        words = f"one point is off, the others cannot tell which: {several}" if found[1:] else one
         at, there = (", ".join(f"{value:.3f}" for value in one) for one in (points[point], place))
         yield f"{words}; {point + 1} is at ({at}), by the others near ({there})"
 

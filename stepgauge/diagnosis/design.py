@@ -39,7 +39,7 @@ NEARLY = 0.95
 """Part of the largest expected information from which a run that is less trouble is taken."""
 LEAST_NATS = 0.03
 """A run that is expected to tell less is not worth a person's way to the machine, nats."""
-NO_SEPARATION = "nothing within this travel: in every placement and at every speed they look alike; log temperatures"
+NO_SEPARATION = "no measurement within this travel is sure to tell them apart: check each cause by itself"
 UNSOUGHT = "not looked for among many recordings; 'stepgauge diagnose' of this one does"
 
 
@@ -79,12 +79,16 @@ def _which_hypothesis(every: Sequence[RivalHypothesis]) -> RivalAnswers:
 
 @dataclass(frozen=True)
 class ProposedRun:
-    """A further run: the information expected of it, nats; the answers that it excludes, and those it leaves."""
+    """A further run: the information expected of it, nats; the answers that it excludes, and those it leaves.
+
+    ``elsewhere``: of those left, the ones that another feasible run excludes.
+    """
 
     run: FurtherRun
     expected_information_gain: float
     excludes: tuple[Answer, ...]
     leaves: tuple[Answer, ...]
+    elsewhere: tuple[Answer, ...] = ()
 
 
 class Design:
@@ -111,20 +115,22 @@ class Design:
         return found
 
     def separate(self, question: RivalAnswers, least_nats: float = 0.0) -> ProposedRun | None:
-        """The run that is expected to tell most about a question; None if no feasible run excludes an answer."""
+        """The run that is expected to tell most about a question; None if none tells enough or excludes an answer."""
         places = [self._index[id(one)] for one in question.hypotheses]
         rivals, found = question.answers[1:], []
         for run, every in self._runs if rivals else ():
             distance = every[np.ix_(places, places)]
             gain = expected_information_gain(question.probability, distance)
             excludes = tuple(one for one, chi2 in zip(rivals, distance[0, 1:], strict=True) if chi2 > TELLING)
-            if excludes and gain >= least_nats:
+            if gain >= max(least_nats, 0.0 if excludes else LEAST_NATS):
                 leaves = tuple(one for one in rivals if one not in excludes)
                 found.append(ProposedRun(run, gain, excludes, leaves))
-        return self._least_trouble(found)
+        best, excluded = self._least_trouble(found), {answer for one in found for answer in one.excludes}
+        return best and replace(best, elsewhere=tuple(one for one in best.leaves if one in excluded))
 
     def _least_trouble(self, found: list[ProposedRun]) -> ProposedRun | None:
         """Among the runs that can be planned and are worth nearly as much as the best, the one of least trouble."""
+        found = list(found)
         while found:
             most = max(one.expected_information_gain for one in found)
             first = next(one for one in found if one.expected_information_gain >= NEARLY * most)
@@ -165,8 +171,8 @@ def add_separations(
     anything = [_which_hypothesis(every)] if sought and structure else []
     design = Design(found, priors, [*asked.values(), *anything])
     told = {id(one): _separated(one, asked.get(id(one)), design, wanted) for one in several}
-    how = next((_told_most_by(design, one) for one in anything), "")
-    left = [replace(one, separate_by=how) for one in structure]
+    how, gain = next((_told_most_by(design, one) for one in anything), ("", 0.0))
+    left = [replace(one, separate_by=how, separation_nats=gain) for one in structure]
     return [told.get(id(one), one) for one in findings], left, design.placements
 
 
@@ -176,26 +182,43 @@ def worth_measuring(found: Searched, priors: Priors) -> tuple[str, dict[str, str
         return "", {}
     question = _which_hypothesis(every_hypothesis(found))
     design = Design(found, priors, [question])
-    return _told_most_by(design, question), design.placements
+    return _told_most_by(design, question)[0], design.placements
 
 
-def _told_most_by(design: Design, question: RivalAnswers) -> str:
-    """The run that is worth a way to the machine, in words with its command; empty if none is."""
+def _told_most_by(design: Design, question: RivalAnswers) -> tuple[str, float]:
+    """The run that is worth a way to the machine, in words with its command, and its nats; empty if none is."""
     best = design.separate(question, LEAST_NATS)
     if best is None:
-        return ""
-    return f"{best.run.words}: {planned_command(best.run, design.found.data, design.placements)}"
+        return "", 0.0
+    command = planned_command(best.run, design.found.data, design.placements)
+    return f"{best.run.words}: {command}", best.expected_information_gain
 
 
 def _separated(finding: Finding, question: RivalAnswers | None, design: Design, wanted: bool) -> Finding:
     """A finding with the reason of its set and the run that separates it, in words with its command."""
-    how, data = NO_SEPARATION if wanted else UNSOUGHT, design.found.data
+    how, data, gain = NO_SEPARATION if wanted else UNSOUGHT, design.found.data, 0.0
     best = None if question is None else design.separate(question)
     if best is not None:
-        command = planned_command(best.run, data, design.placements)
-        rest = f"; nothing within this travel separates it from {_named(best.leaves, 'or')}" if best.leaves else ""
-        how = f"{best.run.words}, which separates it from {_named(best.excludes)}: {command}{rest}"
-    return replace(finding, reason=_reason(finding, data), separate_by=how)
+        command, gain = planned_command(best.run, data, design.placements), best.expected_information_gain
+        how = f"{best.run.words}, {_what_it_separates(best)}: {command}{_what_it_leaves(best)}"
+    return replace(finding, reason=_reason(finding, data), separate_by=how, separation_nats=gain)
+
+
+def _what_it_separates(best: ProposedRun) -> str:
+    if not best.excludes:
+        return f"which may separate it from {_named(best.leaves, 'or')}"
+    return f"which separates it from {_named(best.excludes)}"
+
+
+def _what_it_leaves(best: ProposedRun) -> str:
+    """What needs another run; the distance of predictions is the least that is expected, so that none is hopeless."""
+    if not best.excludes:
+        return ""
+    unsure = [one for one in best.leaves if one not in best.elsewhere]
+    later = f"; another one after it separates it from {_named(best.elsewhere)}" if best.elsewhere else ""
+    return later + (
+        f"; no measurement within this travel is sure to separate it from {_named(unsure, 'or')}" if unsure else ""
+    )
 
 
 def _named(answers: Sequence[Answer], last: str = "and") -> str:

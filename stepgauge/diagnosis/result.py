@@ -76,11 +76,10 @@ class Finding:
     """A named effect.
 
     ``effect``: ready for a machine file; ``effects``: those of a finding that is many errors at once; ``choices``:
-    axis, plane, face, ... ; ``own``: its probability, ``probability``: with all of ``confounded_with``, the other kinds
-    that this recording cannot discriminate from it; ``alternatives``: other choices of the same kind; ``members``: all
-    of the set with their own values, each with the probability that it is this one if it is one of the set;
-    ``several``: laws that may replace it together; ``where``: the part of the record in which it acts, empty for all of
-    it; ``reason``: why the set cannot be discriminated; ``share_um (n,)``: its displacement.
+    axis, plane, face, ... ; ``own``: its probability, ``probability``: with all of ``confounded_with``, other kinds not
+    discriminated from it; ``alternatives``: other choices of the same kind; ``members``: all of the set with their own
+    values and probabilities in it; ``several``: laws that replace it together; ``where``: where in the record it acts,
+    empty: in all; ``reason``: of the set, ``separate_by``: what ends it; ``share_um (n,)``: its displacement.
     """
 
     kind: str
@@ -98,6 +97,7 @@ class Finding:
     where: str = ""
     reason: str = ""
     separate_by: str = ""
+    separation_nats: float = 0.0
     effects: tuple[Effect, ...] = ()
 
 
@@ -105,9 +105,8 @@ class Finding:
 class Located:
     """Where residuals are systematic: covariate, side, form, share of the structure, probability.
 
-    ``phrases``: what words are made of (:mod:`.wording.phrases`), or words; ``beside``: a second covariate that the
-    form depends on; ``numbers``: numbers of the form: a period, a lag; ``laws``: those that may be in its place,
-    ``separate_by``: the run that tells whether they are; ``share_um (n,)``: what it moves, empty if that is not known.
+    ``phrases``: what words are made of (:mod:`.wording.phrases`), or words; ``beside``: a second covariate of the form;
+    ``numbers``: of the form, as a period; ``laws``: those that may be in its place, ``separate_by``: what tells.
     """
 
     covariate: str
@@ -120,6 +119,7 @@ class Located:
     numbers: Any = None
     laws: tuple[Replacement, ...] = ()
     separate_by: str = ""
+    separation_nats: float = 0.0
     share_um: Array = field(default_factory=lambda: np.zeros(0), compare=False)
 
     @property

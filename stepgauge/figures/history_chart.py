@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime, timedelta
 from pathlib import PurePosixPath
 from typing import Any
@@ -15,30 +15,43 @@ from stepgauge.files.notation import printed_unit
 from stepgauge.history.entries import QUANTITIES
 from stepgauge.history.series import Series
 
-GAP = 0.04
-"""Between two panels, in shares of the height."""
+GAP = 0.05
+"""Between two panels, for the title of the lower one, in shares of the height."""
+DAY_MS = 86_400_000
+FEW_DAYS = 10
+"""So many days have a mark each; of more plotly chooses."""
 
 
-def history_chart(series: Sequence[Series], limits: Mapping[str, float], titles: Mapping[str, str]) -> dict[str, Any]:
+def history_chart(
+    series: Sequence[Series],
+    limits: Mapping[str, float],
+    titles: Mapping[str, str],
+    along: Callable[[str], str] = "along {}".format,
+) -> dict[str, Any]:
     """One panel per quantity, a colour per direction: values with 2 u, trends, control limits, limits.
 
-    ``titles``: of the quantities, in the language of the page. A point carries the folder of its evaluation.
+    ``titles``: of the quantities, ``along``: of a direction, in the language of the page. A point carries the folder of
+    its evaluation.
     """
     directions = sorted({one.direction for one in series})
     data: list[dict[str, Any]] = []
     shapes: list[dict[str, Any]] = []
     layout: dict[str, Any] = {}
+    heads: list[dict[str, Any]] = []
     for number, name in enumerate(QUANTITIES, 1):
         axis = f"y{number if number > 1 else ''}"
         for one in series:
             if one.quantity == name:
                 place = directions.index(one.direction)
-                data += _traces(one, axis, LINES[place % len(LINES)], SYMBOLS[place % len(SYMBOLS)], number == 1)
+                look = LINES[place % len(LINES)], SYMBOLS[place % len(SYMBOLS)]
+                data += _traces(one, axis, along(one.direction), *look, number == 1)
         shapes += _limits(axis, limits.get(name), QUANTITIES[name].signed)
-        layout[axis.replace("y", "yaxis")] = _panel(number, titles[name], QUANTITIES[name].unit)
+        layout[axis.replace("y", "yaxis")] = panel = _panel(number, QUANTITIES[name].unit)
+        heads.append(_head(titles[name], panel["domain"][1]))
     layout |= {
-        "xaxis": {"type": "date", "tickformat": "%Y-%m-%d", "anchor": f"y{len(QUANTITIES)}", **_around_one_day(series)},
+        "xaxis": {"type": "date", "tickformat": "%Y-%m-%d", "anchor": f"y{len(QUANTITIES)}", **_days_shown(series)},
         "shapes": shapes,
+        "annotations": heads,
         "margin": {"l": 70, "r": 10, "t": 10, "b": 40},
         "legend": {"orientation": "h", "y": 1.01, "yanchor": "bottom"},
         "hovermode": "closest",
@@ -46,25 +59,31 @@ def history_chart(series: Sequence[Series], limits: Mapping[str, float], titles:
     return {"data": data, "layout": layout}
 
 
-def _around_one_day(series: Sequence[Series]) -> dict[str, Any]:
-    """The range of the axis of time where there is one date alone, of which plotly would show a millisecond."""
-    days = {entry.measured_at for one in series for entry in one.entries}
-    if len(days) != 1:
+def _days_shown(series: Sequence[Series]) -> dict[str, Any]:
+    """The axis of time of few days, each of which plotly would mark several times, or show a millisecond of."""
+    days = sorted({entry.measured_at.date() for one in series for entry in one.entries})
+    if not days or (days[-1] - days[0]).days > FEW_DAYS:
         return {}
-    (day,) = days
-    return {"range": [(day + sign * timedelta(days=30)).isoformat() for sign in (-1, 1)]}
+    aside = timedelta(days=30 if len(days) == 1 else 1)
+    ticks = {} if len(days) == 1 else {"tick0": days[0].isoformat(), "dtick": DAY_MS}
+    return {"range": [(days[0] - aside).isoformat(), (days[-1] + 2 * aside).isoformat()], **ticks}
 
 
-def _panel(number: int, title: str, unit: str) -> dict[str, Any]:
+def _panel(number: int, unit: str) -> dict[str, Any]:
     height = 1.0 / len(QUANTITIES)
     top = 1.0 - (number - 1) * height
-    head = {"text": f"{title.replace(': ', '<br>')}<br>({printed_unit(unit)})", "font": {"size": 11}}
-    return {"title": head, "domain": [max(top - height + GAP, 0.0), top], "zeroline": True, "nticks": 5}
+    title = {"text": printed_unit(unit), "font": {"size": 12}}
+    return {"title": title, "domain": [max(top - height, 0.0), top - GAP], "zeroline": True, "nticks": 5}
 
 
-def _traces(one: Series, axis: str, color: str, symbol: str, named: bool) -> list[dict[str, Any]]:
+def _head(title: str, top: float) -> dict[str, Any]:
+    """The title of a panel above it: beside its axis long ones ran into each other."""
+    where = {"xref": "paper", "yref": "paper", "x": 0.0, "y": top, "xanchor": "left", "yanchor": "bottom"}
+    return {**where, "text": title, "showarrow": False, "font": {"size": 12}}
+
+
+def _traces(one: Series, axis: str, label: str, color: str, symbol: str, named: bool) -> list[dict[str, Any]]:
     dates = [entry.measured_at.isoformat() for entry in one.entries]
-    label = f"along {one.direction}"
     ring = ["--red" if beyond else color for beyond in one.beyond]
     common = {"type": "scatter", "yaxis": axis, "legendgroup": label}
     points = {

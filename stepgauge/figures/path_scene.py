@@ -125,7 +125,8 @@ def scene_of(traces: Sequence[Any], title: str = "") -> Any:
     import plotly.graph_objects as go
 
     aspect = _aspect(traces)
-    axes = {f"{axis}axis": {"title": {"text": f"{axis} (mm)"}, "nticks": _ticks(aspect[axis])} for axis in "xyz"}
+    axes = {f"{axis}axis": {"title": {"text": axis}, "nticks": _ticks(aspect[axis])} for axis in "xyz"}
+    unit = {"text": "x, y, z: mm", "xref": "paper", "yref": "paper", "x": 0.0, "y": 0.0, "showarrow": False}
     return go.Figure(
         traces,
         {
@@ -133,6 +134,7 @@ def scene_of(traces: Sequence[Any], title: str = "") -> Any:
             "scene": {"aspectmode": "manual", "aspectratio": aspect, "camera": {"eye": EYE}, **axes},
             "margin": {"l": 0, "r": 0, "b": 0, "t": 40 if title else 0},
             "legend": {"itemsizing": "constant"},
+            "annotations": [unit],  # once: beside each axis they ran into each other
         },
     )
 

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 
+SPELLED = str.maketrans(
+    {"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss", "æ": "ae", "ø": "o"}
+)
 MOST_DECIMALS = 17
 """A double has no more significant digits."""
 
@@ -23,5 +27,6 @@ def signed(value: float, decimals: int) -> str:
 
 
 def plain(text: object) -> str:
-    """Text that every controller takes in a comment or a file name."""
-    return re.sub(r"[^A-Za-z0-9 ._-]", "_", str(text))
+    """Text that every controller takes in a comment or a file name; letters with marks as one spells them without."""
+    spelled = unicodedata.normalize("NFKD", str(text).translate(SPELLED))
+    return re.sub(r"[^A-Za-z0-9 ._-]", "_", "".join(one for one in spelled if not unicodedata.combining(one)))

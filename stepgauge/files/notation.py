@@ -44,7 +44,7 @@ def printed(text: str) -> str:
 
     A unit stands behind a number or a bracket: elsewhere the letters may be a word of some language, or a name.
     """
-    return DEGREES.sub("°C", MINUS.sub("−", MICRO.sub("µ", PLUS_MINUS.sub("±", text))))
+    return ANGLE.sub("°", DEGREES.sub("°C", MINUS.sub("−", MICRO.sub("µ", PLUS_MINUS.sub("±", text)))))
 
 
 def printed_unit(unit: str) -> str:
@@ -52,6 +52,7 @@ def printed_unit(unit: str) -> str:
     return MICRO_UNIT.sub("µ", unit).replace("1e-6", "10⁻⁶")
 
 
+ANGLE = re.compile(r"(?<=\d) deg\b(?! C)")
 DEGREES = re.compile(r"(?<=\d )deg C\b")
 MICRO = re.compile(r"(?:(?<=\d )|(?<=\())u(?=(?:m|rad)\b)")
 MICRO_UNIT = re.compile(r"(?<![^\W\d_])u(?=(?:m|rad|in)\b)")

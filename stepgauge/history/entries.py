@@ -186,7 +186,7 @@ def _direction(axis: list[float]) -> str:
     if shares[best] >= math.cos(math.radians(ALONG_DEG)):
         return "xyz"[best]
     sign = 1.0 if axis[best] > 0 else -1.0
-    return "(" + " ".join(f"{sign * share:.2f}" for share in axis) + ")"
+    return "(" + " ".join(f"{round(sign * share, 2) + 0.0:.2f}" for share in axis) + ")"
 
 
 @dataclass(frozen=True)

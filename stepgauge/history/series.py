@@ -22,6 +22,8 @@ from stepgauge.history.scores import Scores, scores
 from stepgauge.history.trend import Trend, findings, fit_trend
 
 OTHER_TIP_UM = 50.0
+SHORT_DAYS = 30.0
+"""A drift over less is told as it came, and not as it would be in a year."""
 FALSE_WARNINGS = 0.05
 """Probability that a report of pure noise has any warning."""
 OF_TRENDS, OF_VALUES = 0.8, 0.1
@@ -195,11 +197,18 @@ def judge(series: Sequence[Series], limits: Mapping[str, float]) -> list[Alert]:
 
 
 def drift_words(one: Series) -> str:
-    """``drifts by +8.1 +- 0.2 um/m a year`` of a series with a trend."""
+    """``drifts by +8.1 +- 0.2 um/m a year`` of a series with a trend; of a short one what it came to meanwhile."""
     assert one.drift is not None
-    rate = f"{rounded(one.drift.per_year, 3, plus=True)} +- {rounded(one.drift.u_per_year, 2)}"
+    days = (one.entries[-1].measured_at - one.entries[0].measured_at).total_seconds() / 86400.0
+    share = days / YEAR_DAYS if days < SHORT_DAYS else 1.0
+    rate = f"{rounded(one.drift.per_year * share, 3, plus=True)} +- {rounded(one.drift.u_per_year * share, 2)}"
     beside = ", beside what the scale error shows in it" if one.of_scale.any() else ""
-    return f"drifts by {rate} {QUANTITIES[one.quantity].unit} a year{beside}"
+    unit = QUANTITIES[one.quantity].unit
+    return (
+        f"drifts by {rate} {unit} in {days:.0f} days{beside}"
+        if share < 1.0
+        else f"drifts by {rate} {unit} a year{beside}"
+    )
 
 
 def _beyond_limit(one: Series, limit: float | None, unit: str) -> list[Alert]:

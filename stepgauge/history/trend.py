@@ -2,7 +2,8 @@
 
 The slope is compared with what repeatability makes of it (a normal number) and with what the scatter about the line
 makes of it (Student's t): a slope counts only where both say that it is no noise. So the rate of false warnings holds
-where visits differ by no more than they repeat, and where they differ by more.
+where visits differ by no more than they repeat, and where they differ by more. How far visits differ shows from day to
+day: a line through two days leaves nothing to tell a drift by, however many values each day has.
 """
 
 from __future__ import annotations
@@ -69,7 +70,9 @@ def _upper(size: float, u: float, upper: Callable[[float], float]) -> float:
 
 
 def fit_line(years: Array, value: Array, u: Array, group: Sequence[int] | None = None) -> TrendLine | None:
-    """A common slope of all groups, each with a level of its own; None with fewer than three values or one date.
+    """A common slope of all groups, each with a level of its own; None with fewer than three days.
+
+    The scatter about it has the degrees of freedom of the days.
 
     Parameters
     ----------
@@ -78,8 +81,9 @@ def fit_line(years: Array, value: Array, u: Array, group: Sequence[int] | None =
     """
     groups = np.zeros(len(value), int) if group is None else np.asarray(group)
     _, groups = np.unique(groups, return_inverse=True)
-    dof = len(value) - int(groups.max(initial=0)) - 2
-    if len(value) < 3 or dof < 1:
+    visits = {(group, day) for group, day in zip(groups.tolist(), np.round(years * YEAR_DAYS).tolist(), strict=True)}
+    dof = len(visits) - int(groups.max(initial=0)) - 2
+    if dof < 1:
         return None
     known = bool(np.isfinite(u).all())
     weight = 1.0 / u**2 if known else np.ones(len(value))
@@ -90,7 +94,9 @@ def fit_line(years: Array, value: Array, u: Array, group: Sequence[int] | None =
     if spread <= 1e-12 * float((weight * np.maximum(years**2, 1e-6)).sum()):
         return None
     slope = float((weight * from_middle * from_level).sum()) / spread
-    ratio = float(np.sqrt((weight * (from_level - slope * from_middle) ** 2).sum() / dof))
+    ratio = float(
+        np.sqrt((weight * (from_level - slope * from_middle) ** 2).sum() / (len(value) - int(groups.max()) - 2))
+    )
     all_weight = float(weight.sum())
     middle, level = float((weight * years).sum()) / all_weight, float((weight * value).sum()) / all_weight
     scale = 1.0 if known else ratio
@@ -106,7 +112,7 @@ def fit_trend(
     group: Sequence[int] | None = None,
     growth: bool = False,
 ) -> Trend | None:
-    """Weighted least squares in time; None with fewer than three dates.
+    """Weighted least squares in time; None with fewer than three days.
 
     Weights are 1/u^2 where every value has a standard uncertainty, else equal. The uncertainties are those of the
     weights, enlarged by the Birge ratio sqrt(chi^2 / (n - 2)) where the values scatter more than they say (Birge,

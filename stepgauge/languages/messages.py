@@ -26,6 +26,8 @@ _SENTENCE = re.compile(r"(?<=[.]) (?=[^\W\d_a-z]|[–*\u201c])")
 _POINT = re.compile(r"(?<![\w./:'\"=-])(?:(?<=\([uU] = )|(?<!= ))([-+−]?\d+)\.(\d+)(?![\w./'\"])")
 _WORD = re.compile(r"[^\W\d_]{2}")
 _QUOTED = re.compile(r"""('[^']*'|"[^"]*")""")
+_WRITTEN = re.compile(r"""'[^']*'|"[^"]*"|[a-z]+_\w+""")
+"""What somebody wrote, and keys of files."""
 _NO_PROSE = re.compile(r"""'[^']*'|"[^"]*"|--[\w-]+|[\w-]*[_/][\w/.-]*""")
 _MICRO = re.compile(r"(?<=\d )u(?=m\b|rad\b)")
 _ROW = re.compile(r"\brow (?=\d)")
@@ -92,14 +94,14 @@ def known_texts() -> Mapping[str, str]:
 
 
 _LISTED = re.compile(r"(, | and | or | \+ )")
-_CHOICE = re.compile(r"[xyz]{1,2}|\d+|all|once")
+_CHOICE = re.compile(r"r?[xyz]{1,2}|\d+|all|once|anew|whole|varying|first|second|third|gauge|position|speed|time")
 """What stands behind the name of an effect in its label: axis, plane, placement."""
 
 
 def _named(label: str) -> str | None:
     """The German of a text that is known whole, or of the label of an effect: its name and its choices."""
-    if label in known_texts():
-        return known_texts()[label]
+    if label in known_texts() or _WRITTEN.fullmatch(label):
+        return known_texts().get(label, label)
     words = label.split()
     count = next((n for n, one in enumerate(reversed(words)) if not _CHOICE.fullmatch(one)), 0)
     if count == 1 and (numbered := catalogue().get(f"{' '.join(words[:-1])} {{}}")):
@@ -135,14 +137,27 @@ def _diagnosed() -> dict[str, str]:
 @cache
 def effects() -> Mapping[str, str]:
     """German names of effects, alone and with their axes, of covariates and of sensors."""
-    from stepgauge.diagnosis.wording.findings import name_of, words
+    from stepgauge.diagnosis.wording.findings import CHOICES, name_of, words
     from stepgauge.diagnosis.wording.phrases import COVARIATES
     from stepgauge.effects import effect_kinds
 
     kinds = [(kind, "gauge") for kind in effect_kinds(every=True)] + [(kind, "map") for kind in words("map")]
     names = {name_of(*one): name_of(*one, "de") for one in kinds}
     known = {f"{name}{more}": f"{german}{more}" for name, german in names.items() for more in ("", " {}")}
-    return {**COVARIATES, **known, **_sensors()}
+    return {**CHOICES, **COVARIATES, **known, **_sensors(), **_columns()}
+
+
+def _columns() -> Mapping[str, str]:
+    """German names of what a column of a table is taken for."""
+    taken = {key.removeprefix("choice_taken."): said[1] for key, said in texts().items() if "choice_taken." in key}
+    return {key: said for key, said in taken.items() if key.isalpha() and key not in ("from", "to", "values")}
+
+
+def parameter_name(name: str, language: str) -> str:
+    """A parameter of an effect as the pages call it, in lower case but for German nouns; empty where they do not."""
+    stem = name.rpartition("_")[0]
+    said = next((texts()[key] for key in (f"field.{name}", f"field.{stem}") if key in texts()), ("", ""))
+    return said[1] if language == "de" else said[0].lower()
 
 
 def _sensors() -> Mapping[str, str]:
@@ -160,15 +175,31 @@ def _one_gap(text: str) -> str:
 
 def translate_message(text: str) -> str:
     """A message of the program in German, whole or not at all; of several sentences each by itself."""
-    return _decimal_commas(_between_numbers(_ROW.sub("Zeile ", _whole(text))))
+    return _decimal_commas(_between_numbers(_apart(_ROW.sub("Zeile ", _whole(text)))))
+
+
+def _apart(text: str) -> str:
+    """Semicolons between components, whose decimal marks are commas."""
+    return _VECTOR.sub(lambda found: found[0].replace(", ", "; ") if "." in found[0] else found[0], text)
 
 
 def _whole(text: str) -> str:
+    if text.startswith(_MAPPED):
+        return catalogue()[f"{_MAPPED}{{}}"].format(_TAKEN.sub(_taken, text.removeprefix(_MAPPED)))
     try:
         return _translated(text, DEEPEST)
     except UntranslatedError:
         first, joint, rest = text.partition("; ")
         return f"{_whole(first)}{joint}{_whole(rest)}" if rest else text
+
+
+_MAPPED, _TAKEN = "mapped: ", re.compile(r"(?<= -> )(\w+)(?: \(from ([\w ]+)\))?")
+"""What columns were taken for: their headers are what somebody wrote."""
+
+
+def _taken(one: re.Match[str]) -> str:
+    role = known_texts().get(one[1], one[1])
+    return f"{role} (aus {known_texts().get(one[2], one[2])})" if one[2] else role
 
 
 def said_in_german(line: str) -> str:

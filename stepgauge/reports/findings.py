@@ -38,6 +38,7 @@ from stepgauge.diagnosis.wording.phrases import covariate_name, nearest_law, str
 from stepgauge.diagnosis.wording.structure import SCATTER, remedy_of_structure
 from stepgauge.effects.words import Wording
 from stepgauge.files.notation import uncertainty
+from stepgauge.languages.messages import parameter_name, translate_message
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
 Said = Mapping[str, Any]
@@ -177,9 +178,12 @@ def _again(said: Said, language: str) -> Iterator[str]:
     yield from [] if is_good_enough(said) else lacking(said, language)
     if said.get("further", {}).get("separate_by"):
         yield say("worth", language, text=proposal(said["further"], language))
-    for number, effect in enumerate(said["effects"], 1):
-        if effect["separate_by"] and actions(said)[number - 1] not in LEFT:
-            yield f"{number}, {say('separate', language, text=proposal(effect, language))}"
+    every = [(number, effect) for number, effect in enumerate(said["effects"], 1) if effect["separate_by"]]
+    every = [(number, effect) for number, effect in every if actions(said)[number - 1] not in LEFT]
+    several = sum(bool(effect["commands"]) for _, effect in every) > 1
+    for place, (number, effect) in enumerate(sorted(every, key=lambda one: -nats(one[1]))):
+        key = "separate" if not several or not effect["commands"] else "separate_later" if place else "separate_first"
+        yield f"{number}, {say(key, language, text=proposal(effect, language))}"
     for number, row in _structure(said):
         for one in row["open"]:
             laws = [" + ".join(name_of(label, "gauge", language) for label in law["labels"]) for law in one["laws"]]
@@ -190,11 +194,15 @@ def _again(said: Said, language: str) -> Iterator[str]:
         yield say(f"compare_{of}", language)
 
 
+def nats(one: Said) -> float:
+    """What the measurement that a finding proposes is expected to decide; of an older file not known."""
+    return float(one.get("expected_information_nats", 0.0))
+
+
 def proposal(one: Said, language: str) -> str:
-    """A further measurement without its commands, which stand below; in German only that there is one."""
-    if language != "en":
-        return say("planned", language)
-    return _WORD.sub(lambda match: name_of(match[0]), without(one["separate_by"], one["commands"]))
+    """A further measurement without its commands, which stand below."""
+    said = _WORD.sub(lambda match: name_of(match[0]), without(one["separate_by"], one["commands"]))
+    return said if language == "en" else translate_message(said)
 
 
 def _remedy_of_row(row: Said, language: str = "en") -> Wording:
@@ -270,7 +278,7 @@ def _row(first: str, one: Said, p: float | None, said: Said, language: str, repa
     told = one["meaning"] if language == "en" else meaning(one, at, language)
     text = f" {say('repair', language)}: {remedy({**one, 'parameters': alone}, at, language).repair}"
     text = told + text * repair
-    return [first, name, values(one), uncertainties(one), "" if p is None else probability(p), text]
+    return [first, name, values(one, language), uncertainties(one), "" if p is None else probability(p), text]
 
 
 def _form_row(row: Said, number: int, said: Said, language: str) -> list[str]:
@@ -279,13 +287,19 @@ def _form_row(row: Said, number: int, said: Said, language: str) -> list[str]:
     return [str(number), name, "", "", probability(row["probability"]), text]
 
 
-def values(one: Said) -> str:
+def values(one: Said, language: str = "en") -> str:
     """The numbers that were fitted, one to a line, with as many digits as their standard uncertainty has.
 
     A name stands before each where there are several; what the unit says is left out of it.
     """
     numbers = told_numbers(one)
-    return "\n".join(f"{symbol(name, p, len(numbers))}{_digits(p)[0]} {_unit(p)}".strip() for name, p in numbers)
+
+    def named(name: str, p: Mapping[str, Any]) -> str:
+        said = symbol(name, p, len(numbers))
+        german = parameter_name("size" if said == "size " else name, language) if said and language != "en" else ""
+        return f"{german} " if german else said
+
+    return "\n".join(f"{named(name, p)}{_digits(p)[0]} {_unit(p)}".strip() for name, p in numbers)
 
 
 def uncertainties(one: Said) -> str:

@@ -22,6 +22,7 @@ from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
 
 if TYPE_CHECKING:
+    from stepgauge.files.arrays import Array
     from stepgauge.gauge.certified import Gauge
     from stepgauge.recording import Recording
     from stepgauge.standards.budget_files import StoredBudget
@@ -29,6 +30,10 @@ if TYPE_CHECKING:
 ERRORS = ("xm", "xf", "xb", "xr")
 MOST_OVER = 4
 MOST_LISTED = 200
+ROUNDED_MM, LARGEST_SCATTER_MM = 1e-7, 1.0
+ALIKE, BEYOND_CHANCE = 0.7, 5.0
+"""Readings are the same where they differ by less, or scatter alike: their correlation, and so many standard deviations
+of chance by Fisher's transformation of it (a zero set anew in each cycle takes a part of it away)."""
 PLACEMENTS = "placement*.toml"
 """Where the placements of a project lie: a new one does not replace that of readings that were taken."""
 
@@ -62,11 +67,16 @@ def recording_files(site: Site) -> list[str]:
 
 @dataclass(frozen=True)
 class RecordingChoice:
-    """A recording that may be diagnosed with others; ``said``: when, how warm; ``ticked``: by default it is."""
+    """A recording that may be diagnosed with others.
+
+    ``said``: when, how warm; ``ticked``: by default it is; ``copy_of``: an earlier one of the list with the same
+    readings, which tell nothing new.
+    """
 
     name: str
     said: str
     ticked: bool
+    copy_of: str = ""
 
 
 def recording_choices(site: Site, asked: Sequence[str] = ()) -> list[RecordingChoice]:
@@ -81,12 +91,50 @@ def recording_choices(site: Site, asked: Sequence[str] = ()) -> list[RecordingCh
     found = {name: _conditions(str(site.folder / name), stamps(site.folder / name)) for name in names}
     first = found.get(asked[0]) if asked else None
     planned = _planned_for(site, asked[0]) if first else set()
-    choices = []
+    choices: list[RecordingChoice] = []
+    scatters: dict[str, Array | None] = {}
     for name, own in found.items():
+        scatter = _scatter(str(site.folder / name), stamps(site.folder / name)) if own else None
+        copy_of = next((one for one, other in scatters.items() if _is_same(scatter, other)), "")
+        scatters[name] = scatter
         is_same_day = bool(first and own and own[-2] and own[-2] == first[-2])
         alike = bool(first and own and own[:-2] == first[:-2] and (is_same_day or name in planned))
-        choices.append(RecordingChoice(name, ", ".join(own[-2:]) if own else "", name in asked or alike))
+        ticked = name in asked or (alike and not copy_of)
+        choices.append(RecordingChoice(name, ", ".join(own[-2:]) if own else "", ticked, copy_of))
     return choices
+
+
+@lru_cache(MOST_LISTED)
+def _scatter(path: str, _: tuple[Stamp, ...]) -> Array | None:
+    """How the readings of a recording scatter about the means of their faces and cycles, along the gauge, mm; of one
+    cycle the lengths themselves. It is the same however the readings were imported, and in no two measurements."""
+    import numpy as np
+
+    from stepgauge.recording import read_recording
+    from stepgauge.recording.columns import POSITION
+
+    frame = read_recording(path).frame.sort_values(["placement", "face", "cycle"], kind="stable")
+    position = frame[POSITION].to_numpy(float)
+    length = frame.assign(mm=np.linalg.norm(position - position[0], axis=1))
+    if length["cycle"].nunique() < 2:
+        return length["mm"].to_numpy(float)
+    for one in ("face", "cycle"):
+        length["mm"] -= length.groupby(["placement", one])["mm"].transform("mean")
+    return length["mm"].to_numpy(float)
+
+
+def _is_same(one: Array | None, other: Array | None) -> bool:
+    """Whether two recordings have the same readings, but for their rounding."""
+    import numpy as np
+
+    if one is None or other is None or len(one) != len(other):
+        return False
+    if np.allclose(one, other, rtol=0.0, atol=ROUNDED_MM):
+        return True
+    if max(np.ptp(one), np.ptp(other)) > LARGEST_SCATTER_MM or not (one.any() and other.any()):
+        return False
+    r = min(float(np.corrcoef(one, other)[0, 1]), 1.0 - 1e-9)
+    return r > ALIKE and math.atanh(r) * math.sqrt(max(len(one) / 2.0 - 3.0, 0.0)) > BEYOND_CHANCE
 
 
 def ticked_recordings(site: Site, form: Form) -> list[str]:

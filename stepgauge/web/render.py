@@ -17,7 +17,7 @@ from starlette.responses import HTMLResponse, Response
 from stepgauge import __version__
 from stepgauge.errors import InputError
 from stepgauge.files.notation import printed, printed_unit
-from stepgauge.languages.messages import LANGUAGES, figure_words, translate_printed
+from stepgauge.languages.messages import LANGUAGES, figure_words
 from stepgauge.web.assets import plotly_version
 from stepgauge.web.site import Site
 from stepgauge.web.texts import Words, best_language
@@ -95,32 +95,22 @@ def _plotly_tag() -> Markup:
 
 def json_answer(request: Request, text: str) -> Response:
     """JSON of a figure that is text already, with its own words in the language of the page; keys stay."""
-    known, spelled = _figure_words(words_of(request).language)
+    known, before_numbers, spelled = _figure_words(words_of(request).language)
     if spelled:
-        text = _named_in_german(text)
-    return Response(
-        known.sub(lambda found: spelled[found[0]], text) if spelled else text, media_type="application/json"
-    )
-
-
-def _named_in_german(text: str) -> str:
-    """A figure with the names of its curves in German, in the legend and at its points."""
-    figure = json.loads(text)
-    for curve in figure.get("data", ()) if isinstance(figure, dict) else ():
-        name = curve.get("name") if isinstance(curve, dict) else None
-        if name:
-            curve["name"] = translate_printed(name)
-            for key in curve.keys() & {"hovertemplate"}:
-                curve[key] = curve[key].replace(name, curve["name"]) if isinstance(curve[key], str) else curve[key]
-    return json.dumps(figure)
+        text = before_numbers.sub(lambda found: spelled[found[0]], known.sub(lambda found: spelled[found[0]], text))
+    return Response(text, media_type="application/json")
 
 
 @cache
-def _figure_words(language: str) -> tuple[re.Pattern[str], dict[str, str]]:
-    """The words of figures as JSON spells them, and those of a language in their place."""
+def _figure_words(language: str) -> tuple[re.Pattern[str], re.Pattern[str], dict[str, str]]:
+    """The words of figures as JSON spells them, the same before a number or in a template, and those of a language."""
     pairs = figure_words() if language == "de" else []
     spelled = {json.dumps(one, ensure_ascii=o): json.dumps(other) for one, other in pairs for o in (True, False)}
-    return re.compile(rf"(?:{'|'.join(map(re.escape, spelled))})(?!\s*:)"), spelled
+    whole = re.compile(rf"(?:{'|'.join(map(re.escape, spelled))})(?!\s*:)")
+    single = {one: other for one, other in pairs if re.fullmatch("[a-z]{4,}", one)}
+    every = "|".join(re.escape(one) for one, _ in pairs)
+    led = re.compile(rf"(?<=[\" >])(?:{'|'.join(single)})(?= (?:%\{{|-?\d))|(?<=<extra>)(?:{every})(?=</extra>)")
+    return whole, led, spelled | dict(pairs)
 
 
 def address(path: str, **query: str) -> str:

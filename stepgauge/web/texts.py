@@ -10,6 +10,7 @@ from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError, Naming, one_line, option_of
+from stepgauge.files.notation import printed_unit
 from stepgauge.languages.messages import LANGUAGES, print_units, said_in_german, texts, translate_message
 
 if TYPE_CHECKING:
@@ -26,11 +27,16 @@ _STATED = re.compile(
     r"\b([a-z]\w*) = (\"[^\"]*\"(?: (?:or|oder) \"[^\"]*\")*|\[[^\]]*\]|[^\s,;()]+) (?:in|unter) \[{1,2}\w+\]{1,2}"
 )
 """A line of a file, with its table."""
-_TABLE = re.compile(r"(?:\b[Tt]ab(?:le|elle) )?\[{1,2}([a-z]+)\]{1,2}( (?=[a-z]+_[a-z]))?")
+_TABLE = re.compile(
+    r"(?:\b[Tt]ab(?:le|elle) )?\[{1,2}([a-z]+)\]{1,2}( (?=[a-z]+_[a-z]))?|\b[Tt]ab(?:le|elle) ([a-z]+)(?= is\b| ist\b)"
+)
+_OF_TABLE = re.compile(r"\b(?:[Tt]ab(?:le|elle)|[Kk]ey|Schlüssel) \[{0,2}([a-z]+)")
+"""The table that a message is about: the same key has another field in each."""
 _NOT_OF_A_PAGE = re.compile(r" \(the command below\)|,? (?:and another file|und eine andere Datei)\b")
 """What only somebody at the command line can do."""
 _KEY = re.compile(
-    r"(?<![\w./'\"=\[-])(?:(?:machine|probe|gauge|certificate|uncertainty)\.([a-z]\w*)(?:\.u\b)?|([a-z]+(?:_[A-Za-z]+)+))"
+    r"(?<![\w./'\"=\[-])(?:(?:machine|probe|gauge|certificate|uncertainty|conditions|item|laboratory|customer|method"
+    r"|person|statements)\.([a-z]\w*)(?:\.u\b)?|([a-z]+(?:_[A-Za-z]+)+))"
     r"(?![\w/'\"=\]]|\.\w)"
 )
 _COMMAND = re.compile(r"'?\bstepgauge ([a-z]+)\b(?: (?:[A-Z]{2,}|-{1,2}[a-z][\w-]*|[\w/.-]+\.[a-z]{2,4}))*'?")
@@ -101,6 +107,10 @@ class Words:
 
         return name_of(label, language=self.language)
 
+    def unit(self, unit: str) -> str:
+        """A unit as it is set in print, or by its name."""
+        return self(f"choice_unit.{unit}") if self.has(f"choice_unit.{unit}") else printed_unit(unit)
+
     def choice(self, field: str, key: str) -> str:
         """What a choice of a field is called."""
         return self(f"choice_{field}.{key}") if self.has(f"choice_{field}.{key}") else key.replace("_", " ")
@@ -110,7 +120,7 @@ class Words:
         where, what, found, _ = (None if one is None else str(one) for one in error.named(self._short_label))
         asked = [self.way(one) for question in getattr(error, "questions", ()) for one in question.choices]
         parts = (what, found, None if asked else self._without_offers(error.parts[3]))
-        what, found, expected = (None if one is None else self.message(str(one)) for one in parts)
+        what, found, expected = (None if one is None else self._translated(str(one)) for one in parts)
         expected = f" {self.message('or')} ".join(asked) or expected
         said = f"{self._located(where)}: {what}" if where else str(what)
         more = [(self("page.found"), found), (self("page.expected"), expected)]
@@ -137,13 +147,18 @@ class Words:
 
     def message(self, text: str) -> str:
         """What the program says of its own accord, with the fields of the page in place of options."""
-        return self.plain(translate_message(text) if self.language == "de" else text)
+        return self.plain(self._translated(text))
+
+    def _translated(self, text: str) -> str:
+        return translate_message(text) if self.language == "de" else text
 
     def asked(self, question: Question) -> str:
         """What an import leaves open; what was found stands as it is in the file."""
         what = question.what.named(self.label) if isinstance(question.what, Naming) else question.what
         if question.expected is None:
-            return self.message(what) + (f": {question.found}" if question.found is not None else "")
+            found = question.found or ""
+            told = self._translated(found) if re.match(r"-?\d", found) else found  # else a header, as it was written
+            return self.message(what) + (f": {told}" if told else "")
         error = InputError("", what, found=question.found, expected=question.expected)
         return self.said(error)
 
@@ -164,10 +179,11 @@ class Words:
         """A text of the program for somebody who sees fields and pages: no command, option, key or way up a folder."""
         text = _UP.sub("", text.removeprefix("stepgauge: error: ")).replace(f"{os.getcwd()}/", "")
         text = _STATED.sub(self._stated, _NOT_OF_A_PAGE.sub("", text))
+        tables = _OF_TABLE.findall(text)
         text = _TABLE.sub(self._part_of, text)
         text = _COMMAND.sub(self._page_of, text)
         text = _OPTION.sub(lambda found: self._short_label(found[1].replace("-", "_")), text)
-        return print_units(_KEY.sub(self._field_of, text))
+        return print_units(_KEY.sub(lambda found: self._field_of(found, tables), text))
 
     def _stated(self, line: re.Match[str]) -> str:
         """A field of the page with what it is to have, for a line of a file."""
@@ -180,12 +196,14 @@ class Words:
         """The part of a form for a table of a file; nothing before the name of a key, which has its own."""
         if table[2]:
             return ""
-        key = next((key for key in (f"certificate_part.{table[1]}", f"nav.{table[1]}") if self.has(key)), "")
+        name = table[1] or table[3]
+        key = next((key for key in (f"certificate_part.{name}", f"nav.{name}") if self.has(key)), "")
         return self("page.field", field=self(key)) if key else table[0]
 
-    def _field_of(self, key: re.Match[str]) -> str:
-        """The field of the page for a key of a file; the key where there is none."""
+    def _field_of(self, key: re.Match[str], tables: Iterable[str]) -> str:
+        """The field of the page for a key of a file, in one of the tables; the key where there is none."""
         name = key[1] or key[2]
+        name = next((one for one in (f"{table}_{name}" for table in tables) if self.has(f"field.{one}")), name)
         if key[0].startswith("uncertainty.") and self.has(f"field.{_plain(f'u_{name}')}"):
             name = f"u_{name}"
         known = self.has(f"field.{name}") or self.has(f"field.{_plain(name)}")
@@ -202,15 +220,21 @@ class Words:
 
     @staticmethod
     def keys(text: str) -> set[str]:
-        """The keys of files and the options that a text of the program names."""
+        """The keys of files and the options that a text of the program names, but those of a table with own fields."""
+        tables = _OF_TABLE.findall(text)
+        named = {one or other for one, other in _KEY.findall(text)}
         return {
-            *(one or other for one, other in _KEY.findall(text)),
+            *(one for one in named if not any(f"field.{table}_{one}" in texts() for table in tables)),
             *(one.replace("-", "_") for one in _OPTION.findall(text)),
         }
 
     def decimal(self, text: str) -> str:
         """A number that is text already, with the decimal mark of the language."""
         return text.replace(".", ",") if self.language == "de" else text
+
+    def direction(self, text: str) -> str:
+        """An axis by its letter, or by its components as ``(0.71 -0.70 0.00)``, as the language writes them."""
+        return self.decimal("; ".join(text.split())).replace("-", "−")
 
     def number(self, value: float | None, digits: int = 2) -> str:
         """A number with that many decimals, as the language writes it; a dash for none."""

@@ -101,7 +101,7 @@ def test_the_json_keeps_the_contract(name: str) -> None:
             assert set(parameter) in ({"value"}, {"value", "u", "unit"})
     for one in data["located"] + data["unexplained"]:
         (stated,) = {"probability", "probability_if_alone"} & set(one)
-        assert set(one) - {"beside", "laws", "separate_by", "rms_um"} == {
+        assert set(one) - {"beside", "laws", "separate_by", "expected_information_nats", "rms_um"} == {
             "covariate",
             "side",
             "where",

@@ -5,11 +5,14 @@ condition, a note, a warning; a gap ``{}`` for what is filled in.
 from __future__ import annotations
 
 import ast
+import html
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import stepgauge
+from stepgauge.languages.messages import read_german, texts
 
 ROOT = Path(stepgauge.__file__).parent
 NO_PAGE = {
@@ -142,3 +145,34 @@ def _inside(node: ast.expr) -> list[ast.expr]:
     if isinstance(node, ast.BoolOp | ast.Dict):
         return list(node.values)
     return list(node.elts) if isinstance(node, ast.Tuple | ast.List) else []
+
+
+_KEYS = re.compile(r"'[^']*'|\"[^\"]*\"|„[^“]*“|{\w*}|\S*[_/=\[\]]\S*|--\S+|\S+\.\w{2,4}\b|stepgauge [\w ]+|\S+ ->")
+"""What is the same in every language: what somebody wrote, keys, files, options, columns of a table."""
+_LETTERS = re.compile(r"[^\W\d_]{2,}")
+_OF_MAKERS = {"cnc", "code", "command", "smooth", "one", "write", "and", "log", "cmm", "file"}
+"""Words of the names of controllers."""
+
+
+def _words(text: str) -> set[str]:
+    return {word.lower() for word in _LETTERS.findall(_KEYS.sub(" ", text))}
+
+
+@cache
+def _english() -> frozenset[str]:
+    """Words that stand in English texts of the program and in no German one."""
+    pairs = [*texts().values(), *read_german("messages.toml").items(), *read_german("printed.toml").items()]
+    english, german = ({word for pair in pairs for word in _words(pair[place])} for place in (0, 1))
+    return frozenset(english - german)
+
+
+def english_words(text: str, names: bool = False) -> list[str]:
+    """Words of a German text of a page that are English; ``names``: where names of controllers stand, too."""
+    return sorted(_words(text) & _english() - (_OF_MAKERS if names else set()))
+
+
+def visible(page: str) -> list[str]:
+    """The texts of a page of HTML that a person reads, piece by piece."""
+    body = re.sub(r"(?s)<(script|style|code|textarea)\b.*?</\1>|<option value=\"en\".*?</option>", " ", page)
+    said = re.findall(r'(?:aria-label|title|placeholder|data-label)="([^"]*)"', body)
+    return [html.unescape(one).strip() for one in (*re.split(r"<[^>]+>", body), *said) if one.strip()]

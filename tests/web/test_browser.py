@@ -73,3 +73,23 @@ def test_the_pages_are_used_by_keyboard_and_printed_without_their_controls(serve
     page.emulate_media(media="print")
     assert not page.get_by_role("navigation").is_visible()
     assert page.get_by_role("heading", name="Locate").is_visible()
+
+
+def test_a_choice_that_its_box_cuts_stands_below_it_and_no_button_leaves_its_box(
+    served: Served, watched: Watched
+) -> None:
+    page = watched.page
+    page.context.add_cookies([{"name": "language", "value": "de", "url": served.address}])
+    page.goto(f"{served.address}/machine")
+    page.locator("#temperature_convention").select_option("corrected_to_20")
+    told = "schon auf 20 °C korrigiert, von der Maschine oder ihrer Software mit der Teiletemperatur"
+    assert page.locator("small.chosen").all_inner_texts().count(told) == 1
+    for name in ("locate", "plan", "importing", "run"):
+        page.goto(f"{served.address}/{name}")
+        page.wait_for_load_state("networkidle")
+        outside = page.evaluate(
+            "[...document.querySelectorAll('main button, main .button, main select')].filter(one =>"
+            " one.getBoundingClientRect().right > one.parentElement.getBoundingClientRect().right + 2)"
+            ".map(one => one.textContent)"
+        )
+        assert outside == [], name

@@ -88,6 +88,23 @@ def test_what_must_be_there_is_asked_for_by_its_field(folder: Path, begun: list[
     assert begun == []
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "label"),
+    [("temperature_C", "200", "„Temperatur der Luft“"), ("humidity_percent", "120", "„Feuchte der Luft“")],
+)
+def test_a_wrong_value_is_told_by_the_field_of_this_form(
+    folder: Path, begun: list[list[str]], key: str, value: str, label: str
+) -> None:
+    """The temperature of the scales, a key of the same name, was named for that of the air."""
+    (folder / "results/evaluation").mkdir()
+    own = {f"conditions.{key}_{end}": value for end in ("low", "high")}
+    answer = Asked(folder, "de").post(certificate.make, {**FILLED, **own, "result": "results/evaluation"})
+    assert f"„Die Luft des Raums“ ist falsch; erwartet: {label} als [kleinster, größter]" in answer, answer
+    assert "Maßstäbe" not in answer
+    assert "/machine" not in answer
+    assert begun == []
+
+
 @pytest.mark.parametrize("kind", sorted(concealed.kinds()))
 def test_every_fault_of_the_list_can_be_concealed_with_its_usual_values(tmp_path: Path, kind: str) -> None:
     form = {"fault": kind, **concealed.fault(kind).usual}

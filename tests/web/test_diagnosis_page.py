@@ -4,20 +4,37 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, get_args
 
+import numpy as np
+import pandas as pd
 import pytest
 from starlette.responses import Response
 
 import stepgauge as sg
+from stepgauge.diagnosis import design
+from stepgauge.diagnosis.further_runs import _directions
+from stepgauge.diagnosis.maps import further_measurements
+from stepgauge.diagnosis.wording.findings import CHOICES, name_of
+from stepgauge.diagnosis.wording.notation import symbol
+from stepgauge.effects import effect_kinds
 from stepgauge.files.text import write_json
+from stepgauge.languages.messages import parameter_name
+from stepgauge.reports.findings import proposal
+from stepgauge.verbs.catalogue import VERBS
+from stepgauge.web.evaluations import recording_choices
 from stepgauge.web.pages import diagnosis
+from stepgauge.web.site import Site
 from tests.conftest import ROOT
 from tests.dcc.made import one_recording
 from tests.diagnosis.test_files import said as said_of
 from tests.web.conftest import Asked, Served, make_project
+from tests.web.gathered import english_words
 from tests.web.test_run import post
 
 FEA = ROOT / "examples/omp40-fea"
@@ -69,6 +86,13 @@ def test_causes_that_stand_for_a_finding_together_have_a_row_and_a_probability(t
     assert body.count("/diagnosis/without") == 2
 
 
+def scattered_anew(frame: pd.DataFrame, seed: int) -> pd.DataFrame:
+    """The same faces with readings of another measurement."""
+    along = str(frame[["x_mm", "y_mm", "z_mm"]].std().idxmax())
+    noise = np.random.default_rng(seed).normal(0.0, 3e-4, len(frame))
+    return frame.assign(**{along: frame.groupby("face")[along].transform("mean") + noise})
+
+
 @pytest.mark.parametrize("of", ["effects", "unexplained"])
 def test_placements_of_one_state_are_diagnosed_together_by_default(tmp_path: Path, of: str) -> None:
     """The recording that a diagnosis had planned was diagnosed alone, and could not tell its rivals apart."""
@@ -82,6 +106,7 @@ def test_placements_of_one_state_are_diagnosed_together_by_default(tmp_path: Pat
     }
     for number, (name, day) in enumerate(days.items()):
         made = one_recording().assign_comments(measured_at=day, gauge_serial="B" if name == "other" else "A")
+        made = replace(made, frame=scattered_anew(made.frame, number))
         made.write(folder / f"recordings/{name}.csv")
         os.utime(folder / f"recordings/{name}.csv", (1000 + 10 * number,) * 2)
     (folder / "results/first").mkdir(parents=True)
@@ -128,3 +153,101 @@ def test_structure_has_the_run_that_tells_what_it_is(tmp_path: Path, monkeypatch
     monkeypatch.setattr(diagnosis, "run_verb", lambda _, words, *_a, **_k: begun.append(words) or Response())
     Asked(folder).post(diagnosis.plan_next, {"result": "results/one", "finding": "1"})
     assert begun == [command.split()[1:]]
+
+
+def test_the_measurement_that_decides_most_comes_first(tmp_path: Path) -> None:
+    """Several were proposed side by side; one that is not there was "the measurement that is proposed"."""
+    folder, data = make_project(tmp_path / "project"), said_of("scale")
+    effect = data["effects"][0]
+    command = "stepgauge plan results/one/separate-{0}.toml -o results/one/separate-{0}.dmi"
+
+    def finding(number: int, words: str, nats: float) -> dict[str, Any]:
+        own = [command.format(number)] if nats else []
+        said = f"{words}: {own[0]}" if own else words
+        return {**effect, "separate_by": said, "commands": own, "expected_information_nats": nats}
+
+    run = "the gauge along {}, about (375, 403, 143) mm, which separates it from reversal_error_x"
+    data["effects"] = [
+        finding(1, run.format("machine y"), 0.2),
+        finding(2, run.format("the diagonal of x and -y"), 0.7),
+    ]
+    data["effects"].append(finding(3, design.NO_SEPARATION, 0.0))
+    (folder / "results/one").mkdir(parents=True)
+    write_json(folder / "results/one/diagnosis.json", data)
+    shown = Asked(folder, "de").get(diagnosis.show)
+    first = (
+        "entscheidet voraussichtlich am meisten: das Stufenendmaß längs der Diagonale von x und -y, um (375, 403, 143)"
+    )
+    later = "wenn es dann noch offen ist: das Stufenendmaß längs der Maschinenachse y, um (375, 403, 143) mm"
+    assert shown.count(first.replace("-y", "−y")) + shown.count(first) == 2  # with the finding, and in the list
+    assert shown.count(later) == 2
+    assert shown.index("2, zuerst messen") < shown.index("1, danach")
+    assert "3, was die Ursachen trennt: keine Messung in diesem Arbeitsraum trennt sie sicher" in shown
+    assert "vorgeschlagene" not in shown
+    assert len(re.findall('<button class="main">Diese Messung planen', shown)) == 1
+
+
+def test_every_proposal_is_german() -> None:
+    """Of a run that tells what has no law the page said 'the gauge along the diagonal of x and -y'."""
+    places = [f"the gauge along {words}, about (375, 403, 143) mm" for words, _ in _directions()]
+    places += ["the gauge end for end in the same position", "the gauge raised on supports to (375, 403, 540) mm"]
+    places += ["the gauge shifted to (262, 403, 143) mm", "the same placement at 3 mm/s instead of 9 mm/s"]
+    one, two, three = (
+        [frozenset({name})] for name in ("scale_error_x", "gauge_temperature", "kinematic_pretravel_varying")
+    )
+    english = re.compile(r"\b(the|gauge|which|it|from|no|another|and|or|command|varying|about|along|same)\b")
+    for words in places:
+        run = SimpleNamespace(words=words)
+        for excludes, leaves, elsewhere in ((one, [*two, *three], two), ([], [*one, *three], []), (two, three, [])):
+            best: Any = design.ProposedRun(run, 1.0, tuple(excludes), tuple(leaves), tuple(elsewhere))  # type: ignore[arg-type]
+            said = f"{words}, {design._what_it_separates(best)}: COMMAND{design._what_it_leaves(best)}"
+            for text in (said, f"{words}: COMMAND"):
+                told = proposal({"separate_by": text, "commands": ["COMMAND"]}, "de")
+                assert not english.search(told), told
+
+
+def test_every_proposal_for_a_map_is_german() -> None:
+    words = [one for one, *_ in further_measurements.GRIDS]
+    words += ["measure the same directions with a stylus longer by 50 mm", "measure the deflection of the tip too"]
+    words += ["load the force gauge with a known weight of about 1 N", "measure the trigger force too"]
+    words += ["measure the force that lifts the stylus along its axis"]
+    for text in words:
+        said = f"{text} (expected information 0.4 of 0.5 nats)"
+        for separate, commands in ((said, []), (f"{said}: COMMAND", ["COMMAND"])):
+            assert english_words(proposal({"separate_by": separate, "commands": commands}, "de")) == [], text
+
+
+def test_every_number_and_choice_of_a_finding_has_german_words() -> None:
+    """The page said 'lever 60 mm' and 'Vorlauf des Dreipunkttasters varying'."""
+    for kind, effect in effect_kinds(every=True).items():
+        for one in effect.parameters():
+            if one.role in ("linear", "nonlinear", "phase") and symbol(one.name, {"unit": one.unit}, 2) != "size ":
+                assert parameter_name(one.name, "de"), (kind, one.name)
+            if one.role == "choice":
+                choices = get_args(effect.model_fields[one.name].annotation)
+                words = [str(word) for word in choices if isinstance(word, str) and len(word) > 2]
+                assert [word for word in words if word not in CHOICES] == [], kind
+    assert name_of("kinematic_pretravel_varying", language="de") == "Vorlauf des Dreipunkttasters je nach Richtung"
+
+
+def test_the_same_readings_imported_twice_are_ticked_once(tmp_path: Path) -> None:
+    """Both were taken as placements. They are the same in whatever way they came, and another measurement is not."""
+    folder = make_project(tmp_path / "project")
+    made = measured_twice = one_recording().assign_comments(measured_at="2026-05-04")
+    rounded = made.frame.assign(**{name: made.frame[name].round(4) + 0.25 for name in ("x_mm", "y_mm", "z_mm")})
+    again = scattered_anew(made.frame, 3)
+    for number, (name, frame) in enumerate({"one": made.frame, "shifted": rounded, "anew": again}.items()):
+        replace(measured_twice, frame=frame).write(folder / f"recordings/{name}.csv")
+        os.utime(folder / f"recordings/{name}.csv", (1000 + number,) * 2)
+    site = Site(folder, VERBS, 8420, "token")
+    choices = {one.name: one for one in recording_choices(site, ["recordings/one.csv"])}
+    copies = {name: one.copy_of for name, one in choices.items()}
+    assert copies == {
+        "recordings/one.csv": "",
+        "recordings/shifted.csv": "recordings/one.csv",
+        "recordings/anew.csv": "",
+    }
+    assert not choices["recordings/shifted.csv"].ticked
+    assert choices["recordings/anew.csv"].ticked
+    shown = Asked(folder, "de").get(diagnosis.show, recording="recordings/one.csv")
+    assert "dieselben Messwerte wie recordings/one.csv" in shown

@@ -32,7 +32,7 @@ def test_the_same_measurement_counts_once_and_two_dates_have_no_trend(
     measured(folder, "a", "2026-05-04", "evaluation", "evaluation-a")
     shown = Asked(folder).get(history.part)
     assert shown.count('<td class="date">2026-05-04</td>') == 1
-    assert "One or two dates are no trend yet" in shown
+    assert "One or two days are no trend yet" in shown
     assert "nothing drifts" not in shown
     assert "counted once" in shown
     measured(folder, "b", "2026-06-04", "evaluation-b")

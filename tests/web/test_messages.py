@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 
 import stepgauge as sg
+from stepgauge.dcc.face_table import ROLES
 from stepgauge.errors import InputError, naming
 from stepgauge.languages.messages import catalogue, read_german, said_in_german, translate_message, unchanged
 from stepgauge.web.texts import Words
-from tests.web.gathered import gathered
+from tests.web.gathered import english_words, gathered
 
 GAP = re.compile("{}")
 
@@ -34,7 +35,21 @@ OF_SEVERAL = {
     ),
     *("read back as {}: the same {}", "moves to {} mm", "directions", "speeds and distances", "units", "coordinates"),
     *("{}, which separates it from {} (the command below)", "{} or {}"),
-    "{}, which separates it from {} (the command below); nothing within this travel separates it from {}",
+    *("{}, which may separate it from {}", "{}, which may separate it from {} (the command below)"),
+    *("{} (expected information {} of {} nats)", "map more polar angles", "map all azimuths at 60 and 90 deg"),
+    *("load the force gauge with a known weight of about 1 N", "measure the trigger force too"),
+    *("measure the force that lifts the stylus along its axis", "measure the deflection of the tip too"),
+    "measure the same directions with a stylus longer by {} mm",
+    "no measurement with this probe separates them; open it and measure its seat",
+    "measure at targets whose spacing is changed by irregular parts, by up to 30 % of it as ISO 230-2 asks, and"
+    " diagnose that recording: for example at {} {}.",
+    *("nothing within this travel separates it from {}",),  # of a diagnosis that was written before
+    "nothing within this travel: in every placement and at every speed they look alike; log temperatures",
+    *("{} nm/reading", "Corrected tip radius", "touch", "{} at {}", "'{}' and '{}'"),
+    *("uncertainty", " (looks like {}: a span of {} where {} mm is expected)"),
+    "{} is aimed beside the blocks of the gauge as placed (looks like {}: a span of {} where {} mm is expected)",
+    *("another one after it separates it from {}", "{} (the command below)"),
+    "no measurement within this travel is sure to separate it from {}",
     *(
         "point {} of {} (line {})",
         "key {}",
@@ -141,6 +156,40 @@ def test_a_message_is_german_as_a_whole_or_not_at_all() -> None:
     assert translate_message("some of what is there; point 40 is missing") == "some of what is there; Punkt 40 fehlt"
     for text in ("column no one knows is missing", "gauge: which is there", "3 of the things of 5"):
         assert translate_message(text) == text
+
+
+SAID = (
+    "point 3 is off by 1573.98 mm; 3 is at (1747.421, 402.409, 149.444), by the others near (173.44, 396.62, 148.04)",
+    "one point is off, the others cannot tell which: point 3 by 0.4 mm, point 5 by 0.3 mm",
+    "the columns x_mm and y_mm look exchanged (or points 4 and 5, and 12 and 13)",
+    *("10 at 140", "-0.0008 beside 154.999 and 140", "'Messwert' and 'Abweichung'"),
+    "mapped: Zyklus -> cycle, Nennmass -> target, Messwert -> reading, Abweichung -> deviation",
+    "mapped: Zyklus -> cycle, Flaeche -> face, X -> x_mm (from mm), Y -> y_mm (from mm), Z -> z_mm (from mm)",
+    "the probing is aimed beside the blocks of the gauge as placed"
+    " (looks like m: a span of 0.4 where 400 mm is expected)",
+    *(f"two columns are taken for the {role}" for role in ROLES[:-1]),
+    *(f"the unit of the {role} is not stated, and 0.03 may be mm or um" for role in ROLES[:-1]),
+    "the readings drift by +14.7 nm/reading (u = 2.8), 0.337 um from the first to the last face of a cycle: it is in"
+    " the errors along the gauge, unless it is corrected",
+)
+"""What pages said to a technician, in part in English: texts that are put together when they are said."""
+
+
+@pytest.mark.parametrize("said", SAID)
+def test_what_is_put_together_when_it_is_said_is_german_too(said: str) -> None:
+    """Whether a text has its German was asked of the texts of the code alone, with gaps that hold no words."""
+    assert english_words(Words("de").message(said)) == []
+
+
+def test_a_fault_of_a_file_is_german_where_the_project_lists_it() -> None:
+    error = InputError("machine/m.toml", "not the file of the budget (b.json): key machine.kind", found="cmm")
+    told = Words("de").ended(error.cli_text())
+    assert english_words(told.replace("cmm", "")) == []
+    assert "gefunden: cmm" in told
+
+
+def test_components_with_decimal_commas_are_apart_by_semicolons() -> None:
+    assert "(1747,421; 402,409; 149,444)" in translate_message(SAID[0])
 
 
 def test_an_offer_of_the_command_line_is_a_choice_of_the_page() -> None:

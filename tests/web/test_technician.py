@@ -119,6 +119,11 @@ def test_from_the_paper_certificate_to_the_signed_pdf(tmp_path: Path, watched: W
         page.locator("#errors [data-ready]").wait_for()
         page.get_by_role("button", name="Compute the uncertainty").first.click()
         page.locator(".verdict").get_by_text("U lacks: the resolution").wait_for()
+        page.get_by_role("link", name="Machine: Resolution").click()
+        page.get_by_role("link", name="Back to: Result").wait_for()
+        page.get_by_role("link", name="Back to: Result").click()
+        page.get_by_role("heading", name="Uncertainty by source").wait_for()
+        assert page.get_by_role("link", name="Back to:").count() == 0
         page.locator("input[name=resolution]").fill("0.1")
         page.get_by_role("button", name="Put these values into the machine file").click()
         page.locator(".verdict").get_by_text("compute the uncertainty first").wait_for()

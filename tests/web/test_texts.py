@@ -44,6 +44,7 @@ FAMILIES = tuple(
             "choice_sensor",
             "choice_accept",
             "choice_decimal",
+            "choice_unit",
             "choice_taken",
             "choice_place",
             "choice_route",
@@ -80,8 +81,10 @@ def test_a_figure_speaks_the_language_of_the_page() -> None:
         headers = [(b"accept-language", language.encode())]
         return bytes(json_answer(Request({"type": "http", "headers": headers}), text).body).decode()
 
-    text = json.dumps({"name": "probe", "y": {"title": "error (µm)"}, "probe": [1.5, "probes"]})
-    told = {"name": "Taster", "y": {"title": "Abweichung (µm)"}, "probe": [1.5, "probes"]}
+    hover = "face %{customdata}, cycle 3: no face"
+    text = json.dumps({"name": "probe", "y": {"title": "error (µm)", "t": hover}, "probe": [1.5, "probes"]})
+    german = "Fläche %{customdata}, Durchgang 3: no face"  # before a number, or what is put there
+    told = {"name": "Taster", "y": {"title": "Abweichung (µm)", "t": german}, "probe": [1.5, "probes"]}
     assert json.loads(answer("de", text)) == told
     assert answer("en", text) == text
     assert json.loads(answer("de", json.dumps(json.loads(text), ensure_ascii=False))) == told

@@ -156,6 +156,7 @@ def _finding(finding: Finding, details: Details, renamed: Renamed, at: Subject) 
         "where": finding.where,
         "reason": finding.reason,
         "separate_by": how,
+        "expected_information_nats": finding.separation_nats,
         "commands": commands_in(how),
         **details(finding),
     }
@@ -223,7 +224,8 @@ def _parameters(finding: Finding) -> dict[str, dict[str, Any]]:
 def _located(one: Located, left: bool, details: Details, renamed: Renamed) -> dict[str, Any]:
     """A form; ``left``: it remains beside the named effects; else it describes the residuals before these."""
     separate_by = renamed(one.separate_by)
-    proposal = {"separate_by": separate_by, "commands": commands_in(separate_by)}
+    nats = {"expected_information_nats": one.separation_nats}
+    proposal = {"separate_by": separate_by, **nats, "commands": commands_in(separate_by)}
     return {
         "covariate": one.covariate,
         "side": one.side,

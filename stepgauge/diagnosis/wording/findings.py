@@ -49,8 +49,21 @@ class Subject:
 
 
 GAUGE, MAP = Subject(), Subject("map")
-ALL, ALL_AXES = "all", {"en": "all", "de": "aller Achsen"}
-"""The choice of all axes together, and how it is said behind a name."""
+CHOICES: Mapping[str, str] = {
+    "all": "aller Achsen",
+    "whole": "insgesamt",
+    "varying": "je nach Richtung",
+    "once": "einmal",
+    "anew": "jedes Mal",
+    "first": "erster Arm",
+    "second": "zweiter Arm",
+    "third": "dritter Arm",
+    "gauge": "des Stufenendmaßes",
+    "position": "über der Position",
+    "speed": "über der Geschwindigkeit",
+    "time": "über der Zeit",
+}
+"""The choices of effects that are words, and how they are said behind a name in German."""
 STEPPERS = ("machine tool", "printer")
 """Kinds of machines whose controllers are set by steps per mm and a backlash."""
 
@@ -88,8 +101,11 @@ def name_of(label: str, of: str = "gauge", language: str = "en") -> str:
     kind = _kind_of(label, tuple(_effects()))
     name = words_of(kind, of, language).name or kind.replace("_", " ")
     more = "" if of == "axis" else label.removeprefix(kind).replace("_", " ")
-    more = ALL_AXES[language] if more.strip() == ALL else more
-    return " ".join(f"{name} {more}".split())
+    return " ".join([name, *(_choice(one, language) for one in more.split())])
+
+
+def _choice(word: str, language: str) -> str:
+    return word if language == "en" else CHOICES.get(word, word)
 
 
 def kind_and_choice(label: str) -> tuple[str, str]:
@@ -116,7 +132,7 @@ def finding_name(effect: Said, at: Subject = GAUGE, language: str = "en") -> str
         for name, p in named
         if "unit" not in p and name not in ("rows", *NO_CHOICE)
     ]
-    words = [ALL_AXES[language] if one == ALL else direction_words(_text(one)) for one in choices]
+    words = [_choice(direction_words(_text(one)), language) for one in choices]
     return " ".join([name_of(effect["kind"], at.of, language), *words])
 
 

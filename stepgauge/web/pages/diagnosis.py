@@ -62,12 +62,13 @@ def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
     from stepgauge.diagnosis.wording.headline import headline
     from stepgauge.diagnosis.wording.limits import warnings
     from stepgauge.reports.diagnosis import read_said
-    from stepgauge.reports.findings import do_first
+    from stepgauge.reports.findings import do_first, nats
 
     said, _ = read_said(existing(site.folder, name))
     of_map = "map" in said["inputs"]
     unit = next((key.removeprefix("noise_") for key in said["fit"] if key.startswith("noise_")), "")
     effects = [_finding(number, effect, subject(said), words) for number, effect in enumerate(said["effects"], 1)]
+    proposed = proposed_runs(said)
     steps = do_first(said, words.language)["blocks"]
     return {
         "summary": headline({**said, "effects": [_likely_only(one) for one in said["effects"]]}, words.language),
@@ -78,6 +79,7 @@ def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
         "effects": effects,
         "structure": _structure(said, words),
         "of_map": of_map,
+        "runs": sorted(proposed, key=lambda number: -nats(proposed[number])),
         "steps": [block for block in steps if block["kind"] != "code"],
     }
 
@@ -96,7 +98,7 @@ def _structure(said: Mapping[str, Any], words: Words) -> dict[str, Any] | None:
     from stepgauge.reports.findings import proposal
 
     of_structure = [(n, one) for n, one in proposed_runs(said).items() if n > len(said["effects"])]
-    return next(({"number": n, "next": words.message(proposal(one, "en"))} for n, one in of_structure), None)
+    return next(({"number": n, "next": proposal(one, words.language)} for n, one in of_structure), None)
 
 
 def _likely_only(effect: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -123,7 +125,7 @@ def _finding(number: int, effect: Mapping[str, Any], at: Subject, words: Words) 
         "probability": effect["probability"],
         "rivals": [_rival(one, effect["probability"], first, at, words) for one in members],
         "together": {"names": together, "probability": p} if together and p >= LEAST_SHOWN else None,
-        "next": words.message(proposal(effect, "en")),
+        "next": proposal(effect, words.language),
         "can_plan": bool(effect["commands"]),
     }
 
@@ -138,7 +140,7 @@ def _rival(one: Mapping[str, Any], probability: float, first: float, at: Subject
     return {
         "kind": one["kind"],
         "name": name_of(one["label"], at.of, words.language),
-        "values": [words.decimal(text) for text in _uncertainty_lines(values(one), uncertainties(one))],
+        "values": [words.decimal(text) for text in _uncertainty_lines(values(one, words.language), uncertainties(one))],
         "probability": None if share is None else share * probability,
         "odds": "" if share is None or share == first else odds_text(share / first, words.language),
         "means": meaning(one, at, words.language),

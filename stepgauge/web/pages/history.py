@@ -157,9 +157,12 @@ def chart(request: Request) -> Response:
 
     asked, _, series = _series(request)
     words = words_of(request)
-    return json_answer(
-        request, json.dumps(history_chart(series, asked.limits, {n: words(f"quantity.{n}") for n in QUANTITIES}))
-    )
+    titles = {name: words(f"quantity.{name}") for name in QUANTITIES}
+
+    def along(direction: str) -> str:
+        return words("history.along_axis", axis=words.direction(direction))
+
+    return json_answer(request, json.dumps(history_chart(series, asked.limits, titles, along)))
 
 
 def write(request: Request, form: Form) -> Response:

@@ -82,6 +82,16 @@ function forget(event) {  // what was wrong with a form is not known of one that
   own.map(one => document.querySelector(one)).filter(place => place?.querySelector("[role=alert]")).forEach(place => place.replaceChildren());
 }
 
+// What is chosen in a list stands below it, too, where its box is too narrow for it.
+function tell(list) {
+  const text = list.selectedOptions[0]?.text || "", look = getComputedStyle(list), pen = document.createElement("canvas").getContext("2d");
+  pen.font = look.font;
+  const room = list.clientWidth - parseFloat(look.paddingLeft) - parseFloat(look.paddingRight) - 26;  // the arrow
+  let place = list.nextElementSibling;
+  if (!place?.classList.contains("chosen")) list.after(place = Object.assign(document.createElement("small"), {className: "chosen quiet"}));
+  place.textContent = list.clientWidth && pen.measureText(text).width > room ? text : "";
+}
+
 // What was typed and chosen stays when the page comes back in another language or look, or with the hints of another choice.
 const fields = () => [...document.querySelectorAll("main [name]")].filter(one => one.type !== "hidden" && one.type !== "file");
 const state = one => one.options ? [...one.options].map(o => o.selected) : one.type === "checkbox" || one.type === "radio" ? one.checked : one.value;
@@ -98,6 +108,19 @@ function restore() {
     else if (one.type === "checkbox" || one.type === "radio") one.checked = value;
     else one.value = value;
   }
+}
+
+// A page to which another one led, because something is stated there, leads back to it.
+const named = path => document.querySelector(`nav a[href="${CSS.escape(path)}"]`)?.textContent;
+function lead(event) { sessionStorage.setItem("led", JSON.stringify([event.currentTarget.pathname, location.pathname, location.search])); }
+function leadBack() {
+  const [there, from, asked] = JSON.parse(sessionStorage.getItem("led") || "[]");
+  if (from === location.pathname) sessionStorage.removeItem("led");
+  if (there !== location.pathname || !named(from)) return;
+  const place = by("back"), link = place.firstElementChild;
+  link.href = from + asked;
+  link.textContent += ` ${named(from)}`;
+  place.hidden = false;
 }
 
 const first = one => !one.multiple && ![...one.options].some(o => o.defaultSelected);  // chosen where no choice is
@@ -129,6 +152,8 @@ export function wire(root) {
     if ("now" in form.dataset || [...form.elements].some(changed)) form.requestSubmit();
   });
   all(".scroll").forEach(one => { one.tabIndex = 0; });  // what scrolls must be reached by keyboard
+  all("label > select").forEach(one => { tell(one); one.addEventListener("change", () => tell(one)); });
+  all("a[data-leads]").forEach(one => one.addEventListener("click", lead));
   all("[data-go]").forEach(one => location.assign(one.dataset.go));
   all("[data-plot]").forEach(one => plot(one));
 }
@@ -168,5 +193,5 @@ export async function plot(place, address = place.dataset.plot) {
   } catch (error) { fail(place, error); }
 }
 
-const begin = () => { restore(); wire(document); };
+const begin = () => { restore(); leadBack(); wire(document); };
 if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", begin); else begin();
