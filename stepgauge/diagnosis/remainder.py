@@ -45,7 +45,7 @@ def _about_zero(candidate: Candidate, found: Searched) -> float | None:
     """Root mean square of a size over the hypotheses that contain it, by their probabilities."""
     known, holding = found.search.evidence.best_by_labels, list[tuple[float, Hypothesis]]()
     for weight, one in zip(found.answer.weights, found.answer.hypotheses, strict=True):
-        if candidate.label in one.labels and one.labels in known:
+        if weight > 0.0 and candidate.label in one.labels and one.labels in known:
             holding.append((float(weight), known[one.labels]))
     if not holding:
         look = next((one for one in found.search.screen(found.answer.best) if one.candidate is candidate), None)
