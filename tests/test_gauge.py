@@ -88,6 +88,19 @@ def test_faces_that_cannot_be_are_refused_with_their_line(tmp_path: Path, old: s
     assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
+def test_nominal_positions_rounded_as_the_message_advises_are_read(tmp_path: Path) -> None:
+    """Blocks at any distances: rounded to 1 mm, as the message had it, they were refused with the same message."""
+    at_mm = (0.0, 20.003, 60.642, 80.651)
+    for digits in (0, 1):
+        rows = [f"{face},{round(mm, digits)},{mm},0.2" for face, mm in enumerate(at_mm, 1)]
+        faces = "face,nominal_mm,position_mm,uncertainty_um\n" + "\n".join(rows)
+        if digits == 1:
+            assert read_gauge(write(tmp_path, faces=faces)).position_mm == pytest.approx(at_mm)
+            continue
+        with pytest.raises(InputError, match=r"60.642 for nominal 61; .* rounded to 0\.1 mm"):
+            read_gauge(write(tmp_path, faces=faces))
+
+
 @pytest.mark.parametrize(("factor", "unit"), [(1 / 25.4, "inches"), (1e-3, "m)"), (1e3, "um")])
 def test_positions_in_another_unit_are_named(tmp_path: Path, factor: float, unit: str) -> None:
     rows = [line.split(",") for line in FACES.splitlines()]

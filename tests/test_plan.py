@@ -163,6 +163,13 @@ def test_travel_that_is_too_small_names_the_point_and_by_how_much(gauge, machine
     assert "in z for point" in too_small(gauge, machine, (200.0, 300.0, 590.0))
 
 
+def test_a_gauge_that_lies_wholly_outside_of_the_travel_is_asked_for_its_coordinates(gauge, machine) -> None:
+    """It was told to be laid 260 to 313 mm farther on: its centres were in work coordinates."""
+    message = too_small(gauge, machine, (900.0, 300.0, 200.0))
+    assert "work coordinates instead of machine coordinates?" in message
+    assert "lay the gauge" not in message
+
+
 @pytest.mark.parametrize("side", [300.0, -5.0])
 def test_the_gauge_moved_as_the_message_says_lies_within_the_travel(gauge, machine, side: float) -> None:
     message = too_small(gauge, machine, (side, 300.0, 200.0))

@@ -10,7 +10,7 @@ from typing import NoReturn
 import numpy as np
 
 from stepgauge.correspondence.expected_points import ExpectedPoints, coordinates
-from stepgauge.correspondence.probe_log import ProbeLog
+from stepgauge.correspondence.probe_log import NO_CONTACT, ProbeLog
 from stepgauge.correspondence.search_line import point_distances
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Rows
@@ -182,11 +182,21 @@ def _refuse_named(comparison: Comparison, difference: LogDifference, more: str) 
 def _refuse_end(comparison: Comparison, point: int) -> NoReturn:
     log, expected = comparison.log, comparison.expected
     line = f"program line {expected.line[point]}, " if expected.line[point] else ""
+    found = f"{point} points" + (f" and {log.cut}" if log.cut else "")
+    if log.alarms and point < len(expected) / 2:
+        at, alarm = log.alarms[-1]
+        doubt = ": is the gauge turned end for end, or the placement wrong?" if NO_CONTACT in alarm else ""
+        raise InputError(
+            log.at(len(log) - 1),
+            f"before point {point + 1} ({line}{expected.place(point)}) {alarm} in line {at} stopped the run{doubt}",
+            found=found,
+            expected=f"{len(expected)} of {expected.source}: home the machine, and run it again",
+        )
     raise InputError(
         log.at(len(log) - 1),
         f"the log ends before point {point + 1} ({line}{expected.place(point)}): the run was stopped, or the file is"
         f" cut{_failures(log)}",
-        found=f"{point} points" + (f" and {log.cut}" if log.cut else ""),
+        found=found,
         expected=naming("accept", words=f"{len(expected)} of {expected.source} ({{}} missing takes it as it is)"),
     )
 

@@ -12,6 +12,9 @@ from stepgauge.errors import at_row
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import LENGTH_MM
 
+NO_CONTACT = "no contact within the search"
+"""What an alarm says where a face was not found."""
+
 
 @dataclass(frozen=True)
 class ProbeLog:

@@ -29,12 +29,12 @@ class BlockDefect(Effect):
     words: ClassVar[Wording | None] = Wording(
         "block defect",
         "Face {face} lies {um} nearer to the {um:end|beginning} block than certified.",
-        "Look for dirt, rust or a dent on face {face}.",
+        "Is the position of face {face} in the gauge file that of its certificate? Look for dirt, rust or dents on it.",
         "Clean it; then have the gauge calibrated.",
         german=Wording(
             "fehlerhafte Fläche",
             "Fläche {face} liegt um {um} näher am {um:End|Anfangs}block als im Schein.",
-            "Fläche {face} auf Schmutz, Rost oder eine Delle ansehen.",
+            "Steht die Position von Fläche {face} in der Datei wie im Schein? Auf Schmutz, Rost oder Dellen ansehen.",
             "Reinigen; dann das Stufenendmaß kalibrieren lassen.",
         ),
     )
@@ -62,13 +62,15 @@ class BlockShift(Effect):
         "block shift",
         "Both faces of block {block} lie {um} nearer to the {um:end|beginning} block than certified: the block"
         " was moved.",
-        "Look whether block {block} sits tight; lay the gauge elsewhere: does the error go with it?",
+        "Are the positions of block {block} in the gauge file those of its certificate? Look whether the block sits"
+        " tight; lay the gauge elsewhere: does the error go with it?",
         "Have the gauge calibrated; do not use it as it is.",
         german=Wording(
             "verschobener Block",
             "Beide Flächen von Block {block} liegen um {um} näher am {um:End|Anfangs}block als im Schein: Der"
             " Block wurde verschoben.",
-            "Nachsehen, ob Block {block} fest sitzt; das Stufenendmaß anders legen: Wandert die Abweichung mit?",
+            "Stehen die Positionen von Block {block} in der Datei wie im Schein? Nachsehen, ob der Block fest sitzt;"
+            " das Stufenendmaß anders legen: Wandert die Abweichung mit?",
             "Das Stufenendmaß kalibrieren lassen; so nicht benutzen.",
         ),
     )

@@ -49,7 +49,7 @@ class GaugeTable(TomlTable):
     faces: str = Field(
         min_length=1,
         description="CSV file beside this one: face, position_mm, uncertainty_um, and nominal_mm, of blocks at any"
-        " distances position_mm rounded",
+        " distances position_mm rounded to 0.1 mm",
     )
 
 
@@ -316,7 +316,7 @@ def _check_units(faces: CsvTable) -> None:
             "position_mm and nominal_mm disagree" + _unit_hint(float(np.median(position[1:] / nominal[1:]))),
             found=f"{position[row]:g} for nominal {nominal[row]:g}",
             expected=f"a difference of at most {MAX_DEVIATION_MM} mm; of blocks at any distances, nominal_mm is"
-            " position_mm rounded",
+            " position_mm rounded to 0.1 mm",
         )
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 
-from stepgauge.correspondence.probe_log import ProbeLog
+from stepgauge.correspondence.probe_log import NO_CONTACT, ProbeLog
 from stepgauge.importing.log_lines import LogLines
 
 _NUMBER = r"[-+]?\d+\.?\d*"
@@ -24,7 +24,7 @@ _MEANT = {
     "2": "a move goes beyond the travel",
     "3": "it was reset in motion",
     "4": "the probe was in contact before its search",
-    "5": "no contact within the search",
+    "5": NO_CONTACT,
     **dict.fromkeys("6789", "homing failed"),
 }
 """Alarms of grbl 1.1 and grblHAL (doc/csv/alarm_codes_en_US.csv of grbl)."""

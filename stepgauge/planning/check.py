@@ -234,8 +234,15 @@ def check_travel(program: Program, machine: Machine) -> None:
         f" for point {_point_name(program, worst)}, move '{'measure' if measure[worst] else program.names[worst]}'"
         f" ({outside.size} of {len(program)} moves are outside)",
         f"{'xyz'[axis]} = {reach[worst, axis]:.3f} mm",
-        _into_travel("xyz"[axis], limits[axis], reach[:, axis], program.approach[measure, axis]),
+        _into_travel("xyz"[axis], limits[axis], reach[:, axis], program.approach[measure, axis])
+        if not _is_all_outside(reach[measure, axis], limits[axis])
+        else f"{limits[axis, 0]:g} to {limits[axis, 1]:g} mm: the whole gauge lies outside; work coordinates instead of"
+        " machine coordinates?",
     )
+
+
+def _is_all_outside(measured: Array, travel: Array) -> bool:
+    return bool(measured.max() < travel[0] or measured.min() > travel[1])
 
 
 def _into_travel(axis: str, travel: Array, reached: Array, approach: Array) -> Naming:

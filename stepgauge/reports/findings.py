@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stepgauge.conditions import stored_conditions
-from stepgauge.diagnosis.wording.action import LEFT, actions, is_good_enough
+from stepgauge.diagnosis.wording.action import LEFT, actions, is_good_enough, spoils
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import (
     describe_rivals,
@@ -142,7 +142,10 @@ def _repairs(said: Said, language: str) -> Iterator[str]:
 def _entered(said: Said, language: str) -> Iterator[str]:
     """The numbers to enter; none before what spoils them is mended and measured again."""
     if waiting := _numbers_of("wait", said):
-        yield f"{', '.join(map(str, waiting))}: {say('wait', language)}"
+        spoiling = listed(
+            [str(number) for number, one in enumerate(said["effects"], 1) if spoils(one)], "and", language
+        )
+        yield f"{', '.join(map(str, waiting))}: {say('wait', language, numbers=spoiling)}"
     yield from _remedies("enter", said, language)
 
 

@@ -132,9 +132,16 @@ def test_one_rule_says_what_is_done_about_a_finding(one: Any, after_um: float, k
 def test_no_number_is_entered_before_what_spoils_it_is_mended_and_measured_again(spoilt: dict[str, Any]) -> None:
     lines = first_lines(said(backlash(71.0, 3.0), spoilt))
     assert [line for line in lines if line.startswith("enter")] == [
-        "enter: 1: Nothing yet: first mend what stands under repair, and measure again."
+        "enter: 1: Nothing yet: first settle 2, then measure and diagnose again."
     ]
     assert any(line.startswith("repair: 2: ") for line in lines)
+
+
+def test_a_shifted_block_is_looked_for_in_the_gauge_file_first() -> None:
+    shifted = finding("block_shift", {"um": {"value": -100.9, "u": 2.0, "unit": "um"}}, {"block": 2}, seen_um=90.0)
+    lines = first_lines(said(shifted, backlash(71.0, 3.0)))
+    assert lines[0].startswith("check: 1: Are the positions of block 2 in the gauge file those of its certificate?")
+    assert "enter: 2: Nothing yet: first settle 1, then measure and diagnose again." in lines
 
 
 def test_a_finding_of_a_placement_names_its_recording() -> None:

@@ -135,8 +135,13 @@ def test_readings_after_an_alarm_are_asked_for(tmp_path: Path, alarm: str) -> No
 
 
 def test_an_alarm_that_ended_the_run_is_told(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"the log ends before point 5 .*ALARM:5"):
+    with pytest.raises(InputError, match=r"before point 5 .*ALARM:5.* end for end, or the placement wrong") as early:
         imported(tmp_path, "\n".join(console().splitlines()[:8]) + "\nALARM:5\n")
+    assert "as it is" not in str(early.value)  # hardly anything was measured
+    assert "run it again" in str(early.value)
+    most = "\n".join(console().splitlines()[:-2]) + "\nALARM:5\n"
+    with pytest.raises(InputError, match=r"the log ends before point 16 .*ALARM:5.*as it is"):
+        imported(tmp_path, most)
     with pytest.raises(InputError, match="the last of them on the way"):
         imported(tmp_path, "\n".join(console().splitlines()[:8]) + "\nALARM:4\n")
     (told,) = words(imported(tmp_path, console() + "ALARM:5\n"), "warning: the log ends in an alarm")

@@ -20,14 +20,14 @@ Action = Literal["enter", "repair", "check", "misfit", "wait", "small", "noise"]
 """Enter a number; repair what has none; check which cause it is; do nothing since it does not fit; wait until what is
 repaired was measured again; leave what is smaller than its uncertainty, or than the noise of a reading."""
 LEFT = ("small", "noise")
-SPOILS = ("gauge_reversed", "tip_change", "step_change", "repeatability")
-"""Findings after whose repair the gauge is measured again before numbers are entered."""
+SPOILS = ("gauge_reversed", "block_shift", "tip_change", "step_change", "repeatability")
+"""Findings that are settled, and the gauge measured or diagnosed again, before numbers are entered."""
 
 
 def actions(said: Said) -> list[Action]:
     """What is to be done about each finding, in their order."""
     first = [_action(one, said) for one in said["effects"]]
-    spoilt = any(what == "repair" and _spoils(one) for what, one in zip(first, said["effects"], strict=True))
+    spoilt = any(what not in LEFT and spoils(one) for what, one in zip(first, said["effects"], strict=True))
     return ["wait" if spoilt and what == "enter" else what for what in first]
 
 
@@ -53,7 +53,8 @@ def _is_within_noise(effect: Said, said: Said, at: Subject) -> bool:
     return at.machine in STEPPERS and 0.0 < seen_um <= said["fit"]["noise_um"]
 
 
-def _spoils(effect: Said) -> bool:
+def spoils(effect: Said) -> bool:
+    """Whether a finding is settled before any number is entered."""
     numbers = effect["parameters"]
     smaller = effect["kind"] == "repeatability" and numbers["repeatability_um"]["value"] < numbers["stated_um"]["value"]
     return effect["kind"] in SPOILS and not smaller
