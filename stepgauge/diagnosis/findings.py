@@ -22,6 +22,7 @@ from stepgauge.diagnosis.stating_rules import (
     replacements,
     set_probability,
     spread_factor,
+    widening,
 )
 from stepgauge.effects import Effect
 from stepgauge.effects.probings import Probings
@@ -186,6 +187,7 @@ def credible_finding(
         members=tuple(_members(rivals, fits, alone, values)),
         several=_replacements(several, label),
         where=(own.effect.when or "") if own.effect is not None else "",
+        widened_by=widening(answer, state, label, decision.in_set),
     )
 
 

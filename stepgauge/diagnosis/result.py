@@ -79,7 +79,8 @@ class Finding:
     axis, plane, face, ... ; ``own``: its probability, ``probability``: with all of ``confounded_with``, other kinds not
     discriminated from it; ``alternatives``: other choices of the same kind; ``members``: all of the set with their own
     values and probabilities in it; ``several``: laws that replace it together; ``where``: where in the record it acts,
-    empty: in all; ``reason``: of the set, ``separate_by``: what ends it; ``share_um (n,)``: its displacement.
+    empty: in all; ``reason``: of the set, ``separate_by``: what ends it; ``share_um (n,)``: its displacement;
+    ``widened_by``: laws that may be there as well and make its U more than twice as large.
     """
 
     kind: str
@@ -99,6 +100,7 @@ class Finding:
     separate_by: str = ""
     separation_nats: float = 0.0
     effects: tuple[Effect, ...] = ()
+    widened_by: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -180,8 +182,7 @@ class Diagnosis(Plotted):
         InputError
             a file that is no diagnosis
         """
-        file = result_file(path, FILE)
-        said = read_result(file, "diagnosis", with_inputs=False)
+        said = read_result(file := result_file(path, FILE), "diagnosis", with_inputs=False)
         if not all(key in said for key in NEEDED):
             raise InputError(file, "not a complete diagnosis", expected="diagnosis.json of stepgauge diagnose")
         return Diagnosis(said, str(file))
@@ -218,8 +219,7 @@ class Diagnosis(Plotted):
 
         That is ``diagnosis.md``, ``residuals.csv``, the diagnosed machine or probe file, and the figures.
         """
-        path = Path(folder) / FILE
-        write_text(path, result_text(self.contents))
+        write_text(path := Path(folder) / FILE, result_text(self.contents))
         return [path]
 
     def figures(self) -> dict[str, Figure]:

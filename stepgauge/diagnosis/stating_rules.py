@@ -41,6 +41,8 @@ SURE_OUTLIER = 0.5
 """Probability from which a row is listed as an outlier."""
 LEAST_ODDS = 1e-4
 """Least odds against the best hypothesis at which several laws in place of one are listed."""
+WIDER = 2.0
+"""Factor on U from which it is told what widens it."""
 MOST_LOCATED = 4
 """Largest number of covariates that are listed for systematic residuals."""
 
@@ -264,12 +266,27 @@ def presence_probability(statement: StatedTerm, answer: Posterior) -> float:
     return answer.probability_of_any(frozenset({one.candidate.label}) for one in statement.credible_set.members)
 
 
-def spread_factor(answer: Posterior, state: Hypothesis, label: str, least: float) -> float:
+def widening(answer: Posterior, state: Hypothesis, label: str, least: float) -> tuple[str, ...]:
+    """The laws any of which by itself, beside a stated one or in the place of another, more than doubles its U."""
+    if spread_factor(answer, state, label, least) <= WIDER:
+        return ()
+    every = {c.label: c for one in answer.hypotheses for c in one.candidates if c.label not in state.labels}
+    near = (name for name in every if answer.probability_of_any([frozenset({name})]) >= least)
+    laws = [name for name in near if every[name].named and not every[name].combined]
+    alone = spread_factor(answer, state, label, least, every.keys())  # with other sizes, shapes and scatter
+    factor = {one: spread_factor(answer, state, label, least, every.keys() - {one}) for one in laws}
+    return tuple(one for one in laws if factor[one] > WIDER * alone)
+
+
+def spread_factor(
+    answer: Posterior, state: Hypothesis, label: str, least: float, without: Collection[str] = ()
+) -> float:
     """Factor on the uncertainty of a size: that over all hypotheses that contain it, over that in the stated one.
 
     Both are about the value of the stated one, which is what is told: where others say another, they widen it by that.
+    ``without``: labels that none of these hypotheses contains.
     """
-    spread = answer.spread(label, least)
+    spread = answer.spread(label, least, without)
     index = next((i for i, term in enumerate(state.terms) if term.candidate.label == label), None)
     if spread is None or index is None:
         return 1.0

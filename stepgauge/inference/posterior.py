@@ -302,12 +302,12 @@ class Posterior:
         """The most probable state that was computed for each set of terms."""
         return self.search.evidence.best_by_labels
 
-    def spread(self, label: str, least: float) -> tuple[Array, Array] | None:
+    def spread(self, label: str, least: float, without: Collection[str] = ()) -> tuple[Array, Array] | None:
         """Posterior mean ``(d,)`` and covariance of the amplitudes of a term over the hypotheses that contain it.
 
-        None if the best hypothesis does not contain the term.
+        ``without``: labels that none of these contains. None if the best hypothesis does not contain the term.
         """
-        held = self._held(label, least)
+        held = self._held(label, least, without)
         if held is None:
             return None
         weight, means, covariances = held

@@ -12,7 +12,9 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.diagnosis.wording.action import actions, is_good_enough
+from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.diagnosis.wording.headline import headline
+from stepgauge.diagnosis.wording.limits import machine_doubts
 from stepgauge.recording import join_recordings
 from stepgauge.reports.findings import first_lines, found_part
 
@@ -24,7 +26,7 @@ def effect(kind: str, size: float, unit: str, **choices: Any) -> str:
     return f'\n[[effect]]\nkind = "{kind}"\n{chosen}{unit} = {size}\n'
 
 
-def measured(folder: Path, errors: str, seed: int, pretravel_um: float = 20.0) -> dict[str, Any]:
+def measured(folder: Path, errors: str, seed: int, pretravel_um: float = 20.0, **how: Any) -> dict[str, Any]:
     """What is said of the router of the recipe with errors that its file does not have, measured along four lines."""
     for name, text in re.findall(r"`([a-z.]+)`:\n\n```(?:toml|text)\n(.*?)```", RECIPE.read_text("utf-8"), re.S):
         (folder / name).write_text(text, encoding="utf-8")
@@ -37,7 +39,7 @@ def measured(folder: Path, errors: str, seed: int, pretravel_um: float = 20.0) -
         plan.write(program, dialect="grbl")
         done = sg.simulate(program, folder / "true.toml", bar, place, seed=seed + number).recording
         runs.append(replace(done, frame=done.frame.assign(placement=number)))
-    return dict(sg.diagnose(join_recordings(runs), bar, folder / "router.toml").contents)
+    return dict(sg.diagnose(join_recordings(runs), bar, folder / "router.toml", **how).contents)
 
 
 @pytest.fixture(scope="module")
@@ -146,6 +148,29 @@ def test_a_shifted_block_is_looked_for_in_the_gauge_file_first() -> None:
 
 def test_a_finding_of_a_placement_names_its_recording() -> None:
     assert "gauge reversed up.csv" in headline(said(REVERSED))
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_what_widens_an_uncertainty_is_told_with_what_settles_it(language: str) -> None:
+    """A scale error of 330 um/m in place of 33 stood there without a word: the temperatures were not known."""
+    one = backlash(71.0, 3.0, widened_by=["scale_temperature_all", "gauge_temperature"])
+    (told,) = machine_doubts(said(one, LOOSE), language)
+    assert told.endswith("--without gauge_temperature --without scale_temperature.")
+    for label in ("gauge_temperature", "scale_temperature_all"):
+        assert name_of(label, language=language) in told
+    assert ("calibrated thermometer" in told) is (language == "en")
+    assert not [*machine_doubts(said(backlash(71.0, 3.0)))]
+
+
+def test_a_scale_error_of_both_axes_is_known_as_well_as_the_temperatures(tmp_path: Path) -> None:
+    errors = effect("scale_error", -1076.0, "ppm", axis="x") + effect("scale_error", -1230.0, "ppm", axis="y")
+    temperatures = ("gauge_temperature", "scale_temperature")
+    vague, sure = (measured(tmp_path, errors, 60, without=without) for without in ((), temperatures))
+    for data, wide in ((vague, True), (sure, False)):
+        scales = [one for one in data["effects"] if one["kind"] == "scale_error"]
+        assert len(scales) == 2
+        assert all(bool(one["widened_by"]) is wide for one in scales)
+        assert all((one["parameters"]["ppm"]["u"] > 40.0) is wide for one in scales)
 
 
 def test_numbers_are_told_as_they_are_typed() -> None:

@@ -155,6 +155,7 @@ def _finding(finding: Finding, details: Details, renamed: Renamed, at: Subject) 
         ],
         "where": finding.where,
         "reason": finding.reason,
+        "widened_by": list(finding.widened_by),
         "separate_by": how,
         "expected_information_nats": finding.separation_nats,
         "commands": commands_in(how),

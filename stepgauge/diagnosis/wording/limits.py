@@ -13,7 +13,7 @@ from stepgauge.diagnosis.laws.geometry import KIND as GEOMETRY
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.wording.aliases import leads_into_mm
 from stepgauge.diagnosis.wording.catalogue import listed, say
-from stepgauge.diagnosis.wording.findings import subject
+from stepgauge.diagnosis.wording.findings import Subject, finding_name, kind_and_choice, name_of, remedy, subject
 from stepgauge.diagnosis.wording.notation import COVERAGE, plus_minus, probability
 from stepgauge.diagnosis.wording.phrases import misfit, worded, worded_all
 from stepgauge.files.notation import significant
@@ -132,10 +132,36 @@ def machine_doubts(said: Mapping[str, Any], language: str = "en") -> Iterator[st
         u_um = said["measured"].get("pretravel_u_um", 0.0)
         um = plus_minus({"value": float(pretravel_um), "u": u_um, "unit": "um"}) + f" (k = {COVERAGE:g})" * bool(u_um)
         yield say("pretravel_open", language) if u_um is None else say("pretravel", language, um=um)
+    yield from widened(said, language)
     if machine.get("kind", "") is None and (said["verdict"] == "unknown" or GEOMETRY in effects):
         yield say("no_kind", language)
     if set(effects) - {GEOMETRY} and said["probabilities"].get("all_geometry", 0.0) >= shipped_priors().decision.in_set:
         yield say("all_geometry", language)
+
+
+def widened(said: Mapping[str, Any], language: str = "en") -> Iterator[str]:
+    """What widens the uncertainties of findings, and what settles it; of those with the same cause together."""
+    at, together = subject(said), defaultdict[tuple[str, ...], list[str]](list)
+    for one in said["effects"]:
+        if laws := tuple(sorted(one.get("widened_by", ()))):
+            together[laws].append(finding_name(one, at, language))
+    for laws, findings in together.items():
+        kinds = list(dict.fromkeys(kind_and_choice(label)[0] for label in laws))
+        checks = dict.fromkeys(_check_of(label, at, language) for label in laws)
+        yield say(
+            "widened",
+            language,
+            findings=listed(findings, language=language),
+            laws=listed([name_of(label, at.of, language) for label in laws], "or", language),
+            checks=" ".join(checks),
+            without=" ".join(f"--without {kind}" for kind in kinds),
+        )
+
+
+def _check_of(label: str, at: Subject, language: str) -> str:
+    kind, choice = kind_and_choice(label)
+    law = {"kind": kind, "parameters": {name: {"value": choice} for name in ("axis", "plane")}}
+    return remedy(law, at, language).check
 
 
 def misfits(said: Mapping[str, Any], language: str = "en") -> list[str]:
