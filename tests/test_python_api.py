@@ -899,3 +899,8 @@ def test_examples_in_help_are_python_that_runs(tmp_path: Path, monkeypatch: pyte
             (tmp_path / "part.csv").write_bytes((tmp_path / "sphere.csv").read_bytes())
             axis(np.arange(0.0, 300.0, 20.0), lambda target, way: 0.01 * target).write("axis.csv")
     assert ran > 25
+
+
+def test_what_is_listed_can_be_gone_through() -> None:
+    assert "step-gauge-420" in list(sg.list_gauges())
+    assert list(sg.list_gauges()) == [name for name, _ in sg.list_gauges().rows]

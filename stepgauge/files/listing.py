@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,6 +30,10 @@ class Listing(Summarized):
         width = max((len(name) for name, _ in rows), default=0)
         lines = [f"{name:<{width}}  {words}" for name, words in rows]
         return cls("\n".join([*lines, after] if after else lines), rows)
+
+    def __iter__(self) -> Iterator[str]:
+        """The names."""
+        return (name for name, _ in self.rows)
 
     def copy(self, folder: str | Path) -> list[Path]:
         """Copy the shipped file that was listed (and what belongs to it) into a folder, to be changed.
