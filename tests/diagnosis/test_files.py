@@ -260,7 +260,7 @@ def test_a_probability_is_told_to_two_digits_and_never_as_certain(name: str) -> 
 
 def test_the_odds_and_the_predictive_check_are_in_the_report() -> None:
     data = said("scale")
-    assert set(data["probabilities"]) == {"adequate", "explained", "scatter", "statements", "possible"}
+    assert set(data["probabilities"]) == {"adequate", "all_geometry", "explained", "scatter", "statements", "possible"}
     assert {one["check"] for one in data["checks"]} == {"rows", "repeats", "sequence", "tails"}
     text = report_text(data)
     assert "| nothing beyond the scatter | below 0.01 |" in text

@@ -35,7 +35,9 @@ PLAIN = SimpleNamespace(is_plain=True, tails="normal", certificate=1.0)
 
 
 def candidate(label: str, named: bool = True) -> Any:
-    return SimpleNamespace(label=label, kind=label, named=named, source=SimpleNamespace(covariate=label, label=label))
+    return SimpleNamespace(
+        label=label, kind=label, named=named, combined=False, source=SimpleNamespace(covariate=label, label=label)
+    )
 
 
 def posterior(*parts: tuple[float, tuple[Any, ...], Any]) -> Any:
@@ -240,7 +242,7 @@ def test_the_uncertainty_of_a_told_size_covers_what_other_hypotheses_say() -> No
     """27 um is told with u = 1.3 um; over all hypotheses it is 32 with a variance of 30 um2: u2 = 30 + (32 - 27)2."""
     term = SimpleNamespace(candidate=SimpleNamespace(label="reversal"))
     state: Any = SimpleNamespace(terms=[term], amplitudes=lambda index: (np.array([27.0]), np.array([[1.69]])))
-    answer: Any = SimpleNamespace(spread=lambda label, least: (np.array([32.0]), np.array([[30.0]])))
+    answer: Any = SimpleNamespace(spread=lambda *_: (np.array([32.0]), np.array([[30.0]])))
     assert spread_factor(answer, state, "reversal", 0.05) * 1.3 == pytest.approx(math.sqrt(55.0))
-    same: Any = SimpleNamespace(spread=lambda label, least: (np.array([27.0]), np.array([[1.0]])))
+    same: Any = SimpleNamespace(spread=lambda *_: (np.array([27.0]), np.array([[1.0]])))
     assert spread_factor(same, state, "reversal", 0.05) == 1.0
