@@ -190,13 +190,13 @@ class Posterior:
         return draw_posterior(self, axes, x)
 
     def to_frame(self) -> pd.DataFrame:
-        """A row per candidate: its label, its probability, and whether the best hypothesis has it as a term."""
-        import pandas as pd
+        """A row per candidate: its label, its probability, whether the best hypothesis has it as a term, and if so its
+        amplitude (of several coefficients their root sum of squares) and shape (a period, an onset, a correlation
+        length), each with its standard uncertainty; NaN where there is none.
+        """
+        from stepgauge.inference.table import posterior_table
 
-        terms, labels = self.best.labels, [one.label for one in self.search.problem.candidates]
-        rows = [(label, self.probability_of_any([frozenset({label})]), label in terms) for label in labels]
-        frame = pd.DataFrame(rows, columns=["label", "probability", "in_best"])
-        return frame.sort_values("probability", ascending=False, kind="stable", ignore_index=True)
+        return posterior_table(self)
 
     def summary(self) -> str:
         """The terms of the best hypothesis with their probabilities and rivals, a line each."""

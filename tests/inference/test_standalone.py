@@ -83,6 +83,25 @@ def test_a_posterior_says_itself_and_knows_its_labels() -> None:
         sg.inference.make_problem(y, 0.3, laws)
 
 
+def test_a_table_has_the_amplitude_and_the_shape_of_every_term_with_its_uncertainty() -> None:
+    """Beside least squares: a wave of unknown period, in two coefficients, on a line."""
+    t, random = np.linspace(0.0, 60.0, 200), np.random.default_rng(8)
+    y = 0.05 * t + 1.2 * np.sin(2.0 * np.pi * t / 17.0 + 0.4) + random.normal(0.0, 0.2, 200)
+    periods = np.linspace(12.0, 24.0, 121)
+    waves = np.array([[np.sin(2.0 * np.pi * t / one), np.cos(2.0 * np.pi * t / one)] for one in periods])
+    prior = sg.inference.amplitude_prior(0.01, 10.0)
+    laws = [sg.inference.make_law("line", t, prior), sg.inference.make_law("wave", waves, prior, values=periods)]
+    found = sg.inference.infer(sg.inference.make_problem(y, 0.2, laws)).to_frame().set_index("label")
+    columns = np.array([t, np.sin(2.0 * np.pi * t / 17.0), np.cos(2.0 * np.pi * t / 17.0), np.ones(200)])
+    fitted = np.linalg.lstsq(columns.T, y, rcond=None)[0]
+    assert found.loc["line", "amplitude"] == pytest.approx(fitted[0], abs=2e-3)
+    assert found.loc["line", "u_amplitude"] == pytest.approx(0.2 / np.sqrt(200 * t.var()), rel=0.3)
+    assert np.isnan(found.loc["line", "shape"])
+    wave = found.loc["wave"]
+    assert abs(wave["amplitude"] - 1.2) < 3.0 * wave["u_amplitude"] < 0.15
+    assert abs(wave["shape"] - 17.0) < 3.0 * wave["u_shape"] < 0.5
+
+
 def test_the_log_posterior_is_that_of_conjugate_normals() -> None:
     """A slope with a normal amplitude in noise of known size: the Bayes factor in closed form, times the prior odds.
 
@@ -153,7 +172,7 @@ def test_a_shape_has_a_standard_uncertainty_and_the_posterior_a_table_and_a_figu
     with pytest.raises(ValueError, match="'slope' has no shape here"):
         found[0].shape("slope")
     found[0].write(tmp_path / "posterior.csv")
-    assert (tmp_path / "posterior.csv").read_text().startswith("label,probability,in_best\nwave,")
+    assert (tmp_path / "posterior.csv").read_text().startswith("label,probability,in_best,amplitude,u_amplitude,shape,u_shape\nwave,")
     assert len(found[0].plot().lines) == 2
 
 
