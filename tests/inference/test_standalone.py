@@ -172,7 +172,8 @@ def test_a_shape_has_a_standard_uncertainty_and_the_posterior_a_table_and_a_figu
     with pytest.raises(ValueError, match="'slope' has no shape here"):
         found[0].shape("slope")
     found[0].write(tmp_path / "posterior.csv")
-    assert (tmp_path / "posterior.csv").read_text().startswith("label,probability,in_best,amplitude,u_amplitude,shape,u_shape\nwave,")
+    columns = "label,probability,in_best,amplitude,u_amplitude,shape,u_shape"
+    assert (tmp_path / "posterior.csv").read_text().startswith(f"{columns}\nwave,")
     assert len(found[0].plot().lines) == 2
 
 
