@@ -123,7 +123,7 @@ def test_squareness_says_whether_the_angle_is_over_90_deg_and_which_end_to_move(
     words, values = square.words, {"plane": {"value": plane}, "urad": {"value": urad, "unit": "urad"}}
     assert words is not None
     assert f"400 urad {'over' if over else 'under'} 90 deg" in filled(words.means, values)
-    assert f"its + end towards {'+' if over else '-'} of the first" in filled(words.repair, values)
+    assert f"its + end towards {'+' if over else '-'}{plane[0]};" in filled(words.repair, values)
     assert abs(there[first]) == pytest.approx(0.040, rel=1e-3)  # 10 urad are 1 um in 100 mm
 
 
