@@ -51,7 +51,7 @@ def test_a_number_is_taken_for_a_text_that_is_one() -> None:
     assert Repeated(Pair(names=("A",)), "limit").taken("limits", ["A=3"]) == {"A": 3.0}
 
 
-@pytest.mark.parametrize("wrong", [{"a": 1}, np.zeros((3, 2)), pd.Series([1.0]), 3.0, None, b"x", [pd.DataFrame()]])
+@pytest.mark.parametrize("wrong", [{"a": 1}, np.zeros((3, 2)), 3.0, None, b"x", [pd.DataFrame()]])
 def test_an_import_takes_a_path_an_open_file_or_a_table(wrong: Any) -> None:
     with pytest.raises(InputError, match=r"^log: neither a file nor what is read from one"):
         sg.import_recording(wrong, sensor="laser")
@@ -108,7 +108,7 @@ def test_a_wrong_name_is_answered_by_one_that_the_verb_takes_and_was_not_given()
 
 def test_a_report_of_a_test_says_who_writes_it(tmp_path: Path) -> None:
     test = sg.iso230(axis())
-    with pytest.raises(InputError, match=r"writes its own report.*write\(folder\)"):
+    with pytest.raises(InputError, match=r"writes its own report.*write\(folder, operator"):
         sg.report(test, tmp_path / "x.pdf")
     assert not list(tmp_path.iterdir())
     paths = test.write(tmp_path)

@@ -153,7 +153,8 @@ def test_two_waves_of_which_one_is_the_whole_travel_are_no_defect_at_a_place() -
     line = np.round(np.sort(np.random.default_rng(7).uniform(0.0, 300.0, 31)), 4)
     law = lambda t, w: 4.0 * np.sin(2 * np.pi * t / 300.0) + 2.0 * np.sin(4 * np.pi * t / 300.0 + 1.0)  # noqa: E731
     found = diagnose_axis(axis(line, law)).contents
-    assert all(one["kind"] == "periodic_scale_error" for one in found["effects"] if one["probability"] > 0.9)
+    waves = ("periodic_scale_error", "interpolation_error")  # which is a wave with its second harmonic, as here
+    assert all(one["kind"] in waves for one in found["effects"] if one["probability"] > 0.9)
 
 
 def test_two_steps_are_two_steps() -> None:

@@ -184,7 +184,7 @@ def test_what_would_decide_is_the_largest_source_with_the_page_where_it_is_made_
     shown = page(folder, language)
     assert said in shown
     assert {"en": "the repeatability", "de": "die Wiederholbarkeit"}[language] in shown
-    assert 'class="button" href="/plan#cycles"' in shown
+    assert 'class="button" data-leads href="/plan#cycles"' in shown
 
 
 def test_of_two_budgets_the_complete_one_counts(folder: Path) -> None:
