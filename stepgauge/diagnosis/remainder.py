@@ -59,7 +59,8 @@ def _about_zero(candidate: Candidate, found: Searched) -> float | None:
 
 def _square(candidate: Candidate, hypothesis: Hypothesis) -> float:
     """Mean square of a size, over all usual sizes: the precision of each takes the place of that of the present one."""
-    place = next(i for i, term in enumerate(hypothesis.terms) if term.candidate.label == candidate.label)
+    place = hypothesis.place_of(candidate.label)
+    assert place is not None  # it is one of those that hold the candidate
     mean, covariance = hypothesis.amplitudes(place)
     known, term = 1.0 / float(covariance[0, 0]), hypothesis.terms[place]
     variance = 1.0 / np.maximum(known - term.sd**-2.0 + candidate.sizes.sd**-2.0, candidate.sizes.sd**-2.0)

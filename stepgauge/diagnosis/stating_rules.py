@@ -287,7 +287,7 @@ def spread_factor(
     ``without``: labels that none of these hypotheses contains.
     """
     spread = answer.spread(label, least, without)
-    index = next((i for i, term in enumerate(state.terms) if term.candidate.label == label), None)
+    index = state.place_of(label)
     if spread is None or index is None:
         return 1.0
     told, own = state.amplitudes(index)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -15,6 +15,12 @@ from stepgauge.files.arrays import Array
 
 MOST_REVERSED_MM = 1.0
 """Largest difference of a face to its mirror image at which a probe that searches still finds it."""
+
+
+def _placement_choice() -> Any:
+    """The choice of one placement."""
+    meaning, grid = "number of the placement; without it all", grids.placements
+    return parameter(None, unit="", role="choice", meaning=meaning, ge=1, le=10_000, grid=grid)
 
 
 class BlockDefect(Effect):
@@ -122,15 +128,7 @@ class GaugeReversed(Effect):
             "Das Stufenendmaß umdrehen oder seine Blöcke vom anderen Ende zählen; dann neu messen.",
         ),
     )
-    placement: int | None = parameter(
-        None,
-        unit="",
-        role="choice",
-        meaning="number of the placement; without it all",
-        ge=1,
-        le=10_000,
-        grid=grids.placements,
-    )
+    placement: int | None = _placement_choice()
     share: float = parameter(1.0, unit="1", meaning="1 if it is so", ge=0.5, le=1.5, sensible=(0.5, 1.5))
 
     @classmethod
@@ -193,15 +191,7 @@ class Misalignment(Effect):
             "Mit der neuen Lage neu planen.",
         ),
     )
-    placement: int | None = parameter(
-        None,
-        unit="",
-        role="choice",
-        meaning="number of the placement; without it all",
-        ge=1,
-        le=10_000,
-        grid=grids.placements,
-    )
+    placement: int | None = _placement_choice()
     mrad: float = parameter(
         unit="mrad",
         role="nonlinear",

@@ -72,6 +72,10 @@ class Hypothesis:
         """The place of this very term; None for one that the hypothesis has otherwise or not at all."""
         return next((i for i, own in enumerate(self.terms) if own is term), None)
 
+    def place_of(self, label: str) -> int | None:
+        """The place of the term with this label; None where there is none."""
+        return next((i for i, own in enumerate(self.terms) if own.candidate.label == label), None)
+
     def amplitudes(self, place: int) -> tuple[Array, Array]:
         """Posterior mean ``(d,)`` and covariance ``(d, d)`` of the amplitudes of one term, without its discrepancy."""
         own = self._slice(place)

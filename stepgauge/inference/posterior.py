@@ -154,7 +154,7 @@ class Posterior:
         ValueError
             a label that is no term of the best hypothesis, or a law whose ``values`` were not stated
         """
-        place = next((i for i, one in enumerate(self.best.terms) if one.candidate.label == label), None)
+        place = self.best.place_of(label)
         law = None if place is None else self.best.terms[place].candidate
         if place is None or not isinstance(law, Law | GaussianProcess) or law.values is None:
             raise ValueError(

@@ -36,7 +36,7 @@ def posterior_table(found: Posterior) -> pd.DataFrame:
 
 def _values(found: Posterior, label: str) -> dict[str, float]:
     """Amplitude and shape of a term of the best hypothesis with their u; NaN where there is none."""
-    place = next((i for i, term in enumerate(found.best.terms) if term.candidate.label == label), None)
+    place = found.best.place_of(label)
     if place is None:
         return dict.fromkeys(("amplitude", "u_amplitude", "shape", "u_shape"), nan)
     size, u = _amplitude(found, place)

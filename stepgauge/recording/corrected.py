@@ -45,10 +45,8 @@ def share_radius(recordings: Sequence[Recording]) -> Sequence[Recording]:
     if without:
         what = "tip centres, while other recordings had been corrected for the tip"
         raise InputError(", ".join(without), what, expected="all of them of one kind")
-    return [
-        _turned(one, float(radius or 0.0), float(radii[0] or 0.0))
-        for one, radius in zip(recordings, radii, strict=True)
-    ]
+    (first, *_), found = radii, zip(recordings, radii, strict=True)
+    return [_turned(one, radius or 0.0, first or 0.0) for one, radius in found]
 
 
 def _turned(recording: Recording, before_mm: float, after_mm: float) -> Recording:

@@ -241,7 +241,9 @@ def test_the_scatter_is_that_of_the_machine_file_in_an_ordinary_recording() -> N
 def test_the_uncertainty_of_a_told_size_covers_what_other_hypotheses_say() -> None:
     """27 um is told with u = 1.3 um; over all hypotheses it is 32 with a variance of 30 um2: u2 = 30 + (32 - 27)2."""
     term = SimpleNamespace(candidate=SimpleNamespace(label="reversal"))
-    state: Any = SimpleNamespace(terms=[term], amplitudes=lambda index: (np.array([27.0]), np.array([[1.69]])))
+    state: Any = SimpleNamespace(
+        terms=[term], place_of=lambda _: 0, amplitudes=lambda index: (np.array([27.0]), np.array([[1.69]]))
+    )
     answer: Any = SimpleNamespace(spread=lambda *_: (np.array([32.0]), np.array([[30.0]])))
     assert spread_factor(answer, state, "reversal", 0.05) * 1.3 == pytest.approx(math.sqrt(55.0))
     same: Any = SimpleNamespace(spread=lambda *_: (np.array([27.0]), np.array([[1.0]])))
