@@ -8,6 +8,7 @@ import os
 import re
 import subprocess
 import sys
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -176,8 +177,9 @@ def test_no_simulation_is_started_beside_a_running_linuxcnc(monkeypatch: pytest.
         controller._refuse_other_instances()
 
 
+@pytest.mark.parametrize("sign", ["interp_error: Queue is not empty after probing", "the controller did not come up"])
 @pytest.mark.parametrize(("spoiled", "runs", "agrees"), [(0, 1, True), (1, 2, True), (2, 3, True), (3, 3, False)])
-def test_a_run_that_linuxcnc_spoiled_is_repeated(tmp_path: Path, monkeypatch, capfd, spoiled, runs, agrees):
+def test_a_run_that_linuxcnc_spoiled_is_repeated(tmp_path: Path, monkeypatch, capfd, spoiled, runs, agrees, sign):
     """Its own fault is printed in output.txt; what the driver heard of it is a touch that was missed."""
     missed = {"error": "G38.2 move finished without making contact.", "line": 7, "seconds": 1.0}
     well = {"error": None, "line": 9, "seconds": 2.0}
@@ -186,7 +188,7 @@ def test_a_run_that_linuxcnc_spoiled_is_repeated(tmp_path: Path, monkeypatch, ca
     def run(folder: Path, *_: object) -> None:
         started.append(folder)
         bad = len(started) <= spoiled
-        (folder / "output.txt").write_text(f"interp_error: {controller.STARVED}\n" if bad else "")
+        (folder / "output.txt").write_text(f"{sign}\n" if bad else "")
         (folder / "outcome.json").write_text(json.dumps(missed if bad else well))
 
     monkeypatch.setattr(controller, "LOCK", tmp_path / "lock")
@@ -198,6 +200,32 @@ def test_a_run_that_linuxcnc_spoiled_is_repeated(tmp_path: Path, monkeypatch, ca
     assert len(set(started)) == runs
     assert (outcome.error is None) is agrees
     assert capfd.readouterr().err.count("the run is repeated") == runs - 1
+
+
+@pytest.mark.parametrize(("spoiled", "comes_up"), [(0, True), (2, True), (3, False)])
+def test_a_controller_that_does_not_come_up_is_started_again(tmp_path: Path, monkeypatch, capfd, spoiled, comes_up):
+    """Where it is to be moved from outside: by a driver that says that it gave up, as the real one does."""
+    starts: list[Path] = []
+    for name in ("simulation.hal", "simulation.ini"):
+        (tmp_path / name).touch()
+
+    @contextmanager
+    def started(folder: Path, *_: object):
+        starts.append(folder)
+        bad = len(starts) <= spoiled
+        (folder / "output.txt").write_text("the controller did not come up\n" if bad else "")
+        if not bad:
+            (folder / "ready").touch()
+        with subprocess.Popen(["true"]) as ended:
+            ended.wait()
+            yield ended
+
+    monkeypatch.setattr(controller, "_started", started)
+    with suppress(InputError), controller._ready(tmp_path, {}, {}, tmp_path / "kept"):
+        assert comes_up
+        assert len(starts) == spoiled + 1
+    assert len(starts) == min(spoiled + 1, 3)
+    assert capfd.readouterr().err.count("the run is repeated") == min(spoiled, 2)
 
 
 def test_a_touch_that_is_missed_is_not_repeated(tmp_path: Path, monkeypatch):

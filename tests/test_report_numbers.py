@@ -68,7 +68,7 @@ def test_decimal_points_stand_below_each_other() -> None:
     ("text", "shown"),
     [
         ("-0.14 um of XR", "−0.14 µm of XR"),
-        ("4.8 um/N at -7 deg (um)", "4.8 µm/N at −7 deg (µm)"),
+        ("4.8 um/N at -7 deg (um)", "4.8 µm/N at −7° (µm)"),
         ("12 urad/m", "12 µrad/m"),
         ("by +-0.51 um", "by ±0.51 µm"),
         (

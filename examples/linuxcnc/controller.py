@@ -35,10 +35,13 @@ ACCELERATION_MM_S2 = 5000.0
 PACKAGE = "linuxcnc-uspace"
 LOCK = Path(tempfile.gettempdir()) / "stepgauge-linuxcnc.lock"
 LOCK_WAIT_S = 600.0
-START_S, STOP_S = 30.0, 15.0
+START_S, STOP_S = 60.0, 15.0
 ATTEMPTS = 3
 STARVED = "Queue is not empty after probing"
 """LinuxCNC up to 2.9 may read the outcome of a touch too early where the machine is busy (its issues 662 and 3650)."""
+NOT_UP = "the controller did not come up"
+"""Its part for inputs and outputs may miss the commands that are sent while a busy machine starts it; nothing moves."""
+BUSY = {STARVED: "read a touch too early", NOT_UP: "did not come up"}
 _INSTANCE = ("linuxcncsvr", "milltask", "rtapi_app")
 
 
@@ -82,7 +85,7 @@ def require_linuxcnc() -> None:
 def run_program(
     text: str, program: Program, machine: Machine, hal: str, keep: Path, drives: Drives | None = None
 ) -> Outcome:
-    """Run a program text on LinuxCNC; again where it says :data:`STARVED`, up to :data:`ATTEMPTS` times.
+    """Run a program text on LinuxCNC; again where the machine was too :data:`BUSY`, up to :data:`ATTEMPTS` times.
 
     Parameters
     ----------
@@ -99,13 +102,11 @@ def run_program(
     """
     require_linuxcnc()
     for attempt in range(ATTEMPTS):
-        if attempt:
-            print("LinuxCNC read a touch too early on a busy machine: the run is repeated", file=sys.stderr)
         with _turn(), tempfile.TemporaryDirectory(prefix="stepgauge-linuxcnc-") as name:
             folder = Path(name)
             _write_configuration(folder, text, machine, hal, drives or Drives())
             outcome = _attempt(folder, program, machine, keep)
-        if not (outcome.error and _starved(keep)):
+        if not (outcome.error and _again(attempt, keep)):
             break
     return outcome
 
@@ -113,14 +114,20 @@ def run_program(
 def _attempt(folder: Path, program: Program, machine: Machine, keep: Path) -> Outcome:
     user = _ordinary_user(folder)
     try:
-        _run(folder, user, _environment(folder, program, machine), _limit_s(program, machine))
+        _run(folder, user, _environment(folder, program, machine), _hard_limit_s(program, machine))
     finally:
         _keep(folder, keep)
     return _outcome(folder, keep)
 
 
-def _starved(keep: Path) -> bool:
-    return STARVED in (keep / "output.txt").read_text(encoding="utf-8", errors="replace")
+def _again(attempt: int, keep: Path) -> bool:
+    """Whether the machine was too busy for LinuxCNC and one more attempt is left; it is told, since it takes longer."""
+    output = (keep / "output.txt").read_text(encoding="utf-8", errors="replace")
+    reason = next((reason for sign, reason in BUSY.items() if sign in output), None)
+    again = reason is not None and attempt + 1 < ATTEMPTS
+    if again:
+        print(f"LinuxCNC {reason} on a busy machine: the run is repeated", file=sys.stderr)
+    return again
 
 
 def _write_configuration(folder: Path, text: str, machine: Machine, hal: str, drives: Drives) -> None:
@@ -168,19 +175,25 @@ def _environment(folder: Path, program: Program, machine: Machine) -> dict[str, 
         "PATH": os.environ.get("PATH", os.defpath),
         "HOME": str(folder),
         "LC_ALL": "C",
+        "STEPGAUGE_START_S": f"{START_S:.0f}",
         "STEPGAUGE_LIMIT_S": f"{_limit_s(program, machine):.0f}",
         "STEPGAUGE_BEFORE": json.dumps(before),
     }
 
 
 def _limit_s(program: Program, machine: Machine) -> float:
-    """Three times what the path takes at the speeds of the program, a stop at every corner, and the start."""
+    """Three times what the path takes at the speeds of the program with a stop at every corner, and half a minute."""
     path = trace(program)
     speed = program.settings
     search = path.measuring.sum() * (speed.standoff_mm + speed.search_mm) / speed.measuring_speed_mm_s
     travel = path.length_mm[~path.measuring].sum() / speed.travel_speed_mm_s
     corners = len(path.length_mm) * machine.table.travel_speed_mm_s / ACCELERATION_MM_S2
-    return float(START_S + 3.0 * (search + travel + corners))
+    return float(30.0 + 3.0 * (search + travel + corners))
+
+
+def _hard_limit_s(program: Program, machine: Machine) -> float:
+    """When LinuxCNC is ended from outside, because its driver has not."""
+    return START_S + _limit_s(program, machine) + START_S
 
 
 @contextmanager
@@ -244,14 +257,29 @@ def running(
         if limit_s is not None:
             environment["STEPGAUGE_LIMIT_S"] = f"{limit_s:.0f}"
         try:
-            with _started(folder, user, environment) as process:
-                _until_ready(folder, process, keep)
+            with _ready(folder, user, environment, keep) as process:
                 yield lambda lines: _set_hal(lines, environment, user)
                 (folder / "end").touch()
                 with suppress(subprocess.TimeoutExpired):
                     process.wait(STOP_S)
         finally:
             _keep(folder, keep)
+
+
+@contextmanager
+def _ready(
+    folder: Path, user: dict[str, object], environment: dict[str, str], keep: Path
+) -> Iterator[subprocess.Popen[bytes]]:
+    """LinuxCNC that is up; started again where the machine was too busy for it."""
+    for attempt in range(ATTEMPTS):
+        with _started(folder, user, environment) as process:
+            if _comes_up(folder, process):
+                yield process
+                return
+        _keep(folder, keep)
+        if not _again(attempt, keep):
+            break
+    raise InputError(keep / "output.txt", "LinuxCNC did not come up; what it printed stands here")
 
 
 def _set_hal(lines: Iterable[str], environment: dict[str, str], user: dict[str, object]) -> None:
@@ -270,12 +298,13 @@ def _set_hal(lines: Iterable[str], environment: dict[str, str], user: dict[str, 
         raise InputError("halcmd", "HAL was not set", found=done.stderr.strip())
 
 
-def _until_ready(folder: Path, process: subprocess.Popen[bytes], keep: Path) -> None:
+def _comes_up(folder: Path, process: subprocess.Popen[bytes]) -> bool:
     deadline = time.monotonic() + 2.0 * START_S
     while not (folder / "ready").exists():
         if process.poll() is not None or time.monotonic() > deadline:
-            raise InputError(keep / "output.txt", "LinuxCNC did not come up; what it printed stands here")
+            return False
         time.sleep(0.05)
+    return True
 
 
 def _run(folder: Path, user: dict[str, object], environment: dict[str, str], limit_s: float) -> None:
@@ -284,7 +313,7 @@ def _run(folder: Path, user: dict[str, object], environment: dict[str, str], lim
         _started(folder, user, environment) as process,
         suppress(subprocess.TimeoutExpired),  # no outcome is written then, and that is what is reported
     ):
-        process.wait(limit_s + START_S)
+        process.wait(limit_s)
 
 
 @contextmanager

@@ -3,8 +3,8 @@
 
 With STEPGAUGE_IDLE the program is not run: the machine is left to another process until there is a file ``end``.
 
-Runs under the system's Python, which has the ``linuxcnc`` module; so it imports nothing of stepgauge. The time limit in
-seconds and the moves to make beforehand come from the environment.
+Runs under the system's Python, which has the ``linuxcnc`` module; so it imports nothing of stepgauge. The time limits
+in seconds and the moves to make beforehand come from the environment.
 """
 
 import json
@@ -24,16 +24,20 @@ class StoppedError(Exception):
 
 
 class Driver:
-    """A connection to the running controller, with a deadline."""
+    """A connection to the running controller, with a deadline: first for coming up, then for the run."""
 
-    def __init__(self, limit_s):
+    def __init__(self):
         self.status, self.command, self.channel = linuxcnc.stat(), linuxcnc.command(), linuxcnc.error_channel()
-        self.deadline = time.monotonic() + limit_s
+        self.limit(os.environ["STEPGAUGE_START_S"], "the controller did not come up")
+
+    def limit(self, seconds, late):
+        """From now on; ``late`` is the complaint once they are over."""
+        self.deadline, self.late = time.monotonic() + float(seconds), late
 
     def check(self):
         """Raise what the controller has to complain about."""
         if time.monotonic() > self.deadline:
-            raise StoppedError("the time limit of this run is over")
+            raise StoppedError(self.late)
         message = self.channel.poll()
         while message:
             if message[0] in ERRORS:
@@ -100,18 +104,20 @@ def main():
     """Run the program; exit code 1 when the controller complained."""
     folder = Path.cwd()
     (folder / "driver.pid").write_text(str(os.getpid()))
-    driver = Driver(float(os.environ["STEPGAUGE_LIMIT_S"]))
+    driver = Driver()
     error, began = None, time.monotonic()
     try:
         driver.switch_on()
         driver.go(json.loads(os.environ["STEPGAUGE_BEFORE"]))
         began = time.monotonic()
+        driver.limit(os.environ["STEPGAUGE_LIMIT_S"], "the time limit of this run is over")
         if "STEPGAUGE_IDLE" in os.environ:
             driver.serve(folder)
         else:
             driver.run(str(folder / "program.ngc"))
     except (StoppedError, linuxcnc.error) as reason:
         error = str(reason)
+        print(error, file=sys.stderr)
     outcome = {"error": error, "line": driver.status.motion_line, "seconds": round(time.monotonic() - began, 2)}
     driver.switch_off()
     (folder / "outcome.json").write_text(json.dumps(outcome))

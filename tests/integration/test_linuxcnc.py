@@ -184,8 +184,9 @@ def test_a_run_that_takes_too_long_is_ended(tmp_path: Path, limits_s: tuple[floa
     """The driver stops at its own limit; where it does not, LinuxCNC is ended from outside."""
     script = (
         f"import sys; sys.argv[1:] = ['-o', {str(tmp_path / 'out')!r}]; sys.path.insert(0, {str(EXAMPLE)!r})\n"
-        f"import controller, runpy; limits = iter({limits_s}); controller._limit_s = lambda *_: next(limits)\n"
-        f"controller.START_S = 1.0; runpy.run_path({str(EXAMPLE / 'run.py')!r}, run_name='__main__')"
+        f"import controller, runpy; limits_s = {limits_s}\n"
+        "controller._limit_s, controller._hard_limit_s = (lambda *_, s=s: s for s in limits_s)\n"
+        f"runpy.run_path({str(EXAMPLE / 'run.py')!r}, run_name='__main__')"
     )
     result = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, timeout=TIMEOUT_S, check=False
