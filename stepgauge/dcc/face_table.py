@@ -15,6 +15,7 @@ import numpy as np
 from stepgauge.dcc.gauge_read import SUBTRACTIONS
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
+from stepgauge.files.notation import rounded
 from stepgauge.files.units import find_unit
 from stepgauge.gauge.certified import LONGEST_MM
 from stepgauge.importing.tables.grid import Table
@@ -43,7 +44,8 @@ UNSURE_UM = (0.01, 0.05)
 SAME_MM = 2e-4
 """Difference within which a stated deviation is that of the positions, rounded."""
 NOTES: Mapping[str, str] = {
-    "face_1_added": "face 1 at 0 was added: the table begins with face 2",
+    "face_1_added": "the face at 0 is not in the table: it was added as face 1",
+    "from_face_0": "the certificate counts its faces from 0: they are counted from 1",
     "nominal_rounded": "nominal positions are not in the table: the positions rounded to whole mm",
 }
 PITCH_MM = 1.0
@@ -155,10 +157,10 @@ def _guess_roles(table: Table, columns: list[FaceColumn], roles: Mapping[int, st
 
 
 def _rising_role(values: Array) -> Role | None:
-    """1, 2, 3 are faces, whole numbers that rise nominal positions, others that rise certified ones."""
+    """1, 2, 3, also from 0 or 2, are faces; rising whole numbers are nominal positions, others certified ones."""
     if not np.isfinite(values).all() or len(values) < 2 or not (np.diff(values) > 0).all() or np.ptp(values) <= 1.0:
         return None
-    if values[0] in (1.0, 2.0) and (np.diff(values) == 1.0).all():
+    if values[0] in (0.0, 1.0, 2.0) and (np.diff(values) == 1.0).all():
         return "face"
     return "nominal" if np.allclose(values, np.round(values, 1), atol=1e-9) else "position"
 
@@ -199,7 +201,9 @@ def _values(
         bad = np.flatnonzero(~np.isfinite(table.numbers(where)))
         if bad.size:
             cells = table.cells(where)
-            raise InputError(table.at(int(bad[0])), f"the {role} is no number", found=repr(str(cells[int(bad[0])])))
+            expected = "a number in every row; choose another column for it, if this one is something else"
+            found = repr(str(cells[int(bad[0])]))
+            raise InputError(table.at(int(bad[0])), f"the {role} is no number", found=found, expected=expected)
     position, nominal, columns = _lengths(table, place, columns, units, notes)
     if expanded is None:
         columns = _assign_unit(table, columns, place["uncertainty"], units, "uncertainty")
@@ -207,9 +211,14 @@ def _values(
     else:
         u_um = expanded[0] + expanded[1] * nominal / 1e3
     face = table.numbers(place["face"]) if "face" in place else np.arange(1.0, len(position) + 1)
-    if len(position) % 2 and position[0] > 1.0 and ("face" not in place or face[0] == 2.0):
-        face, nominal, position, u_um = (np.concatenate([[0.0], one]) for one in (face, nominal, position, u_um))
-        face = np.arange(1.0, len(position) + 1)
+    if face[0] == 0.0 and position[0] == 0.0:
+        face = face + 1.0
+        notes.append("from_face_0")
+    elif len(position) % 2 and position[0] > 1.0 and ("face" not in place or face[0] in (1.0, 2.0)):
+        face, nominal, position, u_um = (
+            np.concatenate([[0.0], one]) for one in (face - face[0] + 2.0, nominal, position, u_um)
+        )
+        face[0] = 1.0
         notes.append("face_1_added")
     return np.column_stack([face, nominal, position, u_um]), columns, tuple(notes)
 
@@ -280,8 +289,8 @@ def _check_deviations(table: Table, found_mm: Array, stated_mm: Array) -> None:
         raise InputError(
             table.at(row),
             "position minus nominal is not the stated deviation",
-            found=f"{1e3 * found_mm[row]:.3g} um",
-            expected=f"{1e3 * stated_mm[row]:.3g} um",
+            found=f"{rounded(1e3 * found_mm[row], 3)} um",
+            expected=f"{rounded(1e3 * stated_mm[row], 3)} um",
         )
 
 

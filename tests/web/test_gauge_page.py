@@ -69,6 +69,13 @@ LAYOUTS = {
     "U in mm": lines(NOMINAL, POSITION, [1e-3 * u for u in U_UM], head="nominal\tposition\tU (mm)"),
     "a row of units": "Nominal\tPosition\tU\nmm\tmm\tµm\n" + lines(NOMINAL, POSITION, U_UM),
     "positions beside deviations": lines(NOMINAL, POSITION, OFF_UM, U_UM, head="nominal\tposition\tdeviation µm\tU µm"),
+    "faces from 0": lines([n - 1 for n in FACE], NOMINAL, POSITION, U_UM, head="Face\tNominal\tPosition\tU µm"),
+    "faces from 0, no header": lines([n - 1 for n in FACE], NOMINAL, POSITION, OFF_UM, U_UM, between=" "),
+    "names of several words above single blanks": (
+        "Messfläche Nr.   Nennmaß   Istmaß   Abweichung   Messunsicherheit U (k=2)\n"
+        "                 mm        mm       µm           µm\n"
+        + lines(FACE, NOMINAL, POSITION, OFF_UM, U_UM, between=" ", comma=True)
+    ),
     "in m": lines(
         [n / 1e3 for n in NOMINAL], [f"{p / 1e3:.8f}" for p in POSITION], U_UM, head="nominal (m)\tposition (m)\tU µm"
     ),
@@ -82,8 +89,13 @@ def test_a_table_of_a_certificate_is_read_in_every_layout(name: str) -> None:
     np.testing.assert_allclose(faces(LAYOUTS[name]), expected, atol=2e-5)
 
 
-def test_a_table_that_begins_with_face_2_gets_face_1() -> None:
-    found = read_face_table(Source("table", lines(NOMINAL[1:], OFF_UM[1:], U_UM[1:]).encode()))
+@pytest.mark.parametrize("first", [None, 1, 2], ids=["not numbered", "from 0", "from 1"])
+def test_a_table_without_the_face_at_0_gets_it(first: int | None) -> None:
+    columns = [NOMINAL[1:], POSITION[1:], U_UM[1:]]
+    head = "Nominal\tPosition\tU µm" if first is None else "Face\tNominal\tPosition\tU µm"
+    numbers = [] if first is None else [list(range(first, first + 5))]
+    found = read_face_table(Source("table", lines(*numbers, *columns, head=head).encode()))
+    assert found.values[:, 0].tolist() == FACE
     assert found.values[0].tolist() == [1.0, 0.0, 0.0, 0.0]
     assert found.notes == ("face_1_added",)
 
@@ -330,6 +342,22 @@ def test_another_kind_keeps_what_was_typed_in_the_browser(tmp_path: Path, watche
         page.wait_for_function("document.activeElement.name === 'kind'")
         values = {name: page.locator(f"#{name}").input_value() for name in ("name", "kind", "x_high", "y_high")}
         assert values == {"name": "KMG Halle 2", "kind": "machine_tool", "x_high": "650", "y_high": "250"}
+
+
+def test_a_column_taken_wrong_is_put_right_where_it_is_refused(tmp_path: Path, watched: Watched) -> None:
+    """By the lists above the columns, which stay as they are chosen while the table is refused."""
+    columns = [FACE, NOMINAL, POSITION, OFF_UM, U_UM]
+    with Served(tmp_path) as server:
+        page = watched.page
+        page.goto(f"{server.address}/gauge")
+        page.locator("#table").fill(lines(*columns, head="Face No. Nominal Actual Deviation um U um", between=" "))
+        page.get_by_role("alert").wait_for()
+        for place, role in enumerate(["face", "nominal", "position", "deviation", "uncertainty"]):
+            taken = page.locator(f"select[name=column_{place}]")
+            if taken.locator(f"option[value={role}]").count():  # else it is taken for it already
+                taken.select_option(role)
+                page.locator(f"th.role-{role} select[name=column_{place}]").wait_for()
+        page.get_by_text("6 faces of 3 blocks").wait_for()
 
 
 def test_a_mark_that_cannot_be_told_is_chosen_where_it_is_refused(tmp_path: Path) -> None:

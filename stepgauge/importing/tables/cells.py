@@ -153,7 +153,7 @@ def read_text_cells(
     if not rows:
         raise InputError(source.name, "the table is empty", expected="a header, and rows of numbers")
     split = _splitter([lines[n] for n in rows], delimiter, columns, decisions)
-    cells = _join_remarks(split([lines[n] for n in rows]), split)
+    cells = _join_words([lines[n] for n in rows], split)
     in_head = sum(n < len(head) for n in rows)
     bulk = _bulk(middle, split.mark, cells, in_head, len(head) + 1) if middle else None
     if middle and bulk is None:  # not numbers alone: cell by cell
@@ -165,12 +165,24 @@ def read_text_cells(
     return Cells(source.name, cells, numbers, comments, blank, notes, bulk)
 
 
-def _join_remarks(rows: list[list[Cell]], split: Splitter) -> list[list[Cell]]:
-    """Rows that white space divides, the words of a remark behind their numbers as one cell."""
+def _join_words(lines: Sequence[str], split: Splitter) -> list[list[Cell]]:
+    """Rows that white space divides, with the words of one name, or of a remark behind the numbers, as one cell."""
+    rows = split(lines)
     if split.mark not in SPACES.values():
         return rows
-    width = Counter(len(row) for row in rows if all(map(_tells, row))).most_common(1)
-    return [_join_remark(row, width[0][0]) for row in rows] if width else rows
+    common = Counter(len(row) for row in rows if all(map(_tells, row))).most_common(1)
+    if not common:
+        return rows
+    width = common[0][0]
+    return [_join_remark(_set_apart(line, row, width), width) for line, row in zip(lines, rows, strict=True)]
+
+
+def _set_apart(line: str, row: list[Cell], width: int) -> list[Cell]:
+    """Names of several words above numbers that single blanks divide stand farther from each other than their words."""
+    if len(row) == width or any(map(_tells, row)):
+        return row
+    wide = ([*map(str.strip, re.split(r"\s{2,}|\t", one))] for one in (line.rstrip(), line.strip()))
+    return next((list[Cell](cells) for cells in wide if len(cells) == width), row)
 
 
 def _join_remark(row: list[Cell], width: int) -> list[Cell]:

@@ -77,9 +77,9 @@ async function submit(event) {
   if (button) show(into);
 }
 
-function forget(event) {  // what was wrong with a form is not known of one that has changed
+function forget(event) {  // what was wrong with a form is not known of one that has changed; what it asks stays, with the answers
   const form = event.currentTarget, own = [form.dataset.into, ...[...form.querySelectorAll("button[data-answers]")].map(one => one.dataset.answers)];
-  own.map(one => document.querySelector(one)).filter(place => place?.querySelector("[role=alert]")).forEach(place => place.replaceChildren());
+  own.forEach(one => document.querySelector(one)?.querySelectorAll(".refused, [role=alert]").forEach(said => said.remove()));
 }
 
 // What is chosen in a list stands below it, too, where its box is too narrow for it.
