@@ -16,6 +16,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.live.journal import Journal, Row, fingerprint
 from stepgauge.machine.file import TIP_TOLERANCE_MM, Machine
+from stepgauge.machine.readout import correct_temperature
 from stepgauge.machine.styli import stylus_comment
 from stepgauge.motion.collision import make_tool
 from stepgauge.motion.moves import Move, Program, trace
@@ -90,9 +91,11 @@ class Job:
         made = SIMULATED_COMMENT if SIMULATED in frame else {}
         frame = frame.drop(columns=SIMULATED, errors="ignore").dropna(axis=1)
         said = {**self._comments(), **_begun(journal), **made, **comments}
-        if made:
-            said.setdefault(CONVENTION, self.machine.table.virtual_convention)
-        return complete_convention(Recording(frame, said, str(journal.path)), self.machine.table)
+        recording = Recording(frame, said, str(journal.path))
+        if made and CONVENTION not in said:
+            origin_mm = self.placement.origin_mm(self.gauge)
+            recording = correct_temperature(recording, self.machine, self.gauge, origin_mm)
+        return complete_convention(recording, self.machine.table)
 
     def _comments(self) -> dict[str, str]:
         return {

@@ -124,11 +124,6 @@ class MachineTable(TomlTable):
         """Of the virtual CMM, which scatters as usual where the file does not say how."""
         return self.repeatability_um if "repeatability_um" in self.model_fields_set else USUAL_REPEATABILITY_UM
 
-    @property
-    def virtual_convention(self) -> Convention:
-        """Of readings of the virtual CMM, which knows nothing of the temperature of a part."""
-        return "nominal_expansion" if self.temperature_convention == "nominal_expansion" else "as_read"
-
 
 class StandardUncertainty(TomlTable):
     """A standard uncertainty, alone or as ``{ u = 0.05, dof = 8 }``."""

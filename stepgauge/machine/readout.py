@@ -14,7 +14,11 @@ from stepgauge.effects.thermal import UncompensatedScales
 from stepgauge.effects.totals import scatter_um
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
+from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
+from stepgauge.recording import POSITION, Recording
+from stepgauge.recording.conventions import KEY as CONVENTION
+from stepgauge.recording.conventions import REFERENCE_C
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -100,3 +104,18 @@ def _new_name(label: str, taken: dict[str, Array]) -> str:
         name = f"{label}_{number}"
         number += 1
     return name
+
+
+def correct_temperature(recording: Recording, machine: Machine, gauge: Gauge, origin_mm: Array) -> Recording:
+    """The readings of a virtual CMM as its machine hands them over, with its convention in their comments.
+
+    One that corrects readings to 20 deg C takes off the expansion of the gauge at its recorded temperature, by the
+    coefficient of the certificate, about ``origin_mm (3,)``, mm. The shares of the effects are those before it.
+    """
+    stated = machine.table.temperature_convention or "as_read"
+    recording = recording.assign_comments(**{CONVENTION: stated})
+    if stated != "corrected_to_20" or "gauge_temperature_C" not in recording.columns:
+        return recording
+    warmer_K = np.asarray(recording.columns["gauge_temperature_C"], float)[:, None] - REFERENCE_C
+    position = origin_mm + (recording.position_mm - origin_mm) / (1.0 + gauge.table.expansion_per_K * warmer_K)
+    return recording.assign_columns(**dict(zip(POSITION, position.T, strict=True)))

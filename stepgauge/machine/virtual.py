@@ -22,14 +22,13 @@ from stepgauge.files.text import write_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
-from stepgauge.machine.readout import read_out, rows_beyond
+from stepgauge.machine.readout import correct_temperature, read_out, rows_beyond
 from stepgauge.machine.stops import NO_TRIGGER, Stop, first_stop
 from stepgauge.machine.styli import stylus_comment
 from stepgauge.motion.collision import Obstacles, ball_contacts, make_obstacles, make_tool
 from stepgauge.motion.moves import Path, ProbingSettings, Program, trace
 from stepgauge.recording import APPROACH, POSITION, Recording, write_recording
 from stepgauge.recording.columns import SCALE_TEMPERATURES
-from stepgauge.recording.conventions import KEY as CONVENTION
 from stepgauge.recording.simulated import SIMULATED_COMMENT
 
 if TYPE_CHECKING:
@@ -160,13 +159,13 @@ def run_program(
         "gauge_serial": gauge.table.serial,
         "tip_radius_mm": f"{machine.probe.tip_radius_mm:g}",
         "seed": str(seed),
-        CONVENTION: machine.table.virtual_convention,
         **SIMULATED_COMMENT,
         **stylus_comment(machine),
     }
     if executed.stop is not None:
         comments["stopped"] = str(executed.stop)
-    recording = Recording({**executed.columns, **indicated}, comments)
+    read = Recording({**executed.columns, **indicated}, comments)
+    recording = correct_temperature(read, machine, gauge, placement.origin_mm(gauge))
     shares = reading.shares_um() if explain else None
     notes = rows_beyond(reading.effects, len(recording), machine.path)
     return Run(recording, executed.path, executed.duration_s, executed.stop, executed.stop_piece, shares, notes)

@@ -39,7 +39,7 @@ from stepgauge.live.measuring import (
     measure,
 )
 from stepgauge.live.measuring_job import Job, make_job
-from stepgauge.machine.virtual import run_program
+from stepgauge.machine.virtual import RunConditions, run_program
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
 from stepgauge.recording import POSITION, Recording, read_recording
@@ -110,6 +110,30 @@ def test_the_temperature_of_the_person_wins_and_the_placement_is_numbered(tmp_pa
         recording = run(make(1, gauge_temperature_C=21.5, placement_number=3), port, tmp_path / "j")
     assert recording.frame["gauge_temperature_C"].unique() == [21.5]
     assert recording.placements == [3]
+
+
+@pytest.mark.parametrize("live", [False, True])
+def test_a_virtual_machine_that_corrects_to_20_does_so(tmp_path: Path, live: bool) -> None:
+    """A gauge at 24 deg C: the certified distances are read, and no expansion; the errors are the same."""
+    gauge, readings = small_gauge(), {}
+    for convention in ("as_read", "corrected_to_20"):
+        machine = small_machine()
+        machine = replace(machine, table=machine.table.model_copy(update={"temperature_convention": convention}))
+        program, conditions = small_program(gauge, machine, 1), RunConditions(gauge_temperature_C=24.0)
+        if live:
+            job = make_job(program, machine, gauge, lying(gauge))
+            with serving(make_state(gauge_temperature_C=24.0)) as port:
+                recording = run(job, port, tmp_path / convention)
+        else:
+            recording = run_program(program, machine, gauge, lying(gauge), 1, conditions).recording
+        assert recording.comments["temperature_convention"] == convention
+        readings[convention] = recording
+    as_read, corrected = (readings[one] for one in ("as_read", "corrected_to_20"))
+    along = (as_read.position_mm - as_read.position_mm[0]) @ lying(gauge).axis
+    shrunk = along - (corrected.position_mm - corrected.position_mm[0]) @ lying(gauge).axis
+    np.testing.assert_allclose(shrunk, along * gauge.table.expansion_per_K * 4.0, rtol=1e-3, atol=1e-6)
+    errors = [evaluate(one, gauge).results[0].xf_um for one in (as_read, corrected)]
+    np.testing.assert_allclose(*errors, atol=0.01)
 
 
 def test_times_are_those_of_the_machine(tmp_path: Path) -> None:
