@@ -44,6 +44,8 @@ TABLET = {"width": 1024, "height": 768}
 PATIENCE_MS = 240_000
 """A busy machine may be ten times as slow as a quiet one, and a verb in a process of its own takes seconds on that."""
 
+ASK_AGAIN_MS = 50
+
 
 def cannot(why: str) -> None:
     """A test that cannot run says why; on CI that is a failure."""
@@ -223,6 +225,13 @@ class Watched:
         """No complaint, and nothing that left this computer."""
         assert self.complaints == []
         assert self.hosts <= {"127.0.0.1", "data"}, self.hosts
+
+    def until(self, holds: str) -> None:
+        """A JavaScript expression is true: asked from here, since the page's policy lets no page evaluate text."""
+        last = time.monotonic() + PATIENCE_MS / 1e3
+        while not self.page.evaluate(holds):
+            assert time.monotonic() < last, f"never true: {holds}"
+            self.page.wait_for_timeout(ASK_AGAIN_MS)
 
     def violations(self) -> list[str]:
         """What axe finds of the serious kinds; its script is put in by the driver, past the page's policy."""

@@ -339,7 +339,7 @@ def test_another_kind_keeps_what_was_typed_in_the_browser(tmp_path: Path, watche
         page.locator("#x_high").fill("650")
         page.locator("#kind").select_option("machine_tool")
         page.locator("#stylus_diameter_mm[placeholder='typically 4']").wait_for()
-        page.wait_for_function("document.activeElement.name === 'kind'")
+        watched.until("document.activeElement.name === 'kind'")
         values = {name: page.locator(f"#{name}").input_value() for name in ("name", "kind", "x_high", "y_high")}
         assert values == {"name": "KMG Halle 2", "kind": "machine_tool", "x_high": "650", "y_high": "250"}
 

@@ -39,7 +39,7 @@ def is_good(watched: Watched) -> None:
     """Readable by everybody, in the width of a tablet, and without words of the command line."""
     page = watched.page
     page.wait_for_timeout(AFTER_TYPING_MS)
-    page.wait_for_function("!document.querySelector('[aria-busy=true]')")
+    watched.until("!document.querySelector('[aria-busy=true]')")
     assert watched.violations() == []
     assert page.evaluate("document.documentElement.scrollWidth") <= TABLET["width"]
     assert not re.search(r"--[a-z]{2}|stepgauge [a-z]+ [-./a-z]", page.inner_text("main"))

@@ -47,7 +47,7 @@ def test_from_sixteen_points_to_the_cause_and_the_printed_report(folder: Path, w
         noise, now = float(page.locator("#noise").inner_text()), float(page.locator("#now").inner_text())
         assert now < 1.3 * noise
         page.locator("[data-finding='0']").uncheck()
-        page.wait_for_function("+document.getElementById('now').textContent > 1.0")
+        watched.until("+document.getElementById('now').textContent > 1.0")
         for covariate in ("y (mm)", "cycle", "time (min)"):
             page.get_by_label("Against").select_option(covariate)
         assert watched.violations() == []
