@@ -18,7 +18,7 @@ import pandas as pd
 from table import Table, best_s
 
 from stepgauge.effects import Effect, Probings, Setting, effect_kinds, make_effects, total_displacement_um
-from stepgauge.effects.compensation import COLUMNS
+from stepgauge.effects.maps import AXIS_COLUMNS
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.machine.file import read_machine
@@ -108,7 +108,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "map.csv").write_text("coordinate_mm,error\n0,0\n300,3\n700,-1\n", encoding="utf-8")
-        (folder / "table.csv").write_text(",".join(COLUMNS) + "\n0,0,0,0,0\n700,5,3,0,0\n", encoding="utf-8")
+        (folder / "table.csv").write_text(",".join(AXIS_COLUMNS) + "\n0,0,0,0,0\n700,5,3,0,0\n", encoding="utf-8")
         every = make_effects(EVERY, folder / "machine.toml")
         assert {effect.kind for effect in every} == set(effect_kinds(every=True))
         displacement(table, every)

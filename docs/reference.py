@@ -19,7 +19,7 @@ from pydantic.fields import FieldInfo
 import stepgauge
 from stepgauge.cli import TASKS, cli
 from stepgauge.effects import Effect, Parameter, Probings, Setting, along_approach_um, effect_kinds, make_effects
-from stepgauge.effects.compensation import COLUMNS as TABLE_COLUMNS
+from stepgauge.effects.maps import AXIS_COLUMNS as TABLE_COLUMNS
 from stepgauge.figures.style import CYCLE
 from stepgauge.fleet import schema
 from stepgauge.gauge.certified import CertificateTable, GaugeTable, read_gauge

@@ -25,16 +25,17 @@ _WORD = 24
 """Characters of the longest word or number that is not cut through."""
 _SHORTEST = 40
 """Characters that are left of a part of a message that is too long."""
-_UNIT = re.compile(r"_(per_K|mm|um|mm_s|s|C|K|deg|mrad|percent|MB)$")
+_UNIT = re.compile(r"_(per_K|um_per_m|mm|um|mm_s|s|C|K|deg|mrad|percent|MB)$")
 P = ParamSpec("P")
 T = TypeVar("T")
 
 
-_VALUE = r' \w+=(?:"[^"]*"|[^\s;,)]+)| [a-z0-9-]+'
+_VALUE = r' \w+=(?:"[^"]*"|[^\s;,)]+)| [a-z0-9_-]+'
 _NAMED = re.compile(
-    rf"'(?P<quoted>stepgauge [^']*)'|(?P<command>stepgauge [^';,)]*[^';,) ])|(?<![\w-])--([a-z][a-z0-9-]*)({_VALUE})?"
+    rf"'(?P<quoted>stepgauge [^']*)'|(?P<command>stepgauge [^';,)]*[^';,) ])|(?<![\w-])--(?P<option>[a-z][a-z0-9-]*)"
+    rf"(?P<value>{_VALUE})?(?P<more>(?: --(?P=option)(?:{_VALUE}))*)"
 )
-"""A command, or an option with what stands behind it."""
+"""A command, or an option with what stands behind it, which may be there several times."""
 _for_command: ContextVar[bool] = ContextVar("for_command", default=False)
 
 
@@ -84,6 +85,12 @@ def _choices(argument: str) -> frozenset[str]:
     return frozenset(word for one in _declared() if one.name == argument for word in getattr(one.one, "words", ()))
 
 
+@cache
+def _lists_of_words() -> frozenset[str]:
+    """Arguments that take several words, of which none is known beforehand."""
+    return frozenset(one.name for one in _declared() if one.repeated and type(one.one).__name__ == "Text")
+
+
 def python_text(text: str) -> str:
     """A text that names options or commands, with the arguments and calls of Python in their place.
 
@@ -99,7 +106,13 @@ def _named_in_python(found: re.Match[str]) -> str:
 
         call = python_call(command)
         return found[0] if call == command else call
-    return _python_value(_argument_by_option().get(found[3], found[3].replace("-", "_")), found[4] or "")
+    option, behind, more = found["option"], found["value"] or "", found["more"]
+    argument = _argument_by_option().get(option, option.replace("-", "_"))
+    if behind and argument in _lists_of_words():
+        every = [f'"{one.strip()}"' for one in (behind, *more.split(f" --{option}")[1:])]
+        listed = ", ".join(every)
+        return f"{argument}={listed}" if len(every) == 1 else f"{argument}=[{listed}]"
+    return _python_value(argument, behind) + python_text(more)
 
 
 def _python_value(argument: str, behind: str) -> str:
@@ -107,6 +120,8 @@ def _python_value(argument: str, behind: str) -> str:
     found = re.match(_VALUE, behind)
     value = "" if found is None else found[0].strip()
     key, equals, one = value.partition("=")
+    if equals and argument == "rows":  # texts, of which some have a header before them
+        return f'{argument}="{key}={one.strip(chr(34))}"{behind[len(value) + 1 :]}'
     if equals:
         return f'{argument}={{"{key}": "{one.strip(chr(34))}"}}{behind[len(value) + 1 :]}'
     return f'{argument}="{value}"{behind[len(value) + 1 :]}' if value in _choices(argument) else argument + behind

@@ -20,9 +20,9 @@ from pypdf import PdfReader
 
 from stepgauge.cli import main
 from stepgauge.conditions.decision import decide
+from stepgauge.dcc.documents import read_errors
 from stepgauge.dcc.elements import to_bytes
 from stepgauge.dcc.read import read_document
-from stepgauge.dcc.results import read_errors
 from stepgauge.dcc.write import machine_certificate
 from stepgauge.dcc.xml import parse_xml, read_xml, validate
 from stepgauge.errors import InputError

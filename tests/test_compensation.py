@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from stepgauge.compensation import FORMATS, TableOptions, TipRadius, axis_faces, make_table, render_table
 from stepgauge.compensation.table import CompensationTable
-from stepgauge.effects.compensation import COLUMNS, read_compensation
+from stepgauge.effects.maps import AXIS_COLUMNS, read_compensation
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import evaluation_to_dict
@@ -194,7 +194,7 @@ def test_siemens_has_one_table_and_even_steps() -> None:
 def test_the_csv_is_what_the_effect_reads(tmp_path: Path) -> None:
     table = table_of(GAUGE, measured(GAUGE, reversal_um=3.0))
     (tmp_path / "x.csv").write_text(render_table(table, FORMATS["csv"]))
-    assert ",".join(COLUMNS) in (tmp_path / "x.csv").read_text()
+    assert ",".join(AXIS_COLUMNS) in (tmp_path / "x.csv").read_text()
     position, positive, negative = read_compensation(str(tmp_path / "x.csv"))
     np.testing.assert_allclose(position, table.position_mm, atol=1e-6)
     np.testing.assert_allclose(positive, table.positive_um, atol=1e-4)

@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from stepgauge.compensation import FORMATS, AxisFaces, TableOptions, TipRadius, axis_faces, make_table, render_table
+from stepgauge.compensation import FORMATS, AxisReadings, TableOptions, TipRadius, axis_faces, make_table, render_table
 from stepgauge.compensation.conventions import CONVENTIONS, SKEW_CONVENTIONS
-from stepgauge.compensation.skew import find_skew, render_skew
+from stepgauge.compensation.result import find_skew, render_skew
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import evaluation_to_dict
@@ -72,7 +72,7 @@ def uncompensated(p: Array, _sense: int) -> Array:
 
 
 @cache
-def first_measured(axis: Axis) -> tuple[AxisFaces, Array, Array]:
+def first_measured(axis: Axis) -> tuple[AxisReadings, Array, Array]:
     """What the package makes of the first measurement; sense of travel and true errors of its faces, um."""
     recording, sense, error_um = axis.measured(uncompensated)
     data = evaluation_to_dict(evaluate(recording, GAUGE))

@@ -7,11 +7,9 @@ from pathlib import Path
 import pytest
 
 import stepgauge as sg
-from stepgauge.demonstration.answer import compare_answer
-from stepgauge.demonstration.conceal import SEALED, conceal_fault
+from stepgauge.demonstration.conceal import SEALED, close_seal, conceal_fault, open_seal
 from stepgauge.demonstration.faults import FAULTS, NAMES
-from stepgauge.demonstration.reveal import reveal
-from stepgauge.demonstration.seal import close_seal, open_seal
+from stepgauge.demonstration.reveal import compare_answer, reveal
 from tests.conftest import ROOT
 
 TRUTH = {"kind": "reversal_error", "axis": "y", "um": 5.0}

@@ -115,7 +115,7 @@ SHOWN = {
         "results/after/evaluation.json": r'"band_um": 0\.\d',
     },
     "small-machines.md": {
-        "why/diagnosis.md": r"effective radius \| 40\.\d um(.|\n)*scale error x \| 120\d um/m"
+        "why/diagnosis.md": r"mean pre-travel \| 41\.\d um(.|\n)*scale error x \| 120\d um/m"
         r"(.|\n)*scale error y \| −(49|50)\d um/m(.|\n)*reversal error x \| 78\.\d um"
         r"(.|\n)*squareness xy \| −40\d urad(.|\n)*towards -x(.|\n)*reversal error y \| 38\.\d um",
     },
@@ -171,7 +171,7 @@ def test_every_key_of_a_file_that_people_write_stands_in_the_page_of_files() -> 
     shown = {model for models in reference.FILES.values() for model in reference.all_tables(models)}
     every = {model for model in descendants(TomlTable) if model.__module__.startswith("stepgauge.")}
     explained = {"stepgauge.diagnosis.priors", "stepgauge.fleet.hierarchical.priors"}
-    results = {"qualification", "budget_files", "reading", "feed"}
+    results = {"qualification", "budget_files", "reading", "watching"}
     assert [
         str(model)
         for model in every - shown

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from stepgauge.effects import Probings, Setting, effect_kinds, make_effects, total_displacement_um
-from stepgauge.effects.compensation import COLUMNS
+from stepgauge.effects.maps import AXIS_COLUMNS
 from stepgauge.effects.totals import along_approach_um, scatter_um
 from stepgauge.effects.waves import sine
 from stepgauge.effects.words import filled
@@ -59,7 +59,7 @@ def many() -> pd.DataFrame:
 def machine_file(tmp_path_factory: pytest.TempPathFactory) -> str:
     folder = tmp_path_factory.mktemp("machine")
     (folder / "map.csv").write_text("coordinate_mm,error\n0,0\n300,3\n700,-1\n")
-    (folder / "table.csv").write_text(",".join(COLUMNS) + "\n0,0,-2,0.1,0.1\n300,3,1,0.1,0.1\n")
+    (folder / "table.csv").write_text(",".join(AXIS_COLUMNS) + "\n0,0,-2,0.1,0.1\n300,3,1,0.1,0.1\n")
     return str(folder / "machine.toml")
 
 
@@ -451,7 +451,7 @@ def test_a_map_whose_coordinates_fall_is_refused(tmp_path) -> None:
     table = {"kind": "error_map", "axis": "x", "component": "x", "file": "map.csv"}
     with pytest.raises(InputError, match=r"map\.csv:4: coordinate_mm must rise"):
         make_effects([table], tmp_path / "machine.toml")
-    (tmp_path / "table.csv").write_text(",".join(COLUMNS) + "\n9,0,0,0,0\n5,0,0,0,0\n")
+    (tmp_path / "table.csv").write_text(",".join(AXIS_COLUMNS) + "\n9,0,0,0,0\n5,0,0,0,0\n")
     with pytest.raises(InputError, match=r"table\.csv:3: position_mm must rise"):
         make_effects([{"kind": "axis_compensation", "axis": "x", "file": "table.csv"}], tmp_path / "machine.toml")
 

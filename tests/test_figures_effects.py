@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 
 from stepgauge.errors import InputError
-from stepgauge.figures import shares as module
-from stepgauge.figures.shares import draw_shares
+from stepgauge.figures import run as module
+from stepgauge.figures.run import draw_shares
 from stepgauge.gauge.certified import Gauge
 
 

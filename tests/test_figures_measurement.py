@@ -17,8 +17,8 @@ from stepgauge.figures.arrows import across, arrows_figure
 from stepgauge.figures.compensation import compensation_figure
 from stepgauge.figures.evaluation import evaluation_figure
 from stepgauge.figures.history import history_figure
+from stepgauge.figures.measurement import run_chart_figure
 from stepgauge.figures.probings import bidirectional_figure, repeatability_figure
-from stepgauge.figures.run_chart import run_chart_figure
 from stepgauge.history import make_series
 from stepgauge.recording import Recording, join_recordings
 from stepgauge.standards.mpe import Mpe

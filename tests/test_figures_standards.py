@@ -12,7 +12,7 @@ from stepgauge.figures.iso230 import positioning_figure
 from stepgauge.figures.iso10360 import conformance_zone, length_test_figure
 from stepgauge.reports.iso230 import caption
 from stepgauge.standards.iso10360 import Choices, Specification, length_test
-from stepgauge.standards.iso10360_statements import verdicts
+from stepgauge.standards.iso10360_files import verdicts
 from stepgauge.standards.mpe import Mpe
 from stepgauge.standards.positioning import positioning_test
 from tests.build import make_gauge

@@ -23,10 +23,9 @@ from stepgauge.figures.history_chart import history_chart
 from stepgauge.files.dates import first_moment, moment_in_path, parse_moment
 from stepgauge.files.text import write_json
 from stepgauge.history import QUANTITIES, HistoryEntry, judge, make_series, refresh_store
-from stepgauge.history.chart import FEWEST_FOR_CONTROL
 from stepgauge.history.entries import read_entries
 from stepgauge.history.scores import scores
-from stepgauge.history.series import FALSE_WARNINGS, false_warning_words
+from stepgauge.history.series import FALSE_WARNINGS, FEWEST_FOR_CONTROL, false_warning_words
 from stepgauge.history.trend import findings, fit_line, fit_trend
 from stepgauge.verbs.history import LIMITS
 from stepgauge.web.texts import Words
@@ -172,7 +171,7 @@ def test_a_drift_of_days_is_told_as_it_came() -> None:
     (told,) = (one.text for one in judge(make_series(made), {}) if one.kind == "drift" and one.quantity == "scale_ppm")
     assert re.match(r"drifts by -4\.2\d* \+- .* um/m in 6 days", told), told
     assert "in 6 Tagen" in Words("de").message(told)
-    assert Words("de").message(told).startswith("driftet um -4,2")
+    assert Words("de").message(told).startswith("driftet um −4,2")
 
 
 def test_few_days_have_one_mark_each_and_titles_stand_above_their_panels() -> None:

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import stepgauge as sg
 from stepgauge.alignment import locate, read_points
 from stepgauge.alignment.adjustment import adjust
-from stepgauge.alignment.agreement import agreement
 from stepgauge.alignment.blocks import solve_blocks
+from stepgauge.alignment.slips import agreement
 from stepgauge.alignment.surface import tip_centres
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge

@@ -22,6 +22,7 @@ import pytest
 from matplotlib import pyplot
 
 import stepgauge as sg
+from stepgauge.errors import python_text
 from stepgauge.files.text import read_json
 from stepgauge.verbs.catalogue import all_verbs
 from tests.axis.made import axis
@@ -45,9 +46,9 @@ budget_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None, bl
     correct_drift=False)
 check_dcc(certificate, *, schema=None)
 compact_fleet(store)
-compensate(evaluation, *, to, axis=None, plane=None, template=None, tip_radius_mm=None, u_tip_radius_um=0.0,
-    travel=None, step_mm=None, range_mm=None, extend="none", zero_at_mm=None, offset_mm=0.0, angle_limit_deg=1.0,
-    placement_number=None, file_type=0, joint=None, unconfirmed_sense=None)
+compensate(measured, *, to, axis=None, plane=None, template=None, actual=None, u_length_um_per_m=0.0,
+    tip_radius_mm=None, u_tip_radius_um=0.0, travel=None, step_mm=None, range_mm=None, extend="none", zero_at_mm=None,
+    offset_mm=0.0, angle_limit_deg=1.0, placement_number=None, file_type=0, joint=None, unconfirmed_sense=None)
 compensate_points(points, *, qualification, method="lobed", on_sphere=False)
 diagnose(recordings, gauge=None, machine=None, *, further_styli=(), probe=None, columns=None, each=False, jobs=1,
     without=(), priors=None, kind=None, progress=None)
@@ -721,6 +722,29 @@ def test_a_recording_in_inches_is_read_from_its_file_as_from_a_table(measured: d
     assert evaluated[1].r_eff_mm == pytest.approx(measured["evaluation"].r_eff_mm, abs=1e-7)
 
 
+@pytest.mark.parametrize("given", ["axsi.csv", ["axsi.csv", "axsi-2.csv"]])
+def test_a_file_that_is_not_there_is_told_before_whatever_else_is_missing(given: Any) -> None:
+    one_file = given[0] if isinstance(given, list) else given
+    for verb in (sg.diagnose, sg.iso230, partial(sg.evaluate, gauge=GAUGE)):
+        with pytest.raises(sg.InputError, match=r"^axsi\.csv: no such file$"):
+            verb(given)
+        with pytest.raises(sg.InputError, match="recordings: there is none; expected one recording or more"):
+            verb([])
+    for verb in (partial(sg.iso230_3, test="etve"), partial(sg.compensate, to="csv", axis="x")):
+        with pytest.raises(sg.InputError, match=r"^axsi\.csv: no such file$"):
+            verb(one_file)
+
+
+def test_an_option_that_is_there_several_times_is_a_list_in_python() -> None:
+    assert python_text("left out: --without gauge_temperature --without misalignment.") == (
+        'left out: without=["gauge_temperature", "misalignment"].'
+    )
+    assert python_text("with --without geometric_errors, and") == 'with without="geometric_errors", and'
+    assert python_text('--column reading="Dev [um]" --column target=T') == (
+        'columns={"reading": "Dev [um]"} columns={"target": "T"}'
+    )
+
+
 def test_positions_of_faces_along_a_placed_gauge_are_touches_of_it(measured: dict[str, Any]) -> None:
     """Nothing is left to ask where gauge and placement are stated; without them one question names both ways."""
     gauge, lies = measured["gauge"], measured["placement"]
@@ -737,8 +761,6 @@ def test_positions_of_faces_along_a_placed_gauge_are_touches_of_it(measured: dic
 def test_the_budget_of_an_axis_is_told_where_it_is(measured: dict[str, Any]) -> None:
     """ISO 230-2 has mean and s at every target; u of a mean is s over the root of the runs (GUM 4.2.3)."""
     stage = sg.import_recording("docs/recipes/data/laser.csv", sensor="laser").recording
-    with pytest.raises(sg.InputError, match="of this one iso230 gives mean and u at every target"):
-        sg.compensate(stage, to="csv", axis="x")
     for verb in (sg.evaluate, partial(sg.budget, machine=measured["machine"])):
         with pytest.raises(sg.InputError, match="of this one iso230 gives mean and u at every target, diagnose the c"):
             verb(stage, gauge=measured["gauge"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
+from stepgauge.machine.file import read_machine
 from stepgauge.recording import REQUIRED, Recording, join_recordings, read_recording, write_recording
+from stepgauge.recording.columns import SCALE_TEMPERATURES
+from stepgauge.recording.conventions import complete_by_machine
 
 CSV = (
     "# machine: M: the first\n# no key here\n"
@@ -240,6 +244,28 @@ def test_a_temperature_that_only_some_recordings_state_is_a_question(tmp_path: P
     frame = read(tmp_path).frame
     without = Recording(frame.drop(columns="gauge_temperature_C", errors="ignore"), {}, "without.csv")
     with_it = Recording(frame.assign(gauge_temperature_C=20.4), {}, "with.csv")
-    with pytest.raises(InputError, match=r"no gauge_temperature_C, which 1 of the 2 recordings have"):
+    with pytest.raises(
+        InputError, match=r"without.csv: the temperature of the gauge is not recorded, in the others it is"
+    ):
         join_recordings([with_it, without])
     assert len(join_recordings([with_it, with_it])) == 2 * len(without)
+
+
+def test_scales_whose_temperature_one_recording_lacks_are_as_warm_as_the_machine_file_says(tmp_path: Path) -> None:
+    """Of one recording the scales were read, of the other they are stated; without either nobody knows them."""
+    machine = read_machine("bridge-cmm").table
+    bare, named = read(tmp_path), replace(read(tmp_path), path="bare.csv")
+    measured = bare.assign_columns(**dict.fromkeys(SCALE_TEMPERATURES, 22.5))
+    with pytest.raises(InputError, match=r"bare.csv: the temperature of its scales is neither recorded nor stated"):
+        join_recordings([measured, named])
+    both = [complete_by_machine(one, machine) for one in (measured, bare)]
+    joined = join_recordings(both)
+    for name in SCALE_TEMPERATURES:
+        assert joined.columns[name].tolist() == [22.5] * 3 + [machine.temperature_C] * 3
+    assert both[1].comments["machine"] == bare.comments["machine"]  # what it says itself stays
+
+
+def test_a_recording_of_no_machine_is_of_the_one_of_the_machine_file(tmp_path: Path) -> None:
+    machine = read_machine("bridge-cmm").table
+    nameless = Recording(read(tmp_path).frame, {})
+    assert complete_by_machine(nameless, machine).comments["machine"] == machine.name

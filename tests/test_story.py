@@ -100,7 +100,7 @@ def test_what_two_laws_may_do_together_has_the_rest_of_the_probability() -> None
 def test_nothing_is_repaired_while_a_finding_has_rivals() -> None:
     steps = first_of(said("scale, one placement"))
     assert [line for line in steps if line.startswith("repair: ")] == [
-        "repair: 1: Do not adjust anything before the checks have told which of the causes of a finding it is."
+        "repair: 1: Nothing yet: the checks tell first which of the causes of a finding it is."
     ]
     assert steps[-1].startswith("stepgauge plan ")
     sure = first_of(said("outliers"))
@@ -129,7 +129,7 @@ def test_an_insufficient_recording_says_what_to_measure_and_an_adequate_one_to_s
         "measure again: more cycles: too few repeats to separate noise from structure"
     ]
     (line,) = first_of(said("null"))
-    assert line.startswith("good enough: Stop. What may remain (k = 2): effective radius ± 0.")
+    assert line.startswith("good enough: Stop. What may remain (k = 2): mean pre-travel ± 0.")
 
 
 def test_the_table_stays_short_and_names_what_it_leaves_out() -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepgauge.motion.sweep import distance_to_box, first_contact, segment_distance, shank_distance
+from stepgauge.motion.collision import distance_to_box, first_contact, segment_distance, shank_distance
 
 coordinate = st.floats(-20.0, 20.0)
 point = st.tuples(coordinate, coordinate, coordinate).map(np.array)

@@ -17,9 +17,9 @@ from stepgauge.errors import InputError, option_of
 from stepgauge.verbs import catalogue
 from stepgauge.verbs.catalogue import VERBS as TABLES
 from stepgauge.verbs.define import REQUIRED, Verb, document
+from stepgauge.web.fields import keywords, options, verb_fields
 from stepgauge.web.render import templates
 from stepgauge.web.texts import Words
-from stepgauge.web.verb_fields import keywords, options, verb_fields
 from tests.cli.conftest import (
     Run,
     run,  # noqa: F401

@@ -38,7 +38,7 @@ from stepgauge.live.journal import look, start
 from stepgauge.machine.file import read_machine
 from stepgauge.probes.qualification import read_qualification
 from stepgauge.standards.budget_files import read_budget
-from stepgauge.web.measurement_request import MeasurementRequest, read_request
+from stepgauge.web.measuring import MeasurementRequest, read_request
 from tests.fleet.made import make_fleet
 
 

@@ -139,7 +139,12 @@ def places_of(target: Array) -> NDArray[np.intp]:
 
 
 def is_axis_recording(path: str | Path) -> bool:
-    """Whether a file is a recording of one of these forms, by its comments; a pipe, which is read once, is none."""
+    """Whether a file is a recording of one of these forms, by its comments; a pipe, which is read once, is none.
+
+    :class:`InputError` where there is nothing of this name: whatever else is missing is asked for afterwards.
+    """
+    if not Path(path).exists():
+        raise InputError(path, "no such file")
     if not Path(path).is_file():
         return False
     try:

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import copy
 import difflib
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
-from stepgauge.cli.build import make_command
-from stepgauge.project.find import find_project
+from stepgauge.cli.build import VerbCommand, VerbOption, make_command
+from stepgauge.cli.running import left_names
+from stepgauge.cli.say import say
+from stepgauge.errors import InputError
+from stepgauge.project.find import NAME, find_project
 from stepgauge.verbs.catalogue import GROUPS, PLACES, VERBS, find_verb, verbs_of
+
+if TYPE_CHECKING:
+    from stepgauge.project.file import Project
 
 CALLED = {"page": "web", "browser": "web", "gui": "web", "calibrate": "evaluate", "placement": "locate"}
 """Verbs by what they are looked for as."""
@@ -38,7 +46,6 @@ class VerbGroup(click.Group):
         path = find_project() if verb.in_project and not ctx.resilient_parsing else None
         if path is None:
             return command
-        from stepgauge.cli.defaults import apply_defaults
         from stepgauge.project.file import read_project
 
         return apply_defaults(command, ctx, read_project(path, VERBS), tuple(words.split()))
@@ -88,3 +95,79 @@ def _sentence(words: str) -> str:
     if words in GROUPS:
         return GROUPS[words].partition("\n")[0].rstrip(".")
     return find_verb(words).sentence
+
+
+def apply_defaults(command: VerbCommand, ctx: click.Context, project: Project, words: tuple[str, ...]) -> VerbCommand:
+    """The command of a verb with what the project states as its defaults, told when it runs."""
+    from stepgauge.project.file import check_options
+
+    options = {one.parameter.key: one for one in command.params if isinstance(one, VerbOption)}
+    check_options(project, words, options)
+    own = project.table(words)
+    values: dict[str, Any] = {}
+    for key, value in project.stated(*words).items():
+        option = options.get(key)
+        if option is None or (key not in own and option.parameter.repeated):
+            continue  # what takes one file per placement of the gauge is no matter for all verbs
+        values[option.parameter.name] = _value(option, key, value, project)
+        _check(option, key, values[option.parameter.name], project)
+    ctx.default_map = {**(ctx.default_map or {}), words[-1]: values}
+    told = copy.copy(command)
+    told.callback = _telling(command.callback, project, words)
+    return told
+
+
+def _check(option: VerbOption, key: str, value: Any, project: Project) -> None:
+    """The value as the option takes it; what it refuses is told with the file and the key, not with the option."""
+    one = option.parameter
+    try:
+        for each in value if one.repeated else [value]:
+            one.one.read(one.name, each)
+    except InputError as error:
+        found = value if isinstance(value, str) else repr(value)
+        raise InputError(project.path, f"key {key} is wrong", found=found, expected=error.parts[3]) from None
+
+
+def _value(option: VerbOption, key: str, value: Any, project: Project) -> Any:
+    many = value if isinstance(value, list) else [value]
+    if option.parameter.one.is_path:
+        many = [project.place(one) if isinstance(one, str) else one for one in many]
+    if option.parameter.repeated:
+        return many
+    if isinstance(value, list):
+        raise InputError(project.path, f"key {key} is a list", expected="one value")
+    return many[0]
+
+
+def _telling(callback: Any, project: Project, words: tuple[str, ...]) -> Any:
+    """The verb, after one line on what it takes from the project file: a value that nobody typed must be seen.
+
+    :class:`InputError` where that is a file that is not there.
+    """
+
+    def run(*args: Any, **kwargs: Any) -> Any:
+        """The line, then the verb."""
+        from stepgauge.project.file import check_file
+
+        ctx = click.get_current_context()
+        assert isinstance(ctx.command, VerbCommand)
+        left = left_names(ctx.command.verb, ctx.params)
+        taken = [
+            option.parameter
+            for option in ctx.command.params
+            if isinstance(option, VerbOption)
+            and option.parameter.name not in left
+            and ctx.get_parameter_source(option.parameter.name) == ParameterSource.DEFAULT_MAP
+        ]
+        for one in taken:
+            check_file(project, words, one.key, one.one)
+        told = [one for one in taken if one.one.is_read or not one.one.is_path]  # what is written 'wrote' names
+        if told:
+            say(f"from {NAME}: {', '.join(f'--{one.key} {_shown(ctx.params[one.name])}' for one in told)}")
+        return callback(*args, **kwargs)
+
+    return run
+
+
+def _shown(value: Any) -> str:
+    return " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)

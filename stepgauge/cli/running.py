@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from contextlib import ExitStack
+import shutil
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
 from click.core import ParameterSource
 
-from stepgauge.cli.interrupt import stoppable
-from stepgauge.cli.say import say, say_lines, say_written, show
-from stepgauge.cli.supplied import supply
+from stepgauge.cli.say import bar, percent, say, say_lines, say_written, show
 from stepgauge.errors import for_command
 from stepgauge.files.display import Written
 from stepgauge.verbs.define import Verb, reads, writes
 from stepgauge.verbs.kinds import Pair, Reads, Supplied, Writes
 
+SILENT_S = 10.0
+"""Time after which a search says what it does where it has no terminal."""
 SHOWN = 10
 """Recordings without a result that are told."""
 
@@ -139,3 +144,158 @@ def _supplied(verb: Verb, values: dict[str, Any], stack: ExitStack) -> dict[str,
         kind = one.kind
         made[one.name] = supply(kind.made, values, made, stack) if kind.made else kind.at_command
     return made
+
+
+def supply(made: str, values: Mapping[str, Any], given: Mapping[str, Any], stack: ExitStack) -> Any:
+    """What stands under a name; ``values`` are those of the options, ``given`` what was made before."""
+    makers: dict[str, Callable[[], Any]] = {
+        "bar": lambda: stack.enter_context(bar("working")),
+        "bars": lambda: partial(_next_bar, stack.enter_context(ExitStack())),
+        "stop": lambda: stack.enter_context(interruptible()),
+        "live": lambda: stack.enter_context(progress_bar()),
+        "tell": lambda: say,
+        "search": lambda: stack.enter_context(_found_so_far()),
+        "run": _runner,
+        "prompt": lambda: _prompt if sys.stdin.isatty() else None,
+        "print": lambda: click.echo,
+        "history store": lambda: Path(values["output"]) / "history.sqlite",
+        "journal": lambda: _journal(values["output"]),
+        "runs folder": lambda: Path(values["output"]) / ".uncertainty-runs",
+        "ask": lambda: _done if values.get("yes") else _asking(given["stop"]),
+    }
+    return makers[made]()
+
+
+@contextmanager
+def _found_so_far() -> Iterator[Callable[[Sequence[str]], None]]:
+    """What a search has found up to now, in a line of a terminal, gone when it ends: it may take a minute.
+
+    Where it goes into a file or a pipe, a line every now and then.
+    """
+    shown, last_s = sys.stderr.isatty(), time.monotonic()
+
+    def show(labels: Sequence[str]) -> None:
+        from stepgauge.diagnosis.wording.findings import name_of  # long to load
+
+        nonlocal last_s
+        text = f"searching; up to now: {', '.join(map(name_of, labels)) or 'nothing'}"
+        if shown:
+            click.echo(f"\r\033[K{text[: shutil.get_terminal_size().columns - 1]}", nl=False, err=True)
+        elif time.monotonic() - last_s > SILENT_S:
+            last_s = time.monotonic()
+            click.echo(text, err=True)
+
+    try:
+        show(())
+        yield show
+    finally:
+        if shown:
+            click.echo("\r\033[K", nl=False, err=True)
+
+
+def _runner() -> Callable[..., object]:
+    from stepgauge.cli import show_and_run
+
+    return show_and_run
+
+
+def _prompt(question: str, usual: str) -> str:
+    return str(click.prompt(question, default=usual, show_default=bool(usual), err=True))
+
+
+def _journal(output: str) -> Path:
+    from stepgauge.live.journal import journal_of
+
+    return journal_of(output)
+
+
+def _next_bar(bars: ExitStack, label: str) -> Callable[[int, int], None]:
+    """The bar of what begins now; that of what went before is finished."""
+    bars.close()
+    return percent(bars.enter_context(click.progressbar(length=100, label=label, file=sys.stderr)))
+
+
+def _asking(stop: Callable[[], bool]) -> Callable[[str], bool]:
+    """Asks a person; here Ctrl-C ends at once, for nothing moves."""
+
+    def ask(question: str) -> bool:
+        if stop():
+            raise click.Abort
+        with at_once():
+            return click.confirm(f"{question}. Done?", err=True)
+
+    return ask
+
+
+def _done(question: str) -> bool:
+    say(f"{question}.")
+    return True
+
+
+@contextmanager
+def interruptible() -> Iterator[Callable[[], bool]]:
+    """Whether somebody wants to stop; a second Ctrl-C ends at once, without waiting for the machine."""
+    asked: list[int] = []
+
+    def ask(number: int, _: object) -> None:
+        if asked:
+            raise KeyboardInterrupt
+        asked.append(number)
+
+    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: bool(asked)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def at_once() -> Iterator[None]:
+    """Inside of :func:`interruptible`: a single Ctrl-C is heeded now."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def stoppable() -> Iterator[None]:
+    """What a person stopped ends with a line that says how to go on, and exit code 130."""
+    from stepgauge.live.measuring import StoppedByPersonError
+
+    try:
+        yield
+    except StoppedByPersonError as stopped:
+        say(f"stopped: {stopped}; the same command with --resume goes on")
+        raise click.exceptions.Exit(130) from None
+
+
+@contextmanager
+def progress_bar() -> Iterator[Callable[[int, int, float], None]]:
+    """A progress bar with the time of day at which the measurement will end, by its pace up to now."""
+    import datetime
+    import sys
+    import time
+
+    began: list[tuple[float, float]] = []
+
+    def end(left_s: float | None) -> str:
+        """What the bar shows beside itself; nothing before the first point."""
+        if left_s is None:
+            return ""
+        began.append((time.monotonic(), left_s)) if not began else None
+        took_s, done_s = time.monotonic() - began[0][0], began[0][1] - left_s
+        pace = took_s / done_s if done_s > 0.0 else 1.0
+        return f"end {datetime.datetime.now() + datetime.timedelta(seconds=left_s * pace):%H:%M:%S}"
+
+    with click.progressbar(
+        length=1, label="measuring", item_show_func=end, show_pos=True, show_eta=False, file=sys.stderr
+    ) as bar:
+
+        def progress(done: int, total: int, left_s: float) -> None:
+            bar.length = total
+            bar.update(done - bar.pos, left_s)
+
+        yield progress

@@ -1,16 +1,15 @@
-"""The readings of an evaluation as errors of a machine axis at its coordinates, with weights and uncertainties."""
+"""The readings of an evaluation as errors of a machine axis at its coordinates."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stepgauge.compensation.readings import AxisReadings
 from stepgauge.conditions import require_statement, stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
@@ -31,106 +30,6 @@ class TipRadius:
     u_um: float = 0.0
 
 
-@dataclass(frozen=True)
-class AxisFaces:
-    """Measured faces of one placement, rising along the gauge; arrays ``(n,)``.
-
-    ``coordinate_mm``: of the axis, as indicated; ``sense``: +1, -1, of travel on the axis; ``front``; ``error_um``:
-    along the axis, without the tip diameter taken off the backs; ``variance_um2``: of ``error_um``; ``share``: of
-    the axis in the gauge axis; ``tip_um``: tip diameter with variance, or None: nobody stated it; ``expansion_u``:
-    standard uncertainty of length from the expansion coefficient, um per mm.
-    """
-
-    path: str
-    axis: str
-    coordinate_mm: Array
-    sense: NDArray[np.int64]
-    front: NDArray[np.bool_]
-    error_um: Array
-    variance_um2: Array
-    share: float
-    tip_um: tuple[float, float] | None
-    expansion_u: float
-    about: Mapping[str, Any]
-    notes: tuple[str, ...]
-
-    def require(self, sense: int) -> None:
-        """:class:`InputError` where fewer than two faces were probed in this sense of travel."""
-        if (self.sense == sense).sum() < 2:
-            word = "positive" if sense > 0 else "negative"
-            raise InputError(
-                self.path,
-                f"too few faces were probed in {word} travel of {self.axis}",
-                found=int((self.sense == sense).sum()),
-                expected="two or more",
-            )
-
-    def range_mm(self, sense: int) -> tuple[float, float]:
-        """Lowest and highest coordinate measured in a sense of travel."""
-        x = self.coordinate_mm[self.sense == sense]
-        return float(x.min()), float(x.max())
-
-    def covers(self, x: Array, sense: int) -> NDArray[np.bool_]:
-        """Whether places are between measured ones of this sense."""
-        if not (self.sense == sense).any():
-            return np.zeros(len(x), bool)
-        low, high = self.range_mm(sense)
-        return np.asarray((x >= low - 1e-6) & (x <= high + 1e-6))
-
-    def weights(self, x: Array, sense: int) -> Array:
-        """Weights of the readings, and last of the tip diameter, in the error at ``x``; shape ``(len(x), n + 1)``."""
-        rows = np.flatnonzero(self.sense == sense)
-        rows = rows[np.argsort(self.coordinate_mm[rows])]
-        weights = np.zeros((len(x), len(self.sense) + 1))
-        for row, unit in zip(rows, np.eye(len(rows)), strict=True):
-            weights[:, row] = np.interp(x, self.coordinate_mm[rows], unit)
-        weights[:, -1] = 0.0 if self.front[rows[0]] else -1.0
-        return weights
-
-    def slope_weights(self, sense: int) -> Array:
-        """Weights of the slope (um per mm) of the least-squares line through the faces of a sense; ``(n + 1,)``."""
-        rows = self.sense == sense
-        from_middle = np.where(rows, self.coordinate_mm - self.coordinate_mm[rows].mean(), 0.0)
-        return np.append(from_middle / (from_middle**2).sum(), 0.0)
-
-    def combine(self, weights: Array) -> Array:
-        """Errors along the axis, um, from weights ``(m, n + 1)``."""
-        tip = 0.0 if self.tip_um is None else self.tip_um[0]
-        return np.asarray((self._folded(weights) @ self.error_um + weights[:, -1] * tip) / self.share)
-
-    def uncertainty_um(self, weights: Array, from_zero_mm: Array) -> Array:
-        """Standard uncertainty: readings and certificate by face, the tip, and the expansion over the distance."""
-        tip_variance = 0.0 if self.tip_um is None else self.tip_um[1]
-        variance = self._folded(weights) ** 2 @ self.variance_um2 + weights[:, -1] ** 2 * tip_variance
-        return np.sqrt(variance + (self.expansion_u * from_zero_mm) ** 2)
-
-    def _folded(self, weights: Array) -> Array:
-        by_face, tip = weights[:, :-1], weights[:, -1:]
-        return by_face if self.tip_um is not None else by_face + tip * self._tip_weights
-
-    @cached_property
-    def _tip_weights(self) -> Array:
-        """Weights ``(n,)`` of the readings in a tip diameter that nobody stated: with it the mean reversal is 0.
-
-        Readings cannot tell the tip from a reversal. R_eff would not do: it holds the error of a block too, so that a
-        scale error would show a reversal of itself times the block.
-        """
-        both = self.coordinate_mm[self.covers(self.coordinate_mm, 1) & self.covers(self.coordinate_mm, -1)]
-        if not both.size:  # one sense of travel was measured, and a table of it holds no tip
-            return np.zeros(len(self.sense))
-        reversal = (self.weights(both, 1) - self.weights(both, -1)).mean(axis=0)
-        return np.asarray(-reversal[:-1] / reversal[-1])
-
-    def mean_reversal_text(self, x: Array) -> str:
-        """Mean of positive minus negative travel where both were measured, in words."""
-        both = x[self.covers(x, 1) & self.covers(x, -1)]
-        if self.tip_um is None or not both.size:
-            return "not known"
-        rows = (self.weights(both, 1) - self.weights(both, -1)).mean(axis=0, keepdims=True)
-        value, u = self.combine(rows)[0], self.uncertainty_um(rows, np.zeros(1))[0]
-        return f"{value:+.2f} um (u = {u:.2f} um) positive minus negative travel"
-
-
 def axis_faces(
     evaluation: Mapping[str, Any],
     path: str | Path,
@@ -139,7 +38,7 @@ def axis_faces(
     placement: int | None = None,
     offset_mm: float = 0.0,
     angle_limit_deg: float = 1.0,
-) -> AxisFaces:
+) -> AxisReadings:
     """The faces of an ``evaluation.json`` as readings of a machine axis.
 
     Parameters
@@ -175,12 +74,12 @@ def axis_faces(
     expansion_u = evaluation["gauge"].get("expansion_uncertainty_per_K")
     convention = convention_of(evaluation["comments"], str(path))
     made = (SIMULATED_WARNING,) if is_simulated(evaluation["comments"]) else ()
-    return AxisFaces(
+    return AxisReadings(
         str(path),
         axis,
         start + share * (position - position[0]) + offset_mm,
         np.where(front, 1, -1) * int(np.sign(share)),
-        front,
+        ~front,
         error,
         variance,
         share,
@@ -188,6 +87,8 @@ def axis_faces(
         abs((expansion_u or 0.0) * warm_K) * 1e3,
         _about(evaluation, one, path, axis, offset_mm, tip),
         (*made, *conditions.notes, *_notes(one, axis, unknown, expansion_u is None and warm_K != 0.0, convention)),
+        stored_conditions(evaluation).notes,
+        _tip_note(tip),
     )
 
 
@@ -272,12 +173,13 @@ def _about(
 ) -> dict[str, Any]:
     gauge = evaluation["gauge"]
     return {
-        "evaluation": Path(path).name,
+        "source": Path(path).name,
         "recording": Path(evaluation["recording"]).name,
         "measured_at": evaluation.get("measured_at"),
         "machine": evaluation.get("machine"),
         "placement": one["placement"],
         "cycles": list(one["cycles"]),
+        "measured_with": f"gauge {gauge['serial']}, certificate {gauge['certificate']}",
         "gauge": gauge["name"],
         "gauge_serial": gauge["serial"],
         "certificate": gauge["certificate"],
@@ -291,7 +193,7 @@ def _about(
 
 def _notes(
     one: Mapping[str, Any], axis: str, unknown: list[str], no_expansion: bool, convention: Convention | None
-) -> list[str]:
+) -> tuple[str, ...]:
     angle = angle_deg(one, axis)
     share = np.sin(np.radians(angle))
     notes = [f"the gauge lay {angle:.3f} deg off {axis}: {percent(share, 2)} of other axes' errors are in the table"]
@@ -306,6 +208,15 @@ def _notes(
         )
     if no_expansion:
         unknown = [*unknown, "the gauge's expansion (not in this evaluation.json: evaluate again)"]
-    for what in (*unknown, "temperature measurement", "certificate's correlations"):
-        notes.append(f"not in the stated uncertainty: {what}")
-    return notes
+    missing = (*unknown, "temperature measurement", "certificate's correlations")
+    return (*notes, *(f"not in the stated uncertainty: {what}" for what in missing))
+
+
+def _tip_note(tip: TipRadius | None) -> str:
+    """Where the reversal of a table with both senses of travel comes from."""
+    if tip is not None:
+        return f"effective tip radius {tip.r_eff_mm:.6f} mm, u = {tip.u_um:.3g} um, known from elsewhere"
+    return (
+        "no tip radius was given, and readings cannot tell it from a reversal: the mean reversal is taken as 0, and the"
+        " table holds only how it changes along the axis; a stated tip radius shows it"
+    )

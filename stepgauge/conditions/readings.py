@@ -14,7 +14,7 @@ from stepgauge.files.arrays import Array
 from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import APPROACH, POSITION, Recording
-from stepgauge.recording.corrected import corrected_radius_mm
+from stepgauge.recording.corrected import corrected_radius_mm, zeroed_face
 from stepgauge.recording.face_readings import FaceReadings
 from stepgauge.recording.identity import (
     axis_from_approaches,
@@ -24,7 +24,6 @@ from stepgauge.recording.identity import (
     check_tip,
 )
 from stepgauge.recording.rows import check_beside, check_rows, dot, tilt_rad
-from stepgauge.recording.zeroed import zeroed_face
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stepgauge.dcc.files import check_certificate_name, write_certificate
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.dcc.elements import to_bytes
 from stepgauge.dcc.gauge_read import GaugeImport, write_gauge
-from stepgauge.dcc.read import EXAMPLE, NOMINAL, Document
-from stepgauge.dcc.results import read_errors
-from stepgauge.dcc.write import FACE
+from stepgauge.dcc.read import ERROR, EXAMPLE, NOMINAL, Document, Quantity, parse_document
+from stepgauge.dcc.units import LENGTH, NUMBER
+from stepgauge.dcc.write import ERRORS, FACE, machine_certificate
+from stepgauge.dcc.xml import Element, parse_xml, validate
+from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.display import Summarized, join_lines
 from stepgauge.files.outputs import open_set
+from stepgauge.files.text import read_bytes, replacing
+from stepgauge.reports.content import Sources
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -115,3 +123,104 @@ class GaugeFromCertificate:
         with open_set():
             write_gauge(path, self.found)
         return Path(path), Path(path).with_suffix(".csv")
+
+
+@dataclass(frozen=True)
+class ErrorList:
+    """One kind of error (``xf``, ``xb``, ``xm``, ``xr``) of one placement; arrays have one entry per face."""
+
+    name: str
+    face: NDArray[np.int64]
+    position_mm: Array
+    value_um: Array
+    expanded_um: Array
+    k: Array
+    group: str
+
+
+@dataclass(frozen=True)
+class Radius:
+    """The effective radius of one placement, mm."""
+
+    r_eff_mm: float
+    expanded_mm: float
+    k: float
+
+
+def read_errors(document: Document) -> tuple[list[Radius], list[ErrorList]]:
+    """Radii and lists of errors in the order of the certificate.
+
+    :class:`InputError` where the certificate has none (it is of something else), or with a wrong unit.
+    """
+    radii = [_radius(one) for one in document.select_kind("stepgauge_effectiveRadius")]
+    lists = []
+    for name, (_, kind) in ERRORS.items():
+        lists += [_list(document, name, one) for one in document.select_kind(kind)]
+    if not radii and not lists:
+        raise InputError(document.path, "not a certificate of a machine measured with a step gauge", expected=FACE)
+    return radii, lists
+
+
+def _radius(one: Quantity) -> Radius:
+    value, expanded = one.scaled(LENGTH, 1e-3), one.expanded_scaled(LENGTH, 1e-3)
+    assert one.k is not None
+    return Radius(float(value[0]), float(expanded[0]), float(one.k[0]))
+
+
+def _list(document: Document, name: str, one: Quantity) -> ErrorList:
+    face, position = (_list_beside(document, one, kind) for kind in (FACE, "stepgauge_position"))
+    if ERROR not in one.kinds:
+        raise InputError(one.where, f"{one.name} is not marked as a result", expected=f"refType {ERROR}")
+    value, expanded = one.scaled(LENGTH, 1e-6), one.expanded_scaled(LENGTH, 1e-6)
+    assert one.k is not None
+    faces = face.scaled(NUMBER, 1.0).astype(int)
+    return ErrorList(name, faces, position.scaled(LENGTH, 1e-3), value, expanded, one.k, one.group)
+
+
+def _list_beside(document: Document, one: Quantity, kind: str) -> Quantity:
+    """The list of the same table that says where the values belong."""
+    found = [other for other in document.select_kind(kind) if other.group == one.group]
+    if len(found) != 1 or len(found[0].values) != len(one.values):
+        size = len(found[0].values) if len(found) == 1 else 0
+        expected = f"a list {kind} of {len(one.values)} values beside it"
+        raise InputError(
+            one.where, f"{one.name} cannot be assigned to faces", found=f"{size} values", expected=expected
+        )
+    return found[0]
+
+
+def certificate_of(evaluation: dict[str, Any], sources: Sources) -> Element:
+    """The certificate of a machine from an evaluation and what :func:`stepgauge.reports.sources.read_sources` gave.
+
+    ValueError without gauge, budget or laboratory; :class:`InputError` names what else a DCC demands.
+    """
+    if sources.gauge is None or sources.budget is None or sources.laboratory is None:
+        raise ValueError("a certificate needs a gauge, a budget and what the laboratory states")
+    return machine_certificate(
+        evaluation, sources.budget, sources.laboratory, sources.gauge, sources.machine, sources.mpe
+    )
+
+
+def write_certificate(path: str | Path, root: Element, schema: str | Path | None = None) -> None:
+    """Write a certificate after it was read back and, with ``schema`` (dcc.xsd), validated; :class:`InputError`."""
+    data = to_bytes(root)
+    again = parse_xml(data, path)
+    parse_document(again, path)
+    if schema is not None:
+        validate(again, schema, path)
+    with replacing(path) as beside:
+        beside.write_bytes(data)
+
+
+def check_certificate_name(path: str | Path) -> None:
+    """Before any work: a certificate is an .xml file."""
+    if Path(path).suffix.lower() != ".xml":
+        raise InputError(path, "not a certificate's name", expected="NAME.xml")
+
+
+def read_pdf(path: str | Path) -> bytes:
+    """The printed certificate, to be put into the digital one."""
+    data = read_bytes(path)
+    if not data.startswith(b"%PDF-"):
+        raise InputError(path, "not a PDF file", expected="the printed certificate")
+    return data

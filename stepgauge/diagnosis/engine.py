@@ -28,7 +28,7 @@ from stepgauge.diagnosis.noise import (
 )
 from stepgauge.diagnosis.priors import KIND, Priors, nearest_name, shipped_priors, stated_kind
 from stepgauge.diagnosis.problem import bare_problem, make_problem, plain_metric
-from stepgauge.diagnosis.remainder import may_remain
+from stepgauge.diagnosis.remainder import may_remain, negligible
 from stepgauge.diagnosis.residuals import Residuals, make_residuals, without_copies
 from stepgauge.diagnosis.result import Finding, Fit, GaugeDiagnosis, Located, Noise, rms
 from stepgauge.diagnosis.stated_model import Model, make_model
@@ -174,7 +174,9 @@ def _make_diagnosis(
     if not named and not any(one.form in SCATTER for one in left):
         told = [*unlike_stated(noise, search.problem, data, priors), *told]
     told = [on_recording_clock(one, start_s) for one in told]
-    concluded = conclude(answer, told, left, priors.decision)
+    remaining = tuple(may_remain(found))
+    nothing = negligible(remaining, noise.sigma_um, data.machine.table.kind)
+    concluded = conclude(answer, told, left, priors.decision, nothing)
     further = ""
     if concluded.verdict == "insufficient" and separations:
         further, placements = worth_measuring(found, priors)
@@ -199,7 +201,7 @@ def _make_diagnosis(
         trail=tuple(search.trail),
         placements=placements,
         further=further,
-        may_remain=tuple(may_remain(found)),
+        may_remain=remaining,
         remarks=remarks,
         probabilities=concluded.table,
         checks=model.checks,

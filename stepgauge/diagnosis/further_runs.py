@@ -30,6 +30,8 @@ from stepgauge.recording.columns import STYLUS
 CYCLES = 2
 MARGIN_MM = np.array([40.0, 40.0, 60.0])
 """Distance to the travel limits for stand-off, clearance and lift, on x, y and z."""
+SAME_PLACE_MM = 10.0
+"""Distance below which a person lays a gauge where it lay."""
 SPEED_FACTOR = 3.0
 PAUSE_S = 120.0
 """Between two runs, s."""
@@ -119,14 +121,29 @@ def laid_elsewhere(data: Residuals, here: Placement) -> Iterator[FurtherRun]:
     options = [("the gauge end for end in the same position", middle, -here.axis)]
     options += [(_moved(m, middle), m, here.axis) for m in _shifts(data, middle, here.axis, length)]
     options = [one for one in options if _is_inside(one[1], *_room(data, one[2], length))]
+    lain = list(_lain(data))
     for words, direction in _directions():
         centre = _turned_about(data, middle, direction, length)
         if abs(direction @ here.axis) < 0.98 and centre is not None:
-            options.append((f"the gauge along {words}, about {_text(centre)}", centre, direction))
+            known = any(_is_there(centre, direction, one) for one in lain)
+            about = f"the gauge along {words}, about {_text(centre)}"
+            options.append((f"{about}, as it lay before" if known else about, centre, direction))
     for words, centre, axis in options:
         if abs(axis[2]) < STANDING_COS:
             half = axis * length / 2.0
             yield FurtherRun(words, make_placement(centre - half, centre + half, here.first_block, here.last_block))
+
+
+def _lain(data: Residuals) -> Iterator[tuple[Array, Array]]:
+    """Centre (3,), mm, and direction (3,) of the gauge in every placement so far."""
+    position, number = data.frame[POSITION].to_numpy(float), data.frame["placement"].to_numpy()
+    for one, axis in data.probings.setting.axis.items():
+        yield position[number == one].mean(axis=0), axis
+
+
+def _is_there(centre: Array, direction: Array, lain: tuple[Array, Array]) -> bool:
+    """Whether a gauge lay about there in this direction, either end first."""
+    return abs(float(direction @ lain[1])) > 0.98 and float(np.linalg.norm(centre - lain[0])) < SAME_PLACE_MM
 
 
 def _is_inside(centre: Array, low: Array, high: Array) -> bool:

@@ -17,6 +17,7 @@ from stepgauge.files.outputs import one_set, refuse_own
 from stepgauge.machine.file import Machine
 from stepgauge.machine.styli import numbered
 from stepgauge.recording import Recording, join_recordings
+from stepgauge.recording.conventions import complete_by_machine
 from stepgauge.recording.rows import check_seeds
 
 
@@ -84,7 +85,7 @@ def join_stylus_recordings(recordings: Sequence[Recording], machine: Machine) ->
     :class:`InputError` where one was made with another tip, or where two share the random numbers of a simulation.
     """
     check_seeds(recordings)
-    told = [numbered(one, machine) for one in recordings]
+    told = [complete_by_machine(numbered(one, machine), machine.table) for one in recordings]
     return told, told[0] if len(told) == 1 else join_recordings(told)
 
 

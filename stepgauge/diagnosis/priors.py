@@ -102,7 +102,8 @@ class LawPriors(TomlTable):
     ``part``: odds of one in a part of the record only, over one everywhere; ``corrected``: size of what follows a
     temperature for which the evaluation corrects, over that of what follows others, ``corrected_most``: its largest
     standard deviation; ``all_axes``: odds of one error of all axes, over one of any of them; ``discrepancy``: standard
-    deviation of what laws of a process leave out, as a share of their size.
+    deviation of what laws of a process leave out, as a share of their size; ``leads``: share of the periods along an
+    axis that are usual leads of screws (ISO 3408-2), of a machine that has screws.
     """
 
     odds: float = Field(gt=0.0)
@@ -111,6 +112,7 @@ class LawPriors(TomlTable):
     corrected_most: float = Field(12.0, gt=0.0)
     all_axes: float = Field(1.5, gt=0.0)
     discrepancy: float = Field(0.05, ge=0.0, lt=1.0)
+    leads: float = Field(0.0, ge=0.0, lt=1.0)
     kinds: dict[str, KindPrior]
 
     def of(self, kind: str) -> KindPrior:
@@ -145,13 +147,14 @@ class MachineKind(TomlTable):
     """What is usual of one kind of machine, or of an axis that is recorded by itself.
 
     ``odds``: factors on the odds of effects, ``structure``: on those of structure without a law; ``usual``: sizes of
-    effects in place of those of the table, all with the grade; ``motion``: that of its axes, empty for either;
-    ``span`` (mm or deg), ``repeatability`` (um or arcsec), ``duration_s``: of a usual axis of this kind and its
-    recording, by which the sizes of the table count; without them those measured.
+    effects in place of those of the table, all with the grade; ``leads``: see :class:`LawPriors`; ``motion``: that
+    of its axes, empty for either; ``span`` (mm or deg), ``repeatability`` (um or arcsec), ``duration_s``: of a usual
+    axis of this kind and its recording, by which the sizes of the table count; without them those measured.
     """
 
     odds: dict[str, float] = Field(default_factory=dict)
     structure: float = Field(1.0, gt=0.0)
+    leads: float = Field(0.0, ge=0.0, lt=1.0)
     usual: dict[str, float] = Field(default_factory=dict)
     motion: Literal["", "linear", "rotary"] = ""
     span: float | None = Field(None, gt=0.0)
@@ -188,7 +191,8 @@ class Priors(TomlTable):
             )
             if len(kinds) == 1 and law in kinds[0].usual:
                 changed[law] = changed[law].model_copy(update={"usual": kinds[0].usual[law], "basis": "grade"})
-        laws = self.laws.model_copy(update={"kinds": {**self.laws.kinds, **changed}})
+        leads = kinds[0].leads if len(kinds) == 1 else self.laws.leads
+        laws = self.laws.model_copy(update={"kinds": {**self.laws.kinds, **changed}, "leads": leads})
         structure = self.forms.odds * float(np.mean([one.structure for one in kinds]))
         forms = self.forms.model_copy(update={"odds": structure})
         return self.model_copy(update={"laws": laws, "forms": forms})

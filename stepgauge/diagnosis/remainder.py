@@ -7,14 +7,14 @@ nothing is never exactly nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import special
 
 from stepgauge.diagnosis.hypotheses import Searched
-from stepgauge.diagnosis.wording.findings import states_value
+from stepgauge.diagnosis.wording.findings import STEPPERS, states_value
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.problem import Candidate
 
@@ -39,6 +39,14 @@ def may_remain(found: Searched) -> Iterator[MayRemain]:
             seen_um = u * float(np.abs(found.data.without_origins(candidate.columns(0)[0])).max())
             unit = next(one.unit for one in candidate.source.law.parameters() if one.role == "linear")
             yield MayRemain(candidate.label, u, unit, seen_um)
+
+
+def negligible(remaining: Iterable[MayRemain], noise_um: float, kind: str | None) -> frozenset[str]:
+    """Labels of the errors whose presence is as good as nothing: what may remain is within the noise of a reading.
+
+    On a machine that is set by its steps; on others the mean of many readings counts.
+    """
+    return frozenset(one.label for one in remaining if kind in STEPPERS and one.seen_um <= noise_um)
 
 
 def _about_zero(candidate: Candidate, found: Searched) -> float | None:

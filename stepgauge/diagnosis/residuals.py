@@ -19,10 +19,9 @@ from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import machine_effects
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.columns import CORRECTED, STYLUS
-from stepgauge.recording.conventions import complete_convention, warmer_K
-from stepgauge.recording.corrected import corrected_radius_mm
+from stepgauge.recording.conventions import complete_by_machine, warmer_K
+from stepgauge.recording.corrected import corrected_radius_mm, zeroed_face
 from stepgauge.recording.identity import axis_from_approaches, certified_mm, check_recording
-from stepgauge.recording.zeroed import zeroed_face
 
 FEWEST_ROWS = 12
 MOST_ALONE = 0.2
@@ -189,13 +188,13 @@ def make_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Resi
             found=f"{len(frame)} probings",
             expected=f"at least {FEWEST_ROWS} probings",
         )
-    check_recording(complete_convention(recording, machine.table), gauge)
+    check_recording(complete_by_machine(recording, machine.table), gauge)
     return unchecked_residuals(recording, gauge, machine)
 
 
 def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Residuals:
     """The same for a recording that is known to be of this gauge."""
-    recording = complete_convention(recording, machine.table)
+    recording = complete_by_machine(recording, machine.table)
     frame = recording.frame.reset_index(drop=True)
     face = frame["face"].to_numpy()
     numbers, placement = np.unique(frame["placement"].to_numpy(), return_inverse=True)

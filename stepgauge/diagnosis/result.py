@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.wording.notation import members_of
+from stepgauge.diagnosis.wording.notation import members_of, single_readings
 from stepgauge.effects import Effect
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array, read_arrays
@@ -188,13 +188,12 @@ class Diagnosis(Plotted):
         return Diagnosis(said, str(file))
 
     def summary(self) -> str:
-        """Verdict, effects and fit in a line; the findings with their values; what its reader must know."""
-        from stepgauge.conditions import stored_conditions
+        """Verdict, effects and fit in a line; findings and rivals with their values; what its reader must know."""
         from stepgauge.diagnosis.wording.headline import found_lines, summary_line
-        from stepgauge.diagnosis.wording.limits import machine_doubts, step_limits
+        from stepgauge.diagnosis.wording.limits import step_limits, warnings
 
         said = self.contents
-        known = (*stored_conditions(said).notes, *step_limits(said), *machine_doubts(said))
+        known = (*warnings(said), *step_limits(said))
         return join_lines(summary_line(said), *found_lines(said), *(f"note: {one}" for one in known))
 
     def _stated(self) -> str:
@@ -209,7 +208,8 @@ class Diagnosis(Plotted):
         """One row per number of a finding and of each of its rivals, with the values that they have if it is the cause.
 
         ``probability`` that it is this cause, ``value``, standard uncertainty ``u``, ``unit``; ``bound``: ``least`` of
-        a value that is a lower bound; ``rival_of``: the finding in whose place it may stand, empty for what is stated.
+        a value that is a lower bound; of single readings that are off ``iloc[n]`` is the place in the table of the
+        recording, ``value`` how far; ``rival_of``: the finding in whose place it may stand, empty for what is stated.
         """
         rows = [*_numbers(self.contents["effects"]), *map(_structure, self.contents["unexplained"])]
         return pd.DataFrame(rows, columns=NUMBERS)
@@ -262,7 +262,7 @@ def _numbers(effects: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
             rival = {"rival_of": "" if one["label"] == of else of}
             head = {"kind": one["kind"], "effect": one["label"], "probability": p, **rival}
             numbers = {name: number for name, number in one["parameters"].items() if "unit" in number}
-            for name, number in (numbers or {"": {"unit": ""}}).items():
+            for name, number in (single_readings(one) or numbers or {"": {"unit": ""}}).items():
                 value, u = (np.nan if number.get(key) is None else number[key] for key in ("value", "u"))
                 known = {"value": value, "u": u, "unit": number["unit"], "bound": number.get("bound", "")}
                 yield {**head, "parameter": name, **known}

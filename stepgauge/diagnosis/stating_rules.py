@@ -5,7 +5,7 @@ with forms or combinations. Each of its terms explains one structure of the resi
 that the readings make more probable there are its rivals.
 
 1. Of a structure nothing is stated if the probability that there is no structure is larger than ``1 - stated``.
-2. A law is stated if its laws together are more probable than its forms: the most probable kind, and as
+2. A law is stated if its laws together are more probable than its forms: the most probable law, and as
    its set the laws that have more than ``in_set`` of its probability, without those that are ``excluded``
    times less probable, by readings alone (a Bayes factor) and at their best, too. Otherwise the most probable form is
    stated.
@@ -146,10 +146,12 @@ def stated_terms(search: Search, answer: Posterior, stated: float) -> tuple[Hypo
 
 
 def _lead(found: CredibleSet) -> Member:
-    """The rival that is stated: the most probable one of the most probable kind, of laws or of forms."""
+    """The rival that is stated: the most probable law, or the most probable form over the most probable covariate."""
     own = found.members[0].candidate.named  # where nothing is as good as certain both are 0
     named = own if found.law_probability == found.form_probability else found.law_probability > found.form_probability
     rivals = [one for one in found.members if one.candidate.named is named]
+    if named:
+        return max(rivals, key=lambda one: one.probability)
     probability: dict[str, float] = defaultdict(float)
     for one in rivals:
         probability[one.candidate.kind] += one.probability

@@ -123,7 +123,7 @@ class ThermalExpansionOf(Following):
         german=Wording(
             "Wärmeausdehnung",
             "Längen ({of}) ändern sich mit {column}{minus: minus {minus}|}{lag_s:, um {lag_s:3} verzögert|}, um"
-            " {um_per_m_K}: bis {largest} in dieser Aufnahme.",
+            " {um_per_m_K}: bis {largest} in diesen Messdaten.",
             "Die aufgezeichnete Temperatur {column} mit einem kalibrierten Thermometer vergleichen.",
             "Mit dieser Temperatur korrigieren oder sie konstant halten.",
         ),
@@ -180,7 +180,7 @@ class ThermalShift(Following):
         german=Wording(
             "thermische Verschiebung",
             "Die Werte wandern längs {direction} mit {column}{minus: minus {minus}|}{lag_s:, um {lag_s}"
-            " verzögert|}, um {um_per_K}: bis {largest} in dieser Aufnahme.",
+            " verzögert|}, um {um_per_K}: bis {largest} in diesen Messdaten.",
             "Die aufgezeichnete Temperatur {column} mit einem kalibrierten Thermometer vergleichen.",
             "Diese Temperatur konstant halten oder einen Bezugspunkt immer wieder messen.",
         ),
@@ -247,7 +247,7 @@ class ThermalBending(PowerOfCoordinate, Following):
         german=Wording(
             "thermische Biegung",
             "Die Führung {axis} biegt sich in {component} (r: eine Drehung) mit {column}{minus: minus"
-            " {minus}|}{lag_s:, um {lag_s:3} verzögert|}, um {per_K}: bis {largest} in dieser Aufnahme.",
+            " {minus}|}{lag_s:, um {lag_s:3} verzögert|}, um {per_K}: bis {largest} in diesen Messdaten.",
             "Suchen, was eine Seite von {axis} wärmt: Sonne, eine Lampe, ein Schaltschrank.",
             "Die Wärmequelle entfernen oder abschirmen.",
         ),

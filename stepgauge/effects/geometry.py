@@ -39,14 +39,16 @@ class Squareness(Effect):
         "squareness",
         "The axes {plane} are at {urad} {urad:over|under} 90 deg between their + directions (10 urad are 1 um in"
         " 100 mm): up to {largest} in this recording.",
-        "Measure the squareness of {plane} by other means: a square, or a ball plate.",
+        "Measure the squareness of {plane} by other means: {steps:a square and a dial gauge|a square, or a ball"
+        " plate}.",
         "{steps:Frame: + end of {plane:second} {urad:±mm per 100 mm}|Turn {plane:second} by {urad:±}, its + end}"
         " towards {urad:+|-}{plane:first}; or enter this angle of {plane} in the controller.",
         german=Wording(
             "Rechtwinkligkeit",
             "Zwischen den Plusrichtungen von {plane} liegen {urad} {urad:mehr|weniger} als 90 Grad (10 urad sind 1 um"
-            " auf 100 mm): bis {largest} in dieser Aufnahme.",
-            "Die Rechtwinkligkeit {plane} anders messen: mit einem Winkel oder einer Kugelplatte.",
+            " auf 100 mm): bis {largest} in diesen Messdaten.",
+            "Die Rechtwinkligkeit {plane} anders messen: mit einem Winkel {steps:und einer Messuhr|oder einer"
+            " Kugelplatte}.",
             "{steps:Rahmen: Ende von {plane:second} bei + um {urad:±mm auf 100 mm}|{plane:second} um {urad:±} drehen,"
             " das Ende bei +} nach {urad:+|-}{plane:first}; oder diesen Winkel von {plane} in die Steuerung eingeben.",
         ),
@@ -242,7 +244,7 @@ class ErrorMotion(PowerOfCoordinate):
         german=Wording(
             "Bewegungsabweichung",
             "Die Achse {axis} weicht in {component} (r: eine Drehung) mit der Potenz {order} ihrer Koordinate"
-            " ab, in dieser Aufnahme bis {largest}.",
+            " ab, in diesen Messdaten bis {largest}.",
             "Diese Bewegungsabweichung von {axis} mit Laser, Autokollimator oder Libellen messen.",
             "In die Fehlerkarte eingeben.",
         ),

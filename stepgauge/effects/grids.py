@@ -24,6 +24,8 @@ FEWEST_ALONG, FEWEST_ALONE = 1.25, 0.75
 """The same along an axis, where a period that is not fully covered has aliases at the pitch of the faces; and along one
 that is recorded by itself, whose whole travel may be a period."""
 MOST_PERIODS, MOST_FREQUENCIES, MOST_TIMES = 5000, 2500, 1000
+LEADS_MM = (1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 32.0, 40.0)
+"""Nominal leads of ball screws, ISO 3408-2."""
 PERIOD_STEPS = 3.0
 """Periods along an axis that are tried for each more of them in the travel."""
 MOST_OF_A_TURN = 4.5

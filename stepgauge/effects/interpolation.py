@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import ClassVar
 
 from stepgauge.effects import grids
-from stepgauge.effects.base import Axis, Displacement, Effect, EffectPrior, Wording, parameter
+from stepgauge.effects.base import Displacement, EffectPrior, Wording, parameter
 from stepgauge.effects.probings import Probings
+from stepgauge.effects.scales import PeriodicScaleError
 from stepgauge.effects.waves import sine
 
 
-class InterpolationError(Effect):
+class InterpolationError(PeriodicScaleError):
     """The sine and cosine of an encoder are not alike: d = A sin(u + phase) + B sin(2 u + phase), u = 2 pi x / period.
 
     Offsets of the two signals make the first harmonic, unlike gains and an angle that is not 90 deg the second.
@@ -21,8 +22,6 @@ class InterpolationError(Effect):
         "d = amplitude_um sin(2 pi x / period_mm + phase_deg) + second_um sin(4 pi x / period_mm + second_phase_deg)"
     )
     source: ClassVar[str] = "Heydemann, Applied Optics 20 (1981) 3382: offsets, gains and phase of quadrature signals"
-    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
-    process: ClassVar[bool] = True
     recordings: ClassVar[tuple[str, ...]] = ("linear", "rotary")
     prior: ClassVar[EffectPrior | None] = EffectPrior(
         0.5, 0.6, "half of all periodic errors have a second harmonic: signals, bearings, couplings", basis="grade"
@@ -47,7 +46,8 @@ class InterpolationError(Effect):
         " half the period.",
         "Compare the period{aliases:, and every alias of it that is named,|} with the pitch of scale, screw or gear. Of"
         " an encoder look at sine and cosine: offsets make the first amplitude, unlike gains and phases the second.",
-        "Clean the scale and adjust its reading head; align bearing and coupling of a screw.",
+        "{seat:Centre and level what turns: table, scale or artefact.|}{gear:Adjust worm and wheel, or the gear.|}"
+        "{scale:Clean the scale and adjust its reading head; align bearing and coupling of a screw.|}",
         german=Wording(
             "Interpolationsfehler",
             "Der Fehler wiederholt sich alle {period_mm:5}{turns:, {turns}|}: mit der Amplitude {amplitude_um}, und"
@@ -55,10 +55,11 @@ class InterpolationError(Effect):
             "Die Periode{aliases:, auch jede genannte Alias-Periode,|} mit der Teilung von Maßstab, Spindel oder"
             " Getriebe vergleichen. Bei einem Messgerät Sinus und Kosinus ansehen: Versatz macht die erste Amplitude,"
             " ungleiche Verstärkung und Phase die zweite.",
-            "Den Maßstab reinigen und seinen Lesekopf einstellen; Lager und Kupplung einer Spindel ausrichten.",
+            "{seat:Zentrieren und ausrichten, was sich dreht: Tisch, Maßstab oder Maßverkörperung.|}{gear:Schnecke und"
+            " Rad oder das Getriebe einstellen.|}{scale:Den Maßstab reinigen und seinen Lesekopf einstellen; Lager und"
+            " Kupplung einer Spindel ausrichten.|}",
         ),
     )
-    axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
     period_mm: float = parameter(
         unit="mm",
         role="nonlinear",
@@ -69,17 +70,18 @@ class InterpolationError(Effect):
         grid=grids.periods_with_second,
         decades=True,
     )
-    amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e3, sensible=(0, 10))
     second_um: float = parameter(unit="um", meaning="amplitude at half the period", ge=0, le=1e3, sensible=(0, 10))
-    phase_deg: float = parameter(
-        0.0, unit="deg", role="phase", meaning="phase at coordinate 0", ge=-360, le=360, sensible=(-180, 180)
-    )
     second_phase_deg: float = parameter(
         0.0, unit="deg", role="phase", meaning="its phase at half the period", ge=-360, le=360, sensible=(-180, 180)
     )
 
+    @classmethod
+    def per_turn(cls) -> dict[int, float]:
+        """Its period is of lines and poles."""
+        return {}
+
     def displacement_um(self, probings: Probings) -> Displacement:
         """Two sines of the coordinate."""
-        x_mm = probings.axis_mm(self.axis)
-        first = self.amplitude_um * sine(1.0 / self.period_mm, x_mm, self.phase_deg)
-        return {self.axis: first + self.second_um * sine(2.0 / self.period_mm, x_mm, self.second_phase_deg)}
+        first_um = super().displacement_um(probings)[self.axis]
+        second = sine(2.0 / self.period_mm, probings.axis_mm(self.axis), self.second_phase_deg)
+        return {self.axis: first_um + self.second_um * second}

@@ -34,17 +34,19 @@ class EffectiveRadius(Effect):
         2.0, 1.0, "drift of a qualification from day to day, after every change of the stylus", basis="grade"
     )
     words: ClassVar[Wording | None] = Wording(
-        "effective radius",
+        "mean pre-travel",
         "The probe triggers {um} {um:later|earlier} than modelled, equally on all faces; blocks appear too"
         " {um:small|large} by twice that.",
-        "Is the stylus tight and the tip clean? Qualify it on the reference sphere and compare.",
+        "Is the stylus tight and the tip clean? {steps:Touch both sides of one gauge block|Qualify it on the reference"
+        " sphere} and compare.",
         "In the machine file: pretravel_um {new_um:= {new_um:±}|{um:plus|minus} {um:±}}; of another tip tip_radius_mm"
         " {um:minus|plus} {um:±mm} instead.",
         german=Wording(
-            "wirksamer Radius",
+            "mittlerer Vorlaufweg",
             "Der Taster schaltet auf allen Flächen um {um} {um:später|früher} als angenommen; Blöcke erscheinen"
             " um das Doppelte zu {um:klein|groß}.",
-            "Ist der Taststift fest und die Kugel sauber? An der Bezugskugel einmessen und vergleichen.",
+            "Ist der Taststift fest und die Kugel sauber? {steps:Ein Endmaß von beiden Seiten antasten|An der"
+            " Bezugskugel einmessen} und vergleichen.",
             "In der Maschinendatei: pretravel_um {new_um:= {new_um:±}|{um:plus|minus} {um:±}}; bei einer anderen Kugel"
             " stattdessen tip_radius_mm {um:minus|plus} {um:±mm}.",
         ),

@@ -96,13 +96,14 @@ class ReversalWear(Effect):
         "reversal wear",
         "The reversal of {axis} is {um} {um:larger|smaller} about {axis} = {at_mm:=4}, over some {width_mm:2},"
         " than elsewhere: the screw may be worn there.",
-        "Drive {axis} to a dial gauge from both sides, near {at_mm:=5} and far from it.",
+        "Drive {axis} to a dial gauge from both sides, {at_mm:?near {at_mm:=5} and far from it|in several places}.",
         "Have the screw of {axis} inspected; its backlash compensation holds for one place only.",
         german=Wording(
             "Umkehrspanne durch Verschleiß",
             "Die Umkehrspanne von {axis} ist bei {axis} = {at_mm:=4}, auf etwa {width_mm:2}, um {um}"
             " {um:größer|kleiner} als sonst: Die Spindel ist dort vielleicht verschlissen.",
-            "{axis} nahe {at_mm:=5} und weit davon von beiden Seiten an eine Messuhr fahren.",
+            "{axis} {at_mm:?nahe {at_mm:=5} und weit davon|an mehreren Stellen} von beiden Seiten an eine Messuhr"
+            " fahren.",
             "Die Spindel von {axis} prüfen lassen; ihr Losausgleich gilt nur an einer Stelle.",
         ),
     )

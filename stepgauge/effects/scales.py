@@ -27,15 +27,15 @@ class ScaleError(Effect):
     words: ClassVar[Wording | None] = Wording(
         "scale error",
         "The {axis} scale indicates {ppm} too {ppm:long|short}, up to {largest} in this recording.",
-        "Compare the linear correction of {axis} in the controller, and the temperature of the {axis} scale in"
-        " the machine file, with what is there.",
+        "Compare {steps:the steps per mm|the linear correction} of {axis} in the controller, and the temperature of"
+        " the {axis} {steps:screw|scale} in the machine file, with what is there.",
         "{steps:{axis:$100|$101|$102}: x {ppm:factor}, steps per mm of {axis} of grbl (M92 of Marlin); or a|A} linear"
         " correction of {axis} that divides by {steps:it|{ppm:factor}}.",
         german=Wording(
             "Maßstabsfehler",
-            "Der Maßstab {axis} zeigt {ppm} zu {ppm:viel|wenig} an, in dieser Aufnahme bis {largest}.",
-            "Die lineare Korrektur von {axis} in der Steuerung und die Temperatur des Maßstabs {axis} in der"
-            " Maschinendatei mit dem vergleichen, was da ist.",
+            "Der Maßstab {axis} zeigt {ppm} zu {ppm:viel|wenig} an, in diesen Messdaten bis {largest}.",
+            "Die {steps:Schritte je mm|lineare Korrektur} von {axis} in der Steuerung und die Temperatur {steps:der"
+            " Spindel|des Maßstabs} {axis} in der Maschinendatei mit dem vergleichen, was da ist.",
             "{steps:{axis:$100|$101|$102}: x {ppm:factor}, Schritte je mm von {axis} bei grbl (M92 bei Marlin); oder"
             " eine|Eine} lineare Korrektur von {axis}, die durch {steps:diese Zahl|{ppm:factor}} teilt.",
         ),
@@ -81,7 +81,7 @@ class ScaleCurvature(Effect):
         "Make a new error table of {axis} from an evaluation along it (stepgauge compensate).",
         german=Wording(
             "gekrümmter Maßstab",
-            "Der Fehler des Maßstabs {axis} ist eine Parabel um die Mitte des Wegs, in dieser Aufnahme bis {largest}.",
+            "Der Fehler des Maßstabs {axis} ist eine Parabel um die Mitte des Wegs, in diesen Messdaten bis {largest}.",
             "Die Korrekturtabelle von {axis} in der Steuerung mit der letzten der Maschine vergleichen.",
             "Eine neue Korrekturtabelle von {axis} aus einer Auswertung längs der Achse machen.",
         ),
@@ -127,15 +127,18 @@ class PeriodicScaleError(Effect):
         "The error of the {axis} scale repeats every {period_mm:5}, by up to {amplitude_um} for a position and"
         " twice that for a length.",
         "Compare the period{aliases:, and every alias of it that is named,|} with the pitch of the {axis}"
-        " scale, screw or rack; look for dirt on the reading head.",
-        "Clean the {axis} scale and adjust the gap of its reading head.",
+        " scale, screw or rack; look for {steps:a bent screw or a loose coupling|dirt on the reading head}.",
+        "{steps:Align bearing and coupling of the {axis} screw, or exchange it; what stays is a limit of the machine|"
+        "Clean the {axis} scale and adjust the gap of its reading head}.",
         german=Wording(
             "periodischer Maßstabsfehler",
             "Der Fehler des Maßstabs {axis} wiederholt sich alle {period_mm:5}, um bis zu {amplitude_um} für"
             " eine Position und das Doppelte für eine Länge.",
             "Die Periode{aliases:, auch jede genannte Alias-Periode,|} mit der Teilung von Maßstab, Spindel"
-            " oder Zahnstange von {axis} vergleichen; den Lesekopf auf Schmutz ansehen.",
-            "Den Maßstab {axis} reinigen und den Spalt seines Lesekopfs einstellen.",
+            " oder Zahnstange von {axis} vergleichen; {steps:die Spindel auf Schlag und ihre Kupplung|den Lesekopf auf"
+            " Schmutz} ansehen.",
+            "{steps:Lager und Kupplung der Spindel {axis} ausrichten oder sie tauschen; was bleibt, ist eine Grenze der"
+            " Maschine|Den Maßstab {axis} reinigen und den Spalt seines Lesekopfs einstellen}.",
         ),
     )
     axis_words: ClassVar[Wording | None] = Wording(
@@ -143,13 +146,16 @@ class PeriodicScaleError(Effect):
         "The error repeats every {period_mm:5}{turns:, {turns}|}, by up to {amplitude_um}.",
         "Compare the period{aliases:, and every alias of it that is named,|} with the pitch of scale, screw or"
         " gear, with a turn, and with the wavelength.",
-        "Clean the scale and adjust its reading head; centre what turns.",
+        "{seat:Centre and level what turns: table, scale or artefact.|}{gear:Adjust worm and wheel, or the gear.|}"
+        "{scale:Clean the scale and adjust its reading head; align a screw.|}",
         german=Wording(
             "periodischer Maßstabsfehler",
             "Der Fehler wiederholt sich alle {period_mm:5}{turns:, {turns}|}, um bis zu {amplitude_um}.",
             "Die Periode{aliases:, auch jede genannte Alias-Periode,|} mit der Teilung von Maßstab, Spindel"
             " oder Getriebe, mit einer Umdrehung und mit der Wellenlänge vergleichen.",
-            "Den Maßstab reinigen und seinen Lesekopf einstellen; zentrieren, was sich dreht.",
+            "{seat:Zentrieren und ausrichten, was sich dreht: Tisch, Maßstab oder Maßverkörperung.|}{gear:Schnecke und"
+            " Rad oder das Getriebe einstellen.|}{scale:Den Maßstab reinigen und seinen Lesekopf einstellen; eine"
+            " Spindel ausrichten.|}",
         ),
     )
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
@@ -193,14 +199,16 @@ class LocalScaleDefect(Effect):
         "local scale defect",
         "Near {axis} = {at_mm:=4}, over about {width_mm:2}, the machine indicates {height_um} too"
         " {height_um:long|short}, wherever the gauge lies.",
-        "Inspect the {axis} scale at {at_mm:=5} for dirt, a scratch or a joint.",
+        "Inspect the {axis} {steps:screw or rack|scale}{at_mm:? at {at_mm:=5}|} for dirt, {steps:wear|a scratch} or a"
+        " joint.",
         "Clean it; if the error stays: Make a new error table of {axis} from an evaluation along it (stepgauge"
         " compensate).",
         german=Wording(
             "örtlicher Maßstabsfehler",
             "Bei {axis} = {at_mm:=4} zeigt die Maschine auf etwa {width_mm:2} um {height_um} zu"
             " {height_um:viel|wenig} an, wo immer das Stufenendmaß liegt.",
-            "Den Maßstab {axis} bei {at_mm:=5} auf Schmutz, Kratzer oder einen Stoß ansehen.",
+            "{steps:Spindel oder Zahnstange|Den Maßstab} {axis}{at_mm:? bei {at_mm:=5}|} auf Schmutz,"
+            " {steps:Verschleiß|Kratzer} oder einen Stoß ansehen.",
             "Reinigen; bleibt die Abweichung, eine neue Korrekturtabelle von {axis} machen.",
         ),
     )
@@ -257,13 +265,13 @@ class ScaleJoint(Effect):
         "scale joint",
         "From {axis} = {at_mm:=4} on the {axis} scale has {order:another slope, by {size},|a gap of {size}} and"
         " reads {size:more|less}: two scales or tapes may meet there.",
-        "Inspect the {axis} scale for a joint at {at_mm:=5}.",
+        "Inspect the {axis} {steps:screw or rack|scale} for a joint{at_mm:? at {at_mm:=5}|}.",
         "Make a new error table of {axis} from an evaluation along it (stepgauge compensate).",
         german=Wording(
             "Stoß zweier Maßstäbe",
             "Ab {axis} = {at_mm:=4} hat der Maßstab {axis} {order:eine andere Steigung, um {size},|eine Lücke"
             " von {size}} und zeigt {size:mehr|weniger} an: Dort stoßen vielleicht zwei Maßstäbe zusammen.",
-            "Den Maßstab {axis} bei {at_mm:=5} auf einen Stoß ansehen.",
+            "{steps:Spindel oder Zahnstange|Den Maßstab} {axis}{at_mm:? bei {at_mm:=5}|} auf einen Stoß ansehen.",
             "Eine neue Korrekturtabelle von {axis} aus einer Auswertung längs der Achse machen.",
         ),
     )

@@ -29,7 +29,7 @@ class TriggerDelay(Effect):
         german=Wording(
             "Schaltverzögerung",
             "Die Position wird um {ms} zu {ms:spät|früh} erfasst: bis {largest} bei den Geschwindigkeiten"
-            " dieser Aufnahme.",
+            " dieser Messdaten.",
             "Eine Fläche mit zwei Geschwindigkeiten antasten: Ändert sich der Wert im selben Verhältnis?",
             "Den Taster mit der Antastgeschwindigkeit einmessen.",
         ),
@@ -74,7 +74,7 @@ class ServoLag(Effect):
         "Qualify and measure at one speed, a slower one.",
         german=Wording(
             "Schleppabstand",
-            "Die Achsen bleiben mit dem Quadrat der Antastgeschwindigkeit zurück, in dieser Aufnahme bis {largest}.",
+            "Die Achsen bleiben mit dem Quadrat der Antastgeschwindigkeit zurück, in diesen Messdaten bis {largest}.",
             "Eine Fläche mit drei Geschwindigkeiten antasten.",
             "Mit einer einzigen, langsameren Geschwindigkeit einmessen und messen.",
         ),

@@ -79,13 +79,14 @@ class GaugeTemperature(Effect):
     )
     words: ClassVar[Wording | None] = Wording(
         "gauge temperature",
-        "The gauge is {delta_K} {delta_K:warmer|colder} than recorded: up to {largest} in this recording.",
+        "The thermometer of the gauge is off, or does not touch it: the gauge is {delta_K} {delta_K:warmer|colder}"
+        " than recorded, besides the stated u: up to {largest} in this recording.",
         "Measure the temperature on the bar of the gauge with a calibrated thermometer, before and after a run.",
         "Wait until the gauge has the temperature of the machine; record its temperature.",
         german=Wording(
             "Temperatur des Stufenendmaßes",
-            "Das Stufenendmaß ist um {delta_K} {delta_K:wärmer|kälter} als aufgezeichnet: bis {largest} in"
-            " dieser Aufnahme.",
+            "Der Fühler am Stufenendmaß zeigt falsch oder liegt nicht an: Es ist um {delta_K}"
+            " {delta_K:wärmer|kälter} als aufgezeichnet, neben der angegebenen u: bis {largest} in diesen Messdaten.",
             "Die Temperatur am Stufenendmaß mit einem kalibrierten Thermometer messen, vor und nach einer Messung.",
             "Warten, bis das Stufenendmaß die Temperatur der Maschine hat; seine Temperatur aufzeichnen.",
         ),
@@ -173,7 +174,7 @@ class ScaleTemperature(Effect):
         german=Wording(
             "Temperatur des Maßstabs",
             "Der Maßstab ({axis}) ist um {delta_K} {delta_K:wärmer|kälter} als aufgezeichnet und zeigt zu"
-            " {delta_K:wenig|viel} an, in dieser Aufnahme bis {largest}.",
+            " {delta_K:wenig|viel} an, in diesen Messdaten bis {largest}.",
             "Die Temperatur des Maßstabs {axis} mit einem kalibrierten Thermometer messen.",
             "Seinen Fühler justieren lassen oder die gemessene Temperatur angeben.",
         ),

@@ -220,7 +220,7 @@ class KinematicPretravel(Seated):
             "Vorlauf des Dreipunkttasters",
             "Der Taster schaltet wie ein Dreibein auf sechs Kontakten, mit einem Arm bei einem Azimut von"
             " {arm_azimuth_deg:=3} (oder gegenüber, wenn alle Stufenendmaße waagrecht lagen): bis {largest} in"
-            " dieser Aufnahme.",
+            " diesen Messdaten.",
             "Eine Kugel von allen Seiten antasten.",
             "Je Richtung kompensieren oder das Tastmodul tauschen lassen.",
         ),
@@ -268,7 +268,7 @@ class SeatDefect(Seated):
             "schadhafte Auflage im Taster",
             "Eine Auflage im Dreibein des Tasters öffnet zu früh, die des Arms bei einem Azimut von"
             " {arm_azimuth_deg:=3} (oder gegenüber, wenn alle Stufenendmaße waagrecht lagen): bis {largest} in"
-            " dieser Aufnahme.",
+            " diesen Messdaten.",
             "Eine Kugel von allen Seiten antasten.",
             "Den Taster reinigen oder sein Modul tauschen lassen.",
         ),

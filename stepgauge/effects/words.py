@@ -5,8 +5,9 @@ significant digits, ``{at_mm:=4}`` with its sign, ``{um:±}`` with its expanded 
 its sign and in a unit of the controller, ``{ppm:factor}`` the factor from true to indicated lengths with its own,
 ``{um:later|earlier}`` one of two, the first for a positive value or a text, ``{axis:$100|$101|$102}`` what belongs to
 an axis, ``{plane:second}`` the second axis of a plane. They may hold names again:
-``{lag_s:, {lag_s:3} late|}``. ``{largest}`` is the largest displacement, ``{steps:of steppers|of others}`` what is told
-of machines that are set by their steps.
+``{lag_s:, {lag_s:3} late|}``; ``{at_mm:? at {at_mm:=5}|}`` is told where the value is known, whatever its sign.
+``{largest}`` is the largest displacement, ``{steps:of steppers|of others}`` what is told of machines that are set by
+their steps.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ DIGITS = 2
 FACTOR, UNCERTAIN = "factor", "±"
 """What says a relative value as the factor from true to indicated lengths, and any value with its uncertainty."""
 PLACES = ("first", "second")
+KNOWN = "?"
+"""Before two texts, of which the first is told of a value that is known."""
 RELATIVE = {"um/m": 1e-6, "mm/m": 1e-3, "1e-6": 1e-6}
 SET_IN = {"": 1.0, "mm": 1e-3, "mm per 100 mm": 1e-4, "mm auf 100 mm": 1e-4}
 """What a value in um or urad is multiplied by in the unit in which a controller or a frame is set."""
@@ -54,7 +57,9 @@ class _Value:
 
     def __format__(self, spec: str) -> str:
         if "|" in spec:
-            first, second, *third = spec.split("|")
+            first, second, *third = spec.removeprefix(KNOWN).split("|")
+            if spec.startswith(KNOWN):
+                return second if self.value is None else first
             if third:
                 return (first, second, *third)["xyz".index(self.value)] if self.value in ("x", "y", "z") else first
             positive = self.value > 0 if isinstance(self.value, float | int) else bool(self.value)

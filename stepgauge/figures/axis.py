@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stepgauge.axis.recording import places_of
 from stepgauge.diagnosis.axis.residuals import AxisData
 from stepgauge.diagnosis.result import GaugeDiagnosis
 from stepgauge.figures.legends import add_legend, axes_entries
@@ -24,15 +25,18 @@ if TYPE_CHECKING:
 MOST_PANELS = 3
 MOST_POINTS = 4000
 """Points drawn of each kind; more would hide each other."""
+WAYS = {1: (CYCLE[0], ">", "towards +"), -1: (CYCLE[1], "<", "towards −")}
+"""Colour, mark and name of each direction of travel."""
 PRINTED = {"um": "µm", "uin": "µin", "deg": "°", "arcsec": "″", "urad": "µrad"}
 
 
 @dataclass(frozen=True)
 class DrawnAxis:
-    """What the figure of an axis is drawn from.
+    """What the figures of an axis are drawn from.
 
     ``against``: what deviations may depend on ``(n,)``, by labels of axes; ``before`` and ``after (n,)`` in ``unit``;
-    ``way (n,)``: directions of travel; ``two_sigma`` of the scatter.
+    ``way (n,)``: directions of travel; ``two_sigma`` of the scatter; ``two_u (n,)``: of what the laws make together,
+    empty where none are named; ``place (n,)``: which target, empty where there are none.
     """
 
     against: Mapping[str, Array]
@@ -41,6 +45,8 @@ class DrawnAxis:
     way: Array
     two_sigma: float
     unit: str
+    two_u: Array = field(default_factory=lambda: np.zeros(0))
+    place: Array = field(default_factory=lambda: np.zeros(0))
 
     @classmethod
     def read(cls, said: Mapping[str, Any]) -> DrawnAxis:
@@ -48,18 +54,70 @@ class DrawnAxis:
         return cls(**said)
 
     def figures(self) -> dict[str, Figure]:
-        """Deviations before and after."""
-        return {"residuals": axis_figure(self)}
+        """The laws over the targets, where there are both; deviations before and after."""
+        laws = {"laws": laws_figure(self)} if len(self.two_u) and len(self.place) else {}
+        return laws | {"residuals": axis_figure(self)}
+
+    def means(self, values: Array) -> dict[int, tuple[Array, Array, Array]]:
+        """Of each direction of travel the mean x and mean value at every place, and how many readings these are of."""
+        x = next(iter(self.against.values()))
+        found: dict[int, tuple[Array, Array, Array]] = {}
+        for sense in (1, -1):
+            rows = self.way == sense
+            place = self.place if len(self.place) else np.arange(len(x))
+            _, own = np.unique(place[rows], return_inverse=True)
+            count = np.bincount(own).astype(float)
+            if rows.any():
+                found[sense] = np.bincount(own, x[rows]) / count, np.bincount(own, values[rows]) / count, count
+        return found
 
 
-def drawn_of(found: GaugeDiagnosis, data: AxisData) -> DrawnAxis:
-    """What the figure of an axis is drawn from, in the user's units."""
-    recording = data.recording
+def drawn_of(told: AxisDiagnosis) -> DrawnAxis:
+    """What the figures of an axis are drawn from, in the user's units."""
+    found, data, recording = told.found, told.data, told.data.recording
     factor = 1.0 / data.scaling.deviation / recording.units.base_deviation
     way = recording.frame["way"].to_numpy(float)
     before, after = (um * way * factor for um in (found.before_um, found.after_um))
     unit = _printed(recording.units.deviation)
-    return DrawnAxis(dict(_panels(found, data)), before, after, way, 2.0 * found.noise.sigma_um * factor, unit)
+    is_axis = recording.form == "axis"
+    place = places_of(recording.frame["target"].to_numpy(float)).astype(float) if is_axis else np.zeros(0)
+    against, two_u = dict(_panels(found, data)), 2.0 * told.u_laws_um * factor
+    return DrawnAxis(against, before, after, way, 2.0 * found.noise.sigma_um * factor, unit, two_u, place)
+
+
+def laws_figure(drawn: DrawnAxis) -> Figure:
+    """Above the mean deviations by direction with the sum of the laws that are named, below what they leave."""
+    label = next(iter(drawn.against))
+    with figure_style():
+        figure = new_figure(150.0, 110.0, solved=False)
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
+        _draw_means(above, drawn, drawn.before)
+        _draw_laws(above, drawn)
+        _draw_means(below, drawn, drawn.after)
+        above.set_ylabel(f"deviation ({drawn.unit})")
+        below.set(xlabel=label, ylabel=f"residual ({drawn.unit})")
+        add_legend(figure, axes_entries(above))
+    return figure
+
+
+def _draw_means(axes: Axes, drawn: DrawnAxis, values: Array) -> None:
+    """Mean readings at every target with two standard uncertainties, in each direction of travel."""
+    for sense, (x, mean, count) in drawn.means(values).items():
+        colour, marker, name = WAYS[sense]
+        bars: dict[str, Any] = {"elinewidth": 0.8, "capsize": 1.5, "markersize": 3.6, "markeredgewidth": 0.0}
+        axes.errorbar(x, mean, drawn.two_sigma / np.sqrt(count), fmt=marker, color=colour, label=name, **bars)
+    axes.axhline(0.0, color=COLORS["grey"], linewidth=0.7, zorder=1)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _draw_laws(axes: Axes, drawn: DrawnAxis) -> None:
+    """What the named laws make together at every target, with two standard uncertainties."""
+    for sense, (x, mean, _) in drawn.means(drawn.before - drawn.after).items():
+        order, (colour, _, _) = np.argsort(x), WAYS[sense]
+        two_u = np.sqrt(drawn.means(drawn.two_u**2)[sense][1])
+        low, high = (mean - two_u)[order], (mean + two_u)[order]
+        axes.plot(x[order], mean[order], color=colour, linewidth=1.0, label="sum of the named causes")
+        axes.fill_between(x[order], low, high, color=colour, alpha=0.25, linewidth=0.0, label="± two u of it")
 
 
 def axis_figure(drawn: DrawnAxis) -> Figure:
@@ -77,13 +135,19 @@ def axis_figure(drawn: DrawnAxis) -> Figure:
     return figure
 
 
-def draw_residuals(axes: Axes, told: AxisDiagnosis) -> None:
-    """Deviations before and after against the targets, or the time, on axes of somebody else."""
-    found, recording = told.found, told.data.recording
-    (label, x), unit = _panels(found, told.data)[0], _printed(recording.units.deviation)
-    factor = recording.frame["way"].to_numpy(float) / told.data.scaling.deviation / recording.units.base_deviation
-    draw_before_and_after(axes, x, found.before_um * factor, found.after_um * factor, told.verdict)
-    axes.set(xlabel=label, ylabel=f"deviation ({unit})")
+def draw_laws(axes: Axes, told: AxisDiagnosis) -> None:
+    """Mean deviations by direction with the sum of the named laws; without targets or laws, deviations before and
+    after; on axes of somebody else."""
+    drawn = told.drawn()
+    label, x = next(iter(drawn.against.items()))
+    if len(drawn.two_u) and len(drawn.place):
+        _draw_means(axes, drawn, drawn.before)
+        _draw_laws(axes, drawn)
+        axes.set_title(f"verdict: {told.verdict}", loc="left")
+        add_legend(axes, axes_entries(axes))
+    else:
+        draw_before_and_after(axes, x, drawn.before, drawn.after, told.verdict)
+    axes.set(xlabel=label, ylabel=f"deviation ({drawn.unit})")
 
 
 def draw_recording(axes: Axes, recording: AxisRecording) -> None:
@@ -125,7 +189,7 @@ def _places(recording: AxisRecording) -> list[tuple[str, Array]]:
 
 
 def _draw(axes: Axes, x: Array, y: Array, way: Array, two_sigma: float | None) -> None:
-    for sense, colour, marker, name in ((1, CYCLE[0], ">", "towards +"), (-1, CYCLE[1], "<", "towards −")):
+    for sense, (colour, marker, name) in WAYS.items():
         rows = np.flatnonzero(way == sense)
         rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), MOST_POINTS)).astype(int)] if len(rows) else rows
         if len(rows):

@@ -6,7 +6,7 @@ Moves that a program repeats in every cycle are drawn once.
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any
@@ -29,6 +29,8 @@ DECIMALS = 4
 """Decimals of coordinates in mm: more are not visible."""
 EYE = {"x": 0.75, "y": 0.75, "z": 0.6}
 """Where the scene is seen from at first, in lengths of its longest side."""
+END_ON = 0.85
+"""Cosine of the gauge to the line of sight, seen from above, beyond which it is looked at end on."""
 PAGE = """<!DOCTYPE html>
 <html lang="en">
 <head><meta charset="utf-8"><title>{title}</title></head>
@@ -117,7 +119,16 @@ def path_scene(
     ]
     traces += [] if travel_mm is None else [travel_volume(np.asarray(travel_mm, float))]
     traces += [_stop(travelled)] if stopped else []
-    return scene_of(traces, title)
+    return scene_of(traces, title).update_layout(scene_camera={"eye": seen_from(EYE, placement.axis)})
+
+
+def seen_from(eye: Mapping[str, float], axis: Array) -> dict[str, float]:
+    """The place from which a scene is seen: another corner of the travel where the gauge would be looked at end on.
+
+    Along a diagonal of x and y it would stand upright in the picture.
+    """
+    end_on = abs(eye["x"] * axis[0] + eye["y"] * axis[1]) > END_ON * np.hypot(eye["x"], eye["y"])
+    return {**eye, "y": -eye["y"] if end_on else eye["y"]}
 
 
 def scene_of(traces: Sequence[Any], title: str = "") -> Any:

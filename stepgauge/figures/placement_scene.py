@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.figures.path_scene import DECIMALS, boxes, scene_of, travel_volume
+from stepgauge.figures.path_scene import DECIMALS, boxes, scene_of, seen_from, travel_volume
 from stepgauge.figures.style import BLOCK_COLOR, MEASURE_COLOR, RAIL_COLOR, STOP_COLOR
 from stepgauge.files.arrays import Array
 from stepgauge.gauge.certified import Gauge
@@ -46,7 +46,8 @@ def placement_scene(
     if travel_mm is not None:
         traces += [travel_volume(np.asarray(travel_mm, float)).update(visible=True)]
     found = scene_of(traces)
-    found.update_layout(scene_camera={"eye": EYE}, legend={"orientation": "h", "y": 1.0, "x": 0.0})
+    eye = EYE if placement is None else seen_from(EYE, placement.axis)
+    found.update_layout(scene_camera={"eye": eye}, legend={"orientation": "h", "y": 1.0, "x": 0.0})
     return found
 
 

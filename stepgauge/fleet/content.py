@@ -5,9 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import shutil
 from collections.abc import Callable, Mapping
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import TypeVar
 
 import numpy as np
@@ -15,7 +16,6 @@ import numpy as np
 from stepgauge.errors import InputError
 from stepgauge.files.checksum import DIGITS, content_name, file_digest
 from stepgauge.files.lines import sync_folder
-from stepgauge.files.names import is_inside
 from stepgauge.files.outputs import one_set
 from stepgauge.recording import COUNTS, Recording
 from stepgauge.recording.simulated import content_comments
@@ -109,3 +109,23 @@ def kept_files(folder: Path, key: str) -> dict[str, bytes]:
         expected = "a copy of the store, made when it was whole"
         raise InputError(folder / key, "this is missing from the store, or was changed", expected=expected)
     return found
+
+
+LONGEST = 120
+"""Characters of a name; file systems take 255 bytes."""
+_OTHER = re.compile(r"[^\w .()+,=@-]")
+_PART = re.compile(r'[^/\\:*?"<>|\x00-\x1f]+')
+_DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\.|$)", re.IGNORECASE)
+
+
+def safe_name(name: str) -> str:
+    """A name as every system takes it, for one file in one folder: nothing in it leads elsewhere or means a device."""
+    plain = _OTHER.sub("_", name)[-LONGEST:].rstrip(". ")
+    hidden = not plain or plain.startswith((".", " "))
+    return f"_{plain}" if hidden or _DEVICE.match(plain) else plain
+
+
+def is_inside(way: str) -> bool:
+    """Whether a way (``a/b.toml``) leads to a file below the folder that it starts from, by names as they should be."""
+    parts = PurePosixPath(way).parts
+    return bool(parts) and all(part not in (".", "..") and _PART.fullmatch(part) for part in parts)

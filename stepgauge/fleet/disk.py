@@ -31,14 +31,14 @@ def appearing(path: Path) -> Iterator[Path]:
         _appear(beside, path)
 
 
-def put_by_content(folder: Path, write: Callable[[Path], None], before: str = "", suffix: str = ".parquet") -> Path:
+def put_by_content(folder: Path, write: Callable[[Path], None], before: str = "") -> Path:
     """What ``write`` writes to a path, on the disk in a folder under the name of its content, with ``before`` it.
 
     Errors and kills as of :func:`appearing`.
     """
-    with _beside(folder / f"new{suffix}") as beside:
+    with _beside(folder / "new.parquet") as beside:
         write(beside)
-        path = folder / f"{before}{content_name(beside)}{suffix}"
+        path = folder / f"{before}{content_name(beside)}.parquet"
         _appear(beside, path)
     return path
 

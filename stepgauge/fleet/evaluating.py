@@ -22,7 +22,7 @@ from stepgauge.fleet.store import Fleet
 from stepgauge.fleet.working import Progress, work_in_batches
 from stepgauge.history.entries import make_entry
 from stepgauge.planning.plan import parse_blocks
-from stepgauge.recording.conventions import complete_convention, state_convention
+from stepgauge.recording.conventions import complete_by_machine, state_convention
 
 _UNKNOWN = datetime.datetime(1, 1, 1)
 
@@ -76,7 +76,7 @@ def _evaluated(batch: Batch, one: Stored, choices: EvaluationChoices) -> Iterato
         section = parse_blocks(choices.blocks, gauge) if choices.blocks else None
         recording = state_convention(one.recording(), choices.temperature_convention)
         if one.machine_file is not None:
-            recording = complete_convention(recording, batch.machine(one).table)
+            recording = complete_by_machine(recording, batch.machine(one).table)
         origin = cast(REffOrigin | None, choices.r_eff_origin)
         found = evaluate(recording, gauge, section, origin, batch.placements(one), choices.correct_drift)
         require_statement(found.conditions.without("dates"), found.path)

@@ -7,13 +7,15 @@ being in a journal as it is made, until its portion is in the table.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from itertools import islice
 from typing import Any, TypeVar
 
+from stepgauge.executors.journal import Steps, open_steps
 from stepgauge.executors.run import run
 from stepgauge.executors.task import Engine, Function
+from stepgauge.files.lines import read_lines
 from stepgauge.fleet.batches import Batch, StoredBatch, batches, named
-from stepgauge.fleet.journal import open_journal
 from stepgauge.fleet.results import Results
 from stepgauge.fleet.schema import StoredColumn, arrow_library, arrow_schema
 from stepgauge.fleet.store import Fleet
@@ -89,3 +91,22 @@ def _left_over(table: Results) -> list[str]:
     """The keys of the recordings that have no row in a table of results."""
     done = table.done()
     return [key for key in table.fleet.index()["recording"].to_pylist() if key not in done]
+
+
+@contextmanager
+def open_journal(fleet: Fleet, table: Results) -> Iterator[Steps]:
+    """The journal of what fills a table; it is gone when the block is done, and goes on where that was stopped.
+
+    One that was begun with other options is thrown away, as the table's rows are.
+    """
+    work = table.folder.name
+    path = fleet.folder / f"{work}.journal"
+    begun = read_lines(path).lines if path.exists() else []
+    if begun and begun[0].get("value", {}).get("made_with") != table.made_with:
+        path.unlink()
+    journal = open_steps(fleet.folder, {"made_with": table.made_with}, path.exists(), work)
+    try:
+        yield journal
+        path.unlink()
+    finally:
+        journal.close()

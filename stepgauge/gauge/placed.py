@@ -31,7 +31,9 @@ def placement_lines(placement: Placement) -> list[str]:
 
 
 def _axis(angles: dict[str, Any], u: dict[str, Any]) -> str:
-    nearest = f"the gauge lies {angles['from_nearest_axis_deg']:.4f} deg off machine {angles['nearest_machine_axis']}"
+    off_deg = f"{angles['from_nearest_axis_deg']:.4f}"
+    away = "along" if float(off_deg) == 0.0 else f"{off_deg} deg off"
+    nearest = f"the gauge lies {away} machine {angles['nearest_machine_axis']}"
     yaw = "it stands upright"
     if angles["yaw_deg"] != "undefined":
         yaw = f"yaw (about z) {angles['yaw_deg']:.5f} deg, u {u['yaw_urad']:.1f} um per m"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stepgauge.history.entries import QUANTITIES, HistoryEntry, read_entries, select_machine
-from stepgauge.history.files import write_history
+from stepgauge.history.result import write_history
 from stepgauge.history.series import Alert, Series, false_warning_words, judge, make_series
 from stepgauge.history.store import Refreshed, refresh_store
 

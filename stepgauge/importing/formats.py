@@ -39,7 +39,6 @@ class LogFormat:
 
 _OF_PROGRAMS = "log of our programs on a control (fanuc and its kin, siemens, heidenhain, rrf)"
 _OF_LINUXCNC = "rows of 'n x y z success [seconds]' from (LOG,..), or of 9 coordinates from (PROBEOPEN ..)"
-_OF_IPPDME = "lines like '00010 PtMeas(X(..), ..)' and '00010 # X(..), ..'"
 _OF_POINTS = "a header with x, y and z, and columns separated by ; , | or tabs"
 FORMATS = {
     one.name: one

@@ -22,7 +22,7 @@ from stepgauge.importing.tables.read import DECIMALS, TableLayout
 from stepgauge.importing.tables.source import Given, Source, read_source
 from stepgauge.machine.file import check_recorded
 from stepgauge.recording import Recording
-from stepgauge.recording.conventions import complete_convention, convention_of, state_convention
+from stepgauge.recording.conventions import complete_by_machine, convention_of, state_convention
 from stepgauge.recording.identity import check_recording
 
 Pairs = Mapping[str, str] | Sequence[str]
@@ -75,8 +75,8 @@ def _read_axis(
     of_faces = placement is None or (asked.targets is None and names_faces(content, layout, listed))
     known = None if asked.targets is None else parse_targets(asked.targets)
     known = gauge_targets(gauge) if known is None and gauge is not None and of_faces else known
-    accepts = "missing" in asked.accept
-    options = AxisOptions(asked.sensor, asked.unit, asked.deviation_unit, known, accepts, asked.heights)
+    missing, ordered = ("missing" in asked.accept, "order" in asked.accept)
+    options = AxisOptions(asked.sensor, asked.unit, asked.deviation_unit, known, missing, ordered, asked.heights)
     found = import_axis(content, options, replace(layout, columns=columns), decisions)
     if asked.sensor != "touch" or gauge is None or placement is None or not of_faces:
         return found
@@ -115,9 +115,10 @@ def _completed(asked: Any, found: Imported, stated_C: float | None) -> Imported:
     recording = state_convention(recording.assign_comments(sensor=asked.sensor), asked.temperature_convention)
     if asked.machine is not None:
         check_recorded(recording.comments, asked.machine)
-        recording = complete_convention(recording, asked.machine.table)
+        recording = complete_by_machine(recording, asked.machine.table)
+    named = [f"machine: {recording.comments['machine']}"] if "machine" in recording.comments else []
     warnings = (*missing_temperature(recording, found.report), *missing_faces(recording), *missing_rows(recording))
-    return replace(found, recording=recording, report=(*found.report, *warnings))
+    return replace(found, recording=recording, report=(*found.report, *named, *warnings))
 
 
 def missing_temperature(recording: Recording, report: Sequence[str]) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _VALUES = {
+    "constants": re.compile(r" (\w+=[^\s;,]+)"),
     "columns": re.compile(r' (\w+="(?!HEADER")[^"]+")'),
     **{name: re.compile(" ([a-z]+)") for name in ("accept", "unit")},
 }
@@ -72,9 +73,7 @@ class Imported(Summarized):
 
     def summary(self) -> str:
         """What was taken for what, or the questions with their choices."""
-        asked = [f"open: {one.text}; {', or '.join(str(c).replace('{}', c.option, 1) for c in one.choices)}"
-                 for one in self.questions]  # fmt: skip
-        return join_lines(*self.report, *asked)
+        return join_lines(*self.report, *map(_asked, self.questions))
 
     def to_frame(self) -> pd.DataFrame:
         """A row per column of the table: its place, header, what it was taken for, its unit and its first cells."""
@@ -82,6 +81,12 @@ class Imported(Summarized):
 
         rows = [(one.place, one.header, one.taken, one.unit, ", ".join(one.cells[:3])) for one in self.columns]
         return pd.DataFrame(rows, columns=["column", "header", "taken for", "unit", "first cells"])
+
+
+def _asked(one: Question) -> str:
+    """A question in a line, with its choices where its words do not name them."""
+    choices = ", or ".join(str(choice).replace("{}", choice.option, 1) for choice in one.choices)
+    return f"open: {one.text}" if one.expected else f"open: {one.text}; {choices}"
 
 
 def imported_or_asked(work: Callable[[Decisions], Imported]) -> Imported:

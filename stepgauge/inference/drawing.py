@@ -28,7 +28,7 @@ def draw_posterior(posterior: Posterior, axes: Axes | None, x: ArrayLike | None)
 
         axes = pyplot.subplots()[1]
     order = np.argsort(along, kind="stable")
-    explained = ", ".join(sorted(map(_words, best.terms))) or "no term"
+    explained = ", ".join(sorted(_words(posterior, one) for one in best.terms)) or "no term"
     axes.plot(along, problem.residual_um, ".", label="residuals")
     axes.plot(along[order], (problem.residual_um - best.residual_um)[order], label=explained)
     axes.set(xlabel=str(name), ylabel="residual")
@@ -45,7 +45,9 @@ def _known_covariate(posterior: Posterior) -> tuple[Array, str]:
     return np.arange(float(len(problem.residual_um))), "row"
 
 
-def _words(term: Term) -> str:
-    """Its label, with its shape (a period, a correlation length) where the values were stated."""
-    values = getattr(term.candidate, "values", None)
-    return term.candidate.label if values is None else f"{term.candidate.label} ({values[term.atom]:.4g})"
+def _words(posterior: Posterior, term: Term) -> str:
+    """Its label, with its shape (a period, a correlation length) as the table has it, where values were stated."""
+    label = term.candidate.label
+    if getattr(term.candidate, "values", None) is None:
+        return label
+    return f"{label} ({posterior.shape(label)[0]:.4g})"

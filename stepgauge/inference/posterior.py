@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
+from stepgauge.inference.grids import locate_shape
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.neighbourhood import Mixture, Neighbourhood, WeightedHypothesis
 from stepgauge.inference.noise_models import NoiseModel
 from stepgauge.inference.problem import Candidate, GaussianProcess, Law, Term, renumbered, residual_columns
 from stepgauge.inference.proposal import Proposal
 from stepgauge.inference.search import Search
+from stepgauge.inference.twins import law_of, place_of_same
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -146,8 +148,8 @@ class Posterior:
         """Posterior mean and standard uncertainty of a shape (a period, a time constant, the correlation length of a
         Gaussian process), in the unit of its values.
 
-        Beside the other terms and the noise of the best hypothesis, over all shapes of the grid; each stands for those
-        about it (rectangular, GUM 4.3.7), so that a grid that is too coarse widens the uncertainty.
+        Beside the other terms and the noise of the best hypothesis, over all shapes of the grid, and about the
+        likeliest over shapes between them; each stands for those about it (rectangular, GUM 4.3.7).
 
         Raises
         ------
@@ -160,19 +162,15 @@ class Posterior:
             raise ValueError(
                 f"{label!r} has no shape here; expected a term of the best hypothesis, of a law with values"
             )
-        log = np.array([self._shape_log_posterior(place, law, atom) for atom in range(law.atoms)])
-        weight, values = np.asarray(special.softmax(log)), law.values
-        mean = float(weight @ values)
-        width = np.abs(np.gradient(values)) if len(values) > 1 else np.zeros(1)
-        return mean, float(np.sqrt(weight @ ((values - mean) ** 2 + width**2 / 12.0)))
-
-    def _shape_log_posterior(self, place: int, law: Law | GaussianProcess, atom: int) -> float:
-        """Log posterior of the best hypothesis with another shape of one law."""
-        terms = list(self.best.terms)
-        own = terms[place]
         weight = law.log_weight if isinstance(law, Law) else np.zeros(law.atoms)
-        log_prior = own.log_prior + weight[atom] - weight[own.atom]
-        terms[place] = replace(own, atom=atom, columns=law.columns(atom), log_prior=float(log_prior), shape=None)
+        log = [self._log_with(place, law.columns(atom)) + weight[atom] for atom in range(law.atoms)]
+        shape_at = law.shape_at if isinstance(law, Law) else None
+        return locate_shape(law.values, np.array(log), shape_at, lambda columns: self._log_with(place, columns))
+
+    def _log_with(self, place: int, columns: Array) -> float:
+        """Log posterior of the best hypothesis with other columns of one term."""
+        terms = list(self.best.terms)
+        terms[place] = replace(terms[place], columns=columns, shape=None)
         return float(self.search.evidence(tuple(terms), self.best.noise, self.best.sigma_um).log_posterior)
 
     def write(self, path: str | Path) -> None:
@@ -334,6 +332,7 @@ class Posterior:
 
         Only those with odds of at least ``least`` against the best one count, since less probable ones do not change
         the coverage interval. Of several amplitudes, as of a wave, those of another shape of the grid are others.
+        Of two steps or waves that stand together either may have either label: it is the one that is more like it.
         """
         own = next((t for t in self.best.terms if t.candidate.label == label), None)
         if own is None:
@@ -341,8 +340,8 @@ class Posterior:
         near = self.best.log_posterior + float(np.log(least))
         every = (one for one in self.search.evidence.current if one.log_posterior >= near)
         every = (one for one in every if not one.labels & set(without))
-        same = 1 if own.n_amplitudes == 1 else 2
-        held = [(one, i) for one in every for i, term in enumerate(one.terms) if term.key[:same] == own.key[:same]]
+        twins = [term for term in self.best.terms if law_of(term) == law_of(own)]
+        held = [(one, place) for one in every if (place := place_of_same(own, twins, one)) is not None]
         if not held:
             return None
         # a shape fitted between the grid's may be so much larger that the amplitude is that much smaller

@@ -111,7 +111,8 @@ class Law(Candidate):
     amplitude alone, and a term has the signature of its size. ``discrepancy``:
     from the number of an atom to columns ``(p, n)`` in which reality may depart from the signature, with amplitudes of
     the same size (model discrepancy; Kennedy and O'Hagan, J. R. Stat. Soc. B 63, 2001: 425). They are never reported.
-    ``values (atoms,)``: what the shapes of the grid are, as periods, where it is stated.
+    ``values (atoms,)``: what the shapes of the grid are, as periods, where it is stated; ``shape_at``: the columns of
+    any value between them.
     """
 
     pattern: Array | NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 1, 0)))
@@ -123,6 +124,7 @@ class Law(Candidate):
     of_size: OfSize | None = None
     discrepancy: Callable[[int], Array] | None = None
     values: Array | None = None
+    shape_at: Callable[[float], Array] | None = None
 
     @property
     def atoms(self) -> int:

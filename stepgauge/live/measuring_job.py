@@ -24,7 +24,7 @@ from stepgauge.planning.check import check_program, check_travel
 from stepgauge.planning.program import fastest_mm_s
 from stepgauge.recording import APPROACH, POSITION, Recording
 from stepgauge.recording.conventions import KEY as CONVENTION
-from stepgauge.recording.conventions import complete_convention
+from stepgauge.recording.conventions import complete_by_machine
 from stepgauge.recording.simulated import SIMULATED, SIMULATED_COMMENT
 
 
@@ -95,7 +95,7 @@ class Job:
         if made and CONVENTION not in said:
             origin_mm = self.placement.origin_mm(self.gauge)
             recording = correct_temperature(recording, self.machine, self.gauge, origin_mm)
-        return complete_convention(recording, self.machine.table)
+        return complete_by_machine(recording, self.machine.table)
 
     def _comments(self) -> dict[str, str]:
         return {

@@ -17,7 +17,7 @@ from stepgauge.montecarlo.model import MonteCarloModel
 from stepgauge.planning.plan import parse_section
 from stepgauge.programs import read_program
 from stepgauge.recording import Recording, is_recording_file, join_recordings, read_recording
-from stepgauge.recording.conventions import complete_convention, state_convention
+from stepgauge.recording.conventions import complete_by_machine, state_convention
 
 
 @dataclass(frozen=True)
@@ -58,10 +58,11 @@ def read_model(
     options = options or ModelOptions()
     files = [one for one in sources if not isinstance(one, Recording)]
     if not files or len(files) < len(sources) or is_recording_file(files[0]):
-        tables = [one if isinstance(one, Recording) else read_recording(one) for one in sources]
+        read = [one if isinstance(one, Recording) else read_recording(one) for one in sources]
+        stated = [state_convention(one, options.temperature_convention) for one in read]
+        tables = [complete_by_machine(one, machine.table) for one in stated]
         recording = tables[0] if len(tables) == 1 else join_recordings(tables)
         check_recorded(recording.comments, machine)
-        recording = complete_convention(state_convention(recording, options.temperature_convention), machine.table)
         if options.gauge_temperature_C is not None:
             raise InputError(naming("gauge_temperature_C"), "belongs to a program; a recording has its own")
         section = parse_section(options.blocks, gauge)

@@ -7,7 +7,7 @@ from pathlib import Path
 NAME = "stepgauge.toml"
 
 
-def find_project(start: str | Path = ".") -> Path | None:
-    """The project file of the folder ``start`` or of the nearest folder above it; None where there is none."""
-    folder = Path(start).absolute()
+def find_project() -> Path | None:
+    """The project file of this folder or of the nearest folder above it; None where there is none."""
+    folder = Path().absolute()
     return next((path for one in (folder, *folder.parents) if (path := one / NAME).is_file()), None)

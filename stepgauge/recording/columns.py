@@ -13,6 +13,8 @@ POSITION = ["x_mm", "y_mm", "z_mm"]
 APPROACH = ["approach_i", "approach_j", "approach_k"]
 REQUIRED = ["cycle", "face", *POSITION, *APPROACH]
 SCALE_TEMPERATURES = tuple(f"scale_temperature_{axis}_C" for axis in "xyz")
+SCALES_C = "scale_temperature_C"
+"""Comment: the temperature of the scales that no column has, as the machine file states it."""
 TEMPERATURES = ("gauge_temperature_C", *SCALE_TEMPERATURES)
 OPTIONAL = ["placement", "time_s", "speed_mm_s", *TEMPERATURES]
 COUNTS = ["placement", "cycle", "face"]

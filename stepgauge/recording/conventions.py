@@ -16,7 +16,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
 from stepgauge.gauge.certified import Gauge
-from stepgauge.recording.columns import APPROACH, SCALE_TEMPERATURES
+from stepgauge.recording.columns import APPROACH, SCALE_TEMPERATURES, SCALES_C
 from stepgauge.recording.table import Recording
 
 Convention = Literal["as_read", "corrected_to_20", "nominal_expansion"]
@@ -41,15 +41,18 @@ INSTRUMENT = {
     "as_read": "the instrument has not corrected the readings to 20 deg C",
     "corrected_to_20": "the instrument has corrected the readings to 20 deg C",
 }
-KEY, EXPANSION, SCALES_C = "temperature_convention", "scale_expansion_per_K", "scale_temperature_C"
-"""Comments of a recording: the convention; for NDE the expansion of the scales, and their temperature where no column
-has it."""
+KEY, EXPANSION = "temperature_convention", "scale_expansion_per_K"
+"""Comments of a recording: the convention; for NDE the expansion of the scales."""
 REFERENCE_C = 20.0
 """Reference temperature of dimensions, ISO 1."""
 
 
 class Scales(Protocol):
     """What a machine file states of its scales and of what its readings have been corrected for."""
+
+    @property
+    def name(self) -> str:
+        """Of the machine."""
 
     @property
     def temperature_convention(self) -> Convention | None:
@@ -70,9 +73,14 @@ def convention_of(comments: Mapping[str, str], where: str = "") -> Convention | 
     stated = comments.get(KEY)
     if stated is None:
         return None
+    if "; " in stated:
+        what, expected = (
+            "some of the readings are corrected for temperature, others not",
+            "recordings of one convention",
+        )
+        raise InputError(where, what, found=stated, expected=expected)
     if stated not in get_args(Convention):
-        what = f"{KEY} is not known, or differs between recordings"
-        raise InputError(where, what, found=stated, expected=", ".join(get_args(Convention)))
+        raise InputError(where, f"{KEY} is not known", found=stated, expected=", ".join(get_args(Convention)))
     return cast(Convention, stated)
 
 
@@ -118,16 +126,17 @@ def state_convention(recording: Recording, stated: str | None) -> Recording:
     return recording.assign_comments(**{KEY: stated})
 
 
-def complete_convention(recording: Recording, machine: Scales | None) -> Recording:
-    """The recording with the convention of its machine file, and what NDE needs from it, where it states none."""
+def complete_by_machine(recording: Recording, machine: Scales | None) -> Recording:
+    """The recording with what its machine file states and it does not: the name, the convention, and the scales."""
     if machine is None:
         return recording
     stated = convention_of(recording.comments, recording.path) or machine.temperature_convention
-    more: dict[str, str] = {KEY: stated} if stated else {}
+    more: dict[str, str] = {"machine": machine.name, **({KEY: stated} if stated else {})}
+    if not all(name in recording.columns for name in SCALE_TEMPERATURES):
+        more[SCALES_C] = f"{machine.temperature_C:g}"
     if stated == "nominal_expansion":
-        own = {EXPANSION: f"{machine.scale_expansion_per_K:g}", SCALES_C: f"{machine.temperature_C:g}"}
-        more |= {key: value for key, value in own.items() if key not in recording.comments}
-    return recording.assign_comments(**more) if more else recording
+        more[EXPANSION] = f"{machine.scale_expansion_per_K:g}"
+    return recording.assign_comments(**{key: value for key, value in more.items() if key not in recording.comments})
 
 
 def warmer_K(recording: Recording, gauge: Gauge) -> Array | float:

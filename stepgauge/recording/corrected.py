@@ -9,8 +9,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.arrays import Array
 from stepgauge.files.numerals import number
 from stepgauge.recording.columns import APPROACH, CORRECTED, POSITION
 
@@ -59,3 +61,28 @@ def _turned(recording: Recording, before_mm: float, after_mm: float) -> Recordin
         for at, along in zip(POSITION, APPROACH, strict=True)
     }
     return recording.assign_columns(**moved).assign_comments(**{CORRECTED: f"{after_mm:.9g}"})
+
+
+SAME_MM = 1e-7
+"""Readings that differ by less are the same to the last digit."""
+LEAST_FACES = 4
+BY_CHANCE = 0.05
+"""Share of other faces that may read the same in every cycle by their rounding."""
+
+
+def zeroed_face(along_mm: Array, face: NDArray[np.int64], cycle: NDArray[np.int64]) -> int | None:
+    """The first face, where every cycle of one placement was set to zero; None where it was not.
+
+    ``along_mm (n,)``: readings along the gauge. It reads the same in every cycle, to the last digit, and hardly
+    any other face does.
+    """
+    faces, number = np.unique(face, return_inverse=True)
+    cycles = np.unique(cycle)
+    if len(cycles) < 2 or len(faces) < LEAST_FACES:
+        return None
+    low, high = np.full(len(faces), np.inf), np.full(len(faces), -np.inf)
+    np.minimum.at(low, number, along_mm)
+    np.maximum.at(high, number, along_mm)
+    same = high - low < SAME_MM
+    in_all = np.isin(cycles, cycle[face == faces[0]]).all()
+    return int(faces[0]) if same[0] and in_all and same[1:].mean() <= BY_CHANCE else None

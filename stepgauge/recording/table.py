@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
 from stepgauge.files.display import Plotted, join_lines
+from stepgauge.files.numerals import number
 from stepgauge.files.parquet import is_parquet, write_parquet
 from stepgauge.files.text import replacing
-from stepgauge.recording.columns import APPROACH, COUNTS, OPTIONAL, POSITION
+from stepgauge.recording.columns import APPROACH, COUNTS, OPTIONAL, POSITION, SCALE_TEMPERATURES, SCALES_C, TEMPERATURES
 from stepgauge.recording.corrected import share_radius
 
 if TYPE_CHECKING:
@@ -195,16 +196,16 @@ def _cells(column: NDArray[Any]) -> list[Any]:
 def join_recordings(recordings: Sequence[Recording]) -> Recording:
     """Several recordings as one; placements that carry the same number in two of them are numbered on.
 
+    Scales whose temperature only some recorded have, in the others, that of the comment from the machine file.
     :class:`InputError` where only some of them state a temperature: nobody knows how warm the others were; or where
     only some had been corrected for the tip.
     """
-    _check_temperatures(recordings)
-    recordings = share_radius(recordings)
+    recordings = share_radius(_share_temperatures(recordings))
     parts, taken = list[Recording](), 0
     for recording in recordings:
-        number = recording.columns["placement"]
-        known = number.min(initial=taken + 1) <= taken  # a run may have ended before its first touch
-        parts.append(recording.assign_columns(placement=number + taken) if known else recording)
+        own = recording.columns["placement"]
+        known = own.min(initial=taken + 1) <= taken  # a run may have ended before its first touch
+        parts.append(recording.assign_columns(placement=own + taken) if known else recording)
         taken = int(parts[-1].columns["placement"].max(initial=taken))
     comments: dict[str, str] = {}
     for recording in recordings:
@@ -216,13 +217,28 @@ def join_recordings(recordings: Sequence[Recording]) -> Recording:
     return Recording({name: np.concatenate([_column(part, name) for part in parts]) for name in names}, comments, path)
 
 
-def _check_temperatures(recordings: Sequence[Recording]) -> None:
-    for name in (name for name in OPTIONAL if name.endswith("_C")):
-        without = [one.path for one in recordings if name not in one.columns]
-        if 0 < len(without) < len(recordings):
-            others = len(recordings) - len(without)
-            what = f"no {name}, which {others} of the {len(recordings)} recordings have"
-            raise InputError(", ".join(without), what, expected="it in all of them, or in none")
+def _share_temperatures(recordings: Sequence[Recording]) -> list[Recording]:
+    """The recordings with all temperatures that any of them has."""
+    there = [name for name in TEMPERATURES if any(name in one.columns for one in recordings)]
+    return [_complete_temperatures(one, [name for name in there if name not in one.columns]) for one in recordings]
+
+
+def _complete_temperatures(recording: Recording, lacking: Sequence[str]) -> Recording:
+    scales_C = number(recording.comments.get(SCALES_C, ""))
+    unknown = next((one for one in lacking if one not in SCALE_TEMPERATURES or np.isnan(scales_C)), None)
+    if unknown in SCALE_TEMPERATURES:
+        raise InputError(
+            recording.path,
+            "the temperature of its scales is neither recorded nor stated, that of the others is",
+            expected=naming("machine", words="{}, whose temperature counts where none is recorded"),
+        )
+    if unknown is not None:
+        raise InputError(
+            recording.path,
+            "the temperature of the gauge is not recorded, in the others it is",
+            expected="it in all of them: import this one again and state it",
+        )
+    return recording.assign_columns(**dict.fromkeys(lacking, scales_C)) if lacking else recording
 
 
 def _column(recording: Recording, name: str) -> NDArray[Any]:

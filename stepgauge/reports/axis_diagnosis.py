@@ -24,7 +24,10 @@ def title(said: Said) -> str:
 
 def captions(said: Said) -> dict[str, str]:
     """What stands below each figure."""
-    return {"residuals": "Deviations before and after, against what they may depend on"}
+    return {
+        "laws": "Mean deviations at every target with what the named causes make of them, and what is left",
+        "residuals": "Deviations before and after, against what they may depend on",
+    }
 
 
 def evidence(said: Said, drawn: Sequence[Block], language: str) -> Iterator[Block]:

@@ -10,9 +10,7 @@ from stepgauge.reports.outcome import StandardTest
 from stepgauge.reports.page import Page, PrintedTable, UserStatements, quantities, table_of, words
 from stepgauge.reports.sections import Section
 from stepgauge.reports.standards import recording_lines, rules_table, said_of, test_content, unmet
-from stepgauge.standards.drift import DriftTest
-from stepgauge.standards.drift_files import drift_csv, drift_to_dict, write_drift
-from stepgauge.standards.drift_rules import rules_of
+from stepgauge.standards.drift import DriftTest, drift_csv, drift_to_dict, rules_of
 from stepgauge.standards.iso230_decision import Requirement
 from stepgauge.standards.rules import incomplete
 
@@ -97,9 +95,9 @@ def drift_outcome(test: DriftTest) -> StandardTest:
         test,
         decision,
         tuple(lines),
-        drift_csv(test),
         "iso230-3",
+        drift_to_dict(test),
+        {"": drift_csv(test)},
         lambda stated: drift_content(test, stated),
-        lambda folder: write_drift(folder, test),
         lambda: {"": drift_figure(test)},
     )

@@ -13,9 +13,9 @@ from stepgauge.conditions import stored_conditions
 from stepgauge.diagnosis.wording.action import LEFT, actions, is_good_enough, spoils
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import (
+    check_of,
     describe_rivals,
     finding_name,
-    kind_and_choice,
     meaning,
     name_of,
     remedy,
@@ -86,17 +86,20 @@ def commands(said: Said) -> list[str]:
 
 def _good_enough(said: Said, language: str) -> Iterator[str]:
     """That there is nothing to do, and what may remain; findings that are left as they are."""
-    at = subject(said)
     for number, (effect, action) in enumerate(zip(said["effects"], actions(said), strict=True), 1):
         if action in LEFT:
             yield f"{number}: {_size(effect, said, language)}{say(f'left_{action}', language)}"
+    if is_good_enough(said):
+        yield say("stop", language, each=_remaining(said, language))
+
+
+def _remaining(said: Said, language: str) -> str:
+    """What the errors that are set by a number may still be."""
     every = [
-        f"{name_of(one['label'], at.of, language)} ± {uncertainty(COVERAGE * one['u'])} {one['unit']}"
+        f"{name_of(one['label'], subject(said).of, language)} ± {uncertainty(COVERAGE * one['u'])} {one['unit']}"
         for one in said.get("may_remain", ())
     ]
-    if every and (said["verdict"] in ("adequate", "insufficient") or is_good_enough(said)):
-        key = "stop" if is_good_enough(said) else "may_remain"
-        yield say(key, language, each=listed(every, language=language))
+    return listed(every, language=language)
 
 
 def _checks(said: Said, language: str) -> Iterator[str]:
@@ -112,20 +115,23 @@ def _checks(said: Said, language: str) -> Iterator[str]:
             which = name if one is effect else say("or_member", language, name=name)
             yield f"{number}{f', {which}' if len(members) > 1 else ''}: {text}"
     for number, row in _structure(said):
-        yield f"{number}: {_remedy_of_row(row, language).check}"
-        yield from (f"{number}, {which}: {check}" for which, check in _checks_of_laws(row, language))
+        yield from (f"{number}: {text}" for text in _checks_of_row(row, said, language))
+        # laws that the readings do not exclude in the place of this structure
+        labels = (label for one in row["open"] for law in one["laws"] for label in law["labels"])
+        for label in dict.fromkeys(labels):
+            which = say("or_member", language, name=name_of(label, at.of, language))
+            yield f"{number}, {which}: {check_of(label, at, language)}"
 
 
-def _checks_of_laws(row: Said, language: str) -> Iterator[tuple[str, str]]:
-    """Laws that the readings do not exclude in the place of a structure, with what to check of each."""
-    for one in row["open"]:
-        for label in dict.fromkeys(label for law in one["laws"] for label in law["labels"]):
-            kind, choice = kind_and_choice(label)
-            law = {"kind": kind, "parameters": {name: {"value": choice} for name in ("axis", "plane")}}
-            yield (
-                say("or_member", language, name=name_of(label, "gauge", language)),
-                remedy(law, language=language).check,
-            )
+def _checks_of_row(row: Said, said: Said, language: str) -> list[str]:
+    """What to check for structure: of the laws that it is like, where it is like some."""
+    every = (phrase for one in said["unexplained"] if one["covariate"] == row["covariate"] for phrase in _phrases(one))
+    like = dict.fromkeys(phrase["law"] for phrase in every if "law" in phrase)
+    return [check_of(label, subject(said), language) for label in like] or [_remedy_of_row(row, language).check]
+
+
+def _phrases(one: Said) -> list[Said]:
+    return [phrase for phrase in one.get("phrases", ()) if isinstance(phrase, Mapping)]
 
 
 def _repairs(said: Said, language: str) -> Iterator[str]:
@@ -140,16 +146,24 @@ def _repairs(said: Said, language: str) -> Iterator[str]:
 
 
 def _entered(said: Said, language: str) -> Iterator[str]:
-    """The numbers to enter; none before what spoils them is mended and measured again."""
+    """The numbers to enter; none before what spoils them is mended and measured again; what they do not wait for."""
     if waiting := _numbers_of("wait", said):
-        spoiling = listed(
-            [str(number) for number, one in enumerate(said["effects"], 1) if spoils(one)], "and", language
-        )
-        yield f"{', '.join(map(str, waiting))}: {say('wait', language, numbers=spoiling)}"
+        spoiling = [number for number, one in enumerate(said["effects"], 1) if spoils(one)]
+        course = {one["covariate"] for one in said["unexplained"] if spoils(one)}
+        spoiling += [number for number, row in _structure(said) if row["covariate"] in course]
+        yield f"{', '.join(map(str, waiting))}: {say('wait', language, numbers=_numbers(spoiling, language))}"
     yield from _remedies("enter", said, language)
+    entered, open_ = _numbers_of("enter", said), _numbers_of("check", said)
+    if entered and (open_ := [*open_, *(number for number, _ in _structure(said))]):
+        yield f"{', '.join(map(str, entered))}: {say('not_waiting', language, numbers=_numbers(open_, language))}"
+
+
+def _numbers(numbers: Sequence[int], language: str) -> str:
+    return listed([str(one) for one in numbers], language=language)
 
 
 def _numbers_of(action: str, said: Said) -> list[int]:
+    """The numbers of the findings with an action."""
     return [number for number, one in enumerate(actions(said), 1) if one == action]
 
 
@@ -178,7 +192,9 @@ def _structure(said: Said) -> Iterator[tuple[int, Said]]:
 
 
 def _again(said: Said, language: str) -> Iterator[str]:
-    yield from [] if is_good_enough(said) else lacking(said, language)
+    if said["verdict"] == "insufficient" and not is_good_enough(said):
+        yield from lacking(said, language)
+        yield from [say("may_remain", language, each=each)] if (each := _remaining(said, language)) else []
     if said.get("further", {}).get("separate_by"):
         yield say("worth", language, text=proposal(said["further"], language))
     every = [(number, effect) for number, effect in enumerate(said["effects"], 1) if effect["separate_by"]]
@@ -192,6 +208,9 @@ def _again(said: Said, language: str) -> Iterator[str]:
             laws = [" + ".join(name_of(label, "gauge", language) for label in law["labels"]) for law in one["laws"]]
             told = {"laws": listed(laws, "or", language), "text": proposal(one, language)}
             yield f"{number}, {say('tell_laws' if laws else 'separate', language, **told)}"
+    if any(one.startswith("stepgauge plan") for one in commands(said)):
+        number = max(one["placement"] for one in said["measured"]["placements"]) + 1
+        yield say("further", language, number=number)
     of = subject(said).of
     if of != "axis" and (said["unexplained"] or any(one not in LEFT for one in actions(said))):
         yield say(f"compare_{of}", language)
@@ -210,7 +229,7 @@ def proposal(one: Said, language: str) -> str:
 
 def _remedy_of_row(row: Said, language: str = "en") -> Wording:
     on = [covariate_name(row[key], language=language) for key in ("covariate", "beside") if row.get(key)]
-    return remedy_of_structure(row["forms"], listed(on, language=language), language)
+    return remedy_of_structure(row["forms"], row["covariate"], listed(on, language=language), language)
 
 
 def found_part(said: Said, *more: Block | None, language: str = "en") -> dict[str, Any]:

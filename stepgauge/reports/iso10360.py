@@ -26,8 +26,7 @@ from stepgauge.reports.page import (
 from stepgauge.reports.sections import Section, certificate_section
 from stepgauge.reports.standards import machine_lines, recording_lines, rules_table, test_content
 from stepgauge.standards.iso10360 import KINDS, LengthTest
-from stepgauge.standards.iso10360_files import length_test_csv, length_test_to_dict, write_length_test
-from stepgauge.standards.iso10360_statements import decide_test, statements, verdicts
+from stepgauge.standards.iso10360_files import decide_test, length_test_csv, length_test_to_dict, statements, verdicts
 
 CONTRIBUTIONS = ("certificate", "expansion", "temperature", "alignment", "fixture", "tip diameter")
 INFORMATION = "unidirectional, for information"
@@ -240,9 +239,9 @@ def length_outcome(test: LengthTest, machine: Machine | None, further: Sequence[
         test,
         decision,
         tuple(lines),
-        length_test_csv(test),
         "iso10360",
+        length_test_to_dict(test, further),
+        {"": length_test_csv(test)} | {f"-{one.series.key}": length_test_csv(one) for one in further},
         lambda stated: length_test_content(test, stated, machine, further),
-        lambda folder: write_length_test(folder, test, further),
         lambda: {"": length_test_figure(test)} | {f"-{one.series.key}": length_test_figure(one) for one in further},
     )

@@ -20,9 +20,8 @@ from stepgauge.reports.page import (
 )
 from stepgauge.reports.sections import Section, add_comments
 from stepgauge.reports.standards import rules_table, said_of, test_content, unmet
-from stepgauge.standards.iso10360_5 import ProbingTest
-from stepgauge.standards.iso10360_5_files import decide_test, probing_csv, probing_to_dict, write_probing
-from stepgauge.standards.iso10360_5_rules import rules_of
+from stepgauge.standards.iso10360_5 import ProbingTest, rules_of
+from stepgauge.standards.iso10360_5_files import decide_test, probing_csv, probing_to_dict
 from stepgauge.standards.rules import incomplete
 
 METHOD = (
@@ -124,9 +123,9 @@ def probing_outcome(test: ProbingTest, machine_name: str | None) -> StandardTest
         test,
         decision,
         tuple(lines),
-        probing_csv(test),
         "iso10360-5",
+        probing_to_dict(test),
+        {"": probing_csv(test)},
         lambda stated: probing_content(test, stated, machine_name),
-        lambda folder: write_probing(folder, test),
         lambda: {"": probing_figure(test)},
     )

@@ -20,18 +20,18 @@ from stepgauge.reports.standards import (
     unmet,
 )
 from stepgauge.standards.iso230_decision import PARAMETERS, parameters_um
+from stepgauge.standards.iso230_files import LABELS as FURTHER_LABELS
 from stepgauge.standards.iso230_files import (
     assumptions,
     decide_test,
+    deviations_csv,
+    further_um,
     linear_keys,
     positioning_to_dict,
     statements,
     targets_csv,
-    write_positioning,
 )
 from stepgauge.standards.positioning import AxisTest, PositioningTest, Units
-from stepgauge.standards.positioning_further import LABELS as FURTHER_LABELS
-from stepgauge.standards.positioning_further import further_um
 
 LABELS = {"A_up": "A↑", "A_down": "A↓", "E_up": "E↑", "E_down": "E↓", "R_up": "R↑", "R_down": "R↓", "mean_B": "mean B"}
 METHOD = (
@@ -195,9 +195,9 @@ def positioning_outcome(test: PositioningTest, machine: Machine | None = None) -
         test,
         decision,
         tuple(lines),
-        targets_csv(test),
         "iso230",
+        positioning_to_dict(test),
+        {"": targets_csv(test), "-deviations": deviations_csv(test)},
         lambda stated: positioning_content(test, stated, machine),
-        lambda folder: write_positioning(folder, test),
         lambda: {f"-placement-{one.placement}" if len(axes) > 1 else "": positioning_figure(one) for one in test.axes},
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,7 @@ from stepgauge.conditions.decision import ConformityDecision
 from stepgauge.errors import InputError
 from stepgauge.files.display import Written, join_lines
 from stepgauge.files.stored import StoredResult, WrittenResult
+from stepgauge.files.text import write_files
 from stepgauge.reports.page import UserStatements
 
 if TYPE_CHECKING:
@@ -24,18 +25,18 @@ if TYPE_CHECKING:
 class StandardTest(WrittenResult):
     """The outcome of a test: ``test`` has its values, ``decision`` what follows for its limits; ``lines`` say both.
 
-    ``name`` begins the names of its files, ``table`` is their CSV; ``content`` that of the report, from what a person
-    states; ``write_values`` writes JSON and CSV into a folder; ``figures`` by the end of their names, the first one
-    being that of the test.
+    ``name`` begins the names of its files: ``said`` is written as JSON, ``tables`` as CSV by the end of their names;
+    ``content`` is that of the report, from what a person states; ``figures`` by the end of their names. The first table
+    and the first figure are those of the test.
     """
 
     test: Any
     decision: ConformityDecision
     lines: tuple[str, ...]
-    table: str
     name: str
+    said: dict[str, Any]
+    tables: Mapping[str, str]
     content: Callable[[UserStatements], dict[str, Any]] = field(compare=False)
-    write_values: Callable[[Path], list[Path]] = field(compare=False)
     figures: Callable[[], dict[str, Figure]] = field(compare=False)
 
     def summary(self) -> str:
@@ -46,7 +47,7 @@ class StandardTest(WrittenResult):
         """The table that is written beside the report, with the units in the names of its columns."""
         import pandas as pd
 
-        return pd.read_csv(io.StringIO(self.table), comment="#")
+        return pd.read_csv(io.StringIO(next(iter(self.tables.values()))), comment="#")
 
     def plot(self, axes: Axes | None = None) -> Axes:
         """The figure of the standard; returns the axes of its first panel, whose ``figure`` has the others.
@@ -86,7 +87,9 @@ class StandardTest(WrittenResult):
             drawn = {Path(folder) / f"{self.name}-figure{end}.{figure}": one for end, one in self.figures().items()}
             for path, one in drawn.items():
                 save_figure(one, path, bool(content["simulated"]), translator(content))
-            return Written([*self.write_values(Path(folder)), *drawn, report], [f"note: {note}" for note in notes])
+            tables = {f"{self.name}{end}.csv": text for end, text in self.tables.items()}
+            values = write_files(folder, {f"{self.name}.json": self.said} | tables)
+            return Written([*values, *drawn, report], [f"note: {note}" for note in notes])
 
 
 class StoredTest(StoredResult):

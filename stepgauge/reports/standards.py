@@ -6,7 +6,7 @@ Data that were not stated are listed as not stated, and nothing is filled in.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stepgauge.conditions import Conditions
 from stepgauge.files.notation import make_sentence, number
@@ -23,9 +23,6 @@ from stepgauge.reports.page import (
     unsaid,
 )
 from stepgauge.reports.sections import Section, add_comments, file_names
-
-if TYPE_CHECKING:
-    pass
 
 
 def test_content(page: Page, stated: UserStatements, gauge: Gauge | None, machine: str | None) -> dict[str, Any]:

@@ -192,7 +192,8 @@ def conformity(evaluation: Mapping[str, Any], budget: StoredBudget | None, mpe: 
         for placed in evaluation["placements"]
         for row, length in _probed(placed["faces"])
     )
-    near = [one for one in faces if one.outcome == "not decidable" and not missing]
+    fails = any(one.outcome == "does not conform" for one in faces)  # which no smaller U would change
+    near = [one for one in faces if one.outcome == "not decidable" and not missing and not fails]
     needed = [found for one in near if budget is not None and (found := _needed(one, budget)) is not None]
     farthest = min(needed, key=lambda one: one.needed_um / one.expanded_um, default=None)
     return Conformity(mpe, faces, missing, conditions.no_statement, farthest)

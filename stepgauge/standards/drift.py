@@ -13,21 +13,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
+from stepgauge import __version__
 from stepgauge.conditions import NOTHING, Conditions
-from stepgauge.conditions.channels import channel_conditions
+from stepgauge.conditions.series import channel_conditions
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
-from stepgauge.files.tables import Rows, read_rows
+from stepgauge.files.notation import percent
+from stepgauge.files.tables import Rows, csv_text, read_rows, result_cell
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import Recording
 from stepgauge.recording.identity import check_recording
 from stepgauge.recording.lines import table_comments
 from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
 from stepgauge.standards.lengths import face_table, nearest_axis
+from stepgauge.standards.rules import Rule
 
 Kind = Literal["etve", "axis"]
 STANDARD = "ISO 230-3:2020"
@@ -225,3 +228,91 @@ def _ends(first: int, last: int, against: bool) -> dict[str, int]:
     low, high = (last, first) if against else (first, last)
     up, down = (1, 0) if against else (0, 1)
     return {"P1 +": low + up, "P1 −": low + down, "P2 +": high + up, "P2 −": high + down}
+
+
+ETVE_H = 24.0
+LARGEST_STEP_S = 300.0
+
+
+def rules_of(test: DriftTest) -> tuple[Rule, ...]:
+    """Every rule of the kind of test."""
+    return (_temperatures(test), *(_etve(test) if test.kind == "etve" else _axis(test)))
+
+
+def _temperatures(test: DriftTest) -> Rule:
+    names = list(test.drift.temperature_C)
+    found = ", ".join(names) if names else "none in the table"
+    return Rule(f"{STANDARD}, instrumentation", "temperatures recorded beside the displacements", found, bool(names))
+
+
+def _etve(test: DriftTest) -> tuple[Rule, ...]:
+    hours = test.duration_s / 3600.0
+    step = float(np.diff(test.drift.time_s).max())
+    source = f"{STANDARD}, ETVE test (unconfirmed)"
+    return (
+        Rule(source, f"a test of {ETVE_H:g} h at least", f"{hours:.1f} h", hours >= ETVE_H - 1e-6),
+        Rule(source, f"a reading every {LARGEST_STEP_S:g} s at least", f"up to {step:.0f} s", step <= LARGEST_STEP_S),
+    )
+
+
+def _axis(test: DriftTest) -> tuple[Rule, ...]:
+    source = f"{STANDARD}, test of linear axes"
+    known = test.settled
+    share = "less than two hours measured" if known is None else percent(known)
+    settled = Rule(
+        f"{source} (unconfirmed)",
+        f"moved until the last 60 min change less than {percent(SETTLED_SHARE)} of the first 60 min",
+        share,
+        known is not None and known < SETTLED_SHARE,
+    )
+    span = test.drift.span_mm
+    if span is None:
+        return (settled,)
+    asks = f"a representative length of {LONGEST_AXIS_MM:g} mm at most"
+    return settled, Rule(f"{source}, clause 7", asks, f"{span:.1f} mm", span <= LONGEST_AXIS_MM)
+
+
+COLUMNS = ("channel", "range_um", "first_hour_um", "end_um", "last_hour_um")
+
+
+def drift_to_dict(test: DriftTest) -> dict[str, Any]:
+    """Everything the test says, as JSON types."""
+    rules, requirement = rules_of(test), test.requirement
+    return {
+        "format": "stepgauge test iso230-3 1",
+        "stepgauge": __version__,
+        "standard": STANDARD,
+        "test": test.kind,
+        "name": NAMES[test.kind],
+        "recording": test.drift.path,
+        "comments": dict(test.drift.comments),
+        "duration_s": test.duration_s,
+        "readings": len(test.drift.time_s),
+        "span_mm": test.drift.span_mm,
+        "channels": [_channel_row(one) for one in test.channels],
+        "settled": test.settled,
+        "temperature_ranges_K": test.temperature_ranges_K,
+        "tolerances_um": dict(requirement.tolerance_um),
+        "expanded_uncertainty_um": requirement.expanded_um,
+        "outcomes": requirement.outcomes(test.values_um),
+        "decision": requirement.decision([("", test.values_um)]).to_dict(),
+        "conditions": test.conditions.to_dicts(),
+        "complete": all(rule.met for rule in rules),
+        "rules": [rule.to_dict() for rule in rules],
+        "unconfirmed": list(UNCONFIRMED[test.kind]),
+    }
+
+
+def _channel_row(one: Channel) -> dict[str, Any]:
+    return {
+        "channel": one.name,
+        "range_um": one.range_um,
+        "first_hour_um": one.first_hour_um,
+        "end_um": one.end_um,
+        "last_hour_um": one.last_hour_um,
+    }
+
+
+def drift_csv(test: DriftTest) -> str:
+    """A row per channel."""
+    return csv_text(COLUMNS, [[result_cell(_channel_row(one)[name]) for name in COLUMNS] for one in test.channels])

@@ -22,7 +22,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
-from stepgauge.recording.conventions import complete_convention
+from stepgauge.recording.conventions import complete_by_machine
 from stepgauge.recording.identity import check_recording
 from stepgauge.standards.iso10360_positions import Position, TestLength
 from stepgauge.standards.iso10360_rules import excluded_parts, rules_of
@@ -184,7 +184,7 @@ def length_test(
         not this tip's, no length at all. Too few positions, lengths or repeats are no error: the rules say what is
         incomplete.
     """
-    recording = complete_convention(recording, machine.table if machine else None)
+    recording = complete_by_machine(recording, machine.table if machine else None)
     check_recording(recording, gauge)
     numbers = recording.placements
     if placements and len(placements) != len(numbers):

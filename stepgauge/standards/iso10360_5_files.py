@@ -11,9 +11,7 @@ import numpy as np
 from stepgauge import __version__
 from stepgauge.conditions.decision import DECISION_SOURCE, NO_LIMIT, ConformityDecision, Outcome, decision_of, prevented
 from stepgauge.files.tables import csv_text
-from stepgauge.files.text import write_files
-from stepgauge.standards.iso10360_5 import STANDARD, UNCONFIRMED, ProbingTest, Value
-from stepgauge.standards.iso10360_5_rules import rules_of
+from stepgauge.standards.iso10360_5 import STANDARD, UNCONFIRMED, ProbingTest, Value, rules_of
 from stepgauge.standards.rules import open_points
 
 CSV_COLUMNS = ("stylus", "point", "x_mm", "y_mm", "z_mm", "radial_deviation_um")
@@ -108,8 +106,3 @@ def probing_csv(test: ProbingTest) -> str:
         for point, (place, off) in enumerate(zip(np.round(one.surface_mm, 7), residuals, strict=True), 1):
             rows.append([number, point, *place.tolist(), f"{off:.4f}"])
     return csv_text(CSV_COLUMNS, rows)
-
-
-def write_probing(folder: str | Path, test: ProbingTest) -> list[Path]:
-    """Write both files into a folder (made if missing); returns their paths."""
-    return write_files(folder, {"iso10360-5.json": probing_to_dict(test), "iso10360-5.csv": probing_csv(test)})

@@ -27,7 +27,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
-from stepgauge.recording.conventions import Convention, complete_convention, convention_of
+from stepgauge.recording.conventions import Convention, complete_by_machine, convention_of
 from stepgauge.recording.identity import check_recording
 from stepgauge.standards.iso230 import AxisParameters, Parameters, axis_parameters
 from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
@@ -183,7 +183,7 @@ def positioning_test(
         a recording of another gauge, a single run, no two complete blocks. Fewer runs or targets than the standard asks
         are no error: the rules say what is incomplete.
     """
-    recording = complete_convention(recording, machine.table if machine else None)
+    recording = complete_by_machine(recording, machine.table if machine else None)
     check_recording(recording, gauge)
     numbers = recording.placements
     if placements and len(placements) != len(numbers):

@@ -74,9 +74,8 @@ def write_dcc(
     stepgauge budget recording.csv -g step-gauge-420 -m machine.toml -o result
     stepgauge dcc write result -c certificate.toml -g step-gauge-420 -m machine.toml -o certificate.xml
     """
-    from stepgauge.dcc.documents import WrittenCertificate
+    from stepgauge.dcc.documents import WrittenCertificate, certificate_of, read_pdf
     from stepgauge.dcc.elements import attach as attach_file
-    from stepgauge.dcc.files import certificate_of, read_pdf
     from stepgauge.errors import InputError, naming
     from stepgauge.reports.made_from import BUDGET, budget_of
     from stepgauge.reports.sources import read_sources

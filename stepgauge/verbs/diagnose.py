@@ -124,7 +124,13 @@ def diagnose(
     """
     from stepgauge.diagnosis.priors import read_priors
     from stepgauge.errors import InputError, naming
-    from stepgauge.verbs.inputs import are_of_axis, resolve_gauge, resolve_machine_with_styli, several
+    from stepgauge.verbs.inputs import (
+        are_of_axis,
+        resolve_gauge,
+        resolve_machine_with_styli,
+        resolve_recordings,
+        several,
+    )
 
     given, table, excluded = several(recordings), None if priors is None else read_priors(priors), several(without)
     if probe is not None:
@@ -137,8 +143,10 @@ def diagnose(
         given_too = naming("gauge" if gauge is not None else "machine")
         raise InputError(given_too, "a recording of one axis, a spot or distances needs none")
     if not of_axis and (gauge is None or machine is None):
+        first = resolve_recordings(given[0])[0]  # what is wrong there is told first
+        found = f"{len(first)} readings of faces"
         missing, both = naming("gauge" if gauge is None else "machine"), naming("gauge", "machine", words="{} and {}")
-        raise InputError(missing, "a recording of a gauge needs it", expected=both)
+        raise InputError(missing, "a recording of a gauge needs it", found=found, expected=both)
     one: Any = partial(_axes, without=excluded, table=table, kind=kind)
     if gauge is not None and machine is not None:
         cmm, steps = resolve_machine_with_styli(machine, further_styli), resolve_gauge(gauge)

@@ -109,7 +109,6 @@ def evaluate(
     from stepgauge.errors import InputError, naming
     from stepgauge.evaluation.evaluate import evaluate as evaluate_recording
     from stepgauge.evaluation.files import evaluation_to_dict
-    from stepgauge.recording.conventions import complete_convention, state_convention
     from stepgauge.standards.budget_files import resolve_budget
     from stepgauge.standards.conformity import conformity, limit_of
     from stepgauge.verbs.inputs import (
@@ -124,8 +123,7 @@ def evaluate(
     steps = resolve_gauge(gauge)
     section = resolve_blocks(blocks, steps)
     lies = resolve_placements(placements, steps)
-    whole = joined_recordings(recordings)
-    whole = complete_convention(state_convention(whole, temperature_convention), None if cmm is None else cmm.table)
+    whole = joined_recordings(recordings, temperature_convention, cmm)
     whole = whole.assign_comments(measured_at=measured_at, machine=machine_name)
     found = evaluate_recording(whole, steps, section, cast("REffOrigin | None", r_eff_origin), lies, correct_drift)
     limit = limit_of(found.comments, cmm, asked=mpe)

@@ -187,7 +187,7 @@ def export_fleet(
     stepgauge fleet add another exported/recordings/* --roster exported/roster.csv
     """
     from stepgauge.fleet.done import Exported
-    from stepgauge.fleet.export import export
+    from stepgauge.fleet.query import export
     from stepgauge.fleet.store import Fleet
 
     return Exported(export(Fleet(store), output, where), output)

@@ -47,7 +47,7 @@ def evaluate_fleet(
     stepgauge fleet evaluate fleet --jobs 2
     stepgauge fleet evaluate fleet --scheduler /tmp/stepgauge-k3x9/cluster.json
     """
-    from stepgauge.executors.choice import engine_of
+    from stepgauge.executors.task import engine_of
     from stepgauge.fleet.done import Worked
     from stepgauge.fleet.evaluating import EvaluationChoices
     from stepgauge.fleet.evaluating import evaluate_fleet as evaluate_stored
@@ -84,7 +84,7 @@ def budget_fleet(
     stepgauge fleet budget fleet --jobs 2
     stepgauge fleet query fleet "SELECT machine, max(expanded_um) FROM budgets WHERE quantity = 'xm' GROUP BY machine"
     """
-    from stepgauge.executors.choice import engine_of
+    from stepgauge.executors.task import engine_of
     from stepgauge.fleet.budgeting import budget_fleet as budget_stored
     from stepgauge.fleet.done import Worked
     from stepgauge.fleet.store import Fleet
@@ -121,7 +121,7 @@ def diagnose_fleet(
     stepgauge fleet diagnose fleet --scheduler /tmp/stepgauge-k3x9/cluster.json
     """
     from stepgauge.diagnosis.priors import read_priors
-    from stepgauge.executors.choice import engine_of
+    from stepgauge.executors.task import engine_of
     from stepgauge.fleet.diagnosing import diagnose_fleet as diagnose_stored
     from stepgauge.fleet.done import Worked
     from stepgauge.fleet.store import Fleet
@@ -175,7 +175,7 @@ def infer_fleet(
     stepgauge fleet infer fleet -o fleet.json
     stepgauge fleet infer fleet --jobs 2 -o fleet.html
     """
-    from stepgauge.executors.choice import engine_of
+    from stepgauge.executors.task import engine_of
     from stepgauge.fleet.hierarchical.stored import infer_store
 
     return infer_store(store, engine_of(jobs, scheduler, memory_MB), progress)

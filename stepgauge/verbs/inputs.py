@@ -87,11 +87,13 @@ def resolve_recordings(
     return found
 
 
-def joined_recordings(recordings: Any) -> Recording:
-    """One recording of all that are given, several as several placements."""
+def joined_recordings(recordings: Any, convention: str | None = None, machine: Machine | None = None) -> Recording:
+    """One recording of all that are given, several as several placements, with what is stated beside each."""
     from stepgauge.recording import join_recordings
+    from stepgauge.recording.conventions import complete_by_machine, state_convention
 
-    tables = resolve_recordings(recordings)
+    found = [state_convention(one, convention) for one in resolve_recordings(recordings)]
+    tables = [complete_by_machine(one, machine.table if machine else None) for one in found]
     return tables[0] if len(tables) == 1 else join_recordings(tables)
 
 
@@ -109,12 +111,14 @@ def resolve_axis(given: File | AxisRecording | pd.DataFrame) -> AxisRecording:
 def are_of_axis(given: Iterable[object]) -> bool:
     """Whether all recordings are of an axis, a spot or distances; some beside those of a gauge are a mistake."""
     given = list(given)
+    if not given:
+        raise InputError(naming("recordings"), "there is none", expected="one recording or more")
     found = [_is_of_axis(one) for one in given]
     if any(found) and not all(found):
         one = given[found.index(True)]
         where = one if isinstance(one, str | Path) else getattr(one, "path", "") or "recordings"
         raise InputError(where, "this is of one axis, the others are of a gauge", expected="recordings of one kind")
-    return bool(found) and all(found)
+    return all(found)
 
 
 def _is_of_axis(one: object) -> bool:

@@ -239,9 +239,8 @@ def _gone_through(
     from dataclasses import replace
 
     from stepgauge.executors.journal import open_steps
-    from stepgauge.investigation.loop import Investigation, check_first, final_diagnosis
+    from stepgauge.investigation.loop import Investigation, check_first, final_diagnosis, write_story
     from stepgauge.investigation.running import Runner
-    from stepgauge.investigation.story import write_story
 
     steps = open_steps(folder, head, again)
     try:

@@ -1,6 +1,6 @@
 """``plan``: placement and gauge to a checked measuring path, and its program."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from stepgauge.files.display import Written
@@ -10,6 +10,9 @@ from stepgauge.verbs.kinds import BlockRange, Count, Flag, Number, OneOf, Pair, 
 from stepgauge.verbs.shared import DIALECT, File, GaugeLike, MachineIfNeeded, OutputFile, TipRadius
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from stepgauge.gauge.certified import Gauge
     from stepgauge.gauge.placement import Placement
     from stepgauge.machine.file import Machine
@@ -17,6 +20,8 @@ if TYPE_CHECKING:
     from stepgauge.planning.program import ProbingChoice
 
 SIDES = {"+s": 1, "-s": -1}
+ALONG_AN_AXIS = 0.99
+"""Cosine to a machine axis from which a gauge lies along it: whole turns of its screw stay whole."""
 PATH = (
     *("cycles", "first_again", "route", "around", "order", "clearance_mm", "margin_mm", "height_mm", "standoff_mm"),
     *("measuring_speed_mm_s", "travel_speed_mm_s"),
@@ -166,7 +171,29 @@ def plan(
         first_again=first_again,
     )
     program = checked_program(lies, steps, cmm, options, settings)
-    return Plan(program, cmm is not None, tuple(lies.details.get("notes", ())))
+    notes = (*lies.details.get("notes", ()), *_unseen_leads(lies, steps, cmm, options.blocks))
+    return Plan(program, cmm is not None, notes)
+
+
+def _unseen_leads(
+    placement: "Placement", gauge: "Gauge", machine: "Machine | None", blocks: "NDArray[np.int64]"
+) -> "Iterator[str]":
+    """That blocks lie in whole turns of usual screws, along an axis of a machine that has screws."""
+    from stepgauge.diagnosis.wording.aliases import leads_into_mm
+    from stepgauge.diagnosis.wording.findings import STEPPERS
+
+    along = max(map(abs, placement.axis)) > ALONG_AN_AXIS
+    if machine is None or machine.table.kind not in STEPPERS or not along or len(blocks) < 2:
+        return
+    every = (gauge.position_mm[2 * blocks - 2 + side] for side in (0, 1))
+    leads = leads_into_mm(*(float(step) for faces in every for step in faces[1:] - faces[:-1]))
+    if leads:
+        yield (
+            f"these blocks are whole multiples of {', '.join(f'{lead:g}' for lead in leads)} mm apart: where a screw"
+            " has such a lead, its periodic error is alike at all of them, and stands in the pre-travel with up to its"
+            " amplitude, in the backlash with twice that; other distances show it, or the bar once more some mm further"
+            " along"
+        )
 
 
 def _teach(

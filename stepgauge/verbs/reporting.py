@@ -194,10 +194,9 @@ def _diagnosis_page(_: ReportRequest, result: File | Diagnosis, recordings: list
 
 
 def _evaluation_page(asked: ReportRequest, result: File | Evaluation, recordings: list[Any]) -> dict[str, Any]:
-    from stepgauge.recording import join_recordings
     from stepgauge.reports.interactive import evaluation_page
     from stepgauge.reports.made_from import gauge_of, recordings_of
-    from stepgauge.verbs.inputs import resolve_gauge, resolve_recordings
+    from stepgauge.verbs.inputs import joined_recordings, resolve_gauge, resolve_machine
     from stepgauge.verbs.reading import read_evaluation
 
     if isinstance(result, File):
@@ -207,8 +206,8 @@ def _evaluation_page(asked: ReportRequest, result: File | Evaluation, recordings
     else:
         evaluation = require_kind(result, Evaluation, "evaluation")
         files = recordings or [one for one in evaluation.path.split(", ") if one]
-    tables = resolve_recordings(files)
-    return evaluation_page(evaluation, tables[0] if len(tables) == 1 else join_recordings(tables))
+    machine = None if asked.machine is None else resolve_machine(asked.machine)
+    return evaluation_page(evaluation, joined_recordings(files, machine=machine))
 
 
 class Reported(tuple[str, ...]):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.config import read_toml
 from stepgauge.web.fields import Field
 from stepgauge.web.forms import Form
 from stepgauge.web.texts import Words
@@ -47,13 +49,35 @@ def names(words: Words) -> list[tuple[str, str]]:
     return sorted(((kind, words.effect(kind)) for kind in kinds()), key=lambda one: one[1].casefold())
 
 
-def fault(kind: str, along: str = "x") -> ConcealableFault:
-    """The form of a kind (:class:`InputError` for what is none); ``along``: the axis on which an error shows."""
+def last_fault(folder: Path) -> dict[str, Any]:
+    """The fault of the run that began last in a project, as a file has it, or nothing: it is the same machine still."""
+    from stepgauge.live.journal import SUFFIX
+    from stepgauge.project.create import RECORDINGS
+
+    begun = max((folder / RECORDINGS).glob(f"*{SUFFIX}"), key=lambda one: one.stat().st_mtime, default=None)
+    place = None if begun is None else fault_file(Path(str(begun).removesuffix(SUFFIX)))
+    if place is None or not place.is_file():
+        return {}
+    return next(iter(read_toml(place).get("effect", ())), {})
+
+
+def fault_file(recording: Path) -> Path:
+    """The file of the fault of a run, beside its recording."""
+    return recording.with_name(f"{recording.name}.fault.toml")
+
+
+def fault(kind: str, along: str = "x", before: Mapping[str, Any] | None = None) -> ConcealableFault:
+    """The form of a kind (:class:`InputError` for what is none).
+
+    ``along``: the axis on which an error shows; ``before``: a fault that is kept if it is of this kind.
+    """
     known = kinds()
     if kind not in known:
         raise InputError(naming("fault"), naming("not_a_choice"), found=repr(kind))
     asked = [one for one in known[kind].parameters() if one.required]
     usual = {f"{PREFIX}{one.name}": _choice(one, asked, along) if one.choices else _usual(one) for one in asked}
+    if before and before.get("kind") == kind:
+        usual |= {name: _written(before[key]) for name in usual if (key := name.removeprefix(PREFIX)) in before}
     return ConcealableFault(kind, tuple(map(_field, asked)), usual)
 
 
@@ -76,6 +100,10 @@ def _choice(one: Parameter, asked: Sequence[Parameter], along: str) -> str:
     across = one.name in ACROSS and any("x" in other.choices for other in asked if other.name not in ACROSS)
     wanted = "yxx"["xyz".index(along)] if across else along
     return next((choice for choice in one.choices if wanted in choice), one.choices[0])
+
+
+def _written(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _usual(one: Parameter) -> str:

@@ -15,16 +15,14 @@ from urllib.parse import urlencode
 from starlette.requests import Request
 
 from stepgauge.errors import InputError
-from stepgauge.web.folder import existing, inside, listed, relative
+from stepgauge.web.folder import Stamp, existing, inside, listed, relative, stamps
 from stepgauge.web.forms import Form
 from stepgauge.web.render import site_of
 from stepgauge.web.site import Site
-from stepgauge.web.stamps import Stamp, stamps
 
 if TYPE_CHECKING:
     from stepgauge.files.arrays import Array
     from stepgauge.gauge.certified import Gauge
-    from stepgauge.recording import Recording
     from stepgauge.standards.budget_files import StoredBudget
 
 ERRORS = ("xm", "xf", "xb", "xr")
@@ -70,13 +68,14 @@ class RecordingChoice:
     """A recording that may be diagnosed with others.
 
     ``said``: when, how warm; ``ticked``: by default it is; ``copy_of``: an earlier one of the list with the same
-    readings, which tell nothing new.
+    readings, which tell nothing new; ``differs``: the conditions (:func:`_conditions`) for which it is not ticked.
     """
 
     name: str
     said: str
     ticked: bool
     copy_of: str = ""
+    differs: tuple[str, ...] = ()
 
 
 def recording_choices(site: Site, asked: Sequence[str] = ()) -> list[RecordingChoice]:
@@ -97,11 +96,17 @@ def recording_choices(site: Site, asked: Sequence[str] = ()) -> list[RecordingCh
         scatter = _scatter(str(site.folder / name), stamps(site.folder / name)) if own else None
         copy_of = next((one for one, other in scatters.items() if _is_same(scatter, other)), "")
         scatters[name] = scatter
-        is_same_day = bool(first and own and own[-2] and own[-2] == first[-2])
-        alike = bool(first and own and own[:-2] == first[:-2] and (is_same_day or name in planned))
-        ticked = name in asked or (alike and not copy_of)
-        choices.append(RecordingChoice(name, ", ".join(own[-2:]) if own else "", ticked, copy_of))
+        differs = _differing(first, own, name in planned) if first and own else ()
+        ticked = name in asked or bool(first and own and not differs and not copy_of)
+        said = f"{own['day']}, {own['warm']}" if own else ""
+        choices.append(RecordingChoice(name, said, ticked, copy_of, () if name in asked else differs))
     return choices
+
+
+def _differing(first: Mapping[str, str], own: Mapping[str, str], is_planned: bool) -> tuple[str, ...]:
+    """The conditions in which a recording is none of the same state; the day does not count where it was planned."""
+    counted = [key for key in own if key != "warm" and not (is_planned and key == "day")]
+    return tuple(key for key in counted if own[key] != first[key] or (key == "day" and not own[key]))
 
 
 @lru_cache(MOST_LISTED)
@@ -148,18 +153,24 @@ def ticked_recordings(site: Site, form: Form) -> list[str]:
 
     def when(path: Path) -> tuple[str, float]:
         known, came = _conditions(str(path), stamps(path)), path.stat().st_mtime
-        return known[-2] if known and known[-2] else datetime.date.fromtimestamp(came).isoformat(), came
+        return known["day"] if known and known["day"] else datetime.date.fromtimestamp(came).isoformat(), came
 
     return [relative(site.folder, str(path)) for path in sorted(names, key=when)]
 
 
+def stems(recordings: Sequence[str]) -> str:
+    """What a result of these recordings is called by."""
+    return "-and-".join(Path(one).stem for one in recordings)[:60]
+
+
 @lru_cache(MOST_LISTED)
-def _conditions(path: str, _: tuple[Stamp, ...]) -> tuple[str, ...] | None:
-    """What recordings of one state of a machine have in common, then the day and how warm the gauge was.
+def _conditions(path: str, _: tuple[Stamp, ...]) -> dict[str, str] | None:
+    """What recordings of one state of a machine have in common, by its name, and how ``warm`` the gauge was.
 
     None for what cannot be read, and for a recording of one axis.
     """
     from stepgauge.recording import read_recording
+    from stepgauge.recording.columns import CORRECTED
     from stepgauge.recording.conventions import KEY
     from stepgauge.recording.simulated import is_simulated
 
@@ -167,11 +178,16 @@ def _conditions(path: str, _: tuple[Stamp, ...]) -> tuple[str, ...] | None:
         one = read_recording(path)
     except InputError:
         return None
-    said = [one.comments.get(key, "") for key in ("gauge", "gauge_serial", "machine", KEY)]
-    warm = [name for name in one.columns if name.endswith("_C")]
+    said = {key: one.comments.get(name, "") for key, name in {"gauge": "gauge_serial", "machine": "machine"}.items()}
     mean_C = one.columns["gauge_temperature_C"].mean() if "gauge_temperature_C" in one.columns else math.nan
-    day = one.comments.get("measured_at", "")[:10]
-    return (*said, str(is_simulated(one.comments)), *warm, day, "" if math.isnan(mean_C) else f"{mean_C:.1f} °C")
+    return said | {
+        "convention": one.comments.get(KEY, ""),
+        "simulated": str(is_simulated(one.comments)),
+        "tip": str(CORRECTED in one.comments),
+        "temperature": str(not math.isnan(mean_C)),
+        "day": one.comments.get("measured_at", "")[:10],
+        "warm": "" if math.isnan(mean_C) else f"{mean_C:.1f} °C",
+    }
 
 
 def proposed_runs(said: Mapping[str, Any]) -> dict[int, Mapping[str, Any]]:
@@ -359,10 +375,3 @@ def recording_names(site: Site, name: str, with_inputs: bool = True) -> list[str
 
     made_from = recordings_of(read_evaluation(site, name, with_inputs), evaluation_file(site, name))
     return [relative(site.folder, str(one)) for one in made_from]
-
-
-def joined_recording(recordings: Sequence[Path]) -> Recording:
-    from stepgauge.recording import join_recordings, read_recording
-
-    tables = [read_recording(one) for one in recordings]
-    return tables[0] if len(tables) == 1 else join_recordings(tables)

@@ -45,15 +45,23 @@ def existing(folder: Path, name: str) -> Path:
 
 
 def put_away(folder: Path, name: str) -> str:
-    """A file or folder into an archive in ``removed/`` of the project, where nothing looks; the name of the archive."""
+    """A file or folder into an archive in ``removed/`` of the project, where nothing looks; the name of the archive.
+
+    With a file goes what was left beside it under its name: ``run.csv.journal`` with ``run.csv``.
+    """
     place = existing(folder, name)
-    files = sorted(one for one in place.rglob("*") if one.is_file()) if place.is_dir() else [place]
+    beside = (one for one in place.parent.iterdir() if one.name.startswith(f"{place.name}."))
+    files = sorted(one for one in (place.rglob("*") if place.is_dir() else [place, *beside]) if one.is_file())
     target = free_name(folder, f"removed/{relative(folder, name).replace('/', '-')}.zip")
     target.parent.mkdir(exist_ok=True)
     with zipfile.ZipFile(target, "x", zipfile.ZIP_DEFLATED) as archive:
         for one in files:
             archive.write(one, one.relative_to(os.path.realpath(folder)))
-    shutil.rmtree(place) if place.is_dir() else place.unlink()
+    if place.is_dir():
+        shutil.rmtree(place)
+    else:
+        for one in files:
+            one.unlink()
     return relative(folder, str(target))
 
 
@@ -77,3 +85,20 @@ def listed(folder: Path, suffixes: Iterable[str], deep: int = 3) -> list[str]:
         found += [Path(root) / one for one in files if Path(one).suffix.lower() in wanted and not one.startswith(".")]
     found.sort(key=lambda path: -path.stat().st_mtime if path.exists() else 0.0)
     return [str(path.relative_to(folder)) for path in found[:MOST_LISTED]]
+
+
+Stamp = tuple[str, int, int]
+"""A file: its path, when it was written (ns), its size."""
+MOST_BESIDE = 500
+
+
+def stamps(*paths: str | Path) -> tuple[Stamp, ...]:
+    """These files and those beside them, on which they may depend (faces of a gauge, the probe of a machine)."""
+    found = []
+    for path in map(Path, paths):
+        beside = sorted(path.parent.iterdir())[:MOST_BESIDE] if path.parent.is_dir() else []
+        for one in (path, *(other for other in beside if other.is_file())):
+            if one.exists():
+                state = one.stat()
+                found.append((str(one), state.st_mtime_ns, state.st_size))
+    return tuple(dict.fromkeys(found))

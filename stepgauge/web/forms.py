@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Mapping
+import base64
+import pickle
+from collections.abc import Awaitable, Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from math import isfinite
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, ParamSpec, TypeVar, cast
 
 from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import UploadFile
@@ -12,6 +18,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.resource_limits import Content, size_limits, work_within
 
 MOST_FIELDS = 200
 NO_BOUND = 1e9
@@ -68,7 +75,7 @@ class Form:
 
 
 async def read_form(request: Request) -> Form:
-    """The form of a request; the whole of it is limited by :class:`stepgauge.web.guard.Guard`."""
+    """The form of a request; the whole of it is limited by :class:`stepgauge.web.server.Guard`."""
     texts: dict[str, str] = {}
     files: dict[str, bytes] = {}
     names: dict[str, str] = {}
@@ -95,3 +102,48 @@ def form_endpoint(answer: Callable[[Request, Form], Response]) -> Callable[[Requ
         return await run_in_threadpool(answer, request, await read_form(request))
 
     return endpoint
+
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+PACKED = (b"PK", b"<")
+"""An archive may be larger unpacked, and XML larger read."""
+SMALL = 20_000
+"""Bytes of plain text that are read at once, while somebody types: the readers take a time in proportion to it."""
+
+
+def read_upload(data: bytes, name: str, reader: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+    """What ``reader``, a function of a module, gives for its arguments; ``data`` and ``name`` of what was uploaded.
+
+    :class:`InputError`: that of the reader, or the budget is spent.
+    """
+    if len(data) <= SMALL and b"\0" not in data and not data.startswith(PACKED):
+        return reader(*args, **kwargs)
+    call = base64.b64encode(pickle.dumps((reader, args, kwargs))).decode("ascii")
+    answer = pickle.loads(work_within(size_limits(len(data)), _read, {"call": call}, name))  # our own process wrote it
+    if isinstance(answer, InputError):
+        raise answer
+    return cast(T, answer)
+
+
+@contextmanager
+def private_file(name: str) -> Iterator[Path]:
+    """A path for what is read or written as a file; errors name the file as the person knows it."""
+    with TemporaryDirectory() as folder:
+        try:
+            yield Path(folder) / name
+        except InputError as error:
+            raise error.at(error.where.replace(f"{folder}/", "")) from None
+
+
+def _read(given: Content) -> bytes:
+    """In the process: the call, with its answer or its error, which names fields of the page."""
+    reader, args, kwargs = pickle.loads(base64.b64decode(given["call"]))
+    answer: Any
+    try:
+        answer = reader(*args, **kwargs)
+    except InputError as error:
+        answer = error
+    return pickle.dumps(answer)

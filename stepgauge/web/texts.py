@@ -10,7 +10,7 @@ from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError, Naming, one_line, option_of
-from stepgauge.files.notation import printed_unit
+from stepgauge.files.notation import MINUS, printed_unit
 from stepgauge.languages.messages import LANGUAGES, print_units, said_in_german, texts, translate_message
 
 if TYPE_CHECKING:
@@ -23,6 +23,8 @@ _HINT = re.compile(r"; | \(")
 _ROW_OF = re.compile(r":\d+$")
 _UP = re.compile(r"(?:\.\./)+")
 _OPTION = re.compile(r"--([a-z][a-z0-9-]*)")
+_WITHOUT = re.compile(r"--without [a-z_]+(?: --without [a-z_]+)*")
+"""Causes that a diagnosis is to be made without: the page has a button at each."""
 _STATED = re.compile(
     r"\b([a-z]\w*) = (\"[^\"]*\"(?: (?:or|oder) \"[^\"]*\")*|\[[^\]]*\]|[^\s,;()]+) (?:in|unter) \[{1,2}\w+\]{1,2}"
 )
@@ -178,12 +180,18 @@ class Words:
     def plain(self, text: str) -> str:
         """A text of the program for somebody who sees fields and pages: no command, option, key or way up a folder."""
         text = _UP.sub("", text.removeprefix("stepgauge: error: ")).replace(f"{os.getcwd()}/", "")
+        text = _WITHOUT.sub(self._without, text)
         text = _STATED.sub(self._stated, _NOT_OF_A_PAGE.sub("", text))
         tables = _OF_TABLE.findall(text)
         text = _TABLE.sub(self._part_of, text)
         text = _COMMAND.sub(self._page_of, text)
         text = _OPTION.sub(lambda found: self._short_label(found[1].replace("-", "_")), text)
-        return print_units(_KEY.sub(lambda found: self._field_of(found, tables), text))
+        return MINUS.sub("−", print_units(_KEY.sub(lambda found: self._field_of(found, tables), text)))
+
+    def _without(self, options: re.Match[str]) -> str:
+        """The button at the causes that are left out."""
+        causes = [self.effect(kind) for kind in options[0].split()[1::2]]
+        return self("diagnosis.without_causes", button=self("diagnosis.without"), causes=", ".join(causes))
 
     def _stated(self, line: re.Match[str]) -> str:
         """A field of the page with what it is to have, for a line of a file."""
@@ -227,6 +235,13 @@ class Words:
             *(one for one in named if not any(f"field.{table}_{one}" in texts() for table in tables)),
             *(one.replace("-", "_") for one in _OPTION.findall(text)),
         }
+
+    @staticmethod
+    def moment(text: str) -> str:
+        """A date, or a date with its time to the minute, from ISO 8601: ``2026-11-29 06:00 UTC``."""
+        day, _, time = text.partition("T")
+        zone = " UTC" if time.endswith(("+00:00", "Z")) else ""
+        return f"{day} {time[:5]}{zone}" if time else day
 
     def decimal(self, text: str) -> str:
         """A number that is text already, with the decimal mark of the language."""

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
-from stepgauge.web.measurement_request import MeasurementRequest, parse_request, request_file
+from stepgauge.web.measuring import MeasurementRequest, parse_request, request_file
 
 if TYPE_CHECKING:
     from stepgauge.evaluation.evaluate import Evaluation
@@ -131,6 +131,8 @@ def _measure(asked: MeasurementRequest, control: Control) -> None:
     finally:
         done.set()
         looking.join()
+    if not asked.server:  # by which two runs with the same scatter are known
+        recording = recording.assign_comments(seed=str(asked.seed))
     write_recording(asked.output, recording)
     _tell(job, recording, control)
     request_file(Path(asked.output)).unlink(missing_ok=True)

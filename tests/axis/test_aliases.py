@@ -70,7 +70,7 @@ def test_an_alias_is_told_with_the_lead_of_the_screw_first_and_the_proposed_targ
     assert "5.00 mm (a usual lead of screws), 32.5, 21.7" in page
     assert "the probability is that of all of them together" in page
     told = " ".join(first_of(found.contents))
-    assert "Do not adjust anything before" in told
+    assert "Nothing yet: the checks tell first" in told
     proposed = [float(one) for one in told.split("for example at ")[1].split(" mm")[0].split(", ")]
     (again,) = screw(np.array(proposed)).contents["effects"]
     assert again["parameters"]["period_mm"]["value"] == pytest.approx(SCREW_MM, rel=1e-3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -187,3 +188,44 @@ def test_a_spot_that_settles_is_a_thermal_drift_although_nothing_else_is_beside_
     rows = pd.read_csv(ROOT / "docs/recipes/data/drift.csv")
     found = sg.diagnose(sg.import_recording(rows, sensor="inductive"))
     assert set(found.to_frame()["kind"]) == {"thermal_drift"}
+
+
+def test_an_error_that_is_the_same_both_ways_is_not_located_in_the_direction_of_travel() -> None:
+    turn = axis(np.arange(0.0, 360.0, 30.0), lambda x, way: 5.0 * np.sin(np.radians(x) + 1.0), units=("deg", "arcsec"))
+    located = diagnose_axis(turn).contents["located"]
+    assert {one["covariate"] for one in located} <= {"position", "target"}
+    assert all("opposite" not in one["where"] for one in located)
+
+
+def test_the_summary_says_what_the_evidence_says() -> None:
+    """A check that fails, and the values of rivals."""
+    random = np.random.default_rng(7)
+    two_places = axis(LINE, lambda x, way: np.sign(random.normal(size=len(x))), noise=0.05)
+    told = diagnose_axis(two_places)
+    assert [one["check"] for one in told.contents["checks"] if not one["passed"]] == ["tails"]
+    assert "note: The posterior predictive check of the tails fails: excess of the fourth moment -1.9" in told.summary()
+    bent = diagnose_axis(axis(LINE, lambda x, way: 8e-3 * x + 2.0 * np.sin(x / 500.0 * np.pi)))
+    (rivals,) = [one["set"] for one in bent.contents["effects"] if len(one["set"]) > 1]
+    for one in rivals[1:]:
+        assert f"or {one['kind'].replace('_', ' ')}: " in bent.summary()
+
+
+def test_two_steps_of_opposite_signs_are_two_findings() -> None:
+    """Either may be the first in a hypothesis; each has the u of a difference of means."""
+    told = diagnose_axis(spot(lambda t: 3e-3 * (t >= 600.0) - 2e-3 * (t >= 1300.0), 3e-4)).contents
+    assert told["verdict"] == "effects"
+    found = sorted((one["parameters"]["um"] for one in told["effects"]), key=lambda one: one["value"])
+    assert [one["value"] for one in found] == pytest.approx([-2.0, 3.0], abs=0.2)
+    expected = [0.3 * np.sqrt(1.0 / 70.0 + 1.0 / n) for n in (70.0, 60.0)]
+    assert [one["u"] for one in found] == pytest.approx(expected, rel=0.2)
+
+
+def test_single_readings_that_are_off_stand_in_the_table_by_their_place_and_with_the_sign_that_was_read() -> None:
+    made = axis(np.linspace(0.0, 300.0, 16), lambda x, w: 0.01 * x + w, 0.2)
+    frame = made.frame.copy()
+    frame.loc[[37, 90], "reading"] += [0.009, -0.006]
+    table = diagnose_axis(replace(made, frame=frame)).to_frame().set_index("parameter")
+    assert frame.loc[90, "way"] < 0
+    assert table.loc["iloc[37]", "value"] == pytest.approx(9.0, abs=0.8)
+    assert table.loc["iloc[90]", "value"] == pytest.approx(-6.0, abs=0.8)
+    assert set(table.loc[["iloc[37]", "iloc[90]"], "unit"]) == {"um"}

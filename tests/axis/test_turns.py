@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 import stepgauge as sg
-from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis
+from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis, diagnose_axis
 from stepgauge.diagnosis.wording.aliases import even
-from stepgauge.diagnosis.wording.findings import Subject, meaning
+from stepgauge.diagnosis.wording.findings import Subject, meaning, remedy, subject
 from stepgauge.effects import grids
 from stepgauge.effects.scales import PeriodicScaleError
 from tests.axis.made import axis
@@ -121,9 +121,24 @@ def test_a_wave_of_a_turn_is_no_alias_of_rounding() -> None:
 
 
 def test_a_law_that_moves_little_beside_its_own_discrepancy_is_no_finding(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without the waves of a turn a local defect takes what they leave by other shapes, with a size of -0.6 +- 0.3."""
+    """Without the waves of a turn a local defect would take what is left by other shapes, as -0.6 +- 0.3."""
     monkeypatch.setattr(PeriodicScaleError, "per_turn", classmethod(lambda cls: {}))
     monkeypatch.setattr(grids, "LOCAL", 2.5)
     said = diagnosed(9, {1.0: 6.0, 2.0: 2.0, 120.0: 1.5}).contents
-    assert said["verdict"] == "unknown"
     assert "local_scale_defect" not in [one["kind"] for one in said["effects"]]
+
+
+def test_a_summary_tells_eccentricity_tilt_and_a_worm_apart_and_their_repairs() -> None:
+    """Three waves had one name and one repair, to clean the scale, also of a worm of 90 teeth."""
+    targets = np.round(np.linspace(0.0, 355.0, 40) + np.random.default_rng(3).uniform(-2.0, 2.0, 40), 2)
+
+    def law(x: np.ndarray, way: np.ndarray) -> np.ndarray:
+        turn = np.radians(x)
+        return 5.0 * np.sin(turn + 0.4) + 2.0 * np.sin(2.0 * turn) + 1.5 * np.sin(90.0 * turn + 1.0) + 0.0 * way
+
+    found = diagnose_axis(axis(targets, law, 0.2, ("deg", None)))
+    summary = found.summary().splitlines()[0]
+    for words in ("(once a turn, as eccentricity does)", "(twice a turn, as tilt", "(about 90 times a turn)"):
+        assert words in summary
+    repairs = [remedy(one, subject(found.contents)).repair for one in found.contents["effects"]]
+    assert sorted(one.split()[0] for one in repairs) == ["Adjust", "Centre", "Centre"]

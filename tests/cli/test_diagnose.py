@@ -85,7 +85,7 @@ def test_verdicts(effects: tuple[dict[str, Any], ...], verdict: str, named: set[
     first, *steps, last = result.err.splitlines()
     assert first.startswith(verdict)
     assert last.startswith("wrote ")
-    kinds = [line.split(":")[0] for line in steps if not line.startswith("stepgauge plan ")]
+    kinds = [line.split(":")[0] for line in steps if not line.startswith(("stepgauge plan ", "note: "))]
     assert kinds == sorted(kinds, key=["found", "check", "repair", "enter", "good enough", "measure again"].index)
     assert set(kinds) == ({"found", "check", "repair", "measure again"} if named else {"good enough"})
     assert diagnosis(tmp_path / "out")["verdict"] == verdict

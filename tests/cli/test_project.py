@@ -97,7 +97,7 @@ def test_points_that_are_not_there_are_asked_for_with_an_example(run: Run, proje
 def test_status_reads_axes_and_diagnoses(run: Run, project: Path) -> None:
     """A recording of an axis is one, and what was diagnosed from it is told until the recording changes."""
     table = ROOT / "examples/line-spacing/spacings.csv"
-    said = run("import", table, "--sensor", "optical", "-o", "recordings/axis.csv")
+    said = run("import", table, "--sensor", "optical", "--set", "direction=+", "-o", "recordings/axis.csv")
     assert said.code == 0
     assert "from stepgauge.toml" not in said.err  # an axis has no gauge, placement or machine
     said = run("diagnose", "recordings/axis.csv")
@@ -222,6 +222,7 @@ def test_a_file_that_is_stated_and_not_there_is_never_a_default(
     file.write_text(f"{top}{stated}\n" if table else f"{stated}\n{top}")
     (project / "e").mkdir()
     (project / "e/evaluation.json").write_text("{}")
+    (project / "r.csv").touch()
     said = run(*words)
     assert said.code == 2
     value = re.escape(line.split('"')[1])

@@ -20,7 +20,7 @@ from numpy.testing import assert_allclose
 
 from stepgauge.cli import cli
 from stepgauge.effects import Probings, Setting, along_approach_um, effect_kinds, make_effects
-from stepgauge.effects.compensation import COLUMNS
+from stepgauge.effects.maps import AXIS_COLUMNS
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.files.resources import find_data
@@ -158,7 +158,7 @@ def test_a_value_out_of_place_in_parquet_is_named_by_its_row(folder: Path) -> No
 
 def test_effects_lists_the_vocabulary_and_explains_each_with_an_example_that_works(tmp_path: Path) -> None:
     tables = {"error_map": "coordinate_mm,error\n0,0\n700,1\n"}
-    tables["axis_compensation"] = ",".join(COLUMNS) + "\n0,0,0,0,0\n700,1,1,0,0\n"
+    tables["axis_compensation"] = ",".join(AXIS_COLUMNS) + "\n0,0,0,0,0\n700,1,1,0,0\n"
     listed = run("list", "effects")
     for kind, effect in effect_kinds(every=True).items():
         assert f"\n{kind} " in f"\n{listed}"

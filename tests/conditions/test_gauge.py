@@ -21,7 +21,7 @@ from stepgauge.evaluation.evaluate import PlacementResult, evaluate
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.planning.plan import PlanOptions, faces_in_order
 from stepgauge.recording import Recording
-from stepgauge.recording.conventions import complete_convention
+from stepgauge.recording.conventions import complete_by_machine
 from stepgauge.standards.iso230_decision import Requirement
 from stepgauge.standards.lengths import face_table
 from stepgauge.standards.positioning import positioning_test
@@ -114,7 +114,7 @@ def test_nominal_differential_expansion_corrects_scales_and_gauge() -> None:
     machine = make_machine().table.model_copy(
         update={"temperature_convention": "nominal_expansion", "scale_expansion_per_K": 8e-6}
     )
-    found = result(complete_convention(read, machine))
+    found = result(complete_by_machine(read, machine))
     np.testing.assert_allclose(found.xm_um, result(true).xm_um, atol=0.2)  # the tip is not corrected: 4 mm
     assert state(found.conditions, "temperature convention") == ["corrected"]
     with pytest.raises(InputError, match="needs scale_expansion_per_K"):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepgauge.conditions.faces import _exceeds, _fisher_limit
+from stepgauge.conditions.gauge import _exceeds, _fisher_limit
 from stepgauge.evaluation.evaluate import Evaluation, evaluate
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import read_machine

@@ -9,8 +9,7 @@ import pytest
 
 from stepgauge.conditions import STATES, Conditions, State
 from stepgauge.conditions.axis import axis_conditions
-from stepgauge.conditions.channels import channel_conditions
-from stepgauge.conditions.series import copied_block, plateau, spikes
+from stepgauge.conditions.series import channel_conditions, copied_block, plateau, spikes
 from stepgauge.conditions.sphere import sphere_conditions
 from stepgauge.physics.directions import evenly_spread_points
 

@@ -14,9 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stepgauge.cli import main
+from stepgauge.dcc.documents import read_errors
 from stepgauge.dcc.elements import QuantityValues, quantity, to_bytes
 from stepgauge.dcc.read import Document, parse_document
-from stepgauge.dcc.results import read_errors
 from stepgauge.dcc.units import LENGTH, MICROMETRE
 from stepgauge.dcc.write import machine_certificate, uncertain
 from stepgauge.dcc.xml import parse_xml, validate

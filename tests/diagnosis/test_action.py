@@ -26,10 +26,14 @@ def effect(kind: str, size: float, unit: str, **choices: Any) -> str:
     return f'\n[[effect]]\nkind = "{kind}"\n{chosen}{unit} = {size}\n'
 
 
-def measured(folder: Path, errors: str, seed: int, pretravel_um: float = 20.0, **how: Any) -> dict[str, Any]:
-    """What is said of the router of the recipe with errors that its file does not have, measured along four lines."""
+def recipe_files(folder: Path) -> None:
     for name, text in re.findall(r"`([a-z.]+)`:\n\n```(?:toml|text)\n(.*?)```", RECIPE.read_text("utf-8"), re.S):
         (folder / name).write_text(text, encoding="utf-8")
+
+
+def measured(folder: Path, errors: str, seed: int, pretravel_um: float = 20.0, **how: Any) -> dict[str, Any]:
+    """What is said of the router of the recipe with errors that its file does not have, measured along four lines."""
+    recipe_files(folder)
     mill, bar = (folder / "router.toml").read_text("utf-8"), folder / "bar.toml"
     (folder / "true.toml").write_text(mill.replace("um = 20.0", f"um = {pretravel_um}") + errors, encoding="utf-8")
     runs = []
@@ -50,6 +54,7 @@ def repaired(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 def test_a_repaired_machine_is_good_enough_and_what_may_remain_covers_what_does(repaired: dict[str, Any]) -> None:
     assert is_good_enough(repaired)
+    assert repaired["verdict"] == "adequate"
     assert not {"enter", "check", "repair", "misfit"} & {*actions(repaired)}
     lines = first_lines(repaired)
     assert lines[-1].startswith("good enough: Stop. What may remain (k = 2): ")
@@ -137,6 +142,56 @@ def test_no_number_is_entered_before_what_spoils_it_is_mended_and_measured_again
         "enter: 1: Nothing yet: first settle 2, then measure and diagnose again."
     ]
     assert any(line.startswith("repair: 2: ") for line in lines)
+
+
+def test_a_plan_tells_which_screws_the_blocks_of_a_bar_hide(tmp_path: Path) -> None:
+    """Along an axis, of a machine with screws; those of the recipe hide none."""
+    recipe_files(tmp_path)
+    bar, mill, places = tmp_path / "bar.toml", tmp_path / "router.toml", (tmp_path / "x.toml", tmp_path / "up.toml")
+    assert not any(sg.plan(one, bar, mill).notes for one in places)
+    for name, before, now in (("bar.csv", "6.3", "0.0"), ("x.toml", "-93.7", "-100.0")):
+        text = (tmp_path / name).read_text("utf-8")
+        (tmp_path / name).write_text(text.replace(before, now), encoding="utf-8")
+    (note,) = sg.plan(places[0], bar, mill).notes
+    assert "whole multiples of 1, 2, 2.5, 4, 5, 10, 20, 25 mm apart" in note
+    mill.write_text(mill.read_text("utf-8").replace("machine tool", "cmm"), encoding="utf-8")
+    assert not sg.plan(places[0], bar, mill).notes
+
+
+def structure(covariate: str, form: str = "smooth", **more: Any) -> dict[str, Any]:
+    words = {"where": f"a smooth function of {covariate}", "side": "both", "probability": 0.99, "phrases": []}
+    return {"covariate": covariate, "form": form, **words, "separate_by": "", "commands": [], "laws": [], **more}
+
+
+def test_what_came_in_the_course_of_the_measurement_is_mended_before_numbers_are_entered() -> None:
+    """A stylus came loose in one of four runs, and six numbers of these runs were offered first."""
+    lines = first_lines(said(backlash(71.0, 3.0)) | {"unexplained": [structure("order")]})
+    assert "enter: 1: Nothing yet: first settle 2, then measure and diagnose again." in lines
+    assert any(line.startswith("check: 2: ") and "loose stylus" in line for line in lines)
+    place = first_lines(said(backlash(71.0, 3.0)) | {"unexplained": [structure("position")]})
+    assert "enter: 1: These do not wait for 2: their ± allows for it." in place
+    assert any(line.startswith("enter: 1: $160: + 0.0710") for line in place)
+
+
+def test_numbers_do_not_wait_for_a_finding_with_rivals() -> None:
+    rival = finding("periodic_scale_error", {}, {"axis": "x"}, seen_um=9.0, **RIVAL)
+    lines = first_lines(said(backlash(71.0, 3.0), rival))
+    assert "enter: 1: These do not wait for 2: their ± allows for it." in lines
+    assert "repair: 2: Nothing yet: the checks tell first which of the causes of a finding it is." in lines
+
+
+def test_structure_that_is_like_a_law_has_the_check_of_that_law_and_of_this_kind_of_machine() -> None:
+    like = structure("position", "undetermined", phrases=[{"say": "similar", "law": "effective_radius"}])
+    for kind, check in (("machine tool", "both sides of one gauge block"), ("cmm", "on the reference sphere")):
+        (line,) = (one for one in first_lines(said(kind=kind) | {"unexplained": [like]}) if one.startswith("check"))
+        assert check in line
+
+
+def test_a_further_run_says_how_it_is_added() -> None:
+    open_ = structure("position", commands=["stepgauge plan why/separate-1.toml"], separate_by="a run")
+    lines = first_lines(said() | {"unexplained": [open_]})
+    assert any("--placement-number 4" in line for line in lines)
+    assert not any("BEFORE AFTER" in line for line in lines)
 
 
 def test_a_shifted_block_is_looked_for_in_the_gauge_file_first() -> None:

@@ -17,8 +17,10 @@ from stepgauge.diagnosis.design import planned_command
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.further_runs import further_runs
+from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.output.files import commands_in, diagnosis_to_dict, write_diagnosis
 from stepgauge.diagnosis.output.machine_text import machine_text
+from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.diagnosis.result import Diagnosis, Finding, GaugeDiagnosis, Located
 from stepgauge.diagnosis.wording.aliases import even_steps_mm
@@ -26,6 +28,7 @@ from stepgauge.diagnosis.wording.findings import name_of, remedy
 from stepgauge.diagnosis.wording.headline import headline
 from stepgauge.diagnosis.wording.notation import plus_minus, probability, symbol, um
 from stepgauge.effects import Probings, along_approach_um, effect_kinds, make_effects
+from stepgauge.effects.grids import LEADS_MM
 from stepgauge.errors import InputError
 from stepgauge.files.notation import significant
 from stepgauge.machine.file import read_machine
@@ -348,7 +351,7 @@ def test_several_findings_with_sets_are_numbered_and_their_laws_have_their_axes(
         ("trigger_delay", "reversal_error + reversal_error"),
         (("reversal_error_x", "reversal_error_y"), ("reversal_error_x", "squareness_xy")),
     )
-    text = "effective radius (or trigger delay or reversal error x + reversal error y)"
+    text = "mean pre-travel (or trigger delay or reversal error x + reversal error y)"
     assert headline(stated([radius])).endswith(f": {text}.")
     both = headline(stated([radius, effect_said("misalignment")]))
     assert both.endswith(f": 1: {text}; 2: misalignment.")
@@ -381,6 +384,19 @@ def test_a_pitch_that_goes_into_the_step_of_the_faces_is_a_limit() -> None:
     assert set(even_steps_mm(make_residuals(beside, gauge(), machine()))) == {"y"}
     shifted = record(machine(), [ALONG_X, ALONG_X], seed=3, centres=[(350.0, 600.0, 250.0), (354.7, 600.0, 250.0)])
     assert even_steps_mm(make_residuals(shifted, gauge(), machine())) == {}
+
+
+def test_half_of_the_periods_of_a_machine_with_screws_are_usual_leads() -> None:
+    """Shapes compete by the volume of their prior: an error of every lead lost against any period that fits noise."""
+    data = make_residuals(record(machine(), [ALONG_X, (1.0, 1.0, 0.0)], seed=3), gauge(), machine())
+    with_screws = shipped_priors().adapt(["machine tool"])
+    every = (effect_families(data, one) for one in (shipped_priors(), with_screws))
+    plain, screws = (next(one for one in own if one.label == "periodic_scale_error_x") for own in every)
+    periods = np.array([atom["period_mm"] for atom in screws.atoms])
+    leads = np.isin(periods, LEADS_MM)
+    assert leads.sum() >= 10
+    assert np.exp(screws.log_weight[leads]).sum() == pytest.approx(0.5 * leads.sum() / len(LEADS_MM), rel=0.1)
+    assert np.exp(screws.log_weight[~leads]).sum() == pytest.approx(0.5 * np.exp(plain.log_weight).sum(), rel=0.1)
 
 
 def finding(kind: str, **values: Any) -> Finding:

@@ -85,7 +85,8 @@ PUBLISHED_SLOPE, PUBLISHED_OFFSET_UM, ODD_RUN = 0.987, 0.24, 2
 
 def spacings(**columns):
     """The worksheet as an axis: certified spacings as targets, observed ones as readings."""
-    return import_axis(SPACING / "spacings.csv", AxisOptions("optical"), TableLayout(columns=columns)).recording
+    layout = TableLayout(columns=columns, constants={"direction": "+"})
+    return import_axis(SPACING / "spacings.csv", AxisOptions("optical"), layout).recording
 
 
 def test_line_spacings_keep_the_published_fit_and_the_odd_run():

@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import re
 import string
+from itertools import product
 from typing import Any
 
 import pytest
 
 from stepgauge.axis.sensors import SENSORS, kinds_of
 from stepgauge.diagnosis.wording.catalogue import sentences, words
-from stepgauge.diagnosis.wording.findings import GAUGE, Subject, finding_name, meaning, name_of, remedy, words_of
+from stepgauge.diagnosis.wording.findings import (
+    GAUGE,
+    Subject,
+    check_of,
+    finding_name,
+    meaning,
+    name_of,
+    remedy,
+    words_of,
+)
 from stepgauge.diagnosis.wording.headline import headline
 from stepgauge.effects import effect_kinds
-from stepgauge.effects.words import Wording, filled
+from stepgauge.effects.words import Wording, _Value, filled
 from stepgauge.reports.findings import do_first
 
 AXIS = {kind for name in SENSORS for form in ("axis", "spot", "distances") for kind in kinds_of(name, form)}
@@ -40,7 +50,7 @@ def test_every_kind_declares_all_its_words_in_both_languages(kind: str, of: str)
         texts = [getattr(one, part) for one in (english, german)]
         assert all(texts), part
         assert texts[0] != texts[1] or part == "name"
-        assert all(text.endswith((".", "?")) for text in texts) or part == "name"
+        assert all(text.rstrip("}").endswith((".", "?")) for text in texts) or part == "name"
     for part in ("check", "repair"):
         assert gaps(getattr(english, part)) == gaps(getattr(german, part)), part
     effect = effect_kinds(every=True).get(kind)
@@ -48,6 +58,22 @@ def test_every_kind_declares_all_its_words_in_both_languages(kind: str, of: str)
         known = {one.name for one in effect.parameters()} | {"largest", "aliases", "turns", "steps", "new_um"}
         every = (text for one in (english, german) for text in (one.means, one.check, one.repair))
         assert set().union(*map(gaps, every)) <= known
+
+
+@pytest.mark.parametrize("kind", sorted(effect_kinds(every=True)))
+def test_a_check_of_a_law_of_which_only_the_label_is_known_lacks_no_value(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`Inspect the x scale at at for dirt`: its position was not known."""
+    filled_value = _Value.__format__
+
+    def marked(self: _Value, spec: str) -> str:
+        return "?!" if self.value is None and "|" not in spec else filled_value(self, spec)
+
+    monkeypatch.setattr(_Value, "__format__", marked)
+    plane = any(one.name == "plane" for one in effect_kinds(every=True)[kind].parameters())
+    for machine, language in product(("machine tool", "cmm"), ("en", "de")):
+        assert "?!" not in check_of(f"{kind}_{'xy' if plane else 'x'}", Subject(machine=machine), language)
 
 
 def test_a_template_is_filled_with_magnitude_unit_and_the_word_of_the_sign() -> None:
@@ -62,6 +88,9 @@ def test_a_template_is_filled_with_magnitude_unit_and_the_word_of_the_sign() -> 
         "along {direction} of {axis}", {"direction": {"value": [0.6, 0.8, 0.0]}, "axis": {"value": "all"}}
     ) == ("along (0.600, 0.800, 0.000) of all axes")
     assert filled("{at_mm}", {}) == "at"
+    at = "the scale{at_mm:? at {at_mm:=5}|}"
+    assert filled(at, {}) == "the scale"
+    assert filled(at, {"at_mm": {"value": -110.64, "unit": "mm"}}) == "the scale at -110.64 mm"
     assert Wording("a").said_in("de").name == "a"
 
 
@@ -143,14 +172,14 @@ def test_controllers_that_are_set_by_steps_are_named_for_machines_that_have_them
 
 def test_a_verdict_and_what_to_do_first_in_german() -> None:
     assert headline(said("effects"), "de") == (
-        "Die Aufnahme widerspricht der Simulation, und bekannte Physik erklärt es: Maßstabsfehler y."
+        "Die Messdaten widersprechen der Simulation, und bekannte Physik erklärt es: Maßstabsfehler y."
     )
     assert "(Wahrscheinlichkeit 0,93)" in headline(said("adequate"), "de")
     steps = items(said("effects"))
     assert "lineare Korrektur von y" in steps["Prüfen"][0]
     assert steps["Eingeben"] == [FACTOR]
     assert items(said("effects", confounded_with=["scale_temperature"]))["Beheben"] == [
-        "1: Nichts verstellen, bevor die Prüfungen gezeigt haben, welche Ursache es ist."
+        "1: Noch nichts: Erst zeigen die Prüfungen, welche Ursache es ist."
     ]
     assert "nicht justieren" in items(said("unknown"))["Beheben"][0]
     assert do_first(said("adequate"), "de")["blocks"][0]["text"].startswith("Nichts")

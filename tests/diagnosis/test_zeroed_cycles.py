@@ -10,7 +10,7 @@ import stepgauge as sg
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.recording import APPROACH, POSITION, Recording
 from stepgauge.recording.columns import CORRECTED
-from stepgauge.recording.zeroed import zeroed_face
+from stepgauge.recording.corrected import zeroed_face
 from tests.measured import lay, shipped
 
 GAUGE, MACHINE = shipped()

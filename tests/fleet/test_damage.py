@@ -12,10 +12,9 @@ import pytest
 
 from stepgauge.errors import InputError
 from stepgauge.executors.processes import InProcess
-from stepgauge.files.names import is_inside, safe_name
+from stepgauge.fleet.content import is_inside, safe_name
 from stepgauge.fleet.evaluating import evaluate_fleet
-from stepgauge.fleet.export import export
-from stepgauge.fleet.query import query
+from stepgauge.fleet.query import export, query
 from stepgauge.fleet.results import tables_of
 from stepgauge.fleet.schema import RECORDINGS, arrow_schema
 from stepgauge.fleet.store import Fleet, _read_gauge, _read_machine

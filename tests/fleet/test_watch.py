@@ -16,12 +16,10 @@ from stepgauge.cli import cli
 from stepgauge.errors import InputError
 from stepgauge.figures.fleet import LABELS, NAMED, watch_figure
 from stepgauge.fleet.hierarchical.drifting import DriftPrior, DriftState, beyond, due_day, follow
-from stepgauge.fleet.hierarchical.feed import Feed, feed_schema
 from stepgauge.fleet.hierarchical.infer import infer
-from stepgauge.fleet.hierarchical.spread import _expected
-from stepgauge.fleet.hierarchical.watch import Watched, watch
+from stepgauge.fleet.hierarchical.watch import Watched, _expected, watch
 from stepgauge.fleet.hierarchical.watching import LIMITS as WATCHED
-from stepgauge.fleet.hierarchical.watching import FleetWatch, machine_drifts
+from stepgauge.fleet.hierarchical.watching import Feed, FleetWatch, feed_schema, machine_drifts
 from stepgauge.gauge.certified import Gauge
 from stepgauge.history import judge, make_series
 from stepgauge.verbs.fleet_work import LIMITS

@@ -48,7 +48,7 @@ def test_questions_are_choices_that_settle(tmp_path: Path, kind: str) -> None:
     source = given.get(kind, lambda: tmp_path / "t.csv")
     found = sg.import_recording(source(), sensor="laser")
     assert found.recording is None
-    assert [one.taken for one in found.columns] == ["target", "covariate", "reading", "covariate"]
+    assert [one.taken for one in found.columns] == ["target", "covariate", "reading", "dropped"]
     assert [float(one) for one in found.columns[0].cells[:2]] == [0.0, 50.0]
     (question,) = found.questions
     assert [one.value for one in question.choices] == ["target=Target [mm]", "target=Commanded [mm]"]

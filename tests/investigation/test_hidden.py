@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stepgauge.investigation.undetected import Unseen
+from stepgauge.investigation.decision import Unseen
 
 
 def overlap(s: float) -> float:

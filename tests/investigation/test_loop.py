@@ -17,8 +17,8 @@ import stepgauge as sg
 from stepgauge.files.text import read_json, read_result
 from stepgauge.gauge.placement import Placement
 from stepgauge.investigation.feasible_runs import placement_of_json
+from stepgauge.investigation.loop import story_of
 from stepgauge.investigation.stations import Served, Simulated, nearly
-from stepgauge.investigation.story import story_of
 from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.controller import ControllerOptions, Link
 from stepgauge.live.in_process import VirtualLink

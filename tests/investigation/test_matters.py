@@ -14,9 +14,8 @@ from stepgauge.diagnosis.hypotheses import HypothesisTerm, RivalHypothesis
 from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.investigation.decision import NOTHING, End, InvestigationState, Rated, decide
+from stepgauge.investigation.decision import NOTHING, End, InvestigationState, Rated, Unseen, decide, unseen
 from stepgauge.investigation.relevance import Foresight, answers
-from stepgauge.investigation.undetected import Unseen, unseen
 from tests.diagnosis.made import ALONG_Y, gauge, machine, record
 from tests.investigation.made import lies_along_y, small_case
 

@@ -28,8 +28,8 @@ from stepgauge.inference.problem import Law
 from stepgauge.investigation.decision import Case
 from stepgauge.investigation.feasible_runs import Reach, possible_runs
 from stepgauge.investigation.locating import locating_settings
+from stepgauge.investigation.loop import story_of
 from stepgauge.investigation.stations import Served, Simulated
-from stepgauge.investigation.story import story_of
 from stepgauge.live.controller import Controller, ControllerOptions, Link
 from stepgauge.machine.file import ChainTable, Machine
 from stepgauge.machine.styli import add_styli, assign_stylus, numbered

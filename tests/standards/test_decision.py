@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -57,6 +59,18 @@ def test_one_that_does_not_conform_decides() -> None:
     assert together(["conforms", "not decidable", "does not conform"]) == "does not conform"
     assert together(["conforms", "not decidable"]) == "not decidable"
     assert together(["conforms", "conforms"]) == "conforms"
+
+
+def test_nothing_would_decide_what_has_failed() -> None:
+    """Other faces lie within U of the limit; no smaller U makes the gauge pass."""
+    evaluation, budget = evaluated(1)
+    budget = budget.model_copy(update={"not_included": []})
+    evaluation = copy.deepcopy(evaluation)
+    evaluation["placements"][0]["faces"][-1].update(xf_um=1000.0, xb_um=1000.0)
+    judged = conformity(evaluation, budget, Mpe.parse("0.6"))
+    assert judged.outcome == "does not conform"
+    assert any(one.outcome == "not decidable" for one in judged.faces)
+    assert judged.needed is None
 
 
 @pytest.mark.parametrize("mpe_um", [0.6, 0.8, 1.0, 1.2])

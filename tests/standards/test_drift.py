@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
 from stepgauge.recording import Recording
-from stepgauge.standards.drift import Drift, beginning, drift_of_recording, drift_test
-from stepgauge.standards.drift_rules import rules_of
+from stepgauge.standards.drift import Drift, beginning, drift_of_recording, drift_test, rules_of
 from tests.build import make_gauge
 from tests.standards.made import made
 

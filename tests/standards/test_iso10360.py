@@ -15,9 +15,8 @@ from stepgauge.conditions.decision import INCOMPLETE
 from stepgauge.errors import InputError
 from stepgauge.recording import Recording
 from stepgauge.standards.iso10360 import Choices, LengthTest, Specification, length_test
-from stepgauge.standards.iso10360_files import length_test_csv, length_test_to_dict
+from stepgauge.standards.iso10360_files import decide_test, length_test_csv, length_test_to_dict, statements
 from stepgauge.standards.iso10360_series import E150, NORMAL
-from stepgauge.standards.iso10360_statements import decide_test, statements
 from stepgauge.standards.length_uncertainty import TestConditions, length_uncertainty
 from stepgauge.standards.measuring_line import ORIENTATIONS
 from stepgauge.standards.mpe import Mpe

@@ -15,9 +15,8 @@ from stepgauge.errors import InputError
 from stepgauge.files.tables import Rows
 from stepgauge.physics.directions import five_points, iso_10360_5_points, probe_frame
 from stepgauge.probes.files import ProbedPoints
-from stepgauge.standards.iso10360_5 import ProbingLimits, TestSphere, enclosing_radius, probing_test
+from stepgauge.standards.iso10360_5 import ProbingLimits, TestSphere, enclosing_radius, probing_test, rules_of
 from stepgauge.standards.iso10360_5_files import decide_test, probing_to_dict
-from stepgauge.standards.iso10360_5_rules import rules_of
 
 SPHERE = TestSphere(25.0, 0.1, 0.2, 0.05)
 TIP_MM = 4.0

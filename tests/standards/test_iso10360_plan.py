@@ -16,7 +16,7 @@ from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
 from stepgauge.recording import join_recordings
 from stepgauge.standards.iso10360 import Choices, Specification, length_test
-from stepgauge.standards.iso10360_plan import PlannedPosition, plan_positions
+from stepgauge.standards.iso10360_planned import PlannedPosition, plan_positions
 from stepgauge.standards.length_uncertainty import TestConditions
 from stepgauge.standards.mpe import Mpe
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stepgauge.standards.iso230 import Direction, OneWay, axis_parameters
-from stepgauge.standards.positioning_further import FURTHER, further_um
+from stepgauge.standards.iso230_files import FURTHER, further_um
 from stepgauge.verbs.catalogue import find_verb
 
 UP = [[1.0, 3.0], [4.0, 4.0], [10.0, 12.0]]

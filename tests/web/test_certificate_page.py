@@ -18,8 +18,8 @@ from stepgauge.reports.certificate_file import check_filled, read_laboratory
 from stepgauge.web import concealed
 from stepgauge.web.forms import Form
 from stepgauge.web.pages import certificate, plan, run, sources
+from stepgauge.web.site import WorkList
 from stepgauge.web.texts import Words
-from stepgauge.web.work import WorkList
 from tests.dcc.made import one_recording
 from tests.web.conftest import Asked, make_project
 

@@ -63,7 +63,10 @@ def test_points_of_the_gauge_become_a_recording_with_the_files_of_the_project(fo
     columns = recording.frame[["x_mm", "y_mm", "z_mm"]].rename(columns={"x_mm": "X", "y_mm": "Y", "z_mm": "Z"})
     table = columns.to_csv(index=False, sep="\t", float_format="%.5f")
     said = asked.post(importing.look, {"pasted": table})
-    assert "Read: 16 probings; placement placement.toml, axis +0.01, +1.00, +0.01. A decision still" in said, said
+    assert (
+        "Read: 16 probings; placement placement.toml, axis 0.01; 1.00; 0.01; machine Bridge CMM. A decision still"
+        in said
+    ), said
     for needed in ("<li>Day of the measurement</li>", "the temperature of the gauge is not recorded"):
         assert needed in said
     corrected = {"pasted": table, "measured_on": "2026-05-04", "temperature_convention": "corrected_to_20"}

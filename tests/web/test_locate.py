@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stepgauge.alignment.agreement import agreement
+from stepgauge.alignment.slips import agreement
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.importing.sixteen import read_sixteen
-from stepgauge.web.pasting import complete_points_text
+from stepgauge.web.pages.locate import complete_points_text
 from tests.conftest import ROOT
 from tests.web.conftest import Served, Watched
 

@@ -36,6 +36,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_wrong_recording_and_its_evaluation_are_removed_and_kept(folder: Path) -> None:
     was = (folder / "recordings/one.csv").read_bytes()
+    left = ("recordings/one.csv.journal", "recordings/one.csv.fault.toml")
+    for name in (*left, "recordings/one.csvx"):
+        (folder / name).write_text("")
     for name in ("recordings/one.csv", "results/evaluation"):
         assert f'value="{name}"' in Asked(folder).get(project.status)
         answer = Asked(folder).post(project.remove, {"path": name})
@@ -47,6 +50,8 @@ def test_a_wrong_recording_and_its_evaluation_are_removed_and_kept(folder: Path)
     assert not list(folder.rglob("evaluation.json"))
     with zipfile.ZipFile(folder / "removed/recordings-one.csv.zip") as archive:
         assert archive.read("recordings/one.csv") == was
+        assert set(left) < set(archive.namelist())
+    assert [one.name for one in (folder / "recordings").iterdir()] == ["one.csvx"]
     with zipfile.ZipFile(folder / "removed/results-evaluation.zip") as archive:
         assert "results/evaluation/evaluation.json" in archive.namelist()
 

@@ -23,14 +23,13 @@ from stepgauge.standards.budget_given import stated_with
 from stepgauge.standards.conformity import conformity
 from stepgauge.standards.mpe import Mpe
 from stepgauge.verbs.catalogue import VERBS
-from stepgauge.web.app import make_app
 from stepgauge.web.evaluations import placement_files, placement_words, read_evaluation
 from stepgauge.web.judgement import STATED_AT, verdict
 from stepgauge.web.pages import locate, report, result, sources
 from stepgauge.web.pages.result import errors, errors_chart
-from stepgauge.web.site import Site
+from stepgauge.web.server import make_app
+from stepgauge.web.site import Site, WorkList
 from stepgauge.web.texts import Words
-from stepgauge.web.work import WorkList
 from tests.conftest import ROOT
 from tests.dcc.made import evaluated, one_recording
 from tests.measured import ALONG_X, ALONG_Y, lay, run, shipped
@@ -167,8 +166,9 @@ def test_recordings_are_evaluated_together_by_ticking_them(folder: Path, monkeyp
     assert 'type="checkbox" name="recordings" value="recordings/two.csv"' in shown
     Asked(folder).post(result.evaluate, {"recordings": "recordings/one.csv\nrecordings/two.csv\nrecordings/zero.csv"})
     measured = [f"recordings/{name}.csv" for name in ("zero", "one", "two")]
-    assert given == [["evaluate", *measured, "-o", "results/evaluation-zero"]]
+    assert given == [["evaluate", *measured, "-o", "results/evaluation-zero-and-one-and-two"]]
     assert "none is ticked" in Asked(folder).post(result.evaluate, {})
+    assert "one is ticked" in Asked(folder).post(result.evaluate, {"recordings": measured[0], "together": "1"})
     assert "no such file" in Asked(folder).post(result.evaluate, {"recordings": "recordings/three.csv"})
 
 

@@ -15,7 +15,7 @@ import pytest
 from stepgauge.errors import InputError
 from stepgauge.live.journal import look
 from stepgauge.recording import read_recording
-from stepgauge.web.measurement_request import MeasurementRequest, read_request
+from stepgauge.web.measuring import MeasurementRequest, read_request
 from tests.conftest import ROOT
 from tests.web.conftest import Served, Watched, make_project
 
@@ -162,3 +162,20 @@ def test_what_a_measurement_tells_and_how_it_ends(tmp_path: Path) -> None:
         wait(lambda: journal.exists() and len(look(journal).rows) > 0)
     wait(lambda: _is_free(journal))
     assert 0 < len(look(journal).rows) < 72
+
+
+def test_the_next_run_is_on_the_same_machine(tmp_path: Path) -> None:
+    """The fault of the run that began last is offered, of that run alone; and each run scatters by itself."""
+    from stepgauge.web import concealed
+
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    (folder / "one.csv.journal").write_text("")
+    assert concealed.last_fault(tmp_path) == {}
+    effect = {"kind": "scale_error", "axis": "y", "ppm": 14.0}
+    concealed.fault_file(folder / "one.csv").write_text(concealed.text(effect))
+    kept = concealed.last_fault(tmp_path)
+    assert kept == effect
+    assert concealed.fault("scale_error", "x", kept).usual == {"fault_axis": "y", "fault_ppm": "14"}
+    assert concealed.fault("scale_error", "x").usual["fault_axis"] == "x"
+    assert concealed.fault("squareness", "x", kept) == concealed.fault("squareness", "x")

@@ -12,10 +12,10 @@ import stepgauge.web
 from stepgauge.importing.tables.columns import ROLES, Role
 from stepgauge.languages.messages import LANGUAGES, read_german
 from stepgauge.languages.messages import texts as catalogue
+from stepgauge.web.fields import verb_fields
 from stepgauge.web.pages import NAVIGATION, gauge, machine
 from stepgauge.web.render import json_answer, stated_on
 from stepgauge.web.texts import Words, best_language
-from stepgauge.web.verb_fields import verb_fields
 
 ROOM = Path(stepgauge.web.__file__).parent
 FAMILIES = tuple(
@@ -34,7 +34,7 @@ FAMILIES = tuple(
             "gauge_note",
             "source",
         ),
-        *("face_role", "choice_kind", "condition", "condition_state", "outcome", "report_said"),
+        *("face_role", "choice_kind", "condition", "condition_state", "outcome", "report_said", "differs"),
         *("certificate_part", "field", "error_name", "hint", "quantity", "probe_value"),
         *(
             "probe_held",
@@ -44,6 +44,7 @@ FAMILIES = tuple(
             "choice_sensor",
             "choice_accept",
             "choice_decimal",
+            "choice_points",
             "choice_unit",
             "choice_taken",
             "choice_place",

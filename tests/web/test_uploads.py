@@ -9,10 +9,9 @@ import pytest
 from stepgauge.errors import InputError
 from stepgauge.files import resource_limits
 from stepgauge.machine.contribution import parse_contribution
-from stepgauge.web import uploads
-from stepgauge.web.forms import Form
+from stepgauge.web import forms as uploads
+from stepgauge.web.forms import SMALL, Form, read_upload
 from stepgauge.web.pages import gauge, importing, locate
-from stepgauge.web.uploads import SMALL, read_upload
 
 LARGE = b"x" * (SMALL + 1)
 

@@ -18,8 +18,6 @@ from stepgauge.diagnosis.axis.residuals import Scaling
 from stepgauge.files.notation import significant
 
 _KEY = re.compile(r"^(.*_)?(um|mm|s)$")
-_RELATIVE = {"m": "mm/km", "inch": "uin/inch", "thou": "uin/inch", "uin": "uin/inch"}
-"""What a millionth is called beside a unit of position."""
 
 
 @dataclass(frozen=True)
@@ -36,28 +34,17 @@ class UnitConversion:
         um = 1.0 / scaling.deviation / units.base_deviation
         mm = 1.0 / scaling.position / units.base_position
         s = 1.0 / scaling.time
-        dev, place = units.deviation, units.position
-        found = {"um": (um, dev), "mm": (mm, place), "s": (s, "s"), "h": (s, "h"), "Hz": (1.0 / s, "Hz")}
-        found |= {
-            "um/(mm/s)": (um * s / mm, f"{dev}/({place}/s)"),
-            "um/h": (um / s, f"{dev}/h"),
-            "um/K": (um, f"{dev}/K"),
-            "mm/s": (mm / s, f"{place}/s"),
+        slope, turned = scaling.position / scaling.deviation, units.axis == "rotary"
+        per_m = slope * 1e-3 / units.base_deviation if turned else slope
+        factor = {"um": um, "mm": mm, "s": s, "h": s, "Hz": 1.0 / s, "mm/s": mm / s}
+        factor |= {"um/(mm/s)": um * s / mm, "um/(mm/s)^2": um * (s / mm) ** 2, "um/h": um / s, "um/K": um}
+        factor |= {
+            "ms": slope * s * (1e3 / 3600.0 if turned else 1.0),  # of um/(mm/s), of a turn of arcsec/(deg/s)
+            "um/m": per_m,
+            "um/(m K)": per_m,
+            "um/m^2": per_m * scaling.position * (1e-3 if turned else 1.0),
         }
-        found["ms"] = (scaling.position / scaling.deviation * s, "ms")
-        found["um/(mm/s)^2"] = (um * (s / mm) ** 2, f"{dev}/({place}/s)^2")
-        slope = scaling.position / scaling.deviation
-        if units.axis == "rotary":
-            per_deg = slope * 1e-3 / units.base_deviation
-            found["ms"] = (slope * s * 1e3 / 3600.0, "ms")  # of um/(mm/s) arcsec/(deg/s)
-            return found | {
-                "um/m": (per_deg, f"{dev}/deg"),
-                "um/(m K)": (per_deg, f"{dev}/(deg K)"),
-                "um/m^2": (per_deg * scaling.position * 1e-3, f"{dev}/deg^2"),
-            }
-        relative = _RELATIVE.get(units.position, "um/m")
-        found["um/(m K)"] = (slope, "um/(m K)")
-        return found | {"um/m": (slope, relative), "um/m^2": (slope * scaling.position, "um/m^2")}
+        return {unit: (value, units.told[unit]) for unit, value in factor.items()}
 
     def converted(self, value: Any, key: str = "") -> Any:
         """The same JSON in the user's units; keys that end in um or mm end in the user's units."""
@@ -92,5 +79,4 @@ class UnitConversion:
 
     def name(self, key: str) -> str:
         """A key with the user's unit at its end."""
-        match = _KEY.match(key)
-        return f"{match[1] or ''}{self.factors[match[2]][1]}" if match else key
+        return self.units.key(key)

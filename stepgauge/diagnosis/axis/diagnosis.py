@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import pandas as pd
 
+from stepgauge.axis.order import is_order_known
 from stepgauge.axis.recording import AxisRecording, join_axis_recordings, places_of
 from stepgauge.axis.sensors import SENSORS, not_candidates
 from stepgauge.axis.units import AxisUnits
@@ -48,10 +49,11 @@ OF_PLACES = ("position", "machine x", "face", "target")
 class AxisDiagnosis(ComputedDiagnosis):
     """The diagnosis of an axis, a spot or distances: as it was computed, with its data, and in the user's units.
 
-    ``recordings``: as they were read; ``kinds``: probability of each kind of axis that it may be of.
+    ``recordings``: as they were read; ``kinds``: probability of each kind of axis that it may be of;
+    ``u_laws_um (n,)``: standard uncertainty of what the stated laws move together, as computed; empty where none are.
     """
 
-    drawn_by: ClassVar[str] = "axis.draw_residuals"
+    drawn_by: ClassVar[str] = "axis.draw_laws"
     verdict: str
     found: GaugeDiagnosis
     data: AxisData
@@ -59,6 +61,7 @@ class AxisDiagnosis(ComputedDiagnosis):
     recordings: tuple[AxisRecording, ...] = ()
     path: str = ""
     kinds: Mapping[str, float] = field(default_factory=dict)
+    u_laws_um: Array = field(default_factory=lambda: np.zeros(0), compare=False)
 
     @cached_property
     def contents(self) -> dict[str, Any]:
@@ -72,7 +75,7 @@ class AxisDiagnosis(ComputedDiagnosis):
     def drawn(self) -> DrawnAxis:
         from stepgauge.figures.axis import drawn_of
 
-        return drawn_of(self.found, self.data)
+        return drawn_of(self)
 
     def outputs(self, folder: Path) -> tuple[Mapping[str, Any], Mapping[str, str]]:
         return self.contents, {ROWS_FILE: rows_csv(_rows(self))}
@@ -99,8 +102,11 @@ def diagnose_axis(
         return AxisDiagnosis("insufficient", insufficient(data.residuals), data, conditions, (recording,))
     found, searched = diagnose_with_search(data.residuals, absent, table.adapt(kinds), progress=progress)
     found = replace(found, unexplained=tuple(sorted(found.unexplained, key=lambda one: -one.probability)))
-    probability = {} if searched is None else kind_probabilities(searched.answer, kinds, table)
-    return AxisDiagnosis(found.verdict, found, data, conditions, (recording,), kinds=probability)
+    told = AxisDiagnosis(found.verdict, found, data, conditions, (recording,))
+    if searched is None:
+        return told
+    u_um = searched.model.fitted.u_um * searched.model.wider
+    return replace(told, kinds=kind_probabilities(searched.answer, kinds, table), u_laws_um=u_um)
 
 
 def _axis_conditions(recording: AxisRecording) -> Conditions:
@@ -157,6 +163,7 @@ def _said(found: GaugeDiagnosis, data: AxisData, conditions: Conditions) -> dict
             effect["separate_by"] = uneven_targets(steps, units.position)
         for row in effect.get("rows", []):
             row["target"] = _target_of(recording, int(row["row"]))
+            row[f"off_{units.deviation}"] *= float(recording.frame["way"].iloc[int(row["row"]) - 1])  # as it was read
             row.pop("face", None)
             row.pop("pair", None)
     for one in (*said["unexplained"], *said["located"]):
@@ -191,6 +198,7 @@ def _axis(recording: AxisRecording) -> dict[str, Any]:
         "targets": len(np.unique(places_of(frame["target"].to_numpy(float)))) if "target" in frame else 0,
         "cycles": int(frame["cycle"].nunique()),
         "both_ways": recording.both_ways,
+        "order_known": is_order_known(recording),
         "covariates": recording.covariates,
         "largest": float(np.abs(recording.deviation).max()) if recording.form == "axis" else None,
     }

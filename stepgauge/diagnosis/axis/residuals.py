@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from stepgauge.axis.order import drift_columns, is_order_known
 from stepgauge.axis.recording import STATIONS, AxisRecording, places_of
 from stepgauge.axis.sensors import recording_of
 from stepgauge.diagnosis.priors import MachineKind, shipped_priors
@@ -39,8 +40,6 @@ ROUNDING = 1e-9
 """Share of a reading that is the last digits of the computer."""
 FINE = 0.03
 """Resolution over the scatter of a reading that does not show."""
-IN_SENSE = 0.9
-"""Share of the steps within a pass that go its way, from which rows may be in the order of reading."""
 FEWEST_SCANNED, STANDING = 40, 0.1
 """Readings in one pass from which an axis counts as scanned, and the share of them that may be where the last was."""
 IN_LINE = 1e-2
@@ -100,22 +99,10 @@ def axis_data(recording: AxisRecording, usual: MachineKind | None = None) -> Axi
     um = away * scaling.deviation * way
     residuals = _residuals(recording, rows, um, way, gauge, machine, scaling)
     step_um = resolution(reading, repeatability) * scaling.deviation
-    known = replace(residuals, step_um=step_um, ordered=are_in_order(recording))
+    ordered = is_order_known(recording)
+    drift_um = None if ordered else drift_columns(recording, away) * scaling.deviation * way
+    known = replace(residuals, step_um=step_um, ordered=ordered, lengths_um=drift_um)
     return AxisData(recording, known, scaling, repeatability)
-
-
-def are_in_order(recording: AxisRecording) -> bool:
-    """Whether rows without times may be in the order of reading: on every way targets follow each other in its sense.
-
-    A table that is sorted by target, or by direction, has another order.
-    """
-    if recording.form != "axis":
-        return True
-    frame = recording.frame
-    way, target = frame["way"].to_numpy(float), frame["target"].to_numpy(float)
-    onward = np.diff(target) * way[1:]
-    same = (way[1:] == way[:-1]) & (np.diff(frame["cycle"]) == 0)
-    return not same.any() or float((onward[same] >= 0.0).mean()) > IN_SENSE
 
 
 def resolution(reading: Array, scatter: float) -> float:

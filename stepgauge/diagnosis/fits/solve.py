@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -75,13 +75,15 @@ class Fitted:
     """Laws fitted together.
 
     ``left (n,)``: whitened residuals; ``basis (n, k)``: orthonormal columns of all that the fit can change to first
-    order, with the tangents of the non-linear parameters; ``tangents``: these columns for each law, ``(n, p)`` each.
+    order, with the tangents of the non-linear parameters; ``tangents``: these columns for each law, ``(n, p)`` each;
+    ``u_um (n,)``: standard uncertainty of what all laws move together beside the origins.
     """
 
     solved: tuple[Solved, ...]
     left: Array
     basis: Array
     tangents: tuple[Array, ...] = ()
+    u_um: Array = field(default_factory=lambda: np.zeros(0))
 
 
 def solve(families: Sequence[Family], atoms: Sequence[int], data: Residuals, whitening: Metric) -> Fitted:
@@ -100,7 +102,14 @@ def solve(families: Sequence[Family], atoms: Sequence[int], data: Residuals, whi
     solved = tuple(_solved(law, part, covariance[s, s]) for (law, part), s in zip(fitted, own, strict=True))
     slope = slopes[: len(data)]
     left = together.residuals(moved)[: len(data)]
-    return Fitted(solved, left, orthonormal(slope), tuple(slope[:, s] for s in own))
+    u_um = _together_u_um([law.slopes(part, law.scales(part), data) for law, part in fitted], covariance, data)
+    return Fitted(solved, left, orthonormal(slope), tuple(slope[:, s] for s in own), u_um)
+
+
+def _together_u_um(slopes: Sequence[Array], covariance: Array, data: Residuals) -> Array:
+    """Standard uncertainty of what laws move together at every row, beside the origins; where a bound holds, none."""
+    moved = data.without_origins(np.vstack(slopes))
+    return np.sqrt(np.maximum(np.einsum("in,ij,jn->n", moved, np.nan_to_num(covariance), moved), 0.0))
 
 
 def fitted_effect(family: Family, atom: int, data: Residuals, whitening: Metric) -> Effect:

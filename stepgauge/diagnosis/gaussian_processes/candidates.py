@@ -159,7 +159,7 @@ def _every(data: Residuals, priors: Priors, known: int | None) -> Iterator[Rando
         yield beats(position, slow, data, priors)
     yield from volumes(axes, data, priors)
     if position is not None and goes_both_ways(data):
-        yield direction_differences(position, data, priors)
+        yield from direction_differences(position, data, priors)
         for one in (position, *axes):
             yield from hysteresis(one, data, priors)
     yield from _levels(data, priors)
@@ -185,7 +185,7 @@ def _levels(data: Residuals, priors: Priors) -> Iterator[RandomFunction]:
             lengths = [_indicators(run) * standard(position)]
             yield RandomFunction("cycle", "", LENGTH, lengths, (LEVELS,), ("gauge",), priors.forms.product, "position")
     met = data.group  # a target is one from both sides, where a face is met from its own
-    if data.probings.setting.recording == "linear":
+    if data.probings.setting.recording in ("linear", "rotary"):
         met = np.unique(data.probings.certified_mm(), return_inverse=True)[1].ravel()
     if (met.max() + 1) * FEWEST_OF_A_LEVEL <= len(data):
         yield RandomFunction("face", "", LEVELS, [_indicators(met)], (LEVELS,), both)

@@ -20,6 +20,7 @@ from stepgauge.diagnosis.gaussian_processes.random_function import (
     RandomFunction,
     sides_of,
 )
+from stepgauge.diagnosis.laws.grids import FEWEST_BACK
 from stepgauge.diagnosis.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.unobserved_inputs import principal, shifts
@@ -123,9 +124,14 @@ def hysteresis(one: Covariate, data: Residuals, priors: Priors) -> Iterator[Rand
     yield RandomFunction(one.name, one.unit, HYSTERESIS, differing, kernels, sides, share, one.name)
 
 
-def direction_differences(position: Covariate, data: Residuals, priors: Priors) -> RandomFunction:
-    """Differences between the directions of travel: a constant, or a separate function along the gauge for each."""
+def direction_differences(position: Covariate, data: Residuals, priors: Priors) -> Iterator[RandomFunction]:
+    """Differences between the directions of travel: a constant, or a separate function along the gauge for each.
+
+    None where the approach is in the direction of travel, as along an axis: functions on its sides are these.
+    """
     way = data.probings.way()
+    if abs(float((way * data.side).mean())) > 1.0 - 2.0 * FEWEST_BACK:
+        return
     loops = [way[None], *(way * matern(position.values, length) for length in priors.forms.lengths)]
     kernels = (TREND, *[SMOOTH] * len(priors.forms.lengths))
-    return RandomFunction(WAY, "", LOOP, loops, kernels, ("approach", "gauge", *axes_shown(data)))
+    yield RandomFunction(WAY, "", LOOP, loops, kernels, ("approach", "gauge", *axes_shown(data)))

@@ -15,7 +15,15 @@ import numpy as np
 
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, Parameter
-from stepgauge.effects.grids import MOST_PERIODS, PERIOD_STEPS, lie_level, most_periods, travelled_mm
+from stepgauge.effects.grids import (
+    LEADS_MM,
+    MOST_PERIODS,
+    PERIOD_STEPS,
+    lie_level,
+    most_periods,
+    periods_along,
+    travelled_mm,
+)
 from stepgauge.effects.grids import temperatures as recorded_temperatures
 from stepgauge.files.arrays import Array
 from stepgauge.machine.file import Machine
@@ -84,11 +92,15 @@ def goes_both_ways(data: Residuals) -> bool:
 
 
 def shapes_of(
-    law: type[Effect], choices: Mapping[str, Any], data: Residuals, signatures: Signatures
+    law: type[Effect], choices: Mapping[str, Any], data: Residuals, signatures: Signatures, leads: float = 0.0
 ) -> tuple[list[dict[str, Any]], Array]:
-    """All shapes of a law with these choices, and the logarithms of their prior ``(atoms,)``."""
+    """All shapes of a law with these choices, and the logarithms of their prior ``(atoms,)``.
+
+    ``leads``: share of the prior of a period along an axis that is of usual leads of screws.
+    """
     shaped = [p for p in law.parameters() if p.role == "nonlinear"]
     values = [_values(law, p, choices, data) for p in shaped]
+    values = [_with_leads(v) if leads and p.grid is periods_along else v for p, v in zip(shaped, values, strict=True)]
     undeclared = [i for i, one in enumerate(values) if one is None]
     for i in undeclared:
         most = (MOST_SHAPES / max(_count(values), 1)) ** (1.0 / len(undeclared))
@@ -96,6 +108,10 @@ def shapes_of(
             shaped, values, i, signatures, min(int(most), MOST_VALUES), _finest(law, shaped[i], data)
         )
     weights = [log_weights(p, v, law, data, choices) for p, v in zip(shaped, values, strict=True)]
+    weights = [
+        _of_leads(w, v, leads) if leads and p.grid is periods_along else w
+        for p, v, w in zip(shaped, values, weights, strict=True)
+    ]
     names = [p.name for p in shaped]
     atoms = [dict(zip(names, one, strict=True)) for one in product(*(list(one or ()) for one in values))]
     return atoms, np.array([sum(one) for one in product(*(w.tolist() for w in weights))])
@@ -109,6 +125,18 @@ def _values(law: type[Effect], p: Parameter, choices: Mapping[str, Any], data: R
     if p.grid is not None:
         return [value for value in p.grid(data.probings, choices) if value is not None or not p.required]
     return [p.default] if p.sensible is None else None
+
+
+def _with_leads(periods: list[Any] | None) -> list[float]:
+    """Periods with the usual leads of screws among them, the longest first."""
+    found = periods or [0.0]
+    return sorted({*found, *(lead for lead in LEADS_MM if min(found) < lead < max(found))}, reverse=True)
+
+
+def _of_leads(log_weight: Array, periods: list[Any] | None, share: float) -> Array:
+    """The prior of periods ``(k,)`` of which a share is of usual leads of screws."""
+    of_lead = np.isin(np.array(periods, float), LEADS_MM) * (share / len(LEADS_MM))
+    return np.asarray(np.log((1.0 - share) * np.exp(log_weight) + of_lead))
 
 
 def _count(values: Sequence[list[Any] | None]) -> int:

@@ -134,7 +134,9 @@ def effect_families(data: Residuals, priors: Priors, without: Collection[str] = 
             continue
         for choices in choices_of(law, data):
             try:
-                atoms, weight = shapes_of(law, choices, data, partial(signatures, law, choices, data=data))
+                atoms, weight = shapes_of(
+                    law, choices, data, partial(signatures, law, choices, data=data), priors.laws.leads
+                )
                 if not atoms or not _is_shown(law, choices, atoms[0], data):
                     continue
                 columns = signatures(law, choices, atoms, data)

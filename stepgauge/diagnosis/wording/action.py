@@ -1,8 +1,9 @@
 """What is to be done about each finding: one rule, which every text of it follows.
 
 A number is entered where it is larger than its expanded uncertainty, nothing else may be the cause, it makes the
-readings fit, and none of them is to be taken again. What is smaller than its uncertainty is left as it is; so is, on a
-machine that is set by its steps, what is neither sure nor larger than the noise of a reading.
+readings fit, and none of them is to be taken again; its uncertainty allows for what is not settled beside it. What is
+smaller than its uncertainty is left as it is; so is, on a machine that is set by its steps, what is neither sure nor
+larger than the noise of a reading.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from stepgauge.conditions import stored_conditions
 from stepgauge.diagnosis.wording.findings import STEPPERS, Subject, states_value, subject
 from stepgauge.diagnosis.wording.limits import misfits
 from stepgauge.diagnosis.wording.notation import is_determined, members_of, told_numbers
+from stepgauge.diagnosis.wording.structure import SCATTER
 
 Said = Mapping[str, Any]
 Action = Literal["enter", "repair", "check", "misfit", "wait", "small", "noise"]
@@ -22,12 +24,15 @@ repaired was measured again; leave what is smaller than its uncertainty, or than
 LEFT = ("small", "noise")
 SPOILS = ("gauge_reversed", "block_shift", "tip_change", "step_change", "repeatability")
 """Findings that are settled, and the gauge measured or diagnosed again, before numbers are entered."""
+COURSE = ("order", "time", "cycle")
+"""What structure without a law depends on that came in the course of the measurement, and is settled first, too."""
 
 
 def actions(said: Said) -> list[Action]:
     """What is to be done about each finding, in their order."""
     first = [_action(one, said) for one in said["effects"]]
-    spoilt = any(what not in LEFT and spoils(one) for what, one in zip(first, said["effects"], strict=True))
+    found = zip(first, said["effects"], strict=True)
+    spoilt = any(what not in LEFT and spoils(one) for what, one in found) or any(map(spoils, said["unexplained"]))
     return ["wait" if spoilt and what == "enter" else what for what in first]
 
 
@@ -54,7 +59,9 @@ def _is_within_noise(effect: Said, said: Said, at: Subject) -> bool:
 
 
 def spoils(effect: Said) -> bool:
-    """Whether a finding is settled before any number is entered."""
+    """Whether a finding, or structure without a law, is settled before any number is entered."""
+    if "covariate" in effect:
+        return effect["covariate"] in COURSE and effect.get("form") not in SCATTER
     numbers = effect["parameters"]
     smaller = effect["kind"] == "repeatability" and numbers["repeatability_um"]["value"] < numbers["stated_um"]["value"]
     return effect["kind"] in SPOILS and not smaller

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stepgauge.diagnosis.wording.catalogue import listed, say
-from stepgauge.effects.grids import FEWEST_ALONG, IN_STEP, common_step
+from stepgauge.effects.grids import FEWEST_ALONG, IN_STEP, LEADS_MM, common_step
 from stepgauge.files.arrays import Array
 from stepgauge.files.notation import significant
 
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from stepgauge.diagnosis.residuals import Residuals
     from stepgauge.diagnosis.result import Finding
 
-LEADS_MM = (1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 32.0, 40.0)
-"""Nominal leads of ball screws, ISO 3408-2."""
 ALIKE = 0.1
 """Share of a step by which a whole number of leads may differ from it."""
 SAME_PLACE = 1e-3
@@ -164,9 +162,11 @@ def is_lead(period_mm: float, u_mm: float) -> bool:
     return any(abs(period_mm - lead) <= COVERAGE * u_mm for lead in LEADS_MM)
 
 
-def leads_into_mm(step_mm: float) -> list[float]:
-    """Usual leads of screws of which a step has a whole number, mm."""
-    return [lead for lead in LEADS_MM if step_mm > lead / 2 and abs(step_mm / lead - round(step_mm / lead)) < ALIKE]
+def leads_into_mm(*steps_mm: float) -> list[float]:
+    """Usual leads of screws of which each step has a whole number, mm."""
+    turns = np.array(steps_mm)[:, None] / LEADS_MM
+    alike = (turns > 0.5) & (np.abs(turns - np.round(turns)) < ALIKE)
+    return [LEADS_MM[int(place)] for place in np.flatnonzero(alike.all(axis=0))]
 
 
 def even(readings_at: ArrayLike) -> EvenSpacing | None:

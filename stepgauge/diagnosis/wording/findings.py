@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
+from stepgauge.axis.units import AxisUnits
 from stepgauge.diagnosis.wording.aliases import aliases_words
 from stepgauge.diagnosis.wording.catalogue import listed, say, words
 from stepgauge.diagnosis.wording.notation import is_determined
@@ -44,8 +45,7 @@ class Subject:
 
     def key(self, name: str) -> str:
         """The name of a number in the user's units: ``period_mm`` as ``period_deg``."""
-        stem, _, unit = f"_{name}".rpartition("_")
-        return f"{stem}_{ {'um': self.deviation, 'mm': self.position}.get(unit, unit) }"[1:]
+        return AxisUnits(self.position, self.deviation).key(name)
 
 
 GAUGE, MAP = Subject(), Subject("map")
@@ -125,7 +125,10 @@ def _kind_of(label: str, effects: tuple[str, ...]) -> str:
 def finding_name(effect: Said, at: Subject = GAUGE, language: str = "en") -> str:
     """A finding with its choices, as far as these tell it from others of its kind: axis, plane, face, direction."""
     if at.of != "gauge":
-        return name_of(effect["label"], at.of, language)
+        name = name_of(effect["label"], at.of, language)
+        period = effect["parameters"].get("period_deg") if at.of == "axis" else None
+        turns = _turns({"period_mm": period}, language) if period else ""
+        return f"{name} ({turns})" if turns else name
     named = effect["parameters"].items()
     choices = [
         dict(at.files).get(p["value"], p["value"]) if name == "placement" else p["value"]
@@ -178,16 +181,35 @@ def remedy(one: Said, at: Subject = GAUGE, language: str = "en") -> Wording:
     return Wording(check=filled(check, values, language), repair=filled(repair, values, language))
 
 
+def check_of(label: str, at: Subject = GAUGE, language: str = "en") -> str:
+    """What to check of a law of which only the label is known: its kind and choice, and no numbers."""
+    kind, choice = kind_and_choice(label)
+    return remedy({"kind": kind, "parameters": _choices(kind, choice)}, at, language).check
+
+
+def _choices(kind: str, choice: str) -> dict[str, Said]:
+    """The choice of a label by the names that it may have in the texts of its kind."""
+    known = _effects().get(kind)
+    names = [] if known is None else [one.name for one in known.parameters() if one.role == "choice"]
+    return {name: {"value": choice} for name in names if choice}
+
+
 def states_value(kind: str, of: str = "gauge") -> bool:
     """Whether the repair of a kind is to enter a number that it states with its uncertainty."""
     return UNCERTAIN in words_of(kind, of).repair or f":{FACTOR}}}" in words_of(kind, of).repair
+
+
+def _per_turn(values: Mapping[str, Said]) -> int:
+    """How often something repeats in a turn, as a whole number."""
+    period = float(values.get("period_mm", {}).get("value") or 0.0)
+    return round(360.0 / period) if period else 0
 
 
 def _turns(values: Mapping[str, Said], language: str) -> str:
     """How often something repeats in a turn; of a whole number that is known beforehand what it is usual for, too."""
     stated = values.get("period_mm", {})
     period = float(stated.get("value") or 0.0)
-    count = round(360.0 / period) if period else 0
+    count = _per_turn(values)
     if not count:
         return ""
     if stated.get("u") is None and count <= len(PER_TURN) and abs(count * period - 360.0) < WHOLE:
@@ -205,6 +227,9 @@ def _values(one: Said, at: Subject, language: str) -> dict[str, Said]:
     sure = [name for name, p in stated.items() if p.get("u") and is_determined(p)]
     values["determined"] = {"value": listed([name_of(name) for name in sure])}
     values["turns"] = {"value": _turns(values, language) if at.position == "deg" else None}
+    count = _per_turn(values) if at.position == "deg" else 0
+    values["seat"] = {"value": 0 < count <= len(PER_TURN)}
+    values["gear"], values["scale"] = {"value": count > len(PER_TURN)}, {"value": count == 0}
     values["steps"] = {"value": at.machine in STEPPERS}
     if (number := values.get("placement", {}).get("value")) in dict(at.files):
         values["placement"] = {"value": dict(at.files)[number]}

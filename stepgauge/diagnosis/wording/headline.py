@@ -13,6 +13,7 @@ from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import describe_rivals, finding_name, name_of, subject
 from stepgauge.diagnosis.wording.limits import misfits
 from stepgauge.diagnosis.wording.notation import (
+    members_of,
     odds_text,
     plus_minus,
     probability,
@@ -79,13 +80,23 @@ def summary_line(said: Said, language: str = "en") -> str:
 
 
 def found_lines(said: Said) -> Iterator[str]:
-    """Each finding with its values, their expanded uncertainties and its probability, in a line."""
+    """Each finding with its values, their expanded uncertainties and its probability, in a line; so each of its rivals,
+    with the values that it has if it is the cause."""
+    at = subject(said)
     for number, one in enumerate(said["effects"], 1):
-        numbers = told_numbers(one)
-        numbers += [(name, p) for name, p in one["parameters"].items() if name.startswith("period") and not p.get("u")]
-        values = ", ".join(f"{symbol(name, p, len(numbers))}{plus_minus(p)}" for name, p in numbers)
-        name = finding_name(one, subject(said))
-        yield f"found: {number}: {name}{f': {values} (k = 2)' if values else ''}, {probability_of(one)}"
+        yield f"found: {number}: {finding_name(one, at)}{_values(one)}, {probability_of(one)}"
+        for rival in members_of(one)[1:]:
+            share = rival["conditional_probability"]
+            p = "" if share is None else f", probability {probability(share * one['probability'])}"
+            yield f"found: {number}: or {finding_name(rival, at)}{_values(rival)}{p}"
+
+
+def _values(one: Said) -> str:
+    """The numbers of a cause with their expanded uncertainties; empty where it has none."""
+    numbers = told_numbers(one)
+    numbers += [(name, p) for name, p in one["parameters"].items() if name.startswith("period") and not p.get("u")]
+    values = ", ".join(f"{symbol(name, p, len(numbers))}{plus_minus(p)}" for name, p in numbers)
+    return f": {values} (k = 2)" if values else ""
 
 
 def describe_finding(effect: Said, said: Said, language: str = "en") -> str:

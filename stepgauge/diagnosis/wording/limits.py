@@ -13,7 +13,7 @@ from stepgauge.diagnosis.laws.geometry import KIND as GEOMETRY
 from stepgauge.diagnosis.priors import shipped_priors
 from stepgauge.diagnosis.wording.aliases import leads_into_mm
 from stepgauge.diagnosis.wording.catalogue import listed, say
-from stepgauge.diagnosis.wording.findings import Subject, finding_name, kind_and_choice, name_of, remedy, subject
+from stepgauge.diagnosis.wording.findings import check_of, finding_name, kind_and_choice, name_of, subject
 from stepgauge.diagnosis.wording.notation import COVERAGE, plus_minus, probability
 from stepgauge.diagnosis.wording.phrases import misfit, worded, worded_all
 from stepgauge.files.notation import significant
@@ -60,6 +60,8 @@ def _gauge_limits(said: Mapping[str, Any]) -> Iterator[Limit]:
 
 def _axis_limits(said: Mapping[str, Any]) -> Iterator[Limit]:
     axis = said["axis"]
+    if not axis.get("order_known", True):
+        yield "axis_order", {}
     if not said["measured"]["time_recorded"]:
         yield "time", {}
     if not said["noise"]["from_repeats"] and axis["form"] == "axis":
@@ -86,9 +88,9 @@ def _axis_steps(said: Mapping[str, Any]) -> Iterator[Limit]:
         yield "axis_steps", {"step": f"{significant(axis['even_step'], 4)} {axis['unit']}"}
 
 
-def step_limits(said: Mapping[str, Any], language: str = "en") -> list[str]:
+def step_limits(said: Mapping[str, Any]) -> list[str]:
     """That an error whose period is the even step of an axis is not seen, whatever was found."""
-    return [say(f"limit_{key}", language, **values) for key, values in _axis_steps(said)]
+    return [say(f"limit_{key}", "en", **values) for key, values in _axis_steps(said)]
 
 
 def _map_limits(said: Mapping[str, Any]) -> Iterator[Limit]:
@@ -147,7 +149,7 @@ def widened(said: Mapping[str, Any], language: str = "en") -> Iterator[str]:
             together[laws].append(finding_name(one, at, language))
     for laws, findings in together.items():
         kinds = list(dict.fromkeys(kind_and_choice(label)[0] for label in laws))
-        checks = dict.fromkeys(_check_of(label, at, language) for label in laws)
+        checks = dict.fromkeys(check_of(label, at, language) for label in laws)
         yield say(
             "widened",
             language,
@@ -156,12 +158,6 @@ def widened(said: Mapping[str, Any], language: str = "en") -> Iterator[str]:
             checks=" ".join(checks),
             without=" ".join(f"--without {kind}" for kind in kinds),
         )
-
-
-def _check_of(label: str, at: Subject, language: str) -> str:
-    kind, choice = kind_and_choice(label)
-    law = {"kind": kind, "parameters": {name: {"value": choice} for name in ("axis", "plane")}}
-    return remedy(law, at, language).check
 
 
 def misfits(said: Mapping[str, Any], language: str = "en") -> list[str]:

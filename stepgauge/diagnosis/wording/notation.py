@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from stepgauge.axis.units import unit_words
 from stepgauge.diagnosis.wording.catalogue import say
 from stepgauge.effects.words import COVERAGE as COVERAGE
 from stepgauge.files.notation import LEAST_PLAIN, significant, uncertain
@@ -47,9 +48,21 @@ def told_numbers(one: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
     return known if len(known) <= MOST_NUMBERS else [one for one in known if is_determined(one[1])]
 
 
+def single_readings(one: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """How far single readings are off, by their places in the table of the recording, which count from 0."""
+    rows = one.get("rows", ())
+    several = len({row.get("recording") for row in rows}) > 1
+    found = {}
+    for row in rows:
+        unit = next(name for name in row if name.startswith("off_")).removeprefix("off_")
+        place = f"iloc[{row['row'] - 1}]"
+        found[f"{row['recording']}.{place}" if several else place] = {"value": row[f"off_{unit}"], "unit": unit}
+    return found
+
+
 def symbol(name: str, parameter: Mapping[str, Any], count: int) -> str:
     """What stands before a number where a finding has several: its name without the unit; else nothing."""
-    stem = name.removesuffix(str(parameter["unit"]).replace("/", "_per_")).strip("_").replace("_", " ")
+    stem = name.removesuffix(unit_words(str(parameter["unit"]))).strip("_").replace("_", " ")
     return "" if count == 1 else f"{stem if stem not in ('', 'ppm') else 'size'} "
 
 

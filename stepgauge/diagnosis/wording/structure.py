@@ -99,9 +99,13 @@ def _flat_share(columns: Array, mean: Array, covariance: Array) -> float:
     return float(np.argmax(off)) / len(off) if off.any() else 1.0
 
 
-def remedy_of_structure(forms: Collection[str], covariate: str, language: str = "en") -> Wording:
-    """What to check for structure without a known law, over one covariate and with one or several ``forms``."""
-    found = {declared("structure").get(form) for form in forms}
-    own = (found.pop() if len(found) == 1 else None) or declared("structure")["any"]
-    words, values = own.said_in(language), {"covariate": {"value": covariate}}
+def remedy_of_structure(forms: Collection[str], covariate: str, called: str, language: str = "en") -> Wording:
+    """What to check for structure without a known law, with one or several ``forms`` over a covariate.
+
+    By its form, or by the covariate where the forms do not tell; ``called``: the covariate in the language.
+    """
+    known = declared("structure")
+    found = {known.get(form, known.get(covariate)) for form in forms}
+    own = (found.pop() if len(found) == 1 else None) or known.get(covariate, known["any"])
+    words, values = own.said_in(language), {"covariate": {"value": called}}
     return Wording(check=filled(words.check, values), repair=words.repair)

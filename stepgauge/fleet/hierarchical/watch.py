@@ -2,26 +2,34 @@
 
 What is watched is what the crossing leaves of a visit when the other owners' shares are taken off, so that a machine is
 not blamed for the gauge that visited it.
+
+How far owners in order differ, for statements about one of them.
+
+The inference takes the likeliest spread (empirical Bayes). Few machines do not determine it, and the likeliest one is
+then often its least: taken for known it would say of every machine that it is as good, whatever was measured of it. A
+statement about one machine is made over all spreads that the fleet leaves possible. Prior of a spread: half-Cauchy,
+which Gelman, Bayesian Analysis 1 (2006) 515, recommends for few groups, with the usual size of a cause as its scale.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
+from scipy import sparse, special
 from scipy.special import ndtr
 
 from stepgauge.conditions.decision import Outcome, decide
 from stepgauge.files.arrays import Array
 from stepgauge.files.dates import YEAR_DAYS
 from stepgauge.fleet.hierarchical.answer import ExplainedNumber, FleetInference
+from stepgauge.fleet.hierarchical.background import Background, RandomEffect
 from stepgauge.fleet.hierarchical.drifting import DriftPrior, DriftState, beyond, due_day, follow
 from stepgauge.fleet.hierarchical.priors import fleet_priors
-from stepgauge.fleet.hierarchical.spread import believed
 from stepgauge.history.series import FALSE_WARNINGS
 from stepgauge.history.trend import findings
 from stepgauge.physics.robust import mad_sigma
@@ -279,3 +287,50 @@ def _against_chance(series: list[Watched]) -> list[Watched]:
 def _rate_by_chance(one: Watched) -> float:
     """Probability of so large a rate where there is none."""
     return float(2.0 * ndtr(-abs(one.rate) / one.u_rate)) if one.u_rate > 0.0 else float(one.rate == 0.0)
+
+
+STEPS, LARGEST = 60, 3.0
+"""Spreads that are tried, evenly by their logarithm; the largest of them over the usual size of a cause."""
+ROUNDS = 4
+"""What is known of one spread depends on the others: each round goes on from the last."""
+
+
+def believed(background: Background, um: Array) -> Background:
+    """A background whose spreads are the roots of their expected squares, from what causes leave of visits ``(n,)``.
+
+    Coefficients of a spread that is not determined are then as uncertain as their own visits leave them.
+    """
+    wide = copy(background)
+    wide.terms = [replace(term) for term in background.terms]
+    for _ in range(ROUNDS):
+        value, variance = _own(wide, um)
+        for term, low, high in zip(wide.terms, wide.ends[:-1], wide.ends[1:], strict=True):
+            usual = _usual_peer(term)
+            if usual is not None:
+                term.sd = _expected(value[low:high], variance[low:high], term.least, usual)
+        wide.factor()
+    return wide
+
+
+def _usual_peer(term: RandomEffect) -> float | None:
+    """Of machines and probes; the days of halls are many, and what a certificate states is known."""
+    owner_kind, kind = term.name.split()[:2]
+    prior = fleet_priors().kinds.get(owner_kind, {}).get(kind)
+    return None if term.known or prior is None else prior.usual
+
+
+def _own(background: Background, um: Array) -> tuple[Array, Array]:
+    """What every coefficient is by the visits alone, and its variance ``(q,)``: of its posterior less its prior."""
+    prior2 = background.prior**2
+    share = np.maximum(1.0 - np.diag(background.inverse) / prior2, 1e-9)
+    at = background.inverse @ (background.weighted.T @ um)
+    return at / share, prior2 * (1.0 - share) / share
+
+
+def _expected(value: Array, variance: Array, least: float, usual: float) -> float:
+    """Root of the expected square of a spread, of which coefficients with these variances are known ``(q,)``."""
+    spread = np.geomspace(least, max(LARGEST * usual, 2.0 * least), STEPS)
+    total = spread[:, None] ** 2 + variance
+    log = -0.5 * (np.log(total) + value**2 / total).sum(axis=1)
+    weight = special.softmax(log + np.log(spread) - np.log1p((spread / usual) ** 2))
+    return float(np.sqrt(weight @ spread**2))

@@ -8,19 +8,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stepgauge.axis.order import is_order_known
 from stepgauge.axis.recording import FORM, FORMS, AxisRecording, ways_doubt
 from stepgauge.conditions.axis import recording_conditions
 from stepgauge.errors import reading
 from stepgauge.importing.axis.build import AxisOptions, build_axis
-from stepgauge.importing.axis.faces import check_measured, header_answer
+from stepgauge.importing.axis.faces import check_measured, check_placements, header_answer
 from stepgauge.importing.axis.heights import read_heights, reduced
 from stepgauge.importing.axis.long import Long, to_long
 from stepgauge.importing.axis.stated import check_stated
 from stepgauge.importing.axis.targets import Targets
-from stepgauge.importing.axis.travel import check_stated_travel
+from stepgauge.importing.axis.travel import check_stated_travel, numbered_runs
 from stepgauge.importing.result import Imported
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.columns import AXIS, VALUE_ROLES, Column, Role, check_chosen, read_columns
@@ -33,9 +35,17 @@ from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.importing.thermal import read_convention, said_lines
 from stepgauge.recording import comment_lines
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 __all__ = ["AxisOptions", "import_axis"]
 _OURS = (*FORMS, FORM, "sensor")
 """Comments of a recording that are made anew."""
+UNORDERED = (
+    "the order of the readings is not known: either direction may have been the first of a cycle, and uncertainties"
+    " have what a drift makes of that; rows in the order of reading, or a column of times, show it, and --accept order"
+    " states that they stand in it"
+)
 LOOKED_AT = 50_000
 """Readings by which the doubts of a table are told: what is wrong with all of it shows in these."""
 
@@ -67,12 +77,14 @@ def import_axis(
         if options.targets is not None and options.targets.gauge and not layout.columns:
             check_measured(table, options.targets)
         roles = settled_roles(table, layout, decisions)
-        roles = _circle_columns(roles, decisions)
+        roles = numbered_runs(table, _circle_columns(roles, decisions), decisions)
         decisions.columns = taken_columns(table, [(one.place, one.role, one.unit) for one in roles])
         check_chosen(roles, layout.columns, table.path)
         check_stated_travel(table, roles, layout, decisions)
-        found = to_long(table, roles, options.missing, layout.time_unit, decisions)
-        recording, targets = build_axis(found, table, options, decisions)
+        if options.targets is not None and options.targets.gauge and options.sensor == "touch":
+            check_placements(table, roles, layout, decisions)
+        found = to_long(table, roles, options.missing, options.ordered, layout.time_unit, decisions)
+        recording, targets, ways = build_axis(found, table, options, decisions)
         check_stated(table.facts, recording, source.name)
     if options.heights is not None:
         recording = reduced(recording, read_heights(options.heights), options.heights)
@@ -83,7 +95,15 @@ def import_axis(
     decided = (*decisions.taken, *decisions.rejected)
     lines = file.comments if source.is_workbook or source.frame is not None else said_lines(source.decoded[0])
     thermal, told = read_convention([*lines, *(f"{key}: {value}" for key, value in table.facts.items())])
-    report = (*file.notes, *table.left_out, *_words(roles, found, recording, targets), *told, *clock, *decided, *doubts)
+    report = (
+        *file.notes,
+        *table.left_out,
+        *_words(roles, found, recording, targets, ways),
+        *told,
+        *clock,
+        *decided,
+        *doubts,
+    )
     comments = {key: value for key, value in comment_lines(file.comments).items() if key not in _OURS}
     name = Path(source.name).name
     said = {**recording.comments, **_date(found), **thermal, **comments, "log": name, "import": "\n".join(report)}
@@ -134,12 +154,22 @@ def _content(table: Table, place: int) -> str:
     return "name" if is_text(table, place) else "reading"
 
 
+def _twice(found: Long, frame: pd.DataFrame) -> list[str]:
+    """The warning of readings that stand there twice, in one run that is stated."""
+    again = frame.duplicated()
+    if not found.columns["cycle"].all() or not again.any():
+        return []
+    at = frame[again].iloc[0]
+    return [f"doubtful: rows that stand there twice: {again.sum()}, the first at target {at['target']:g} in run"
+            f" {at['cycle']:g}: a row that was pasted again counts as a second reading"]  # fmt: skip
+
+
 def _date(found: Long) -> dict[str, str]:
     start = None if found.clock is None else found.clock.start
     return {} if start is None else {"measured_at": start}
 
 
-def _words(roles: list[Column], found: Long, recording: AxisRecording, count: int) -> list[str]:
+def _words(roles: list[Column], found: Long, recording: AxisRecording, count: int, ways: str) -> list[str]:
     """What became of the columns, and what the recording is."""
     units, frame = recording.units, recording.frame
     mapped = [f"{one.header} -> {one.role}" for one in roles if one.role not in (None, "dropped") and one.header]
@@ -147,10 +177,12 @@ def _words(roles: list[Column], found: Long, recording: AxisRecording, count: in
         mapped.append(f"{found.column.header} -> reading")
     words = [f"mapped: {', '.join(mapped)}"] if mapped else []
     if recording.form == "axis":
-        ways = "stated" if found.columns["way"].all() else "from the order of the targets"
         words.append(f"{len(frame)} readings of {count} targets, cycles: {frame['cycle'].max()}, direction {ways}")
+        words.append(f"readings towards +: {(frame['way'] > 0).sum()}, towards −: {(frame['way'] < 0).sum()}")
         doubt = ways_doubt(frame)
         words += [f"doubtful: {doubt}"] if doubt else []
+        words += [] if is_order_known(recording) else [UNORDERED]
+        words += _twice(found, frame)
     else:
         what = "one spot" if recording.form == "spot" else "distances between stations"
         words.append(f"{len(frame)} readings of {what}")

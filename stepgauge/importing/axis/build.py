@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from stepgauge.axis.order import ORDER, STATED
 from stepgauge.axis.recording import OWN, STATIONS, AxisRecording, places_of
 from stepgauge.axis.units import BASE, AxisUnits, base_of, plain_name
 from stepgauge.conditions.axis import LARGEST, SMALLEST, is_unlikely
@@ -22,7 +23,7 @@ from stepgauge.files.units import ANGLE_DEG, LENGTH_MM, Unit, find_unit, unit_hi
 from stepgauge.importing.axis.faces import check_names
 from stepgauge.importing.axis.long import Long
 from stepgauge.importing.axis.targets import Targets
-from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
+from stepgauge.importing.axis.travel import ReadingOrder, cycles_of_repeats, travel_of_order
 from stepgauge.importing.tables.columns import DEVIATIONS, Role
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer
@@ -47,8 +48,9 @@ class AxisOptions:
     """What a table of an axis does not state.
 
     ``sensor``: what read it (:data:`stepgauge.axis.sensors.SENSORS`); ``targets``: the artefact; ``missing``: whether
-    readings may be missing; ``heights``: file of the heights of stations, by which slope distances become horizontal
-    ones; ``unit``, ``deviation_unit``: of columns that state none.
+    readings may be missing, ``ordered``: whether rows are in the order of reading where targets follow in none;
+    ``heights``: file of the heights of stations, by which slope distances become horizontal ones; ``unit``,
+    ``deviation_unit``: of columns that state none.
     """
 
     sensor: str = "other"
@@ -56,11 +58,12 @@ class AxisOptions:
     deviation_unit: str | None = None
     targets: Targets | None = None
     missing: bool = False
+    ordered: bool = False
     heights: str | Path | None = None
 
 
-def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decisions) -> tuple[AxisRecording, int]:
-    """The recording, and how many targets it has.
+def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decisions) -> tuple[AxisRecording, int, str]:
+    """The recording, how many targets it has, and where the directions of travel are from.
 
     :class:`InputError` asks for all that the table leaves open, with the options that settle it.
     """
@@ -70,8 +73,9 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
         decisions.ask(table.path, "targets are told by their numbers alone", listed, found=found.target.called)  # type: ignore[union-attr]
         decisions.settle()
     if form == "spot" and np.isin([1, -1], found.columns["way"]).all():
-        listed = QuestionAnswer("targets", words="for the list of them", suggestions=("0:500:25",))
-        decisions.ask(table.path, "readings of two directions have no targets", listed)
+        if not decisions.offers(Role.TARGET):
+            listed = QuestionAnswer("targets", words="for the list of them", suggestions=("0:500:25",))
+            decisions.ask(table.path, "readings of two directions have no targets", listed)
         decisions.settle()
     target, index = _targets(found, table, options, decisions)
     role = _role(found, table, target, decisions) if form == "axis" else Role.READING
@@ -85,7 +89,8 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
     reading = (
         value if role == Role.READING else value / units.deviations_per_position + (0.0 if target is None else target)
     )
-    frame, targets = _frame(found, target, reading)
+    travel = _ways(found, None if found.has_stations else target, index, table, options, decisions)
+    frame, targets = _frame(found, target, reading, travel)
     u_target = found.numbers("u_target")
     if index is not None and options.targets is not None and options.targets.u.any():
         frame["u_target"] = options.targets.u[index] / units.base_deviation
@@ -96,7 +101,8 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
     artefact = options.targets.name if options.targets else "targets" if form == "axis" else "none"
     words = f"readings of {found.column.header}, by hand" if against else _sign_words(found)
     comments = {"artefact": artefact, **({"turned": words} if turned or against else {})}
-    return AxisRecording(frame, form, units, options.sensor, comments, table.path), targets
+    comments |= {ORDER: STATED} if form == "axis" and options.ordered else {}
+    return AxisRecording(frame, form, units, options.sensor, comments, table.path), targets, travel.source
 
 
 def _counts_targets(found: Long) -> bool:
@@ -148,7 +154,7 @@ def _ask_unit(
     if plain_name(told) == unit:
         return
     what = f"no positions of {known.name} in {told}, and all of them on its list in {unit}"
-    at = f"{column.called}, {values[0]:g} to {values[-1]:g}"
+    at = f"{column.called}, {values.min():g} to {values.max():g}"
     if stated is not None:
         raise InputError(table.path, what, found=at, expected=naming("header", words=f"{unit} in the name, or in {{}}"))
     decisions.ask(table.path, what, QuestionAnswer("unit", unit), found=at)
@@ -291,22 +297,38 @@ def _check_kind(name: str, units: AxisUnits) -> None:
         )
 
 
-def _frame(found: Long, target: Array | None, reading: Array) -> tuple[pd.DataFrame, int]:
-    """The columns of every recording of an axis, and how many places it has.
+def _ways(
+    found: Long, target: Array | None, index: NDArray[np.intp] | None, table: Table, options: AxisOptions,
+    decisions: Decisions,
+) -> ReadingOrder:  # fmt: skip
+    """The direction of travel to every reading: stated, of the faces, or from the order of the targets.
 
-    Direction and cycle are from the order where nothing states them.
+    A face is touched from outside: a front towards +, a back towards -.
     """
+    stated, rows = found.columns["way"], np.arange(len(found.value))
+    if stated.all() or target is None:
+        return ReadingOrder(stated if stated.all() else np.ones(len(rows), np.int64), rows, "stated")
+    if index is not None and options.sensor == "touch" and options.targets is not None and options.targets.gauge:
+        return ReadingOrder(np.where(index % 2 == 0, 1, -1), rows, "of the faces (fronts towards +, backs towards −)")
+    times = found.numbers("time_s")
+    order = None if times is None else np.lexsort((times, found.columns["placement"]))
+    return travel_of_order(table.path, places_of(target), order, options.ordered, decisions)
+
+
+def _frame(found: Long, target: Array | None, reading: Array, travel: ReadingOrder) -> tuple[pd.DataFrame, int]:
+    """The columns of every recording of an axis, and how many places it has; cycles are counted where none are."""
     columns, stations = dict(found.columns), found.has_stations
     key = np.zeros(len(reading)) if target is None else target
     if stations:
         ends = pd.factorize(np.concatenate([columns[name] for name in STATIONS]))[0].reshape(2, -1)
         key = np.unique(np.sort(ends, axis=0), axis=1, return_inverse=True)[1].ravel().astype(float)
     travels = target is not None and not stations
-    place, way = places_of(key), columns["way"]
-    way = way if way.all() else ways_of_order(place) if travels else np.ones(len(reading), int)
+    place, order = places_of(key), travel.order
     if not columns["cycle"].all():
-        counts = travels or stations
-        columns["cycle"] = cycles_of_repeats(place, way, columns["placement"]) if counts else np.ones(len(way), int)
-    columns |= {"way": way, "reading": reading} | ({"target": key} if travels else {})
+        columns["cycle"] = np.ones(len(order), np.int64)
+        if travels or stations:
+            counted = (each[order] for each in (place, travel.way, columns["placement"]))
+            columns["cycle"][order] = cycles_of_repeats(*counted)
+    columns |= {"way": travel.way, "reading": reading} | ({"target": key} if travels else {})
     names = ("placement", "cycle", "way", *STATIONS, *(["target"] if travels else []), "reading", "time_s")
     return pd.DataFrame({name: columns[name] for name in names if name in columns}), int(place.max(initial=-1)) + 1

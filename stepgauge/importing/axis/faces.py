@@ -17,9 +17,10 @@ from stepgauge.files.arrays import Array
 from stepgauge.files.units import LENGTH_MM
 from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.tables.cells import text_of
-from stepgauge.importing.tables.columns import VALUE_ROLES, Role, axis_role
+from stepgauge.importing.tables.columns import VALUE_ROLES, Column, Role, axis_role
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.questions import QuestionAnswer
+from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, shown
+from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.vocabulary import says, split_name, words_of
 from stepgauge.recording.identity import exchanged
 
@@ -99,6 +100,19 @@ def check_measured(table: Table, listed: Targets) -> None:
         what = f"this looks like a certificate of {listed.name} (nominal and certified positions, U), no measurement"
         expected = "columns of readings, such as Actual or Run 1"
         raise InputError(table.path, what, found=", ".join(filter(None, table.headers))[:200], expected=expected)
+
+
+def check_placements(table: Table, roles: Sequence[Column], layout: TableLayout, decisions: Decisions) -> None:
+    """Asks which placement of a gauge is meant where there are several: each is a recording of its own."""
+    column = next((one for one in roles if one.role == Role.PLACEMENT), None)
+    texts = [] if column is None else sorted({text_of(cell).strip() for cell in table.cells(column.place)})
+    if column is None or len(texts) < 2 or f"{column.called}=*" in layout.rows:
+        return
+    ways = [QuestionAnswer("rows", f"{column.called}={text}") for text in texts]
+    ways.insert(1, QuestionAnswer("placement", words="of each one in turn, for the errors of the machine"))
+    ways.insert(2, QuestionAnswer("rows", f"{column.called}=*", "where it lay along the same axis"))
+    what = "the gauge was placed several times, and each placement is a recording of its own"
+    decisions.ask(table.path, what, *ways, found=f"{column.called!r}, {shown(texts)}")
 
 
 def _are_certified(table: Table, place: int, listed: Targets, face: NDArray[np.intp]) -> bool:

@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.axis.recording import STATIONS, places_of
-from stepgauge.errors import InputError, naming
+from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
 from stepgauge.files.units import Unit
 from stepgauge.importing.axis.travel import cycles_of_repeats
@@ -27,6 +27,8 @@ from stepgauge.importing.tables.values import beside, check_finite, clock_of, fi
 from stepgauge.importing.tables.vocabulary import LABEL, WORDS, Label, parse_label, title_label, way_of, words_of
 
 Whole = NDArray[np.int64]
+LEAST_OF_WAY = 0.25
+"""Share of the rows that each of two texts has, from which they may be the directions, and none is a slip."""
 
 
 @dataclass(frozen=True)
@@ -63,14 +65,17 @@ class Long:
         return STATIONS[0] in self.columns
 
 
-def to_long(table: Table, roles: Sequence[Column], missing: bool, time_unit: str | None, decisions: Decisions) -> Long:
-    """One reading per row; ``missing``: whether cells of readings may be empty; ``time_unit``: of counts of time.
+def to_long(
+    table: Table, roles: Sequence[Column], missing: bool, ordered: bool, time_unit: str | None, decisions: Decisions
+) -> Long:
+    """One reading per row; ``missing``: whether cells of readings may be empty; ``ordered``: whether columns are in the
+    order of the runs, whatever it is; ``time_unit``: of counts of time.
 
     :class:`InputError` names the row and column of what is no number, and the option that settles what is ambiguous.
     """
     columns = _value_columns(table, roles, missing, decisions)
     roles = [replace(one, role=Role.READING) if one.role is None and one in columns else one for one in roles]
-    row, value, way, cycle = _taken(table, roles, columns, missing)
+    row, value, way, cycle = _taken(table, roles, columns, missing, ordered, decisions)
     target, u_target, near, far = (_only(roles, role) for role in (Role.TARGET, Role.U_TARGET, Role.FROM, Role.TO))
     others, dropped = beside(table, [one for one in roles if one.role is None and one.header])
     dropped += [one.header for one in roles if one.role == Role.DROPPED and one.header]
@@ -93,7 +98,7 @@ def to_long(table: Table, roles: Sequence[Column], missing: bool, time_unit: str
 
 
 def _taken(
-    table: Table, roles: Sequence[Column], columns: Sequence[Column], missing: bool
+    table: Table, roles: Sequence[Column], columns: Sequence[Column], missing: bool, ordered: bool, decisions: Decisions
 ) -> tuple[Whole, Array, Whole, Whole]:
     """Row, value, direction and cycle of every reading, sweep after sweep and in each column after column."""
     titles = [title_label(title) for title in table.titles]
@@ -101,14 +106,14 @@ def _taken(
         _row_numbers(table, roles, Role.CYCLE, titles) if len(columns) == 1 else _sweeps(table, roles, columns, titles)
     )
     if len(columns) == 1 and columns[0].label.way == 0:
-        row, value = _picked(table, columns[0], False, missing)
-        return row.astype(np.int64), value, _row_numbers(table, roles, Role.WAY, titles)[row], of_rows[row]
+        row, value = _picked(table, columns[0], False, missing, decisions)
+        return row.astype(np.int64), value, _ways(table, roles, titles, decisions)[row], of_rows[row]
     first = _rank(of_rows)
-    picked = [_picked(table, column, _rising(table, roles, first == 0), missing) for column in columns]
+    picked = [_picked(table, column, _rising(table, roles, first == 0), missing, decisions) for column in columns]
     row = np.concatenate([rows for rows, _ in picked]).astype(np.int64)
     own = np.repeat(np.arange(len(columns)), [len(rows) for rows, _ in picked])
     stated = np.array([column.label.way for column in columns])[own]
-    way = np.where(stated != 0, stated, _row_numbers(table, roles, Role.WAY, titles)[row])
+    way = np.where(stated != 0, stated, _ways(table, roles, titles, decisions)[row])
     cycle, value = (
         of_rows[row],
         np.concatenate(
@@ -119,8 +124,19 @@ def _taken(
         return row, value, way, cycle
     of_columns = np.array(_column_cycles(columns))
     cycle = np.where(cycle > 0, (cycle - 1) * of_columns.max() + of_columns[own], 0)
-    order = np.argsort(first[row], kind="stable")
+    order = np.argsort(first[row] if ordered or _forward_first(columns) else row, kind="stable")
     return row[order], value[order], way[order], cycle[order]
+
+
+def _forward_first(columns: Sequence[Column]) -> bool:
+    """Whether columns stand as a test is run: in no cycle the way back before the way there.
+
+    Columns that are sorted by their names, ``bwd`` before ``fwd``, show no order of the readings.
+    """
+    first: dict[int, int] = {}
+    for column in columns:
+        first.setdefault(column.label.cycle, column.label.way)
+    return {one.label.way for one in columns} != {1, -1} or all(way > 0 for way in first.values())
 
 
 def _to_first(table: Table, column: Column, first: Column) -> float:
@@ -162,7 +178,10 @@ def _value_columns(table: Table, roles: Sequence[Column], missing: bool, decisio
     if not found:
         named = [one for one in roles if one.header]
         free = [one for one in named if one.role is None and np.isfinite(table.numbers(one.place)).all()]
-        ways = [column_answer(role, one.header) for one in free or named for role in (Role.READING, DEVIATIONS[0])]
+        places = [one for one in free if set(words_of(one.name)) <= WORDS["place"]]
+        read = [one for one in free if one not in places] or free or named
+        ways = [column_answer(role, one.header) for one in read for role in (Role.READING, DEVIATIONS[0])]
+        ways[2:2] = [column_answer(Role.TARGET, one.header) for one in places if one not in read]
         alike = Counter(re.sub(r"\d+", "*", one.header) for one in free).most_common(1)
         ways = [column_answer(Role.READING, name, "if all are runs") for name, n in alike if n > 1] + ways
         names = ", ".join(one.header for one in named)
@@ -236,21 +255,32 @@ def _column_cycles(columns: Sequence[Column]) -> list[int]:
     return found
 
 
-def _picked(table: Table, column: Column, rising: bool, missing: bool) -> tuple[Whole, Array]:
-    """Rows and values of one column in the order of travel: upwards in the table for a column of the way back."""
+def _picked(table: Table, column: Column, rising: bool, missing: bool, decisions: Decisions) -> tuple[Whole, Array]:
+    """Rows and values of one column in the order of travel: upwards in the table for a column of the way back.
+
+    Rows without a reading are left out, where that is accepted; else it is asked.
+    """
     values = table.numbers(column.place) * column.sign
-    if np.isfinite(values).all():
-        rows = np.arange(len(values))
-        return (rows[::-1], values[::-1]) if column.label.way < 0 and rising else (rows, values)
-    empty = np.array([is_empty(cell) for cell in table.cells(column.place)])
-    if not missing:
-        gap = empty[int((~np.isfinite(values)).argmax())]
-        check_finite(table, column, values, naming("accept", words="a number, or {} missing") if gap else "a number")
-    rows = np.flatnonzero(~empty & np.isfinite(values)) if missing else np.arange(len(values))
-    check_finite(table, column, np.where(empty, 0.0, values), "a number")
-    if column.label.way < 0 and rising:
-        rows = rows[::-1]
+    rows = np.arange(len(values))
+    if not np.isfinite(values).all():
+        empty = np.array([is_empty(cell) for cell in table.cells(column.place)])
+        check_finite(table, column, np.where(empty, 0.0, values), "a number")
+        _leave_out(table, column, np.flatnonzero(empty), missing, decisions)
+        rows = np.flatnonzero(~empty)
+    rows = rows[::-1] if column.label.way < 0 and rising else rows
     return rows, values[rows]
+
+
+def _leave_out(table: Table, column: Column, rows: Whole, missing: bool, decisions: Decisions) -> None:
+    """Tells which rows have no reading, or asks whether they may have none."""
+    numbers = shown([str(table.lines[row]) for row in rows])
+    if len(rows) == len(table):
+        check_finite(table, column, np.full(len(table), np.nan), "a number")
+    if missing:
+        decisions.reject(f"rows {numbers} of {column.called!r}", "no reading")
+    else:
+        found = f"{column.called!r}, rows {numbers}"
+        decisions.ask(table.at(rows[0]), "readings are missing", QuestionAnswer("accept", "missing"), found=found)
 
 
 def _rising(table: Table, roles: Sequence[Column], sweep: NDArray[np.bool_]) -> bool:
@@ -277,27 +307,51 @@ def _only(roles: Sequence[Column], role: str) -> Column | None:
 
 
 def _row_numbers(table: Table, roles: Sequence[Column], role: str, titles: Sequence[Label]) -> Whole:
-    """Cycle, placement or way of every row of the table: from its column, else from the line above the block."""
+    """Cycle or placement of every row of the table: from its column, else from the line above the block."""
     column = _only(roles, role)
-    runs = _only(roles, Role.CYCLE) if column is None and role == Role.WAY else None
-    if runs is not None and all(told := [parse_label(str(cell)).way for cell in table.cells(runs.place)]):
+    if column is None:
+        return np.array([one.cycle for one in titles])[table.block]
+    cells = table.cells(column.place)
+    labels = [parse_label(str(int(c)) if isinstance(c, float) else str(c)).cycle for c in cells]
+    numbers = np.array(labels if all(labels) else np.unique([str(c) for c in cells], return_inverse=True)[1] + 1)
+    return numbers if np.ptp(numbers) else np.ones(len(cells), np.int64)
+
+
+def _ways(table: Table, roles: Sequence[Column], titles: Sequence[Label], decisions: Decisions) -> Whole:
+    """The direction of every row, nought where nothing states it; asks what texts mean that are no words for one."""
+    column, runs = _only(roles, Role.WAY), _only(roles, Role.CYCLE)
+    told = [] if column or not runs else [parse_label(str(cell)).way for cell in table.cells(runs.place)]
+    if told and all(told):
         return np.array(told)  # as in "2 back"
     if column is None:
-        return np.array([one.way if role == Role.WAY else one.cycle for one in titles])[table.block]
-    cells = table.cells(column.place)
-    if role != Role.WAY:
-        labels = [parse_label(str(int(c)) if isinstance(c, float) else str(c)).cycle for c in cells]
-        numbers = np.array(labels if all(labels) else np.unique([str(c) for c in cells], return_inverse=True)[1] + 1)
-        return numbers if np.ptp(numbers) else np.ones(len(cells), np.int64)
-    ways = [(int(np.sign(c)) if abs(c) == 1.0 else 0) if isinstance(c, float) else _way(str(c)) for c in cells]
-    if not all(ways):
-        row = ways.index(0)
-        expected = naming("constants", words="1 and -1, + and -, forward and backward; or {} direction=+ for all")
-        what = f"column {column.header!r} is no direction of travel"
-        raise InputError(table.at(row), what, found=repr(str(cells[row])), expected=expected)
-    return np.array(ways)
+        return np.array([one.way for one in titles])[table.block]
+    texts = [text_of(cell).strip() for cell in table.cells(column.place)]
+    if column.forward:
+        ways = [0 if is_empty(text) else 1 if text == column.forward else -1 for text in texts]
+    else:
+        ways = [_way(text) for text in texts]
+    if all(ways):
+        return np.array(ways)
+    _ask_ways(table, column, np.array(texts), np.array(ways), decisions)
+    return np.ones(len(texts), np.int64)  # what follows is asked with it
+
+
+def _ask_ways(table: Table, column: Column, texts: NDArray[Any], ways: Whole, decisions: Decisions) -> None:
+    """Asks which of two texts is the direction +, and names a text or rows that state none."""
+    unknown = np.flatnonzero(ways == 0)
+    kinds = sorted({text for text in texts.tolist() if not is_empty(text)})
+    strange = [text for text in texts[unknown].tolist() if text in kinds]
+    both = len(kinds) == 2 and min(Counter(texts.tolist())[kind] for kind in kinds) >= LEAST_OF_WAY * len(texts)
+    two = kinds if both and strange else []
+    choices = [column_answer(Role.WAY, f"{column.called}={kind}", "if it is towards +") for kind in two]
+    choices.append(column_answer(Role.IGNORE, column.called, "to have the order of the targets say it"))
+    rows = f"nothing, rows {shown([str(table.lines[row]) for row in unknown])}"
+    found = " and ".join(map(repr, two or strange[:1])) or rows
+    decisions.ask(
+        table.at(int(unknown[0])), f"column {column.called!r} is no direction of travel", *choices, found=found
+    )
 
 
 def _way(text: str) -> int:
     plain = {"1": 1, "1.0": 1, "-1.0": -1}
-    return plain.get(text.strip()) or way_of(text) or parse_label(text).way
+    return plain.get(text) or way_of(text) or parse_label(text).way

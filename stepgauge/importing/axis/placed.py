@@ -22,6 +22,9 @@ from stepgauge.recording import APPROACH, POSITION, Recording
 from stepgauge.recording.columns import CORRECTED
 
 WORDS = "positions along the gauge: touches on the line of the placement, turned back into tip centres with the radius"
+RADIUS = (
+    "{}, of which the nominal value will do, since positions along the gauge do not show it; or {} with that radius"
+)
 UNSEEN = "such positions do not show the tip radius: it is taken as known, and is no result"
 
 
@@ -38,7 +41,7 @@ def on_placement(
     radius = tip_radius_mm or placement.tip_radius_mm
     if radius is None:
         what = "a recording has tip centres, and the radius is not known"
-        raise InputError(found.path, what, expected=naming("tip_radius_mm"))
+        raise InputError(found.path, what, expected=naming("tip_radius_mm", "machine", words=RADIUS))
     per_mm = base_of(found.units.position)
     face = 1 + np.abs(found.frame["target"].to_numpy()[:, None] * per_mm - gauge.position_mm).argmin(axis=1)
     approach = np.where(face % 2 == 1, 1.0, -1.0)

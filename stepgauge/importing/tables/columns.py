@@ -82,7 +82,8 @@ _VECTORS = {**dict.fromkeys(WORDS["approach"], APPROACH), **dict.fromkeys(WORDS[
 @dataclass(frozen=True)
 class Column:
     """``header`` as it stands there, ``name``: without its unit; ``role``: None for a number recorded besides;
-    ``label``: cycle and direction, where the name says them; ``sign``: -1 for readings that go against the targets.
+    ``label``: cycle and direction, where the name says them; ``sign``: -1 for readings that go against the targets;
+    ``forward``: the text of the direction +, where it was told by hand.
     """
 
     place: int
@@ -92,6 +93,7 @@ class Column:
     unit: Unit | None
     label: Label = LABEL
     sign: float = 1.0
+    forward: str = ""
 
     @property
     def called(self) -> str:
@@ -115,9 +117,11 @@ def read_columns(
 
     A choice removes its rivals: what else is named as that role, or as another one of values, is recorded besides.
     Of an axis, columns whose names differ only in a number and a direction are the readings of a wide table, and
-    readings named by hand with a minus before the header are taken with the other sign.
+    readings named by hand with a minus before the header are taken with the other sign; a text behind the header of
+    the directions, as in ``way="Side=A"``, is the direction +.
     """
     columns = []
+    chosen, forward = _split_forward(headers, chosen)
     turned = {role: text[1:] for role, text in chosen.items() if role == Role.READING and text.startswith("-")}
     for place, (header, stated) in enumerate(zip(headers, units, strict=True)):
         if len(header) > LONGEST_HEADER:
@@ -132,8 +136,17 @@ def read_columns(
         sign = 1.0
         if by_hand is None and (against := _chosen(header, name, place, turned)):
             role, sign = against, -1.0
-        columns.append(Column(place, header, name, Role.DROPPED if role == Role.IGNORE else role, unit, sign=sign))
+        columns.append(Column(place, header, name, Role.DROPPED if role == Role.IGNORE else role, unit, sign=sign,
+                              forward=forward if by_hand == Role.WAY else ""))  # fmt: skip
     return columns if recipe is POINTS else _arcsec_columns(columns, chosen)
+
+
+def _split_forward(headers: Sequence[str], chosen: Mapping[str, str]) -> tuple[Mapping[str, str], str]:
+    """The choices without the text of the direction + behind a header, and that text."""
+    header, equals, forward = chosen.get(Role.WAY, "").rpartition("=")
+    if not equals or chosen[Role.WAY] in headers:
+        return chosen, ""
+    return {**chosen, Role.WAY: header}, forward
 
 
 def parse_columns(given: Mapping[str, str] | str | Sequence[str]) -> dict[str, str]:

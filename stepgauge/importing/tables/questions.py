@@ -83,7 +83,7 @@ class Question:
     def text(self) -> str:
         """The question in a line."""
         expected = "" if self.expected is None else f"; expected {self.expected}"
-        return f"{self.what}{expected}{'' if self.found is None else f': {self.found}'}"
+        return f"{self.what}{'' if self.found is None else f': {self.found}'}{expected}"
 
 
 class OpenQuestionsError(InputError):
@@ -141,6 +141,10 @@ class Decisions:
         """A question that stays open; the reader goes on, to find those that follow."""
         if all(one.what != what for one in self.questions):
             self.questions.append(Question(str(where), what, found, choices))
+
+    def offers(self, role: str) -> bool:
+        """Whether an open question has a column of a role among its choices."""
+        return any(choice.value.startswith(f"{role}=") for one in self.questions for choice in one.choices)
 
     def settle(self) -> None:
         """:class:`OpenQuestionsError` with all questions that are open."""

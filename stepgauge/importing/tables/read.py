@@ -157,17 +157,26 @@ def _kept(table: Table, chosen: Sequence[str]) -> Table:
 
 
 def taken_columns(table: Table, columns: Iterable[tuple[int, str | None, Unit | None]]) -> list[TakenColumn]:
-    """What the columns of a table were taken for: place, role (None: recorded besides) and unit of each."""
+    """What the columns of a table were taken for: place, role (None: recorded besides) and unit of each.
+
+    Of those without a role a recording keeps what has a name and is a number in every row
+    (:func:`stepgauge.importing.tables.values.beside`).
+    """
     return [
         TakenColumn(
             place + 1,
             table.headers[place],
-            role or "covariate",
+            role or ("covariate" if table.headers[place] and is_numeric(table, place) else "dropped"),
             None if unit is None or not unit.name else unit.name,
             tuple(text_of(cell) for cell in table.first_cells(place, MOST_PREVIEWED)),
         )
         for place, role, unit in columns
     ]
+
+
+def is_numeric(table: Table, place: int) -> bool:
+    """Whether a column is a number in every row."""
+    return bool(np.isfinite(table.numbers(place)).all())
 
 
 def _same(cell: Cell, text: str) -> bool:

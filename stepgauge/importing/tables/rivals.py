@@ -153,7 +153,7 @@ def _place_as_target(table: Table, roles: list[Column]) -> list[Column]:
         one
         for one in roles
         if one.role is None and words_of(one.name) and set(words_of(one.name)) <= WORDS["place"]
-        if one.label == LABEL or (words_of(one.name) == ("pos",) and labelled == [one])  # not the positive way of two
+        if one.label == LABEL or (words_of(one.name) == ("pos",) and all(o is one or o.label.cycle for o in labelled))
     ]
     if len(places) != 1 or not values or any(one.role == Role.FROM for one in roles):
         return roles

@@ -83,7 +83,7 @@ def _unstated(table: Table, column: Column, time_unit: str | None, decisions: De
     if words is None and unit is None and np.ptp(seconds):
         ways = [QuestionAnswer("time_unit", name) for name in ("s", "ms", "min", "h")]
         ignored = QuestionAnswer("columns", f"{Role.IGNORE}={column.called}", "to leave it out")
-        found = f"{seconds[0]:g} to {seconds[-1]:g}"
+        found = f"{seconds.min():g} to {seconds.max():g}"
         decisions.ask(table.path, f"the unit of the times {column.called!r} is not stated", *ways, ignored, found=found)
     factor = unit.factor if unit is not None and words is None else 1.0
     return Clock(seconds * factor, None, () if words is None else (words,))

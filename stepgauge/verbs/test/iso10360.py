@@ -99,7 +99,6 @@ def iso10360(
     stepgauge test iso10360 position-*.csv -g step-gauge-1020 -m bridge-cmm --mpe "1.8 + L/350" \\
         --mpe-repeatability 1.5 --tip-diameter 3.9940 --u-gauge-temperature 0.05 -o iso10360
     """
-    from stepgauge.recording.conventions import state_convention
     from stepgauge.reports.iso10360 import length_outcome
     from stepgauge.standards.iso10360 import Choices, Specification, length_test
     from stepgauge.standards.iso10360_series import E150, NORMAL
@@ -126,15 +125,17 @@ def iso10360(
     lengths = None if lengths_mm is None else tuple(lengths_mm)
     choices = Choices(tip_diameter_mm, unidirectional, lengths, normal is not None)  # type: ignore[arg-type]
     bare: Any = Choices(tip_diameter_mm, unidirectional, None, False)  # type: ignore[arg-type]
-    recording = state_convention(joined_recordings(several(recordings)), temperature_convention)
+    recording = joined_recordings(several(recordings), temperature_convention, cmm)
     asked = Specification(limit, mpe_repeatability_um, tuple(several(also)))
     test = length_test(recording, steps, asked, uncertain, choices, cmm, resolve_placements(placements, steps))
     further = []
     if normal is not None and normal_gauge is not None:
-        one, beside = joined_recordings([normal]), resolve_gauge(normal_gauge)
+        one, beside = joined_recordings([normal], machine=cmm), resolve_gauge(normal_gauge)
         further.append(length_test(one, beside, Specification(limit), uncertain, bare, cmm, (), NORMAL))
     if others and mpe_offset is not None:
         stylus = cmm if offset_machine is None else resolve_machine(offset_machine)
         offset = Specification(Mpe.parse(mpe_offset))
-        further.append(length_test(joined_recordings(others), steps, offset, uncertain, bare, stylus, (), E150))
+        further.append(
+            length_test(joined_recordings(others, machine=stylus), steps, offset, uncertain, bare, stylus, (), E150)
+        )
     return length_outcome(test, cmm, further)

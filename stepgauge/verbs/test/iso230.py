@@ -121,17 +121,16 @@ def _gauge_test(
 ) -> "PositioningTest":
     """The test from recordings of a step gauge."""
     from stepgauge.errors import InputError, naming
-    from stepgauge.recording.conventions import state_convention
     from stepgauge.standards.positioning import positioning_test
     from stepgauge.verbs.inputs import joined_recordings, resolve_gauge, resolve_placements
 
+    recording = joined_recordings(recordings, convention, machine)  # what is wrong there is told first
     if gauge is None:
         raise InputError(naming("gauge"), "a recording of a step gauge needs it")
     if actual:
         raise InputError(naming("actual"), "is for a recording of one axis; a step gauge's positions are certified")
     steps = resolve_gauge(gauge)  # type: ignore[arg-type]
     lies = resolve_placements(placements, steps)  # type: ignore[arg-type]
-    recording = state_convention(joined_recordings(recordings), convention)
     return positioning_test(recording, steps, tip_diameter_mm, pair, machine, lies, requirement)  # type: ignore[arg-type]
 
 

@@ -78,8 +78,7 @@ def plan_iso10360(
     """
     from stepgauge.planning.plan import PlanOptions
     from stepgauge.planning.program import ProbingChoice, make_settings
-    from stepgauge.standards.iso10360_plan import plan_positions
-    from stepgauge.standards.iso10360_planned import SevenPositions
+    from stepgauge.standards.iso10360_planned import SevenPositions, plan_positions
     from stepgauge.verbs.inputs import resolve_gauge, resolve_machine
     from stepgauge.verbs.plan import SIDES
 

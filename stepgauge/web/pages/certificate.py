@@ -139,7 +139,7 @@ def make(request: Request, form: Form) -> Response:
     """Write the file, and the certificate of an evaluation as a PDF."""
     from stepgauge.files.text import write_text
     from stepgauge.reports.certificate_file import check_filled, read_laboratory
-    from stepgauge.web.project_file import changed
+    from stepgauge.web.site import changed
 
     site = site_of(request)
     result = relative(site.folder, str(existing(site.folder, form.text("result"))))

@@ -15,7 +15,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web.evaluations import proposed_runs, recording_choices, ticked_recordings
+from stepgauge.web.evaluations import proposed_runs, recording_choices, stems, ticked_recordings
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
@@ -206,7 +206,7 @@ def diagnose(request: Request, form: Form) -> Response:
     """``stepgauge diagnose`` of the ticked recordings as placements of one machine."""
     site = site_of(request)
     files = ticked_recordings(site, form)
-    folder = f"results/diagnosis-{'-and-'.join(Path(one).stem for one in files)[:60]}"
+    folder = f"results/diagnosis-{stems(files)}"
     return _run(request, site, files, folder, [])
 
 

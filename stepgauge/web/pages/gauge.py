@@ -15,11 +15,10 @@ from starlette.routing import Route
 from stepgauge.errors import InputError, naming
 from stepgauge.web.fields import Field, fields_of, read_fields
 from stepgauge.web.folder import free_name, relative
-from stepgauge.web.forms import Form, form_endpoint
+from stepgauge.web.forms import Form, form_endpoint, private_file, read_upload
 from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.texts import Words
-from stepgauge.web.uploads import private_file, read_upload
 
 if TYPE_CHECKING:
     from stepgauge.dcc.face_table import FaceTable
@@ -253,7 +252,7 @@ def _gauge(found: GaugeImport) -> Gauge:
 def save(request: Request, form: Form) -> Response:
     """Write the gauge into the project, and state it there."""
     from stepgauge.dcc.gauge_read import write_gauge
-    from stepgauge.web.project_file import state
+    from stepgauge.web.site import state
 
     site = site_of(request)
     found, _ = _found(form)

@@ -20,6 +20,7 @@ from starlette.routing import Route
 from stepgauge.errors import InputError
 from stepgauge.files.notation import printed_unit
 from stepgauge.web.forms import Form, asked_form, form_endpoint
+from stepgauge.web.pages.machine import stated
 from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
 
@@ -100,6 +101,7 @@ def _series(request: Request) -> tuple[HistorySelection, list[HistoryEntry], lis
 def show(request: Request) -> Response:
     """The controls; what they lead to follows."""
     from stepgauge.history import QUANTITIES
+    from stepgauge.history.entries import UNNAMED
 
     site, form = site_of(request), asked_form(request)
     asked = HistorySelection.of(form)
@@ -109,10 +111,13 @@ def show(request: Request) -> Response:
         refreshed = _found(site, asked)
         found, remarks = refreshed.entries, refreshed.remarks
     machines, gauges = ({getattr(one, name) for one in found} for name in ("machine", "gauge_serial"))
+    machine = stated(site)
+    own = machine.table.name if machine else ""
     return render(
         request,
         "history.html.j2",
-        machines=sorted(machines),
+        machines=sorted(machines, key=lambda one: (one != own, one == UNNAMED, one)),
+        unnamed=UNNAMED,
         gauges=sorted(gauges),
         asked=asked,
         remarks=remarks,

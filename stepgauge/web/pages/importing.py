@@ -17,15 +17,13 @@ from starlette.routing import Route
 
 from stepgauge.errors import InputError, naming
 from stepgauge.web.evaluations import project_placements, recording_choices
-from stepgauge.web.fields import Field
+from stepgauge.web.fields import Field, verb_fields
 from stepgauge.web.folder import existing, free_name, listed, relative
-from stepgauge.web.forms import Form, form_endpoint
+from stepgauge.web.forms import Form, form_endpoint, read_upload
 from stepgauge.web.pages.machine import stated
 from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.texts import PASTED
-from stepgauge.web.uploads import read_upload
-from stepgauge.web.verb_fields import verb_fields
 
 if TYPE_CHECKING:
     from stepgauge.importing.result import Imported
@@ -106,6 +104,7 @@ def look(request: Request, form: Form) -> Response:
         "taken": [f"{one.argument}={one.value}" for one in answers],
         "needed": _needed(request, form, imported),
         "placed": _placed(site_of(request), form, imported),
+        "machine": _machine(imported),
     }
     return render(request, "importing_part.html.j2", **content, group=_group, open_to=_open_to, page_of=PAGE_OF)
 
@@ -121,13 +120,19 @@ def _placed(site: Site, form: Form, imported: Imported | None) -> tuple[str, str
     return (name, known[name]) if name in known else None
 
 
+def _machine(imported: Imported | None) -> str:
+    """The machine that the recording is of; empty where none is known."""
+    found = None if imported is None else imported.recording
+    return "" if found is None else found.comments.get("machine", "")
+
+
 def _needed(request: Request, form: Form, imported: Imported | None) -> list[str]:
     """What a decision on these readings needs and has not: the day, the temperature, and all that prevents one."""
-    from stepgauge.conditions.temperature import UNRECORDED
+    from stepgauge.conditions.gauge import UNRECORDED
     from stepgauge.evaluation.evaluate import evaluate
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.recording import Recording
-    from stepgauge.recording.conventions import complete_convention
+    from stepgauge.recording.conventions import complete_by_machine
 
     found = None if imported is None else imported.recording
     if not isinstance(found, Recording):
@@ -136,7 +141,7 @@ def _needed(request: Request, form: Form, imported: Imported | None) -> list[str
     machine = stated(site)
     needed = [] if found.comments.get("measured_at") or form.has("measured_on") else [words.label("measured_on")]
     try:
-        recording = complete_convention(found, machine.table if machine else None)
+        recording = complete_by_machine(found, machine.table if machine else None)
         conditions = evaluate(recording, read_gauge(site.stated("gauge"))).conditions
     except InputError as error:
         return [*needed, words.said(error)]
@@ -256,7 +261,7 @@ def _placements(site: Site) -> dict[str, str]:
     for path in project_placements(site):
         with suppress(InputError):  # what is no placement is no choice
             axis = read_placement(path, gauge).axis
-            found[relative(site.folder, path)] = ", ".join(f"{one:+.2f}" for one in axis)
+            found[relative(site.folder, path)] = " ".join(f"{one:.2f}" for one in axis)
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -13,20 +14,17 @@ from starlette.routing import Route
 
 from stepgauge.errors import InputError, naming
 from stepgauge.web.evaluations import recording_files
-from stepgauge.web.fields import Field
+from stepgauge.web.fields import Field, keywords, verb_fields
 from stepgauge.web.folder import existing, free_name, listed, relative
-from stepgauge.web.forms import Form, asked_form, form_endpoint
-from stepgauge.web.pasting import HEADER, complete_points_text
-from stepgauge.web.project_file import state
+from stepgauge.web.forms import Form, asked_form, form_endpoint, private_file, read_upload
 from stepgauge.web.render import json_answer, render, run_verb, site_of
-from stepgauge.web.site import Site
-from stepgauge.web.uploads import private_file, read_upload
-from stepgauge.web.verb_fields import keywords, verb_fields
+from stepgauge.web.site import Site, state
 
 if TYPE_CHECKING:
-    from stepgauge.alignment.agreement import Agreement
+    from stepgauge.alignment.slips import Agreement
     from stepgauge.files.arrays import Array
     from stepgauge.gauge.certified import Gauge
+
 
 POINTS, REFUSED = "points.csv", "points-refused.csv"
 """Points that make a placement are kept, each set in a file of its own; of refused ones the last, to be looked at."""
@@ -50,7 +48,6 @@ def show(request: Request) -> Response:
         request,
         "locate.html.j2",
         has_placement=site.has_project and Path(site.placement).exists(),
-        points=POINTS if (site.folder / POINTS).exists() else "",
         files=listed(site.folder, [".csv"], deep=0),
         fields={**fields(), "blocks": replace(fields()["blocks"], default=_whole(site))},
         pasted=_example(site) if "example" in query else "",
@@ -203,7 +200,7 @@ def _tip_centres(site: Site, asked: PointSet, gauge: Gauge, blocks: tuple[int, i
 
 def _judged(site: Site, asked: PointSet) -> tuple[Array, Agreement | None]:
     """The tip centres, and how they agree."""
-    from stepgauge.alignment.agreement import agreement
+    from stepgauge.alignment.slips import agreement
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.planning.plan import parse_blocks
 
@@ -271,3 +268,42 @@ ROUTES = [
     Route("/locate", form_endpoint(locate), methods=["POST"]),
     Route("/locate/scene.json", scene),
 ]
+
+
+HEADER = "point,x_mm,y_mm,z_mm"
+APART = (r"\t+", r"\s*;\s*", r"\s+", r"\s*,\s*")
+_NUMBER = re.compile(r"[+-]?\d+([.,]\d+)?([eE][+-]?\d+)?")
+
+
+def complete_points_text(text: str) -> str:
+    """Rows of three or four numbers without a header get one, and numbers in order where they have none.
+
+    Cells are apart by tabs, semicolons, blanks, or commas; a comma is a decimal mark where the cells are apart by
+    something else. A cell that is no number stays in its row among such rows, for the reader of points to name it.
+    Anything else is given to that reader as it is, which says what is wrong with it.
+    """
+    lines = [line.strip() for line in text.strip().splitlines() if line.strip()]
+    rows = [_cells(line) for line in lines]
+    if lines and rows[0] is not None and rows.count(None) < len(rows) / 2:
+        rows = [row or _divided(line, len(rows[0])) for line, row in zip(lines, rows, strict=True)]
+    if not rows or any(row is None for row in rows) or len({len(row or ()) for row in rows}) != 1:
+        return text
+    cells = [row for row in rows if row is not None]
+    if len(cells[0]) == 3:
+        cells = [[str(number), *row] for number, row in enumerate(cells, 1)]
+    return "\n".join([HEADER, *(",".join(row) for row in cells)]) + "\n"
+
+
+def _divided(line: str, count: int) -> list[str] | None:
+    """So many cells, whatever is in them."""
+    divided = ([one for one in re.split(apart, line) if one] for apart in APART)
+    return next((cells for cells in divided if len(cells) == count and not any("," in cell for cell in cells)), None)
+
+
+def _cells(line: str) -> list[str] | None:
+    """Three or four numbers with a decimal point, None where the line has anything else."""
+    for apart in APART:
+        cells = [one for one in re.split(apart, line) if one]
+        if len(cells) in (3, 4) and all(_NUMBER.fullmatch(one) for one in cells):
+            return [one.replace(",", ".") for one in cells]
+    return None

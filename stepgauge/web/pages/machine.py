@@ -198,7 +198,7 @@ def save(request: Request, form: Form) -> Response:
     """Write the machine file, or what has changed in it, and state it in the project."""
     from stepgauge.files.text import write_text
     from stepgauge.machine.file import read_machine
-    from stepgauge.web.project_file import changed, state
+    from stepgauge.web.site import changed, state
 
     site = site_of(request)
     machine = stated(site)

@@ -15,13 +15,11 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web.fields import Field
-from stepgauge.web.folder import existing, free_name, listed, relative
+from stepgauge.web.fields import Field, keywords, options, verb_fields
+from stepgauge.web.folder import Stamp, existing, free_name, listed, relative, stamps
 from stepgauge.web.forms import Form, asked_form, form_endpoint
 from stepgauge.web.render import json_answer, render, run_verb, site_of
 from stepgauge.web.site import Site
-from stepgauge.web.stamps import Stamp, stamps
-from stepgauge.web.verb_fields import keywords, options, verb_fields
 
 if TYPE_CHECKING:
     from stepgauge.motion.moves import Program

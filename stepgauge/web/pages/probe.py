@@ -17,12 +17,11 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web.folder import existing, listed, relative
+from stepgauge.web.folder import Stamp, existing, listed, relative, stamps
 from stepgauge.web.forms import Form, asked_form, form_endpoint
 from stepgauge.web.pages.machine import stated
 from stepgauge.web.render import json_answer, render, run_verb, site_of
 from stepgauge.web.site import Site
-from stepgauge.web.stamps import Stamp, stamps
 
 if TYPE_CHECKING:
     from stepgauge.probes.directions_map import DirectionMap

@@ -10,10 +10,10 @@ from starlette.routing import Route
 
 from stepgauge.errors import InputError
 from stepgauge.web.evaluations import report_words
+from stepgauge.web.fields import options, verb_fields
 from stepgauge.web.folder import existing, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.render import render, run_verb, site_of, words_of
-from stepgauge.web.verb_fields import options, verb_fields
 
 RESULTS = ("evaluation.json", "diagnosis.json")
 SAID = ("number", "customer", "location", "operator", "remarks")

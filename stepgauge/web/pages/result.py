@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,21 +19,20 @@ from stepgauge.web.evaluations import (
     evaluation_choices,
     evaluation_file,
     evaluation_folders,
-    joined_recording,
     placement_words,
     read_evaluation,
     recording_choices,
     recording_names,
     recordings_and_gauge,
+    stems,
     stored_budget,
     ticked_recordings,
 )
-from stepgauge.web.folder import relative
+from stepgauge.web.folder import Stamp, relative, stamps
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.judgement import decided, verdict
 from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
-from stepgauge.web.stamps import Stamp, stamps
 
 if TYPE_CHECKING:
     import numpy as np
@@ -157,19 +156,25 @@ def _face_values(shown: EvaluationView, values: Mapping[int | None, float]) -> N
 
 
 @lru_cache(3)
-def _probings(place: str, recordings: tuple[Path, ...], gauge: str, _: tuple[Stamp, ...]) -> list[pd.DataFrame]:
+def _probings(
+    place: str, recordings: tuple[Path, ...], gauge: str, machine: str, _: tuple[Stamp, ...]
+) -> list[pd.DataFrame]:
     """The error of every single probing, a table per placement."""
     import stepgauge as sg
     from stepgauge.evaluation.probings import probing_errors
+    from stepgauge.verbs.inputs import joined_recordings
 
-    return probing_errors(joined_recording(recordings), sg.read_evaluation(place, gauge))
+    joined = joined_recordings(list(map(str, recordings)), machine=sg.read_machine(machine))
+    return probing_errors(joined, sg.read_evaluation(place, gauge))
 
 
 def _requested_face(request: Request) -> tuple[EvaluationView, int, pd.DataFrame]:
     shown, site = EvaluationView.of(request), site_of(request)
     recordings, gauge = recordings_and_gauge(site, shown.name)
     place = evaluation_file(site, shown.name)
-    tables = _probings(str(place), tuple(recordings), gauge, stamps(place, *recordings, gauge))
+    machine = site.stated("machine")
+    files = stamps(place, *recordings, gauge, machine)
+    tables = _probings(str(place), tuple(recordings), gauge, machine, files)
     table = tables[shown.index]
     face = Form(dict(request.query_params), {}).whole("face", 1, 10_000, 1)
     found = table[table["face"] == face]
@@ -211,7 +216,9 @@ def evaluate(request: Request, form: Form) -> Response:
     """``stepgauge evaluate`` of recordings, several as placements with one decision, into a folder of its own."""
     site = site_of(request)
     recordings = ticked_recordings(site, form)
-    output = _own_folder(site, "evaluate", "evaluation", recordings[0])
+    if form.has("together") and len(recordings) == 1:
+        raise InputError("recordings", "one is ticked", expected="two or more")
+    output = _own_folder(site, "evaluate", "evaluation", recordings)
     return run_verb(request, ["evaluate", *recordings, "-o", output], "/result", evaluation=output)
 
 
@@ -223,12 +230,12 @@ def evaluate_again(request: Request, form: Form) -> Response:
     return run_verb(request, ["evaluate", *recordings, "-o", name], "/result", evaluation=name)
 
 
-def _own_folder(site: Site, verb: str, kind: str, recording: str) -> str:
-    """Where the result of a recording goes: the usual folder, or one of its own where that is taken."""
+def _own_folder(site: Site, verb: str, kind: str, recordings: Sequence[str]) -> str:
+    """Where the result of recordings goes: the usual folder, or one that names them where that is taken."""
     from stepgauge.project.create import OUTPUTS, RESULTS
 
     usual = OUTPUTS[verb]
-    return f"{RESULTS}/{kind}-{Path(recording).stem}" if (site.folder / usual).exists() else usual
+    return f"{RESULTS}/{kind}-{stems(recordings)}" if (site.folder / usual).exists() else usual
 
 
 def write_budget(request: Request, form: Form) -> Response:
@@ -236,7 +243,7 @@ def write_budget(request: Request, form: Form) -> Response:
     site = site_of(request)
     name = relative(site.folder, form.text("evaluation"))
     recordings = recording_names(site, name)
-    output = _own_folder(site, "budget", "budget", recordings[0])
+    output = _own_folder(site, "budget", "budget", recordings)
     lies = placement_words(site, name)
     return run_verb(request, ["budget", *recordings, *lies, "-o", output], "/result", evaluation=name)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import secrets
 from collections.abc import AsyncIterator
 from dataclasses import replace
 from functools import cache
@@ -14,15 +15,13 @@ from starlette.routing import Route
 
 from stepgauge.errors import InputError
 from stepgauge.web import concealed
-from stepgauge.web.fields import Field
+from stepgauge.web.fields import Field, verb_fields
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
-from stepgauge.web.measurement_request import MeasurementRequest
-from stepgauge.web.measuring import MeasuringRun
+from stepgauge.web.measuring import MeasurementRequest, MeasuringRun
 from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.texts import Words
-from stepgauge.web.verb_fields import verb_fields
 
 PROGRAMS = (".dmi", ".ipp")
 SPEEDS = {"1": 1.0, "10": 10.0, "100": 100.0, "": None}
@@ -30,6 +29,7 @@ LOOK_S = 0.1
 STILL_S = 15.0
 """After so long without a word a comment is sent, which finds out that a window is closed."""
 FIRST_NAME = "recordings/run.csv"
+MOST_SEEDS = 1_000_000
 
 
 def show(request: Request) -> Response:
@@ -44,6 +44,7 @@ def show(request: Request) -> Response:
         ready=ready,
         programs=listed(site.folder, PROGRAMS),
         faults=concealed.names(words_of(request)) if ready else [],
+        last_fault=concealed.last_fault(site.folder).get("kind", ""),
         chosen={key: request.query_params.get(key, "") for key in ("program", "placement")},
         placements=_placements(site) if ready else [],
         fields=_asked_fields(site, words_of(request)),
@@ -57,8 +58,8 @@ def _asked_fields(site: Site, words: Words) -> dict[str, Field]:
     """The fields, with what holds where they are empty: of a program what it has, else what the project states."""
     stated = site.project().stated("plan") if site.has_project else {}
     found = {name: replace(one, default=str(stated.get(name, one.default))) for name, one in fields().items()}
-    own = words("run.of_program", usual=found["cycles"].default)
-    return {**found, "cycles": replace(found["cycles"], default=own)}
+    own = {"cycles": words("run.of_program", usual=found["cycles"].default), "seed": words("run.new_seed")}
+    return {name: replace(one, default=own.get(name, one.default)) for name, one in found.items()}
 
 
 def _placements(site: Site) -> list[str]:
@@ -122,13 +123,14 @@ def _asked(site: Site, form: Form) -> MeasurementRequest:
     server = form.text("server") if live else ""
     if live and not server:
         raise InputError("server", "it is not stated", expected="HOST:PORT of an I++ DME server")
+    given = {name: one.read(form) for name, one in fields().items() if form.has(one.name)}
     return MeasurementRequest(
         output=output,
         gauge=site.stated("gauge"),
         machine=site.stated("machine"),
         placement=file("placement") or site.placement,
         program=file("program"),
-        **{name: one.read(form) for name, one in fields().items() if form.has(one.name)},
+        **{"seed": secrets.randbelow(MOST_SEEDS), **given},
         server=server,
         homing=form.has("homing") or not live,
         speed=SPEEDS[form.text("speed")] if not live else 1.0,
@@ -150,7 +152,7 @@ def _faults(site: Site, form: Form, output: str) -> str:
     effect = concealed.table(form)
     if effect is None:
         return ""
-    text, place = concealed.text(effect), inside(site.folder, f"{output}.fault.toml")
+    text, place = concealed.text(effect), concealed.fault_file(inside(site.folder, output))
     with site.writing():
         place.parent.mkdir(parents=True, exist_ok=True)
         write_text(place, text)
@@ -159,8 +161,8 @@ def _faults(site: Site, form: Form, output: str) -> str:
 
 def show_fault(request: Request) -> Response:
     """The fields of a kind of fault."""
-    kind = request.query_params.get("fault", "")
-    fault = concealed.fault(kind, _along(site_of(request))) if kind else None
+    kind, site = request.query_params.get("fault", ""), site_of(request)
+    fault = concealed.fault(kind, _along(site), concealed.last_fault(site.folder)) if kind else None
     return render(request, "run_fault.html.j2", fault=fault)
 
 

@@ -15,17 +15,16 @@ from stepgauge.errors import InputError
 from stepgauge.web.evaluations import (
     ERRORS,
     EvaluationView,
-    joined_recording,
     placement_files,
     recording_names,
     recordings_and_gauge,
+    stored_budget,
 )
-from stepgauge.web.folder import existing, relative
+from stepgauge.web.folder import existing, relative, stamps
 from stepgauge.web.forms import Form, asked_form, form_endpoint
 from stepgauge.web.judgement import source_name
 from stepgauge.web.render import render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
-from stepgauge.web.stamps import stamps
 
 if TYPE_CHECKING:
     from stepgauge.evaluation.face_errors import REffOrigin
@@ -40,13 +39,15 @@ def _trial(
 ) -> BudgetTrial:
     import stepgauge as sg
     from stepgauge.montecarlo import ModelOptions
+    from stepgauge.recording import read_recording
     from stepgauge.standards.budget_sources import BudgetOptions
     from stepgauge.standards.budget_trial import budget_trial
 
     steps = sg.read_gauge(gauge)
     lies = tuple(sg.read_placement(one, steps) for one in placements)
+    read = [read_recording(one) for one in recordings]
     options = ModelOptions(blocks=choice[0], origin=cast("REffOrigin", choice[1]))
-    return budget_trial([joined_recording(recordings)], sg.read_machine(machine), steps, BudgetOptions(lies), options)
+    return budget_trial(read, sg.read_machine(machine), steps, BudgetOptions(lies), options)
 
 
 def _trial_of(site: Site, shown: EvaluationView) -> BudgetTrial:
@@ -79,7 +80,9 @@ def budget(request: Request) -> Response:
         shares=[(labels[name], um, (um / line.u_um) ** 2 if line.u_um else 0.0) for name, um in shares],
         values={name: u for name, u in values.items() if u > 0.0},
         shown=shown,
+        has_budget=stored_budget(site_of(request), shown) is not None,
         missing=[source_name(words, one.what) for one in tried.not_included],
+        assumptions=tried.assumptions,
         percent=tried.coverage_percent,
     )
 
@@ -118,7 +121,7 @@ def state(request: Request, form: Form) -> Response:
     from stepgauge.files.text import write_text
     from stepgauge.machine.file import read_machine
     from stepgauge.standards.budget_trial import OPEN_SOURCES, machine_statement
-    from stepgauge.web.project_file import changed
+    from stepgauge.web.site import changed
 
     site = site_of(request)
     name = relative(site.folder, form.text("evaluation"))

@@ -44,7 +44,7 @@ OPEN = [
     (
         "target_mm,error_um\n" + PAIRS.replace(",0.30", ","),
         [],
-        r"t.csv:5: column 'error_um' is not a number; .*--accept",
+        r"t.csv:5: readings are missing; found 'error_um', rows 5; expected --accept missing",
     ),
     (
         "target_mm,reading\n" + "".join(f"{n * 25.4},{n}\n" for n in range(8)),
@@ -54,7 +54,7 @@ OPEN = [
     (
         "target_mm,reading_mm,direction\n" + "".join(f"{n},{n},{'left-ish' if n == 3 else '+'}\n" for n in range(8)),
         [],
-        r"t.csv:5: column 'direction' is no direction of travel; found 'left-ish'; .*--set direction=\+",
+        r"t.csv:5: column 'direction' is no direction of travel; found 'left-ish'; .*--column ignore=\"direction\"",
     ),
     ("target_mm;error_um\n" + "0;1,234\n1;2,345\n2;3,456\n", [], "a comma may be a decimal mark or .*--decimal comma"),
     ("target_mm,error_um\n" + PAIRS, ["--targets", "0,11"], "a target is not in the list; found 70"),
