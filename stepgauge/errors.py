@@ -109,10 +109,15 @@ def _named_in_python(found: re.Match[str]) -> str:
     option, behind, more = found["option"], found["value"] or "", found["more"]
     argument = _argument_by_option().get(option, option.replace("-", "_"))
     if behind and argument in _lists_of_words():
-        every = [f'"{one.strip()}"' for one in (behind, *more.split(f" --{option}")[1:])]
+        every = [_quoted(one) for one in (behind, *more.split(f" --{option}")[1:])]
         listed = ", ".join(every)
         return f"{argument}={listed}" if len(every) == 1 else f"{argument}=[{listed}]"
     return _python_value(argument, behind) + python_text(more)
+
+
+def _quoted(value: str) -> str:
+    """A text as Python has it, which a shell may have had with quotes within."""
+    return '"' + value.strip().replace('"', "") + '"'
 
 
 def _python_value(argument: str, behind: str) -> str:
@@ -120,8 +125,8 @@ def _python_value(argument: str, behind: str) -> str:
     found = re.match(_VALUE, behind)
     value = "" if found is None else found[0].strip()
     key, equals, one = value.partition("=")
-    if equals and argument == "rows":  # texts, of which some have a header before them
-        return f'{argument}="{key}={one.strip(chr(34))}"{behind[len(value) + 1 :]}'
+    if equals and argument in _lists_of_words():
+        return f"{argument}={_quoted(value)}{behind[len(value) + 1 :]}"
     if equals:
         return f'{argument}={{"{key}": "{one.strip(chr(34))}"}}{behind[len(value) + 1 :]}'
     return f'{argument}="{value}"{behind[len(value) + 1 :]}' if value in _choices(argument) else argument + behind

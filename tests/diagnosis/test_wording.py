@@ -50,12 +50,13 @@ def test_every_kind_declares_all_its_words_in_both_languages(kind: str, of: str)
         texts = [getattr(one, part) for one in (english, german)]
         assert all(texts), part
         assert texts[0] != texts[1] or part == "name"
-        assert all(text.rstrip("}").endswith((".", "?")) for text in texts) or part == "name"
+        assert all(text.rstrip("|}").endswith((".", "?")) for text in texts) or part == "name"
     for part in ("check", "repair"):
         assert gaps(getattr(english, part)) == gaps(getattr(german, part)), part
     effect = effect_kinds(every=True).get(kind)
     if effect is not None and of != "map":
         known = {one.name for one in effect.parameters()} | {"largest", "aliases", "turns", "steps", "new_um"}
+        known |= {"seat", "gear", "scale"}  # what one turn of a period is
         every = (text for one in (english, german) for text in (one.means, one.check, one.repair))
         assert set().union(*map(gaps, every)) <= known
 
