@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -224,7 +225,9 @@ def test_single_readings_that_are_off_stand_in_the_table_by_their_place_and_with
     made = axis(np.linspace(0.0, 300.0, 16), lambda x, w: 0.01 * x + w, 0.2)
     frame = made.frame.copy()
     frame.loc[[37, 90], "reading"] += [0.009, -0.006]
-    table = diagnose_axis(replace(made, frame=frame)).to_frame().set_index("parameter")
+    told = diagnose_axis(replace(made, frame=frame))
+    table = told.to_frame().set_index("parameter")
+    assert re.search(r"outliers: row 38 by [89]\.\d+ um, row 91 by -[56]\.\d+ um, probability", told.summary())
     assert frame.loc[90, "way"] < 0
     assert table.loc["iloc[37]", "value"] == pytest.approx(9.0, abs=0.8)
     assert table.loc["iloc[90]", "value"] == pytest.approx(-6.0, abs=0.8)

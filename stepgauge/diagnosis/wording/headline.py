@@ -19,6 +19,7 @@ from stepgauge.diagnosis.wording.notation import (
     probability,
     probability_of,
     significant,
+    single_readings,
     symbol,
     told_numbers,
 )
@@ -29,7 +30,7 @@ Said = Mapping[str, Any]
 LIKELY = 0.5
 """Probability of all findings together from which they are said to explain what was measured."""
 IN_LINE = 4
-"""Aliases of a period that a line names; usual ones are first."""
+"""Aliases of a period, or single readings, that a line names; the usual ones and the first of them."""
 REPEATABILITY = "repeatability"
 
 
@@ -92,7 +93,12 @@ def found_lines(said: Said) -> Iterator[str]:
 
 
 def _values(one: Said) -> str:
-    """The numbers of a cause with their expanded uncertainties; empty where it has none."""
+    """The numbers of a cause with their expanded uncertainties, or how far single readings are off; empty without."""
+    if rows := one.get("rows"):
+        off = [
+            f"row {row['row']} by {plus_minus(p)}" for row, p in zip(rows, single_readings(one).values(), strict=True)
+        ]
+        return ": " + ", ".join(off[:IN_LINE]) + (f" and {len(off) - IN_LINE} more" if len(off) > IN_LINE else "")
     numbers = told_numbers(one)
     numbers += [(name, p) for name, p in one["parameters"].items() if name.startswith("period") and not p.get("u")]
     values = ", ".join(f"{symbol(name, p, len(numbers))}{plus_minus(p)}" for name, p in numbers)
