@@ -128,9 +128,10 @@ def _values(law: type[Effect], p: Parameter, choices: Mapping[str, Any], data: R
 
 
 def _with_leads(periods: list[Any] | None) -> list[float]:
-    """Periods with the usual leads of screws among them, the longest first."""
-    found = periods or [0.0]
-    return sorted({*found, *(lead for lead in LEADS_MM if min(found) < lead < max(found))}, reverse=True)
+    """Periods with the usual leads of screws among them, the longest first; none where no period can be told."""
+    if not periods:
+        return []
+    return sorted({*periods, *(lead for lead in LEADS_MM if min(periods) < lead < max(periods))}, reverse=True)
 
 
 def _of_leads(log_weight: Array, periods: list[Any] | None, share: float) -> Array:
