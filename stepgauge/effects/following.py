@@ -281,7 +281,7 @@ class ScaleWarmUp(Effect):
     source: ClassVar[str] = "first-order warm-up, ISO 230-3:2020; a ball screw after switching on"
     covariates: ClassVar[tuple[str, ...]] = ("time", "coordinate")
     process: ClassVar[bool] = True
-    recordings: ClassVar[tuple[str, ...]] = GAUGE
+    recordings: ClassVar[tuple[str, ...]] = ("gauge", "linear")
     prior: ClassVar[EffectPrior | None] = EffectPrior(0.3, 10.0, "a screw warms by 1 K in use", again=1.0)
     words: ClassVar[Wording | None] = Wording(
         "scale warm-up",
@@ -295,6 +295,20 @@ class ScaleWarmUp(Effect):
             " {um_per_m} zu {um_per_m:viel|wenig} an.",
             "Die Temperatur des Maßstabs {axis} vom Einschalten an aufzeichnen.",
             "Die Maschine vor der Messung warmlaufen lassen.",
+        ),
+    )
+    axis_words: ClassVar[Wording | None] = Wording(
+        "scale warm-up",
+        "In proportion to position the readings change with a time constant of {time_constant_h}, in the end by"
+        " {um_per_m}: the scale, the screw, or what realises the targets, warms up.",
+        "Log the temperature of the scale or screw from switching on.",
+        "Drive the axis over its travel until it is warm before measuring.",
+        german=Wording(
+            "Warmlaufen des Maßstabs",
+            "Im Verhältnis zur Position ändern sich die Werte mit einer Zeitkonstante von {time_constant_h}, am Ende um"
+            " {um_per_m}: Der Maßstab, die Spindel oder was die Ziele darstellt erwärmt sich.",
+            "Die Temperatur von Maßstab oder Spindel vom Einschalten an aufzeichnen.",
+            "Die Achse vor der Messung über ihren Weg fahren, bis sie warm ist.",
         ),
     )
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")

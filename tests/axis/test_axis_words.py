@@ -99,7 +99,7 @@ NEVER = {
         "misalignment",
     ),
     *("kinematic_pretravel", "lever_arm", "pretravel_scale", "probe_lobing", "seat_defect", "tip_change"),
-    *("scale_temperature", "scale_warm_up", "servo_lag"),
+    *("scale_temperature", "servo_lag"),
     *("axis_compensation", "empirical", "error_map"),
 }
 """What one axis cannot show: motions across it, a gauge, the directions of a probe, what a machine file states.

@@ -62,6 +62,18 @@ def test_a_known_error_is_named_with_its_size_in_the_users_unit(recording: AxisR
         assert abs(found["value"] - value) < 4.0 * found["u"]
 
 
+def test_a_screw_that_warms_as_it_is_driven_is_named_with_its_growth_and_its_time_constant() -> None:
+    made = axis(LINE, scale(0.0))
+    time_s = 30.0 * np.arange(len(made.frame))
+    grown = 12e-6 * made.frame["target"] * (1.0 - np.exp(-time_s / 1800.0))
+    frame = made.frame.assign(reading=made.frame["reading"] + grown, time_s=time_s)
+    (effect,) = diagnose_axis(replace(made, frame=frame)).contents["effects"]
+    assert effect["kind"] == "scale_warm_up"
+    for name, true in (("um_per_m", 12.0), ("time_constant_h", 0.5)):
+        found = effect["parameters"][name]
+        assert abs(found["value"] - true) < 3.0 * found["u"] < 0.4 * true
+
+
 @pytest.mark.parametrize(
     "recording",
     [
