@@ -131,7 +131,7 @@ def _with_leads(periods: list[Any] | None) -> list[float]:
     """Periods with the usual leads of screws among them, the longest first; none where no period can be told."""
     if not periods:
         return []
-    return sorted({*periods, *(lead for lead in LEADS_MM if min(periods) < lead < max(periods))}, reverse=True)
+    return sorted({*periods, *(lead for lead in LEADS_MM if lead < max(periods))}, reverse=True)
 
 
 def _of_leads(log_weight: Array, periods: list[Any] | None, share: float) -> Array:
