@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.wording.notation import members_of, single_readings
+from stepgauge.diagnosis.wording.notation import members_of, rms_of, single_readings
 from stepgauge.effects import Effect
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array, read_arrays
@@ -211,7 +211,7 @@ class Diagnosis(Plotted):
         a value that is a lower bound; of single readings that are off ``iloc[n]`` is the place in the table of the
         recording, ``value`` how far; ``rival_of``: the finding in whose place it may stand, empty for what is stated.
         """
-        rows = [*_numbers(self.contents["effects"]), *map(_structure, self.contents["unexplained"])]
+        rows = [*_numbers(self.contents["effects"]), *_structure(self.contents["unexplained"])]
         return pd.DataFrame(rows, columns=NUMBERS)
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
@@ -268,10 +268,12 @@ def _numbers(effects: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
                 yield {**head, "parameter": name, **known}
 
 
-def _structure(form: Mapping[str, Any]) -> dict[str, Any]:
-    """Structure without a law: where it is, and its share of the systematic residuals."""
-    head = {"kind": "structure", "effect": form["where"], "probability": form["probability"]}
-    return {**head, "parameter": "share", "value": form["share"], "u": np.nan, "unit": "", "bound": "", "rival_of": ""}
+def _structure(forms: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Structure without a law: where it is, its share of the systematic residuals, and its root mean square."""
+    for form in forms:
+        head = {"kind": "structure", "effect": form["where"], "probability": form["probability"]}
+        for name, number in {"share": {"value": form["share"], "unit": ""}, **rms_of(form)}.items():
+            yield {**head, "parameter": name, **number, "u": np.nan, "bound": "", "rival_of": ""}
 
 
 def read_diagnosis(path: str | Path) -> Diagnosis:

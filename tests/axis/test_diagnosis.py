@@ -94,9 +94,11 @@ def test_targets_that_are_off_at_random_are_given_no_law(seed: int, step: bool) 
     places = np.linspace(0.0, 500.0, 41)
     off = np.random.default_rng(10 + seed).normal(0.0, 3.0, len(places))
     off = np.cumsum(off) if step else off
-    said = diagnose_axis(axis(places, lambda t, w: np.interp(t, places, off), seed=seed)).contents
-    assert said["verdict"] == "unknown"
-    assert said["effects"] == []
+    told = diagnose_axis(axis(places, lambda t, w: np.interp(t, places, off), seed=seed))
+    assert told.verdict == "unknown"
+    assert told.contents["effects"] == []
+    (size,) = told.to_frame().query("parameter == 'rms'")[["value", "unit"]].to_numpy().tolist()
+    assert size == [pytest.approx(off.std(), rel=0.1), "um"]
 
 
 def test_heights_that_nobody_took_off_are_no_error_of_the_distance_meter() -> None:

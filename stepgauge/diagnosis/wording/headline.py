@@ -18,6 +18,7 @@ from stepgauge.diagnosis.wording.notation import (
     plus_minus,
     probability,
     probability_of,
+    rms_of,
     significant,
     single_readings,
     symbol,
@@ -82,7 +83,7 @@ def summary_line(said: Said, language: str = "en") -> str:
 
 def found_lines(said: Said) -> Iterator[str]:
     """Each finding with its values, their expanded uncertainties and its probability, in a line; so each of its rivals,
-    with the values that it has if it is the cause."""
+    with the values that it has if it is the cause, and what has no law, with its root mean square."""
     at = subject(said)
     for number, one in enumerate(said["effects"], 1):
         yield f"found: {number}: {finding_name(one, at)}{_values(one)}, {probability_of(one)}"
@@ -90,6 +91,9 @@ def found_lines(said: Said) -> Iterator[str]:
             share = rival["conditional_probability"]
             p = "" if share is None else f", probability {probability(share * one['probability'])}"
             yield f"found: {number}: or {finding_name(rival, at)}{_values(rival)}{p}"
+    for form in said["unexplained"]:
+        size = "".join(f", rms {plus_minus(one)}" for one in rms_of(form).values())
+        yield f"found: without a law: {form['where']}{size}, probability {probability(form['probability'])}"
 
 
 def _values(one: Said) -> str:

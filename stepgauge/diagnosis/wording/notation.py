@@ -60,6 +60,12 @@ def single_readings(one: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     return found
 
 
+def rms_of(form: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """The root mean square of what has no law, by its name, in the unit of the readings; empty where it has several."""
+    key = next((key for key in form if key.startswith("rms_")), "")
+    return {"rms": {"value": form[key], "unit": key.removeprefix("rms_")}} if key else {}
+
+
 def symbol(name: str, parameter: Mapping[str, Any], count: int) -> str:
     """What stands before a number where a finding has several: its name without the unit; else nothing."""
     stem = name.removesuffix(unit_words(str(parameter["unit"]))).strip("_").replace("_", " ")
