@@ -36,7 +36,7 @@ NAMED = [
     (axis(LINE, scale(0.008)), {"scale_error": ("um/m", 8.0)}),
     (axis(LINE / 25.4, scale(0.3 * 25.4), 10.0, ("inch", None)), {"scale_error": ("uin/inch", 7.62)}),
     (axis(LINE / 10.0, scale(0.5), 2.0, ("um", "nm"), "capacitive"), {"scale_error": ("um/m", 500.0)}),
-    (axis(LINE, lambda t, w: 2.0 * w), {"reversal_error": ("um", 4.0)}),
+    (axis(LINE, lambda t, w: 2.0 * w), {"reversal_error": ("um", 4.0)}),  # in positive minus in negative travel
     (axis(np.arange(0, 300, 7.0), lambda t, w: 3 * np.sin(np.pi * t / 20)), {"periodic_scale_error": ("mm", 40.0)}),
     (
         axis(CIRCLE, lambda t, w: 8 * np.sin(np.radians(t)), 0.4, ("deg", None)),
@@ -52,9 +52,11 @@ NAMED = [
     ("recording", "expected"), NAMED, ids=[f"{one.form}-{next(iter(e))}-{n}" for n, (one, e) in enumerate(NAMED)]
 )
 def test_a_known_error_is_named_with_its_size_in_the_users_unit(recording: AxisRecording, expected: dict) -> None:
-    said = diagnose_axis(recording).contents
+    told = diagnose_axis(recording)
+    said = told.contents
     assert said["verdict"] == "effects"
     assert [effect["kind"] for effect in said["effects"]] == list(expected)
+    assert all(told.to_frame()["meaning"])
     for effect, (unit, value) in zip(said["effects"], expected.values(), strict=True):
         found = next(p for p in effect["parameters"].values() if p.get("unit") == unit)
         assert found["value"] == pytest.approx(value, rel=0.1)
