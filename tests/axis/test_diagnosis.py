@@ -64,6 +64,14 @@ def test_a_known_error_is_named_with_its_size_in_the_users_unit(recording: AxisR
         assert abs(found["value"] - value) < 4.0 * found["u"]
 
 
+@pytest.mark.parametrize("targets", [2, 3, 4])
+def test_of_a_machine_with_screws_a_few_targets_tell_no_period_but_their_scale(targets: int) -> None:
+    made = axis(25.0 * np.arange(targets), scale(0.5))
+    told = diagnose_axis(replace(made, comments=made.comments | {"kind": "machine tool"}))
+    assert [effect["kind"] for effect in told.contents["effects"]] == ["scale_error"]
+    assert told.contents["effects"][0]["parameters"]["ppm"]["value"] == pytest.approx(500.0, abs=5.0)
+
+
 def test_a_screw_that_warms_as_it_is_driven_is_named_with_its_growth_and_its_time_constant() -> None:
     made = axis(LINE, scale(0.0))
     time_s = 30.0 * np.arange(len(made.frame))
