@@ -18,20 +18,23 @@ from starlette.responses import Response
 
 import stepgauge as sg
 from stepgauge.diagnosis import design
-from stepgauge.diagnosis.further_runs import _directions
+from stepgauge.diagnosis.further_runs import _directions, placement_of
 from stepgauge.diagnosis.maps import further_measurements
+from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.wording.findings import CHOICES, name_of
 from stepgauge.diagnosis.wording.notation import symbol
 from stepgauge.effects import effect_kinds
+from stepgauge.files.checksum import file_digest
 from stepgauge.files.text import write_json
+from stepgauge.gauge.placement import format_placement, make_placement
 from stepgauge.languages.messages import parameter_name
 from stepgauge.reports.findings import proposal
 from stepgauge.verbs.catalogue import VERBS
-from stepgauge.web.evaluations import recording_choices
 from stepgauge.web.pages import diagnosis
+from stepgauge.web.recordings import recording_choices
 from stepgauge.web.site import Site
 from tests.conftest import ROOT
-from tests.dcc.made import one_recording
+from tests.dcc.made import one_recording, shipped
 from tests.diagnosis.test_files import said as said_of
 from tests.web.conftest import Asked, Served, make_project
 from tests.web.gathered import english_words
@@ -103,28 +106,43 @@ def test_placements_of_one_state_are_diagnosed_together_by_default(tmp_path: Pat
         "other": "2026-05-04",
         "planned": "2026-05-05",
         "same": "2026-05-05",
+        "checked": "2026-06-04",
     }
     for number, (name, day) in enumerate(days.items()):
         made = one_recording().assign_comments(measured_at=day, gauge_serial="B" if name == "other" else "A")
         made = replace(made, frame=scattered_anew(made.frame, number))
+        if name == "planned":  # laid elsewhere, about as it was proposed
+            made = made.assign_columns(x_mm=made.frame["x_mm"] + 180.0)
         made.write(folder / f"recordings/{name}.csv")
         os.utime(folder / f"recordings/{name}.csv", (1000 + 10 * number,) * 2)
     (folder / "results/first").mkdir(parents=True)
-    (folder / "results/first/separate-1.dmi").write_text("")
-    os.utime(folder / "results/first/separate-1.dmi", (1025, 1025))
+    place, lies = folder / "results/first/separate-1.toml", placement_of(make_residuals(one_recording(), *shipped()))
+    aside = np.array([200.0, 0.0, 0.0])
+    place.write_text(format_placement(make_placement(lies.c1_mm + aside, lies.c2_mm + aside, 1, lies.last_block)))
+    os.utime(place, (1025, 1025))
     data = said_of("scale")
     data["inputs"]["recordings"] = [{"path": "recordings/first.csv", "sha256": ""}]
-    commands = ["stepgauge plan next.toml -o results/first/separate-1.dmi"]
+    machine = next(folder.glob("machine/*.toml"))
+    stated = {"path": str(machine.relative_to(folder)), "sha256": file_digest(machine)}
+    data["inputs"] |= {"gauge": {}, "machine": stated}
+    commands = ["stepgauge plan results/first/separate-1.toml -o results/first/separate-1.dmi"]
     proposing = {"separate_by": "the gauge along y", "commands": commands, "laws": [], "probability": 0.9}
     first = {"effects": data["effects"][0], "unexplained": {**data["located"][0], **proposing}}[of]
     data |= {"effects": [], "unexplained": []} | {of: [{**first, "commands": commands}]}
     write_json(folder / "results/first/diagnosis.json", data)
+
+    def ticked(name: str) -> set[str]:
+        site = Site(folder, VERBS, 8420, "token")
+        return {Path(one.name).stem for one in recording_choices(site, [f"recordings/{name}.csv"]) if one.ticked}
+
     shown = Asked(folder).get(diagnosis.show, recording="recordings/planned.csv")
-    ticked = {name for name in days if f'value="recordings/{name}.csv" checked' in shown}
-    assert ticked == {"first", "planned", "same"}
+    assert ticked("planned") == {"first", "planned", "same"}
+    assert re.search(r"first.csv <[^>]*>2026-05-04, [0-9.]+ °C – another day: its diagnosis proposed", shown)
     assert 'value="recordings/old.csv">' in shown
-    assert "2026-03-01" in shown
+    assert ticked("checked") == {"checked"}  # the same program on another day is none that a diagnosis asked for
     assert "Made from: Placement 1: recordings/first.csv" in shown or "Made from: recordings/first.csv" in shown
+    machine.write_text(machine.read_text("utf-8") + "# corrected\n", "utf-8")
+    assert ticked("planned") == {"planned", "same"}
 
 
 def test_one_that_cannot_be_read_leaves_the_page_on_which_another_is_made(tmp_path: Path) -> None:

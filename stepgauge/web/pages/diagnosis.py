@@ -15,9 +15,9 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web.evaluations import proposed_runs, recording_choices, stems, ticked_recordings
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, form_endpoint
+from stepgauge.web.recordings import proposed_runs, recording_choices, stems, ticked_recordings
 from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.texts import Words

@@ -16,11 +16,12 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError, naming
-from stepgauge.web.evaluations import project_placements, recording_choices
+from stepgauge.web.evaluations import project_placements
 from stepgauge.web.fields import Field, verb_fields
 from stepgauge.web.folder import existing, free_name, listed, relative
 from stepgauge.web.forms import Form, form_endpoint, read_upload
 from stepgauge.web.pages.machine import stated
+from stepgauge.web.recordings import recording_choices
 from stepgauge.web.render import address, render, site_of, words_of
 from stepgauge.web.site import Site
 from stepgauge.web.texts import PASTED

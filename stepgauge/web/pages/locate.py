@@ -13,10 +13,10 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError, naming
-from stepgauge.web.evaluations import recording_files
 from stepgauge.web.fields import Field, keywords, verb_fields
 from stepgauge.web.folder import existing, free_name, listed, relative
 from stepgauge.web.forms import Form, asked_form, form_endpoint, private_file, read_upload
+from stepgauge.web.recordings import recording_files
 from stepgauge.web.render import json_answer, render, run_verb, site_of
 from stepgauge.web.site import Site, state
 

@@ -21,16 +21,14 @@ from stepgauge.web.evaluations import (
     evaluation_folders,
     placement_words,
     read_evaluation,
-    recording_choices,
     recording_names,
     recordings_and_gauge,
-    stems,
     stored_budget,
-    ticked_recordings,
 )
 from stepgauge.web.folder import Stamp, relative, stamps
 from stepgauge.web.forms import Form, form_endpoint
 from stepgauge.web.judgement import decided, verdict
+from stepgauge.web.recordings import recording_choices, stems, ticked_recordings
 from stepgauge.web.render import json_answer, render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
 
