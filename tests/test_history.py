@@ -21,15 +21,18 @@ from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
 from stepgauge.figures.history_chart import history_chart
 from stepgauge.files.dates import first_moment, moment_in_path, parse_moment
+from stepgauge.files.outputs import open_set
 from stepgauge.files.text import write_json
 from stepgauge.history import QUANTITIES, HistoryEntry, judge, make_series, refresh_store
 from stepgauge.history.entries import read_entries
 from stepgauge.history.scores import scores
 from stepgauge.history.series import FALSE_WARNINGS, FEWEST_FOR_CONTROL, false_warning_words
 from stepgauge.history.trend import findings, fit_line, fit_trend
+from stepgauge.recording import join_recordings, read_recording
 from stepgauge.verbs.history import LIMITS
 from stepgauge.web.texts import Words
 from tests.build import make_gauge
+from tests.measured import ALONG_X, ALONG_Y, run, shipped
 from tests.test_compensation import measured
 
 GAUGE = make_gauge(8, u_um=0.0)
@@ -328,6 +331,27 @@ def test_the_store_is_a_mirror_of_the_files(archive: Path, tmp_path: Path) -> No
     assert rebuilt.read == 4
     assert repr(rebuilt.entries) == repr(first.entries)
     assert dump(store) == before
+
+
+@pytest.mark.parametrize("order", ["ab", "ba"])
+def test_a_recording_counts_once_alone_and_with_others(tmp_path: Path, order: str) -> None:
+    """It was listed twice: by itself, and as a placement of a decision on several."""
+    for name, axis in {"a": ALONG_Y, "b": ALONG_X}.items():
+        recording = run(axis=axis).recording.assign_comments(machine="CMM", measured_at="2024-01-01")
+        recording.write(tmp_path / f"{name}.csv")
+    for folder, names in {"alone": "a", "joint": order}.items():
+        with open_set():
+            made = join_recordings([read_recording(tmp_path / f"{name}.csv") for name in names])
+            write_evaluation(tmp_path / folder, evaluate(made, shipped()[0]))
+    found = refresh_store(tmp_path / "h.sqlite", tmp_path)
+    b = order.index("b") + 1
+    assert [(one.path, one.placement) for one in found.entries] == [
+        ("alone/evaluation.json", 1),
+        ("joint/evaluation.json", b),
+    ]
+    assert found.remarks == (
+        f"joint/evaluation.json, placement {3 - b}: the same as alone/evaluation.json, counted once",
+    )
 
 
 def test_changed_new_and_vanished_files_are_seen(archive: Path, tmp_path: Path) -> None:

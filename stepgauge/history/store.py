@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import datetime
 import hashlib
+import math
 import shutil
 import sqlite3
 from collections.abc import Callable, Iterator
@@ -23,6 +24,8 @@ ANOTHER = naming("rebuild", "store", words="{}, or another {}")
 SCHEMA = 5
 TABLES = {"entry": "path, placement", "file": "path", "origin": "folder"}
 """The tables and the order of their rows."""
+SAME = 1e-6
+"""Difference of scale errors, um/m, that is rounding: two measurements differ by more."""
 NAMES = tuple(field.name for field in fields(HistoryEntry))
 _TYPES = {"int": "INTEGER", "float": "REAL"}
 _COLUMNS = ", ".join(f"{field.name} {_TYPES.get(str(field.type), 'TEXT')}" for field in fields(HistoryEntry))
@@ -214,17 +217,38 @@ def _read_row(row: tuple[object, ...]) -> HistoryEntry:
 
 
 def _without_copies(entries: list[HistoryEntry]) -> tuple[list[HistoryEntry], list[str]]:
-    """A measurement counts once, in however many folders it was evaluated; one that names its machine goes first."""
+    """A measurement counts once, in however many folders it was evaluated, alone or together with others.
 
-    def measured(one: HistoryEntry) -> tuple[str, str, int]:
-        return one.recording_sha256 or one.sha256, one.certificate, one.placement
-
-    first: dict[tuple[str, str, int], str] = {}
-    for entry in sorted(entries, key=lambda one: one.machine == UNNAMED):
-        first.setdefault(measured(entry), entry.path)
+    One that names its machine goes first, then one that was evaluated with the fewest others.
+    """
+    first: dict[int, HistoryEntry] = {}
+    known: dict[tuple[str, str], list[HistoryEntry]] = {}
+    for entry in sorted(entries, key=lambda one: (one.machine == UNNAMED, len(_measured_in(one)))):
+        places = [(sha256, entry.certificate) for sha256 in _measured_in(entry)]
+        like = [one for place in places for one in known.get(place, ())]
+        first[id(entry)] = next((one for one in like if _is_same(one, entry)), entry)
+        for place in places if first[id(entry)] is entry else ():
+            known.setdefault(place, []).append(entry)
+    kept = [one for one in entries if first[id(one)] is one]
+    files = {one.path for one in kept}
     said = {
-        one.path: f"{one.path}: the same as {first[measured(one)]}, counted once"
+        f"{one.path}{f', placement {one.placement}' if one.path in files else ''}: the same as {its.path}, counted once"
         for one in entries
-        if first[measured(one)] != one.path
+        if (its := first[id(one)]).path != one.path
     }
-    return [one for one in entries if one.path not in said], list(said.values())
+    return kept, sorted(said)
+
+
+def _measured_in(one: HistoryEntry) -> list[str]:
+    """Checksums of the recordings in which a placement may be; of the evaluation where these are not known."""
+    return one.recording_sha256.split() or [one.sha256]
+
+
+def _is_same(one: HistoryEntry, other: HistoryEntry) -> bool:
+    """Whether entries with a recording in common are of one placement of it, which numbers on among others."""
+    if one.path == other.path:
+        return False
+    if sorted(_measured_in(one)) == sorted(_measured_in(other)):
+        return one.placement == other.placement
+    alike = math.isclose(one.scale_ppm, other.scale_ppm, rel_tol=SAME, abs_tol=SAME)
+    return alike and (one.direction, one.cycles) == (other.direction, other.cycles)
