@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,9 @@ import pandas as pd
 import pytest
 
 import stepgauge as sg
+from stepgauge.diagnosis.output.files import diagnosis_to_dict
+from stepgauge.diagnosis.wording.findings import meaning, remedy, subject
+from stepgauge.diagnosis.wording.notation import members_of
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import evaluation_to_dict
@@ -87,6 +91,19 @@ def test_the_budget_has_no_radius_and_agrees_with_the_monte_carlo() -> None:
         assert line.through_radius == 0.0
         assert line.monte_carlo is not None
         assert line.same_terms_u == pytest.approx(line.monte_carlo[0], rel=0.06)
+
+
+def test_a_wrong_correction_is_what_a_radius_can_be_and_no_pretravel_of_the_machine_file() -> None:
+    """Blocks are read 8 um short: 4 um too much were taken off, and a default of the machine file has no part in it."""
+    said = diagnosis_to_dict(sg.diagnose(indicated(8.0, 1.5, 0.2), GAUGE, MACHINE))
+    at = subject(said)
+    one = next(one for effect in said["effects"] for one in members_of(effect) if one["kind"] == "effective_radius")
+    assert one["parameters"]["um"]["value"] == pytest.approx(4.0, abs=0.2)
+    assert one["meaning"] == meaning(one, at)
+    for language, much in {"en": "too much for the tip", "de": "zu viel ab"}.items():
+        told = f"{meaning(one, at, language)} {remedy(one, at, language)}"
+        assert much in told
+        assert not re.search(r"pre-?travel|Vorlauf|machine file|Maschinendatei", told)
 
 
 def test_a_test_by_a_standard_takes_the_diameter_of_the_correction() -> None:

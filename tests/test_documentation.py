@@ -115,7 +115,7 @@ SHOWN = {
         "results/after/evaluation.json": r'"band_um": 0\.\d',
     },
     "small-machines.md": {
-        "why/diagnosis.md": r"mean pre-travel \| 41\.\d um(.|\n)*scale error x \| 120\d um/m"
+        "why/diagnosis.md": r"tip correction \| 41\.\d um(.|\n)*scale error x \| 120\d um/m"
         r"(.|\n)*scale error y \| −(49|50)\d um/m(.|\n)*reversal error x \| 78\.\d um"
         r"(.|\n)*squareness xy \| −40\d urad(.|\n)*towards -x(.|\n)*reversal error y \| 38\.\d um",
     },

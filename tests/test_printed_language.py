@@ -174,7 +174,7 @@ def investigated() -> dict[str, Any]:
     found |= {"entropy_nats": 1.3, "hypotheses": [{"words": "reversal error x and squareness xy", "probability": 0.6}]}
     nothing = {"found": [], "unexplained": [], "summary": "adequate (rms 0.29 -> 0.29 um, noise 0.28 um)"}
     nothing |= {"verdict": "adequate", "entropy_nats": 0.85, "hypotheses": [{"words": "nothing", "probability": 0.84}]}
-    why = {"nats": 0.121, "minutes": 10.9, "tells_apart": ["tip change 2", "mean pre-travel and reversal error x"]}
+    why = {"nats": 0.121, "minutes": 10.9, "tells_apart": ["tip change 2", "tip correction and reversal error x"]}
     why |= {"may_show": ["squareness", "scale_error"], "chance_hidden": 0.07}
     runs = [{"number": 1, "words": "the gauge as it lies", "why": None, "minutes": 2.8, "learnt": nothing}]
     place = "the gauge along the diagonal of x and -y, about (353, 518, 215) mm"

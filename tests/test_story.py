@@ -129,7 +129,7 @@ def test_an_insufficient_recording_says_what_to_measure_and_an_adequate_one_to_s
         "measure again: more cycles: too few repeats to separate noise from structure"
     ]
     (line,) = first_of(said("null"))
-    assert line.startswith("good enough: Stop. What may remain (k = 2): mean pre-travel ± 0.")
+    assert line.startswith("good enough: Stop. What may remain (k = 2): tip correction ± 0.")
 
 
 def test_the_table_stays_short_and_names_what_it_leaves_out() -> None:

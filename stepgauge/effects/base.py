@@ -181,7 +181,8 @@ class Effect(TomlTable):
     the recording that the displacement depends on; ``sought``, whether the diagnosis has it among its candidates;
     ``prior``, how common and how large it is, a common kind of a tenth of its sensible range where none is stated;
     ``recordings``, those of :data:`RECORDINGS` that can show it; ``touch``, those in which only what touches has it;
-    ``words``, for a person at the machine, and ``axis_words`` at an axis by itself where those differ;
+    ``words``, for a person at the machine, and ``axis_words`` at an axis by itself and ``corrected_words``
+    of readings that had been corrected for the tip, where those differ;
     ``process``, whether its shape idealises a process, so that a part of its size has other shapes;
     ``several``: whether an axis that is recorded by itself may have it more than once, as every sine.
 
@@ -201,6 +202,7 @@ class Effect(TomlTable):
     several: ClassVar[bool] = False
     words: ClassVar[Wording | None] = None
     axis_words: ClassVar[Wording | None] = None
+    corrected_words: ClassVar[Wording | None] = None
     when: str | None = Field(
         None, description="formula that is true where the effect acts, as x_mm > 300; without it everywhere"
     )
@@ -260,8 +262,8 @@ class Effect(TomlTable):
 
     @classmethod
     def words_at(cls, of: str) -> Wording | None:
-        """The words for a recording of a ``gauge`` or of an ``axis`` by itself."""
-        return cls.axis_words or cls.words if of == "axis" else cls.words
+        """The words for a recording of a ``gauge``, of one ``corrected`` for the tip, or of an ``axis`` by itself."""
+        return {"axis": cls.axis_words, "corrected": cls.corrected_words}.get(of) or cls.words
 
     @classmethod
     def sines(cls) -> tuple[tuple[Parameter, Parameter], ...]:

@@ -34,7 +34,7 @@ class EffectiveRadius(Effect):
         2.0, 1.0, "drift of a qualification from day to day, after every change of the stylus", basis="grade"
     )
     words: ClassVar[Wording | None] = Wording(
-        "mean pre-travel",
+        "tip correction",
         "The probe triggers {um} {um:later|earlier} than modelled, equally on all faces; blocks appear too"
         " {um:small|large} by twice that.",
         "Is the stylus tight and the tip clean? {steps:Touch both sides of one gauge block|Qualify it on the reference"
@@ -42,13 +42,27 @@ class EffectiveRadius(Effect):
         "In the machine file: pretravel_um {new_um:= {new_um:±}|{um:plus|minus} {um:±}}; of another tip tip_radius_mm"
         " {um:minus|plus} {um:±mm} instead.",
         german=Wording(
-            "mittlerer Vorlaufweg",
+            "Tastkugelkorrektur",
             "Der Taster schaltet auf allen Flächen um {um} {um:später|früher} als angenommen; Blöcke erscheinen"
             " um das Doppelte zu {um:klein|groß}.",
             "Ist der Taststift fest und die Kugel sauber? {steps:Ein Endmaß von beiden Seiten antasten|An der"
             " Bezugskugel einmessen} und vergleichen.",
             "In der Maschinendatei: pretravel_um {new_um:= {new_um:±}|{um:plus|minus} {um:±}}; bei einer anderen Kugel"
             " stattdessen tip_radius_mm {um:minus|plus} {um:±mm}.",
+        ),
+    )
+    corrected_words: ClassVar[Wording | None] = Wording(
+        "tip correction",
+        "The machine takes off {um} too {um:much|little} for the tip, equally on all faces: the radius of its"
+        " qualification is too {um:large|small}; blocks appear too {um:small|large} by twice that.",
+        "Is the stylus tight and the tip clean? Qualify it on the reference sphere and compare the radius.",
+        "Qualify the stylus anew; the radius by which the machine corrects {um:minus|plus} {um:±}.",
+        german=Wording(
+            "Tastkugelkorrektur",
+            "Die Maschine zieht für die Tastkugel auf allen Flächen {um} zu {um:viel|wenig} ab: Der eingemessene"
+            " Radius ist zu {um:groß|klein}; Blöcke erscheinen um das Doppelte zu {um:klein|groß}.",
+            "Ist der Taststift fest und die Kugel sauber? An der Bezugskugel einmessen und den Radius vergleichen.",
+            "Den Taststift neu einmessen; der Radius, mit dem die Maschine korrigiert, {um:minus|plus} {um:±}.",
         ),
     )
     axis_words: ClassVar[Wording | None] = Wording(

@@ -351,7 +351,7 @@ def test_several_findings_with_sets_are_numbered_and_their_laws_have_their_axes(
         ("trigger_delay", "reversal_error + reversal_error"),
         (("reversal_error_x", "reversal_error_y"), ("reversal_error_x", "squareness_xy")),
     )
-    text = "mean pre-travel (or trigger delay or reversal error x + reversal error y)"
+    text = "tip correction (or trigger delay or reversal error x + reversal error y)"
     assert headline(stated([radius])).endswith(f": {text}.")
     both = headline(stated([radius, effect_said("misalignment")]))
     assert both.endswith(f": 1: {text}; 2: misalignment.")

@@ -10,7 +10,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -40,6 +40,7 @@ from stepgauge.files.checksum import file_sha256
 from stepgauge.files.json_types import json_types
 from stepgauge.files.text import format_of, write_json, write_sealed
 from stepgauge.machine.file import Machine
+from stepgauge.recording.columns import CORRECTED
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.budget_given import stated_machine
 
@@ -103,8 +104,9 @@ def statements_to_dict(diagnosis: GaugeDiagnosis, folder: str | Path = ".") -> d
             text = text.replace(f" {stem}.", f" {(Path(folder) / stem).as_posix()}.")
         return text
 
+    at = replace(GAUGE, corrected=_is_corrected(diagnosis))
     said = {
-        **common_json(diagnosis, lambda one: _details(one, diagnosis), renamed),
+        **common_json(diagnosis, lambda one: _details(one, diagnosis), renamed, at),
         "fit": _fit(diagnosis),
         "noise": _noise(diagnosis),
         "measured": _measured(diagnosis),
@@ -329,6 +331,7 @@ def _inputs(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
     faces = Path(gauge.path).parent / gauge.table.faces
     return {
         "recordings": [_file(recording.path) for recording in diagnosis.recordings],
+        "tip_corrected": _is_corrected(diagnosis),
         "simulated": any(is_simulated(recording.comments) for recording in diagnosis.recordings),
         "gauge": {
             **_file(gauge.path),
@@ -344,10 +347,21 @@ def _inputs(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
             "name": machine.table.name,
             "kind": machine.table.kind,
             "tip_radius_mm": machine.probe.tip_radius_mm,
-            "pretravel_um": getattr(machine.probe, "pretravel_um", None) if machine.probe.model == "constant" else None,
+            "pretravel_um": _stated_pretravel_um(machine),
             "effects": [effect.get("kind") for effect in machine.effects],
         },
     }
+
+
+def _is_corrected(diagnosis: GaugeDiagnosis) -> bool:
+    """Whether the machine had corrected the readings for its tip."""
+    return any(CORRECTED in one.comments for one in diagnosis.recordings)
+
+
+def _stated_pretravel_um(machine: Machine) -> float | None:
+    """The mean pre-travel that somebody stated; a default is nobody's word."""
+    probe = machine.probe
+    return getattr(probe, "pretravel_um", None) if probe.model == "constant" and probe.states_radius else None
 
 
 def stated_digest(machine: Machine) -> str:

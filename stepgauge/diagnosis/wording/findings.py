@@ -31,7 +31,8 @@ class Subject:
 
     ``position``, ``deviation``: the units in which it is told; ``form``: of an axis, ``axis``, ``spot`` or
     ``distances``; ``both_ways``: whether it was read in both directions of travel; ``machine``: the kind of machine;
-    ``pretravel_um``: the one that its file states; ``files``: the recording of each placement, where it has its own.
+    ``pretravel_um``: the one that its file states; ``corrected``: whether the readings had been corrected for the tip,
+    so that it has no part in them; ``files``: the recording of each placement, where it has its own.
     """
 
     of: str = "gauge"
@@ -41,7 +42,13 @@ class Subject:
     both_ways: bool = True
     machine: str = ""
     pretravel_um: float | None = None
+    corrected: bool = False
     files: tuple[tuple[int, str], ...] = ()
+
+    @property
+    def worded(self) -> str:
+        """Of what a sentence is told."""
+        return "corrected" if self.corrected else self.of
 
     def key(self, name: str) -> str:
         """The name of a number in the user's units: ``period_mm`` as ``period_deg``."""
@@ -79,11 +86,12 @@ def subject(said: Said) -> Subject:
         return MAP
     machine, placements = inputs.get("machine", {}), said.get("measured", {}).get("placements", ())
     files = tuple((one["placement"], one["recording"]) for one in placements if one.get("recording"))
-    return replace(GAUGE, machine=machine.get("kind") or "", pretravel_um=machine.get("pretravel_um"), files=files)
+    corrected, known_um = bool(inputs.get("tip_corrected")), machine.get("pretravel_um")
+    return replace(GAUGE, machine=machine.get("kind") or "", pretravel_um=known_um, corrected=corrected, files=files)
 
 
 def words_of(kind: str, of: str = "gauge", language: str = "en") -> Wording:
-    """The words that a kind declares for a recording of a gauge, an axis or the map of a probe."""
+    """The words that a kind declares for a recording of a gauge (``corrected`` or not), an axis or a probe's map."""
     known, declared = _effects().get(kind), words("finding").get(kind)
     if of == "map" and kind in words("map"):
         declared = words("map")[kind]
@@ -161,7 +169,7 @@ def describe_rivals(
 
 def meaning(one: Said, at: Subject = GAUGE, language: str = "en") -> str:
     """What a finding, or one of its set, means: sentences with its values, in the units of the diagnosis."""
-    declared = words_of(one["kind"], at.of, language).means or _equation(one["kind"])
+    declared = words_of(one["kind"], at.worded, language).means or _equation(one["kind"])
     part = say("only_where", language, where=one["where"]) if one.get("where") else ""
     aliases = aliases_words(one.get("aliases", {}), language)
     return part + filled(declared, _values(one, at, language), language) + aliases
@@ -175,7 +183,7 @@ def _equation(kind: str) -> str:
 
 def remedy(one: Said, at: Subject = GAUGE, language: str = "en") -> Wording:
     """What to check by other means, and what to repair once that confirms a finding."""
-    declared, unknown = words_of(one["kind"], at.of, language), words("finding")["unknown"].said_in(language)
+    declared, unknown = words_of(one["kind"], at.worded, language), words("finding")["unknown"].said_in(language)
     values = _values(one, at, language)
     check, repair = (declared.check or unknown.check, declared.repair or unknown.repair)
     return Wording(check=filled(check, values, language), repair=filled(repair, values, language))

@@ -127,7 +127,7 @@ def machine_doubts(said: Mapping[str, Any], language: str = "en") -> Iterator[st
     radius = effects.get("effective_radius", {}).get("parameters", {}).get("um", {})
     stated_mm, pretravel_um = machine.get("tip_radius_mm"), said.get("measured", {}).get("pretravel_um")
     larger_mm = -float(radius.get("value", pretravel_um) or 0.0) * 1e-3
-    if stated_mm and abs(larger_mm) > NO_PRETRAVEL * stated_mm:
+    if stated_mm and not said["inputs"].get("tip_corrected") and abs(larger_mm) > NO_PRETRAVEL * stated_mm:
         fits = plus_minus({"value": stated_mm + larger_mm, "u": (radius.get("u") or 0.0) * 1e-3, "unit": "mm"})
         yield say("tip", language, fits=fits + f" (k = {COVERAGE:g})" * bool(radius.get("u")), stated=f"{stated_mm:g}")
     elif pretravel_um is not None:
