@@ -19,7 +19,7 @@ from stepgauge.conditions import NOTHING, Conditions
 from stepgauge.conditions.axis import recording_conditions
 from stepgauge.conditions.condition import Name
 from stepgauge.diagnosis.axis.conversion import UnitConversion
-from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
+from stepgauge.diagnosis.axis.residuals import AxisData, axis_data, placed_targets
 from stepgauge.diagnosis.engine import diagnose_with_search, insufficient
 from stepgauge.diagnosis.output.files import statements_to_dict
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
@@ -151,7 +151,7 @@ def _said(found: GaugeDiagnosis, data: AxisData, conditions: Conditions) -> dict
     said = conversion.converted(raw)
     said["axis"] = {**_axis(recording), "repeatability": data.repeatability / units.base_deviation}
     said["conditions"] = conditions.to_dicts()
-    at, steps = subject(said), even(recording.frame["target"]) if recording.form == "axis" else None
+    at, steps = subject(said), even(placed_targets(recording)) if recording.form == "axis" else None
     for effect in said["effects"]:
         effect["separate_by"], effect["commands"], effect["reason"] = "", [], ""
         effect["where"] = conversion.condition(effect["where"])

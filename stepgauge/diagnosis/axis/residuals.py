@@ -75,7 +75,9 @@ def axis_data(recording: AxisRecording, usual: MachineKind | None = None) -> Axi
         raise InputError(recording.path, "the recording is too small for a diagnosis", found=found, expected=expected)
     units, frame = recording.units, recording.frame
     target = _targets(recording) * units.base_position
-    away = (frame["reading"].to_numpy(float) * units.base_position - target) * _base_deviations(recording)
+    reading = frame["reading"].to_numpy(float) * units.base_position * _base_deviations(recording)
+    origin = _origins(recording) * units.base_position
+    away = reading - (target + origin) * _base_deviations(recording)
     way = frame["way"].to_numpy(float)
     index = places_of(target)
     places = np.bincount(index, target) / np.bincount(index)
@@ -93,11 +95,11 @@ def axis_data(recording: AxisRecording, usual: MachineKind | None = None) -> Axi
     if "u_target" in frame:
         u_um[index] = frame["u_target"].to_numpy(float) * units.base_deviation * scaling.deviation
     gauge = _gauge(recording, places * scaling.position, u_um)
-    machine = _machine(recording, places * scaling.position, repeatability * scaling.deviation)
-    reading = target * _base_deviations(recording) + away
+    shift = (placed_targets(recording) * units.base_position - target) * scaling.position
+    machine = _machine(recording, places[index] * scaling.position + shift, repeatability * scaling.deviation)
     rows = _rows(recording, face, reading, scaling)
     um = away * scaling.deviation * way
-    residuals = _residuals(recording, rows, um, way, gauge, machine, scaling)
+    residuals = _residuals(recording, rows, um, way, gauge, machine, scaling, shift)
     step_um = resolution(reading, repeatability) * scaling.deviation
     ordered = is_order_known(recording)
     drift_um = None if ordered else drift_columns(recording, away) * scaling.deviation * way
@@ -125,6 +127,27 @@ def _targets(recording: AxisRecording) -> Array:
     if recording.form == "spot":
         return np.full(len(reading), float(reading.iloc[0]))
     return fitted_distances(recording)
+
+
+def _origins(recording: AxisRecording) -> Array:
+    """Where every placement of targets begins by its readings, one value per row; nought for what has none.
+
+    Nothing is known of an origin, and what is computed from deviations of um bears none of 100 mm.
+    """
+    frame = recording.frame
+    if recording.form != "axis":
+        return np.zeros(len(frame))
+    return (frame["reading"] - frame["target"]).groupby(frame["placement"]).transform("median").to_numpy(float)
+
+
+def placed_targets(recording: AxisRecording) -> Array:
+    """Where along the axis the target of every row lies, in units of position, from the targets of the first placement.
+
+    A probe reads the position of its own axis: another placement of targets begins where it reads them. Another sensor
+    may begin to count anywhere, and its targets are those of the axis.
+    """
+    target, origin = _targets(recording), _origins(recording)
+    return target + origin - origin[0] if recording.sensor == "touch" else target
 
 
 def _base_deviations(recording: AxisRecording) -> float:
@@ -221,18 +244,20 @@ def _residuals(
     gauge: Gauge,
     machine: Machine,
     scaling: Scaling,
+    shift_mm: Array,
 ) -> Residuals:
+    """``shift_mm (n,)``: how far along the axis the placement of a row lies from the first one."""
     numbers, placement = np.unique(rows["placement"], return_inverse=True)
     turns = recording.form == "axis" and recording.units.axis == "rotary"
-    steps = even(gauge.position_mm) if recording.form == "axis" else None
+    face = rows["face"].to_numpy()
+    seen = rows.assign(x_mm=gauge.position_mm[face - 1] + shift_mm)
+    steps = even(seen["x_mm"]) if recording.form == "axis" else None
     setting = replace(
         Setting.of(machine, gauge, {int(number): np.array([1.0, 0.0, 0.0]) for number in numbers}),
         recording=recording_of(recording.form, turns),
         turn_mm=360.0 * scaling.position if turns else None,
         step_mm=None if steps is None else steps.spacing,
     )
-    face = rows["face"].to_numpy()
-    seen = rows.assign(x_mm=gauge.position_mm[face - 1])
     speed = scanning_speed(seen)
     if speed is not None and "speed_mm_s" not in rows:
         rows, seen = rows.assign(speed_mm_s=speed), seen.assign(speed_mm_s=speed)
