@@ -308,20 +308,30 @@ def _further(points: _Points) -> tuple[dict[str, Array], tuple[str, ...], tuple[
     ]
     named = [one for one in points.free if one.header]
     kept, dropped = beside(points.table, named, (*found, *POSITION, *APPROACH, "time_s"))
-    words = (f"kept as covariates: {', '.join(kept)}",) if kept else ()
+    zero = [
+        one for role, one in points.columns.items() if role in found and role in COUNTS and _counts_zero(points, one)
+    ]
+    words = [f"{one.header!r} counts from 0, and the recording from 1" for one in zero]
+    words += [f"kept as covariates: {', '.join(kept)}"] if kept else []
     left_out = [f"dropped: columns {', '.join(dropped)} (not numbers in every row)"] if dropped else []
     left_out += [f"dropped: {len(nameless)} columns without a name"] if nameless else []
-    return {**found, **kept}, words, tuple(left_out)
+    return {**found, **kept}, tuple(words), tuple(left_out)
+
+
+def _counts_zero(points: _Points, column: Column) -> bool:
+    return bool(points.table.numbers(column.place).min(initial=1.0) == 0.0)
 
 
 def _counts(table: Table, column: Column) -> NDArray[np.int64]:
+    """A column that counts, from 1; one that counts from 0 has a 0."""
     values = table.numbers(column.place)
+    values = values + 1.0 if values.min(initial=1.0) == 0.0 else values
     wrong = ~((values >= 1.0) & (values == np.floor(values)) & (values < 1e7))
     if wrong.any():
         row = int(wrong.argmax())
         found = repr(str(table.cells(column.place)[row]))
         what = f"column {column.header!r} is not a count"
-        raise InputError(table.at(row), what, found=found, expected="a whole number from 1")
+        raise InputError(table.at(row), what, found=found, expected="a whole number from 0 or 1")
     return values.astype(np.int64)
 
 

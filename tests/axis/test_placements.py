@@ -1,4 +1,4 @@
-"""Several placements of the same targets: where each begins by its readings is free, and a probe reads where it lies."""
+"""Several placements of the same targets: the origin of each is free, and a probe reads where it lies."""
 
 from __future__ import annotations
 

@@ -16,10 +16,12 @@ from stepgauge.axis.order import is_order_known
 from stepgauge.axis.recording import FORM, FORMS, AxisRecording, ways_doubt
 from stepgauge.conditions.axis import recording_conditions
 from stepgauge.errors import reading
+from stepgauge.files.units import find_unit
 from stepgauge.importing.axis.build import AxisOptions, build_axis
 from stepgauge.importing.axis.faces import check_measured, check_placements, header_answer
 from stepgauge.importing.axis.heights import read_heights, reduced
 from stepgauge.importing.axis.long import Long, to_long
+from stepgauge.importing.axis.sides import faces_as_targets, texts_of_fronts
 from stepgauge.importing.axis.stated import check_stated
 from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import check_stated_travel, numbered_runs
@@ -27,10 +29,11 @@ from stepgauge.importing.result import Imported
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.columns import AXIS, VALUE_ROLES, Column, Role, check_chosen, read_columns
 from stepgauge.importing.tables.grid import Table
+from stepgauge.importing.tables.kinds import is_text
 from stepgauge.importing.tables.makes import named_by_make
 from stepgauge.importing.tables.questions import Decisions
 from stepgauge.importing.tables.read import TableLayout, choose_table, read_file, taken_columns
-from stepgauge.importing.tables.rivals import is_text, settled_roles
+from stepgauge.importing.tables.rivals import settled_roles
 from stepgauge.importing.tables.source import Given, read_source
 from stepgauge.importing.thermal import read_convention, said_lines
 from stepgauge.recording import comment_lines
@@ -76,7 +79,7 @@ def import_axis(
         table = _named(named_by_make(table), options.targets, decisions)
         if options.targets is not None and options.targets.gauge and not layout.columns:
             check_measured(table, options.targets)
-        roles = settled_roles(table, layout, decisions)
+        roles = _roles(table, options, layout, decisions)
         roles = numbered_runs(table, _circle_columns(roles, decisions), decisions)
         decisions.columns = taken_columns(table, [(one.place, one.role, one.unit) for one in roles])
         check_chosen(roles, layout.columns, table.path)
@@ -109,6 +112,19 @@ def import_axis(
     said = {**recording.comments, **_date(found), **thermal, **comments, "log": name, "import": "\n".join(report)}
     whole = AxisRecording(recording.frame, recording.form, recording.units, recording.sensor, said)
     return Imported(whole, report, tuple(decisions.columns), rejected=tuple(decisions.rejected))
+
+
+def _roles(table: Table, options: AxisOptions, layout: TableLayout, decisions: Decisions) -> list[Column]:
+    """The role of every column; of the faces of a gauge, their numbers are targets, and their sides directions."""
+    listed = options.targets
+    if listed is None or not listed.gauge:
+        return settled_roles(table, layout, decisions)
+    unit = None if options.unit is None else find_unit(options.unit)
+    touched = options.sensor == "touch"
+    fronts = texts_of_fronts(table, layout, listed, 1.0 if unit is None else unit.factor) if touched else {}
+    for place, text in fronts.items():
+        decisions.take(f"{table.headers[place]!r} tells fronts ({text}), touched towards +, from backs")
+    return faces_as_targets(table, settled_roles(table, layout, decisions, fronts), listed)
 
 
 def _circle_columns(roles: list[Column], decisions: Decisions) -> list[Column]:

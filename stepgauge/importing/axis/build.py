@@ -22,6 +22,7 @@ from stepgauge.files.arrays import Array
 from stepgauge.files.units import ANGLE_DEG, LENGTH_MM, Unit, find_unit, unit_hint
 from stepgauge.importing.axis.faces import check_names
 from stepgauge.importing.axis.long import Long
+from stepgauge.importing.axis.sides import check_ways, ways_into
 from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import ReadingOrder, cycles_of_repeats, travel_of_order
 from stepgauge.importing.tables.columns import DEVIATIONS, Role
@@ -133,9 +134,13 @@ def _targets(
     listed = Targets(known.nominal * of_file, known.certified * of_file, known.u, known.name)
     if known.gauge:
         _ask_unit(found, table, options, known, listed, decisions)
-    if known.gauge and found.target is not None:
+    if known.gauge and found.target is not None and listed.lists(target):
         check_names(table, found.target.place, listed)
-    index = listed.nearest(found.value, table.path) if target is None else listed.matched(target, table.path)
+    index = (
+        listed.nearest(found.value, found.columns["placement"], table.path)
+        if target is None
+        else listed.matched(target, table.path)
+    )
     return listed.certified[index], index
 
 
@@ -301,15 +306,15 @@ def _ways(
     found: Long, target: Array | None, index: NDArray[np.intp] | None, table: Table, options: AxisOptions,
     decisions: Decisions,
 ) -> ReadingOrder:  # fmt: skip
-    """The direction of travel to every reading: stated, of the faces, or from the order of the targets.
-
-    A face is touched from outside: a front towards +, a back towards -.
-    """
+    """The direction of travel to every reading: of the faces, stated, or from the order of the targets."""
     stated, rows = found.columns["way"], np.arange(len(found.value))
+    of_faces = options.sensor == "touch" and options.targets is not None and options.targets.gauge
+    if index is not None and of_faces:
+        check_ways(found, index, table, decisions)
+        if not stated.all():
+            return ReadingOrder(ways_into(index), rows, "of the faces (fronts towards +, backs towards −)")
     if stated.all() or target is None:
         return ReadingOrder(stated if stated.all() else np.ones(len(rows), np.int64), rows, "stated")
-    if index is not None and options.sensor == "touch" and options.targets is not None and options.targets.gauge:
-        return ReadingOrder(np.where(index % 2 == 0, 1, -1), rows, "of the faces (fronts towards +, backs towards −)")
     times = found.numbers("time_s")
     order = None if times is None else np.lexsort((times, found.columns["placement"]))
     return travel_of_order(table.path, places_of(target), order, options.ordered, decisions)

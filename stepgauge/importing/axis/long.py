@@ -21,14 +21,13 @@ from stepgauge.importing.tables.cells import is_empty, text_of
 from stepgauge.importing.tables.clock import Clock
 from stepgauge.importing.tables.columns import DEVIATIONS, VALUE_ROLES, Column, Role, axis_role, called, is_known
 from stepgauge.importing.tables.grid import Table
+from stepgauge.importing.tables.kinds import directions_in
 from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, column_answer, shown
 from stepgauge.importing.tables.rivals import one_of
 from stepgauge.importing.tables.values import beside, check_finite, clock_of, finite
 from stepgauge.importing.tables.vocabulary import LABEL, WORDS, Label, parse_label, title_label, way_of, words_of
 
 Whole = NDArray[np.int64]
-LEAST_OF_WAY = 0.25
-"""Share of the rows that each of two texts has, from which they may be the directions, and none is a slip."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +36,15 @@ class Long:
 
     ``columns``: a reading per row, with placement, cycle and way (nought where nothing states them), value, and where
     they are known target, u_target, time_s and both stations, in the units of their columns; ``column``: of the
-    values, ``target``: of the targets; ``others``: numbers recorded besides; ``clock``: of the rows of the table;
+    values, ``target``: of the targets, ``way``: of the directions;
+    ``others``: numbers recorded besides; ``clock``: of the rows of the table;
     ``dropped``: columns that were not recorded.
     """
 
     columns: dict[str, NDArray[Any]]
     column: Column
     target: Column | None
+    way: Column | None
     others: dict[str, Array]
     clock: Clock | None
     dropped: list[str]
@@ -94,7 +95,7 @@ def to_long(
             found[name] = np.array([text_of(cell) for cell in table.cells(one.place)], object)[row]
     others = {name: values[row] for name, values in others.items()}
     column = replace(columns[0], role=columns[0].role or Role.READING)
-    return Long(found, column, target, others, clock, dropped)
+    return Long(found, column, target, _only(roles, Role.WAY), others, clock, dropped)
 
 
 def _taken(
@@ -339,10 +340,8 @@ def _ways(table: Table, roles: Sequence[Column], titles: Sequence[Label], decisi
 def _ask_ways(table: Table, column: Column, texts: NDArray[Any], ways: Whole, decisions: Decisions) -> None:
     """Asks which of two texts is the direction +, and names a text or rows that state none."""
     unknown = np.flatnonzero(ways == 0)
-    kinds = sorted({text for text in texts.tolist() if not is_empty(text)})
-    strange = [text for text in texts[unknown].tolist() if text in kinds]
-    both = len(kinds) == 2 and min(Counter(texts.tolist())[kind] for kind in kinds) >= LEAST_OF_WAY * len(texts)
-    two = kinds if both and strange else []
+    strange = [text for text in texts[unknown].tolist() if not is_empty(text)]
+    two = directions_in(texts.tolist()) if strange else []
     choices = [column_answer(Role.WAY, f"{column.called}={kind}", "if it is towards +") for kind in two]
     choices.append(column_answer(Role.IGNORE, column.called, "to have the order of the targets say it"))
     rows = f"nothing, rows {shown([str(table.lines[row]) for row in unknown])}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,16 +39,21 @@ class Targets:
     def matched(self, target: Array, at: str) -> NDArray[np.intp]:
         """Index of the target of every row: by its nominal position, else by its number in the list."""
         near = np.abs(target[:, None] - self.nominal).argmin(axis=1)
-        off = np.abs(target - self.nominal[near])
-        counted = (target == np.floor(target)) & (target >= 1) & (target <= len(self.nominal))
+        off, counted = np.abs(target - self.nominal[near]), self.counted(target)
         told_apart = len(np.unique(near)) == len(np.unique(target))
-        if (off <= self.reach).all() and (told_apart or not counted.all()):
+        if (off <= self.reach).all() and (told_apart or counted is None):
             return near
-        if counted.all():
-            return target.astype(np.intp) - 1
+        if counted is not None:
+            return counted
         row = int(off.argmax())
         expected = f"one of the {len(self.nominal)} of {self.name}"
         raise InputError(at, "a target is not in the list", found=f"{target[row]:g}", expected=expected)
+
+    def counted(self, numbers: Array) -> NDArray[np.intp] | None:
+        """Index of every target by its number, from 1, or from 0 where one is 0; None for what counts none of them."""
+        first = 0 if numbers.min(initial=1) == 0 else 1
+        whole = (numbers == np.floor(numbers)) & (numbers >= first) & (numbers < len(self.nominal) + first)
+        return numbers.astype(np.intp) - first if whole.all() else None
 
     @property
     def reach(self) -> float:
@@ -72,15 +78,37 @@ class Targets:
         known = ["mm"] if counts else ["mm", *(name for name in NAMES if name in LENGTH_MM)]
         return next((name for name in known if self.lists(values * LENGTH_MM[name])), None)
 
-    def nearest(self, reading: Array, at: str) -> NDArray[np.intp]:
-        """Index of the target that each reading belongs to, where the table names none."""
-        near = np.abs(reading[:, None] - self.nominal).argmin(axis=1)
-        off = np.abs(reading - self.nominal[near])
-        if (off > self.reach).any():
-            row = int(off.argmax())
-            expected = "readings nearer to their target than to the next one, or a column of targets"
-            raise InputError(at, "a reading belongs to no target", found=f"{reading[row]:g}", expected=expected)
-        return near
+    def nearest(self, reading: Array, placement: NDArray[np.integer[Any]], at: str) -> NDArray[np.intp]:
+        """Index of the target that each reading belongs to, where the table names none.
+
+        Every placement has an origin: nought, where its readings are near to the targets, else any.
+        """
+        found = np.empty(len(reading), np.intp)
+        for one in np.unique(placement):
+            rows = placement == one
+            found[rows] = self._nearest(reading[rows], at)
+        return found
+
+    def _nearest(self, reading: Array, at: str) -> NDArray[np.intp]:
+        """The same of one placement; :class:`InputError` where no origin, or more than one, brings all near."""
+        ends = np.concatenate([reading.min() - self.nominal, reading.max() - self.nominal])
+        origins = [0.0] if (self._off(reading) <= self.reach).all() else ends.tolist()
+        far = [int((self._off(reading - origin) > self.reach).sum()) for origin in origins]
+        best = origins[int(np.argmin(far))]
+        fitting = [one for one, off in zip(origins, far, strict=True) if not off]
+        columns = "a column of targets, or of the numbers of the faces"
+        if not fitting:
+            what, value = "a reading belongs to no target", reading[int(self._off(reading - best).argmax())]
+            expected = f"readings nearer to their target than to the next one, from any origin, or {columns}"
+            raise InputError(at, what, found=f"{value:g}", expected=expected)
+        if np.ptp(fitting) > self.reach:
+            what, found = "readings fit the targets from several origins", f"{min(fitting):g} and {max(fitting):g}"
+            raise InputError(at, what, found=found, expected=columns)
+        return np.abs((reading - best)[:, None] - self.nominal).argmin(axis=1)
+
+    def _off(self, reading: Array) -> Array:
+        """How far every reading is from the nearest target."""
+        return np.abs(reading[:, None] - self.nominal).min(axis=1)
 
 
 def gauge_targets(gauge: Gauge) -> Targets:

@@ -13,8 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from stepgauge.files.arrays import Array
-from stepgauge.files.numerals import looks_numeric
-from stepgauge.importing.tables.cells import is_empty, text_of
+from stepgauge.importing.tables.cells import text_of
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.columns import (
     AXIS,
@@ -29,9 +28,10 @@ from stepgauge.importing.tables.columns import (
     remainder,
 )
 from stepgauge.importing.tables.grid import Table
-from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, column_answer, shown
+from stepgauge.importing.tables.kinds import check_kinds
+from stepgauge.importing.tables.questions import Decisions, column_answer, shown
 from stepgauge.importing.tables.read import TableLayout
-from stepgauge.importing.tables.vocabulary import LABEL, WORDS, says, split_name, title_label, way_of, words_of
+from stepgauge.importing.tables.vocabulary import LABEL, WORDS, split_name, travel_of, words_of
 
 Chosen = Mapping[str, str]
 _COORDINATES = ("x", "y", "z", "height")
@@ -47,16 +47,23 @@ TEMPERATURES_C = (-80.0, 400.0)
 """What a column of temperatures beside a measurement may hold."""
 
 
-def settled_roles(table: Table, layout: TableLayout, decisions: Decisions) -> list[Column]:
-    """The role of every column; what names and numbers leave open is asked. A choice by hand is not judged."""
+def settled_roles(
+    table: Table, layout: TableLayout, decisions: Decisions, fronts: Mapping[int, str] | None = None
+) -> list[Column]:
+    """The role of every column; what names and numbers leave open is asked. A choice by hand is not judged.
+
+    ``fronts``: by the place of a column that tells fronts from backs of a gauge, its text of the fronts.
+    """
     chosen = layout.columns
     roles = [_recognise_content(table, one) for one in read_columns(table.headers, table.units, chosen, AXIS)]
+    for place, text in (fronts or {}).items():
+        roles[place] = replace(roles[place], role=Role.WAY, forward=text)
     roles = _without_copies(table, roles, decisions)
     if Role.TARGET not in chosen:
         roles = _one_target(table, roles, decisions)
     roles = _one_coordinate(table, roles, decisions)
     _check_vacant(table, roles, chosen, decisions)
-    _check_kinds(table, roles, layout, decisions)
+    check_kinds(table, roles, layout, decisions)
     if not chosen:
         _check_told_twice(table, roles, decisions)
     for one in (one for one in roles if one.role is None):
@@ -88,15 +95,6 @@ def one_of(
     return first
 
 
-def is_text(table: Table, place: int) -> bool:
-    """Whether a column has text, beside what may be numbers."""
-    middle = table.bulk.get(place)
-    if middle is not None and middle.dtype.kind in "fi":
-        return False
-    cells = (row[place] for row in table.rows if place < len(row))
-    return any(isinstance(cell, str) and not is_empty(cell) and not looks_numeric(cell) for cell in cells)
-
-
 def _recognise_content(table: Table, one: Column) -> Column:
     """A column of times or directions by its cells, where its name says nothing."""
     cells = [cell for cell in table.first_cells(one.place) if cell != ""]
@@ -106,7 +104,7 @@ def _recognise_content(table: Table, one: Column) -> Column:
     if not any(isinstance(cell, str | float) for cell in cells):
         return replace(one, role=Role.TIME)
     if len(texts) == len(cells):
-        if {way_of(text) for text in texts} == {1, -1}:
+        if {travel_of(text) for text in texts} == {1, -1}:
             return replace(one, role=Role.WAY)
         if all(map(is_moment, texts)):
             return replace(one, role=Role.TIME)
@@ -262,7 +260,7 @@ def _check_unnamed(table: Table, one: Column, roles: Sequence[Column], chosen: C
     there = {other.role for other in roles}
     if Role.WAY in there or Role.WAY in chosen or not there & set(VALUES) or split_name(one.header)[1] is not None:
         return
-    ways = {way_of(text_of(cell)) for cell in table.cells(one.place)} if np.isnan(values).all() else {*values}
+    ways = {travel_of(text_of(cell)) for cell in table.cells(one.place)} if np.isnan(values).all() else {*values}
     if ways == {1, -1}:
         what, own = f"{one.header!r} holds both directions, and may be the direction of travel", one.called
         decisions.ask(table.path, what, column_answer(Role.WAY, own), ignored)
@@ -349,52 +347,3 @@ def _last_digit(values: Array) -> float:
     few = values[:: max(1, len(values) // 200)]
     digits = next((n for n in range(10) if np.allclose(few, np.round(few, n), rtol=0.0, atol=1e-12)), 10)
     return float(10.0**-digits)
-
-
-# what tells rows apart
-
-
-def _check_kinds(table: Table, roles: Sequence[Column], layout: TableLayout, decisions: Decisions) -> None:
-    """A column, or titles of blocks, by which rows are of different kinds: one recording is of one kind."""
-    every = {one.removesuffix("=*").strip() for one in layout.rows if one.endswith("=*")}
-    ignored = layout.columns.get(Role.IGNORE, "").casefold().split("\n")
-    target = next((table.numbers(one.place) for one in roles if one.role == Role.TARGET), None)
-    asked = False
-    for one in roles:
-        taken = {one.header.casefold(), f"#{one.place + 1}"} & set(ignored) or one.called in every
-        cells = None if taken or one.role not in (None, Role.DROPPED) else _kinds_in(table, one)
-        if cells is not None and not _names_targets(cells, target):
-            _ask_rows(table, repr(one.header), sorted(set(cells)), one.called, decisions)
-            asked = True
-    numbers, sizes = np.unique(table.block, return_counts=True)
-    titles = [table.titles[n] for n in numbers.tolist()]
-    labelled = all(title_label(title) != LABEL for title in titles if title)
-    known = asked or "title" in every or any(one.role in (Role.CYCLE, Role.WAY, Role.PLACEMENT) for one in roles)
-    if len(set(titles)) > 1 and not labelled and sizes.min() > 1 and not known:
-        _ask_rows(table, "the lines above the blocks", list(dict.fromkeys(filter(None, titles))), "title", decisions)
-
-
-def _kinds_in(table: Table, one: Column) -> list[str] | None:
-    """The cells of a column that says of what kind each row is; None for another."""
-    named = bool(says(words_of(one.header), "kind"))
-    if says(words_of(one.name), "besides") or not (named or is_text(table, one.place)):
-        return None
-    texts = [text_of(cell).strip() for cell in table.cells(one.place)]
-    filled = {text for text in texts if text}
-    remark = 2 * texts.count("") >= len(texts)
-    verdict = {text.casefold() for text in filled} <= WORDS["verdict"]
-    return None if len(filled) < 2 or len(filled) == len(texts) or remark or verdict else texts
-
-
-def _names_targets(texts: Sequence[str], target: Array | None) -> bool:
-    """Whether a text is a name of the target: each has its own."""
-    if target is None:
-        return False
-    pairs = set(zip(texts, target.tolist(), strict=True))
-    return len(pairs) == len({text for text, _ in pairs}) == len({value for _, value in pairs})
-
-
-def _ask_rows(table: Table, where: str, texts: Sequence[str], name: str, decisions: Decisions) -> None:
-    ways = [QuestionAnswer("rows", text) for text in texts]
-    ways.insert(1, QuestionAnswer("rows", f"{name}=*", "for all of them"))
-    decisions.ask(table.path, f"rows are of several kinds, by {where}", *ways, found=shown(texts))

@@ -136,6 +136,11 @@ def way_of(text: str) -> int:
     return 1 if word in WORDS["way forward"] else -1 if word in WORDS["way backward"] else 0
 
 
+def travel_of(text: str) -> int:
+    """As :func:`way_of`, of a word that is a direction of travel in all readings, and names no side of a block."""
+    return 0 if folded(text) in WORDS["side"] else way_of(text)
+
+
 # signs
 
 
