@@ -98,14 +98,14 @@ def faces_touched(position_mm: Array, gauge: Gauge, placement: Placement, where:
     return face
 
 
-def tip_distance_mm(position_mm: Array, gauge: Gauge, placement: Placement) -> float:
+def tip_distance_mm(position_mm: Array, gauge: Gauge, placement: Placement) -> float | None:
     """How far before the faces the points stand, mm: about the tip radius for tip centres, 0 for surface points.
 
-    The mean of fronts and backs, in which an error of the placement along the gauge cancels; NaN without both.
+    The mean of fronts and backs, in which an error of the placement along the gauge cancels; None without both.
     """
     face, before_mm = nearest_faces(position_mm, gauge, placement)
     sides = [before_mm[face % 2 == side] for side in (1, 0)]
-    return float(np.mean([np.median(side) for side in sides])) if all(side.size for side in sides) else float("nan")
+    return float(np.mean([np.median(side) for side in sides])) if all(side.size for side in sides) else None
 
 
 def cycles_of(face: Faces) -> Faces:

@@ -23,10 +23,11 @@ from stepgauge.files.units import find_unit, unit_hint
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.importing.result import Imported, ask_together
+from stepgauge.importing.tip_centres import are_surface_points, unseen_question, width_radius_mm
 from stepgauge.motion.moves import Program
 from stepgauge.recording import APPROACH, OPTIONAL, POSITION, Recording
 from stepgauge.recording.columns import CORRECTED, near_miss
-from stepgauge.recording.identity import LARGEST_RADIUS_MM, axis_from_approaches, stated_serials
+from stepgauge.recording.identity import stated_serials
 from stepgauge.recording.temperatures import no_temperature
 
 if TYPE_CHECKING:
@@ -34,10 +35,6 @@ if TYPE_CHECKING:
 
 _OURS = ("import", "points", "probings", "log", "tip_radius_mm")
 """Comments that an exported recording carries and that are made anew."""
-CLEAR = 0.25
-"""Points are at the surface, or a tip radius before it, if they are nearer to that than this share of the radius."""
-SURFACE_MM = 0.1
-"""Points nearer to their faces than the smallest tip radius are surface points."""
 SAME_K = 0.05
 """Difference of a stated temperature from the recorded ones within which it is the same, rounded."""
 
@@ -93,14 +90,9 @@ def _build_matched(
     _check_directions(log, gauge, placement)
     stated = options.tip_radius_mm or log.tip_radius_mm
     before_mm = tip_distance_mm(log.position_mm, gauge, placement)
-    surface = _is_surface(log, before_mm, options, stated or placement.tip_radius_mm)
+    surface = are_surface_points(log, before_mm, options.surface, stated or placement.tip_radius_mm)
     if surface is None:
-        raise InputError(
-            log.path,
-            "whether the points are tip centres is not stated, and their distance from the faces does not show it",
-            found=f"{before_mm:.4f} mm before the certified faces on average",
-            expected=naming("points", words="0 or the tip radius; or {} centres or surface"),
-        )
+        raise unseen_question(log, before_mm)
     radius = stated or options.nominal_radius_mm or placement.tip_radius_mm if surface else stated
     log = replace(log, surface=surface)
     if program is None:
@@ -140,7 +132,7 @@ def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) ->
     log, placements = count_placements(log, options.accept)
     assert log.approach is not None
     radius = options.tip_radius_mm or log.tip_radius_mm
-    found = _is_surface(log, _width_radius_mm(log, gauge), options, radius)
+    found = are_surface_points(log, width_radius_mm(log, gauge), options.surface, radius)
     surface = bool(found)
     position = log.position_mm - _radius(radius, log) * log.approach if surface else log.position_mm
     frame = pd.DataFrame({"placement": options.placement, "cycle": log.columns["cycle"], "face": log.columns["face"]})
@@ -260,42 +252,6 @@ def _check_directions(log: ProbeLog, gauge: Gauge, placement: Placement) -> None
 def _certified(face: Array, gauge: Gauge) -> Array:
     known = (face >= 1) & (face <= gauge.n_faces)
     return gauge.position_mm[face[known].astype(int) - 1] if known.any() else np.zeros(1)
-
-
-def _width_radius_mm(log: ProbeLog, gauge: Gauge | None) -> float:
-    """Half of how much wider than certified the blocks are read: the tip radius for tip centres; NaN if unknown."""
-    face = log.columns["face"].astype(np.int64)
-    sides = [face % 2 == side for side in (1, 0)]
-    if gauge is None or log.approach is None or face.max() > gauge.n_faces or not all(side.any() for side in sides):
-        return float("nan")
-    placement = log.columns.get("placement", np.zeros(len(log)))
-    first = placement == placement[0]  # the blocks are as wide in every placement
-    axis = axis_from_approaches(list(log.approach[first].T), face[first], log.path)
-    off_mm = log.position_mm @ axis - gauge.position_mm[face - 1]
-    front, back = (float(np.median(off_mm[side & first])) for side in sides)
-    return (back - front) / 2.0
-
-
-def _is_surface(log: ProbeLog, before_mm: float, options: ImportOptions, radius: float | None) -> bool | None:
-    """Whether the points are compensated by the tip radius: as stated, checked against the gauge; else as it shows.
-
-    ``before_mm``: how far before the certified faces they stand, NaN if unknown. None: neither stated nor to be seen.
-    """
-    limit = CLEAR * radius if radius else SURFACE_MM
-    at_centre = abs(before_mm - radius) < limit if radius else limit <= before_mm < LARGEST_RADIUS_MM
-    shows = True if abs(before_mm) < limit else False if at_centre else None
-    stated = log.surface if options.surface is None else options.surface
-    if stated is None:
-        return shows
-    if shows is not None and radius and shows != stated:
-        kinds = ("tip centres", "compensated by the tip radius")
-        raise InputError(
-            log.path,
-            f"the points are said to be {kinds[stated]}, but they are {kinds[shows]}",
-            found=f"points {before_mm:.4f} mm before the certified faces on average",
-            expected=f"about {0.0 if stated else radius:g} mm with a tip radius of {radius:g} mm",
-        )
-    return stated
 
 
 def _radius(radius: float | None, log: ProbeLog) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from stepgauge.importing.build import ImportOptions
 from stepgauge.importing.logs import import_log
 from stepgauge.importing.tables.columns import POINTS, parse_columns, read_columns
 from stepgauge.importing.tables.read import TableLayout
-from stepgauge.importing.tables.vocabulary import split_unit
+from stepgauge.importing.tables.vocabulary import split_name
 from tests.importing.made import RADIUS_MM, Case, make_case, table_of
 
 XYZ = {"x_mm": "X", "y_mm": "Y", "z_mm": "Z"}
@@ -39,7 +40,9 @@ def read(case: Case, path: Path, layout: TableLayout | None = None, source: str 
         ("Position X / µm", "Position X", "µm"),
         ("T in °C", "T", "°C"),
         ("x_mm", "x", "mm"),
-        ("x mm", "x mm", None),
+        ("x mm", "x", "mm"),
+        ("X/mm", "X", "mm"),
+        ("X, mm", "X", "mm"),
         ("v [mm/min]", "v", "mm/min"),
         ("speed_mm/s", "speed", "mm/s"),
         ("Feuchte [%]", "Feuchte [%]", None),
@@ -47,7 +50,7 @@ def read(case: Case, path: Path, layout: TableLayout | None = None, source: str 
     ],
 )
 def test_names_and_units_are_told_apart(header: str, name: str, unit: str | None) -> None:
-    found, known = split_unit(header)
+    found, known = split_name(header)
     assert (found, known.name if known else None) == (name, unit)
 
 
@@ -458,3 +461,25 @@ def test_surface_points_in_a_table_show_by_their_distance(tmp_path: Path) -> Non
     centres = write(tmp_path, table_of(case, XYZ, digits=7))
     with pytest.raises(InputError, match=r"said to be compensated by .* but they are tip centres; found points 1.49"):
         read(case, centres, tip_radius_mm=RADIUS_MM, surface=True)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_touches_in_one_direction_do_not_show_whether_points_are_centres(tmp_path: Path, side: int) -> None:
+    """Where they stand is that of the placement as well: it is asked, and what is stated is taken."""
+    case = make_case(comments={})
+    frame = case.recording.frame
+    one_way = replace(case, recording=replace(case.recording, frame=frame[frame["face"] % 2 == side]))
+    path = write(tmp_path, table_of(one_way, XYZ))
+    with pytest.raises(InputError, match=r"touches in one direction.*expected points=") as refused:
+        read(case, path, tip_radius_mm=RADIUS_MM)
+    assert "nan" not in str(refused.value)
+    for surface in (False, True):
+        assert "nan" not in " ".join(read(case, path, tip_radius_mm=RADIUS_MM, surface=surface).report)
+
+
+@pytest.mark.parametrize("unit", ["X [mm]", "X (mm)", "X mm", "X/mm", "X, mm", "X_mm", "X in mm"])
+def test_a_unit_is_read_from_a_header_however_it_stands_there(tmp_path: Path, unit: str) -> None:
+    case = make_case()
+    headers = {name: unit.replace("X", letter) for name, letter in zip(XYZ, "XYZ", strict=True)}
+    found = read(case, write(tmp_path, table_of(case, headers)))
+    np.testing.assert_allclose(found.recording.position_mm, case.recording.position_mm, atol=1e-3)

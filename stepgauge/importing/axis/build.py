@@ -134,7 +134,7 @@ def _targets(
     listed = Targets(known.nominal * of_file, known.certified * of_file, known.u, known.name)
     if known.gauge:
         _ask_unit(found, table, options, known, listed, decisions)
-    if known.gauge and found.target is not None and listed.lists(target):
+    if known.gauge and found.target is not None and target is not None and listed.lists(target):
         check_names(table, found.target.place, listed)
     index = (
         listed.nearest(found.value, found.columns["placement"], table.path)

@@ -24,7 +24,6 @@ from stepgauge.importing.tables.vocabulary import (
     says,
     signs_of,
     split_name,
-    split_unit,
     words_of,
 )  # fmt: skip
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION
@@ -128,7 +127,7 @@ def read_columns(
             columns.append(Column(place, header[:LONGEST_HEADER], header[:LONGEST_HEADER], None, None))
             continue
         whole = recipe is POINTS and point_role(header, None) in DIRECTIONS  # the k of i, j, k is no unit
-        name, own = (header.strip(), None) if whole else (split_unit if recipe is POINTS else split_name)(header)
+        name, own = (header.strip(), None) if whole else split_name(header)
         unit = stated or own
         by_hand = _chosen(header, name, place, chosen)
         plain = header.strip() if recipe is POINTS and header.strip() in OF_POINTS else recipe(name, unit)

@@ -12,7 +12,7 @@ from stepgauge.files.units import find_unit
 from stepgauge.importing.tables.cells import Cell, Cells, is_empty, is_units, text_of
 from stepgauge.importing.tables.clock import is_moment
 from stepgauge.importing.tables.columns import DIRECTIONS, point_role
-from stepgauge.importing.tables.vocabulary import split_unit
+from stepgauge.importing.tables.vocabulary import split_name
 
 MOST_HEADERS = 3
 """Rows above the numbers that may be a header, beside one of units."""
@@ -173,6 +173,6 @@ def _joined(group: str, part: str, *, own: bool) -> str:
     unit = None if unit is None or unit.quantity == "none" else unit  # a minus is a direction
     if own and unit is not None and point_role(f"{group} {part}") not in DIRECTIONS:
         return f"{group} [{unit.name}]"
-    (name, whole), (low, narrow) = split_unit(group), split_unit(part)
+    (name, whole), (low, narrow) = split_name(group), split_name(part)
     known = narrow or whole
     return f"{name} {low} [{known.name}]" if known is not None else f"{group} {part}"

@@ -67,7 +67,7 @@ def says(words: tuple[str, ...], *of: str) -> set[str]:
 # units
 
 
-def split_unit(header: str) -> tuple[str, Unit | None]:
+def _split_unit(header: str) -> tuple[str, Unit | None]:
     """Name and unit of a header such as ``X [mm]``, ``X (inch)``, ``Position X / µm``, ``T in °C`` or ``x_mm``."""
     for pattern in (_BRACKETS, _BEHIND):
         match = pattern.fullmatch(header.strip())
@@ -79,7 +79,7 @@ def split_unit(header: str) -> tuple[str, Unit | None]:
 
 def split_name(header: str) -> tuple[str, Unit | None]:
     """Name and unit of a header; beside ``X [mm]`` and ``x_mm`` also ``X mm``, ``X/mm`` and ``X, mm``."""
-    name, unit = split_unit(header)
+    name, unit = _split_unit(header)
     match = None if unit is not None else next(filter(None, (one.fullmatch(header.strip()) for one in _LOOSELY)), None)
     known = find_unit(match[2].replace("arc sec", "arcsec")) if match else None
     if match is None or known is None or known.quantity == "none":
