@@ -42,6 +42,8 @@ NEAR_NOUGHT = LENGTH_MM["mm"] / LENGTH_MM["inch"] / 2.0
 Half of what readings in inch of targets in mm have, 0.039. A smaller ratio, as um for mm, may be a deviation's slope as
 well: the unit of the deviations is then asked for.
 """
+MOST_UM_PER_MM = 0.1 / LENGTH_MM["um"] * LENGTH_MM["mm"]
+"""Slope of deviations in um of targets in mm: an axis that is off by a tenth of its travel is none."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ def build_axis(found: Long, table: Table, options: AxisOptions, decisions: Decis
             decisions.ask(table.path, "readings of two directions have no targets", listed)
         decisions.settle()
     target, index = _targets(found, table, options, decisions)
-    role = _role(found, table, target, decisions) if form == "axis" else Role.READING
+    role = _role(found, table, target, options, decisions) if form == "axis" else Role.READING
     units = _units(found, table, options, form, role, decisions)
     decisions.settle()
     assert units is not None
@@ -166,8 +168,12 @@ def _ask_unit(
     decisions.settle()
 
 
-def _role(found: Long, table: Table, target: Array | None, decisions: Decisions) -> str:
-    """Whether the values are readings or deviations: as they are named, where their size does not contradict."""
+def _role(found: Long, table: Table, target: Array | None, options: AxisOptions, decisions: Decisions) -> str:
+    """Whether the values are readings or deviations: as they are named, where their size does not contradict.
+
+    Numbers without a unit that do not follow their targets are deviations in the unit that is stated, or asked for: of
+    um, any slope is that of some machine.
+    """
     assert target is not None
     if not np.ptp(target):
         return Role.DEVIATION if found.column.role in DEVIATIONS else Role.READING
@@ -177,8 +183,13 @@ def _role(found: Long, table: Table, target: Array | None, decisions: Decisions)
     if found.column.unit is not None and found.target_unit is not None:
         scale = found.column.unit.factor / found.target_unit.factor
     slope *= scale
+    stated = _stated_scale(found, table, options)
+    if stated is not None and found.column.role in DEVIATIONS:
+        return Role.DEVIATION
     if abs(slope - 1.0) < NEAR_ONE:
         return Role.READING
+    if stated is not None and abs(slope) * stated < NEAR_NOUGHT:
+        return Role.DEVIATION
     far = abs(float(found.value.mean())) * scale > LARGEST * float(np.ptp(target))
     if abs(slope) < NEAR_NOUGHT and found.column.role == Role.READING and far:
         way = QuestionAnswer("columns", f"{Role.DEVIATION}={found.column.header}", "if they are deviations")
@@ -194,14 +205,25 @@ def _role(found: Long, table: Table, target: Array | None, decisions: Decisions)
         decisions.ask(table.path, "readings go against their targets", way, found=f"{slope:.4g} per unit of target")
         decisions.settle()
     hint = unit_hint(abs(slope), 1.0)
-    words = '1 or about 0; the units in {}, or the right column by {} reading="HEADER"'
+    if not hint and found.column.unit is None and options.deviation_unit is None and abs(slope) < MOST_UM_PER_MM:
+        return Role.DEVIATION
+    words = '1 or about 0; the units in {}, that of deviations by {}, or the right column by {} reading="HEADER"'
     what = f"column {found.column.header!r} holds neither readings nor deviations of the targets{hint}"
     raise InputError(
         table.path,
         what,
         found=f"a change of {slope:.4g} per unit of target",
-        expected=naming("header", "columns", words=words),
+        expected=naming("header", "deviation_unit", "columns", words=words),
     )
+
+
+def _stated_scale(found: Long, table: Table, options: AxisOptions) -> float | None:
+    """What one unit of a deviation is in units of its target, where it is stated beside the column; None where not."""
+    if found.column.unit is not None or options.deviation_unit is None:
+        return None
+    deviation, of_target = plain_name(options.deviation_unit), found.target_unit or _file_unit(found, table)
+    told = options.unit or (of_target.name if of_target is not None else "mm" if deviation in LENGTH_MM else "deg")
+    return base_of(deviation) / base_of(plain_name(told))
 
 
 def _units(

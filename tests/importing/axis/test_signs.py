@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
+import stepgauge as sg
 from stepgauge.axis.recording import read_axis_recording
 from tests.cli.conftest import Run
 from tests.importing.layouts.axes import TARGETS
@@ -123,3 +125,22 @@ def test_a_wide_table_is_turned_in_all_its_columns(run: Run, tmp_path: Path) -> 
     result = run("import", tmp_path / "t.csv", "--sensor", "laser", *unit, "-o", tmp_path / "axis.csv")
     assert result.code == 0, result.err
     assert scale_um_m(tmp_path / "axis.csv") == pytest.approx(PER_M, rel=1e-3)
+
+
+@pytest.mark.parametrize("um_per_m", [-3000.0, -25.4, -20.0, 0.0, 20.0, 39.4, 100.0, 3000.0])
+@pytest.mark.parametrize("header", ["value", "Messwert", "error", "reading"])
+def test_a_stated_unit_makes_deviations_of_any_scale_error(um_per_m: float, header: str) -> None:
+    """A slope of 0.02 is an error of 20 um/m: no size of it says that the numbers are none."""
+    target = np.tile(np.r_[0.0:401.0:20.0], 3)
+    away = um_per_m * 1e-3 * target + np.random.default_rng(1).normal(0.0, 0.4, len(target))
+    table = pd.DataFrame({"target_mm": target, header: away})
+    found = sg.import_recording(table, sensor="laser", deviation_unit="um").settled()
+    np.testing.assert_allclose(found.deviation, away, atol=1e-9)
+
+
+@pytest.mark.parametrize("um_per_m", [-3000.0, -20.0, 20.0, 3000.0])
+def test_numbers_that_do_not_follow_their_targets_ask_for_the_unit_of_deviations(um_per_m: float) -> None:
+    target = np.tile(np.r_[0.0:401.0:20.0], 3)
+    table = pd.DataFrame({"target_mm": target, "value": um_per_m * 1e-3 * target + np.arange(len(target)) % 2})
+    asked = sg.import_recording(table, sensor="laser")
+    assert [choice.argument for one in asked.questions for choice in one.choices] == ["deviation_unit"]
