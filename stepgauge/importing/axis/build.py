@@ -44,6 +44,8 @@ well: the unit of the deviations is then asked for.
 """
 MOST_UM_PER_MM = 0.1 / LENGTH_MM["um"] * LENGTH_MM["mm"]
 """Slope of deviations in um of targets in mm: an axis that is off by a tenth of its travel is none."""
+MOST_OFF_LINE = 3e-4
+"""Scatter about a straight line, over its rise: more than readings have, 0.1 mm in 400 mm, and less than deviations."""
 
 
 @dataclass(frozen=True)
@@ -175,46 +177,60 @@ def _role(found: Long, table: Table, target: Array | None, options: AxisOptions,
     um, any slope is that of some machine.
     """
     assert target is not None
+    named = found.column.role in DEVIATIONS
     if not np.ptp(target):
-        return Role.DEVIATION if found.column.role in DEVIATIONS else Role.READING
-    travel = target - target.mean()
-    slope = float(travel @ found.value / (travel @ travel))
-    scale = 1.0
-    if found.column.unit is not None and found.target_unit is not None:
-        scale = found.column.unit.factor / found.target_unit.factor
-    slope *= scale
+        return Role.DEVIATION if named else Role.READING
+    slope, straight = _slope(found, target)
     stated = _stated_scale(found, table, options)
-    if stated is not None and found.column.role in DEVIATIONS:
+    fits_stated = stated is not None and abs(slope) * stated < NEAR_NOUGHT
+    if fits_stated and (named or not straight):
         return Role.DEVIATION
     if abs(slope - 1.0) < NEAR_ONE:
         return Role.READING
-    if stated is not None and abs(slope) * stated < NEAR_NOUGHT:
+    if abs(slope) < NEAR_NOUGHT:
+        _ask_far(found, table, target, decisions)
         return Role.DEVIATION
-    far = abs(float(found.value.mean())) * scale > LARGEST * float(np.ptp(target))
-    if abs(slope) < NEAR_NOUGHT and found.column.role == Role.READING and far:
-        way = QuestionAnswer("columns", f"{Role.DEVIATION}={found.column.header}", "if they are deviations")
-        expected = QuestionAnswer("columns", "target=HEADER", "for the right targets")
-        what = "readings that do not change with their targets, and are too large for deviations"
-        decisions.ask(table.path, what, way, expected, found=found.column.header)
-    if abs(slope) < NEAR_NOUGHT or (found.column.role in DEVIATIONS and scale == 1.0):
-        return Role.DEVIATION
-    if found.column.unit is None and found.column.role != Role.READING:
+    if (named and _scale(found) == 1.0) or (found.column.unit is None and found.column.role != Role.READING):
         return Role.DEVIATION
     if abs(slope + 1.0) < NEAR_ONE:
         way = QuestionAnswer("columns", f"{Role.READING}=-{found.column.header}", "to turn their sign")
         decisions.ask(table.path, "readings go against their targets", way, found=f"{slope:.4g} per unit of target")
         decisions.settle()
     hint = unit_hint(abs(slope), 1.0)
-    if not hint and found.column.unit is None and options.deviation_unit is None and abs(slope) < MOST_UM_PER_MM:
+    possible = fits_stated or (options.deviation_unit is None and abs(slope) < MOST_UM_PER_MM)
+    if possible and not hint and found.column.unit is None:
         return Role.DEVIATION
     words = '1 or about 0; the units in {}, that of deviations by {}, or the right column by {} reading="HEADER"'
-    what = f"column {found.column.header!r} holds neither readings nor deviations of the targets{hint}"
     raise InputError(
         table.path,
-        what,
+        f"column {found.column.header!r} holds neither readings nor deviations of the targets{hint}",
         found=f"a change of {slope:.4g} per unit of target",
         expected=naming("header", "deviation_unit", "columns", words=words),
     )
+
+
+def _slope(found: Long, target: Array) -> tuple[float, bool]:
+    """The change of the values per unit of target, and whether they are as straight as readings are."""
+    travel = target - target.mean()
+    slope = float(travel @ found.value / (travel @ travel))
+    off = found.value - found.value.mean() - slope * travel
+    return slope * _scale(found), float(off.std()) < MOST_OFF_LINE * abs(slope) * float(np.ptp(target))
+
+
+def _scale(found: Long) -> float:
+    """What one unit of a value is in units of its target, by their headers; 1 where they do not say it."""
+    known = found.column.unit is not None and found.target_unit is not None
+    return found.column.unit.factor / found.target_unit.factor if known else 1.0  # type: ignore[union-attr]
+
+
+def _ask_far(found: Long, table: Table, target: Array, decisions: Decisions) -> None:
+    """Asks about readings that do not change with their targets, where they are too large for deviations."""
+    far = abs(float(found.value.mean())) * _scale(found) > LARGEST * float(np.ptp(target))
+    if found.column.role == Role.READING and far:
+        way = QuestionAnswer("columns", f"{Role.DEVIATION}={found.column.header}", "if they are deviations")
+        expected = QuestionAnswer("columns", "target=HEADER", "for the right targets")
+        what = "readings that do not change with their targets, and are too large for deviations"
+        decisions.ask(table.path, what, way, expected, found=found.column.header)
 
 
 def _stated_scale(found: Long, table: Table, options: AxisOptions) -> float | None:

@@ -10,6 +10,7 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.axis.recording import read_axis_recording
+from stepgauge.errors import InputError
 from tests.cli.conftest import Run
 from tests.importing.layouts.axes import TARGETS
 
@@ -127,7 +128,7 @@ def test_a_wide_table_is_turned_in_all_its_columns(run: Run, tmp_path: Path) -> 
     assert scale_um_m(tmp_path / "axis.csv") == pytest.approx(PER_M, rel=1e-3)
 
 
-@pytest.mark.parametrize("um_per_m", [-3000.0, -25.4, -20.0, 0.0, 20.0, 39.4, 100.0, 3000.0])
+@pytest.mark.parametrize("um_per_m", [-3000.0, -1000.0, -25.4, -20.0, 0.0, 20.0, 39.4, 100.0, 1000.0, 3000.0])
 @pytest.mark.parametrize("header", ["value", "Messwert", "error", "reading"])
 def test_a_stated_unit_makes_deviations_of_any_scale_error(um_per_m: float, header: str) -> None:
     """A slope of 0.02 is an error of 20 um/m: no size of it says that the numbers are none."""
@@ -144,3 +145,13 @@ def test_numbers_that_do_not_follow_their_targets_ask_for_the_unit_of_deviations
     table = pd.DataFrame({"target_mm": target, "value": um_per_m * 1e-3 * target + np.arange(len(target)) % 2})
     asked = sg.import_recording(table, sensor="laser")
     assert [choice.argument for one in asked.questions for choice in one.choices] == ["deviation_unit"]
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1.0 / 25.4, "looks like inches"), (-1.0, "go against their targets")])
+def test_a_stated_unit_of_deviations_makes_none_of_readings(factor: float, words: str) -> None:
+    target = np.tile(np.r_[0.0:401.0:20.0], 3)
+    read = (target + 0.01 * np.random.default_rng(1).normal(size=len(target))) * factor
+    with pytest.raises(InputError, match=words):
+        sg.import_recording(
+            pd.DataFrame({"target_mm": target, "reading": read}), sensor="laser", deviation_unit="um"
+        ).settled()
