@@ -7,14 +7,18 @@ nothing is never exactly nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import special
 
 from stepgauge.diagnosis.hypotheses import Searched
-from stepgauge.diagnosis.wording.findings import STEPPERS, states_value
+from stepgauge.diagnosis.result import Located
+from stepgauge.diagnosis.wording.action import held
+from stepgauge.diagnosis.wording.findings import states_value
+from stepgauge.diagnosis.wording.notation import COVERAGE
+from stepgauge.diagnosis.wording.structure import UNDETERMINED
 from stepgauge.inference.hypothesis import Hypothesis
 from stepgauge.inference.problem import Candidate
 
@@ -42,11 +46,15 @@ def may_remain(found: Searched) -> Iterator[MayRemain]:
 
 
 def negligible(remaining: Iterable[MayRemain], noise_um: float, kind: str | None) -> frozenset[str]:
-    """Labels of the errors whose presence is as good as nothing: what may remain is within the noise of a reading.
+    """Labels of the errors whose presence is as good as nothing: what may remain is within what the machine holds."""
+    held_um = held(kind, noise_um)
+    return frozenset(one.label for one in remaining if COVERAGE * one.seen_um <= held_um)
 
-    On a machine that is set by its steps; on others the mean of many readings counts.
-    """
-    return frozenset(one.label for one in remaining if kind in STEPPERS and one.seen_um <= noise_um)
+
+def as_good_as_nothing(one: Located, negligible: Collection[str]) -> bool:
+    """Whether structure is only like laws whose presence is as good as nothing."""
+    like = [] if isinstance(one.phrases, str) else [phrase.get("law") for phrase in one.phrases]
+    return one.form == UNDETERMINED and bool(like) and {*like} <= {*negligible}
 
 
 def _about_zero(candidate: Candidate, found: Searched) -> float | None:

@@ -10,9 +10,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stepgauge.conditions import stored_conditions
-from stepgauge.diagnosis.wording.action import LEFT, actions, is_good_enough, spoils
+from stepgauge.diagnosis.wording.action import (
+    COURSE,
+    actions,
+    held_um,
+    is_good_enough,
+    is_of_file,
+    limits_of_machine,
+    most_um,
+    spoils,
+)
 from stepgauge.diagnosis.wording.catalogue import listed, say
 from stepgauge.diagnosis.wording.findings import (
+    STEPPERS,
     check_of,
     describe_rivals,
     finding_name,
@@ -37,7 +47,7 @@ from stepgauge.diagnosis.wording.notation import (
 from stepgauge.diagnosis.wording.phrases import covariate_name, nearest_law, structure_words
 from stepgauge.diagnosis.wording.structure import SCATTER, remedy_of_structure
 from stepgauge.effects.words import Wording
-from stepgauge.files.notation import uncertainty
+from stepgauge.files.notation import significant, uncertainty
 from stepgauge.languages.messages import parameter_name, translate_message
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
@@ -80,17 +90,37 @@ def first_lines(said: Said, language: str = "en") -> list[str]:
 
 def commands(said: Said) -> list[str]:
     """The commands of all measurements that are proposed, each once."""
-    every = (*said["effects"], *said["unexplained"], said.get("further", {}))
+    open_ = [one for one, what in zip(said["effects"], actions(said), strict=True) if what != "left"]
+    every = (*open_, *said["unexplained"], said.get("further", {}))
     return list(dict.fromkeys(command for one in every for command in one.get("commands", ())))
 
 
 def _good_enough(said: Said, language: str) -> Iterator[str]:
     """That there is nothing to do, and what may remain; findings that are left as they are."""
     for number, (effect, action) in enumerate(zip(said["effects"], actions(said), strict=True), 1):
-        if action in LEFT:
-            yield f"{number}: {_size(effect, said, language)}{say(f'left_{action}', language)}"
+        if action == "left":
+            told = say(
+                "left", language, held=_deviation(held_um(said), said, language), most=_most(effect, said, language)
+            )
+            yield f"{number}: {_size(effect, said, language)}{told}"
     if is_good_enough(said):
         yield say("stop", language, each=_remaining(said, language))
+    elif limits := limits_of_machine(said):
+        yield say("entered", language, each=_remaining(said, language))
+        for one in limits:
+            name = finding_name(one, subject(said), language)
+            yield say("limit", language, name=name, most=_most(one, said, language))
+
+
+def _most(effect: Said, said: Said, language: str) -> str:
+    """By how much a finding moves readings at most."""
+    return _deviation(most_um(effect, said), said, language)
+
+
+def _deviation(size: float, said: Said, language: str) -> str:
+    """A size in the unit of what was diagnosed, to two digits."""
+    text = f"{significant(size, 2)} {subject(said).deviation}"
+    return text.replace(".", ",") if language == "de" else text
 
 
 def _remaining(said: Said, language: str) -> str:
@@ -105,7 +135,7 @@ def _remaining(said: Said, language: str) -> str:
 def _checks(said: Said, language: str) -> Iterator[str]:
     at, action = subject(said), actions(said)
     for number, effect in enumerate(said["effects"], 1):
-        if action[number - 1] in LEFT:
+        if action[number - 1] == "left":
             continue
         members = [effect, *_rivals(said, effect)]
         first = dict.fromkeys(remedy(one, at, language).check for one in members)
@@ -127,7 +157,7 @@ def _checks_of_row(row: Said, said: Said, language: str) -> list[str]:
     """What to check for structure: of the laws that it is like, where it is like some."""
     every = (phrase for one in said["unexplained"] if one["covariate"] == row["covariate"] for phrase in _phrases(one))
     like = dict.fromkeys(phrase["law"] for phrase in every if "law" in phrase)
-    return [check_of(label, subject(said), language) for label in like] or [_remedy_of_row(row, language).check]
+    return [check_of(label, subject(said), language) for label in like] or [_remedy_of_row(row, said, language).check]
 
 
 def _phrases(one: Said) -> list[Said]:
@@ -142,7 +172,7 @@ def _repairs(said: Said, language: str) -> Iterator[str]:
     yield from _remedies("repair", said, language)
     left = list(_structure(said))
     if left:
-        yield f"{', '.join(str(number) for number, _ in left)}: {_remedy_of_row(left[0][1], language).repair}"
+        yield f"{', '.join(str(number) for number, _ in left)}: {_remedy_of_row(left[0][1], said, language).repair}"
 
 
 def _entered(said: Said, language: str) -> Iterator[str]:
@@ -152,6 +182,10 @@ def _entered(said: Said, language: str) -> Iterator[str]:
         course = {one["covariate"] for one in said["unexplained"] if spoils(one)}
         spoiling += [number for number, row in _structure(said) if row["covariate"] in course]
         yield f"{', '.join(map(str, waiting))}: {say('wait', language, numbers=_numbers(spoiling, language))}"
+    for number in _numbers_of("unknown", said):
+        effect = said["effects"][number - 1]
+        open_text = say("not_known", language, most=_most(effect, said, language))
+        yield f"{number}: {_size(effect, said, language)}{open_text}"
     yield from _remedies("enter", said, language)
     entered, open_ = _numbers_of("enter", said), _numbers_of("check", said)
     if entered and (open_ := [*open_, *(number for number, _ in _structure(said))]):
@@ -198,7 +232,7 @@ def _again(said: Said, language: str) -> Iterator[str]:
     if said.get("further", {}).get("separate_by"):
         yield say("worth", language, text=proposal(said["further"], language))
     every = [(number, effect) for number, effect in enumerate(said["effects"], 1) if effect["separate_by"]]
-    every = [(number, effect) for number, effect in every if actions(said)[number - 1] not in LEFT]
+    every = [(number, effect) for number, effect in every if actions(said)[number - 1] != "left"]
     several = sum(bool(effect["commands"]) for _, effect in every) > 1
     for place, (number, effect) in enumerate(sorted(every, key=lambda one: -nats(one[1]))):
         key = "separate" if not several or not effect["commands"] else "separate_later" if place else "separate_first"
@@ -211,9 +245,11 @@ def _again(said: Said, language: str) -> Iterator[str]:
     if any(one.startswith("stepgauge plan") for one in commands(said)):
         number = max(one["placement"] for one in said["measured"]["placements"]) + 1
         yield say("further", language, number=number)
-    of = subject(said).of
-    if of != "axis" and (said["unexplained"] or any(one not in LEFT for one in actions(said))):
-        yield say(f"compare_{of}", language)
+    at = subject(said)
+    changed = [one for one in zip(said["effects"], actions(said), strict=True) if one[1] != "left"]
+    if at.of != "axis" and (said["unexplained"] or changed) and not limits_of_machine(said):
+        only_file = not said["unexplained"] and all(is_of_file(effect, what) for effect, what in changed)
+        yield say("compare_file" if only_file and at.of == "gauge" else f"compare_{at.of}", language)
 
 
 def nats(one: Said) -> float:
@@ -227,9 +263,10 @@ def proposal(one: Said, language: str) -> str:
     return said if language == "en" else translate_message(said)
 
 
-def _remedy_of_row(row: Said, language: str = "en") -> Wording:
+def _remedy_of_row(row: Said, said: Said, language: str = "en") -> Wording:
     on = [covariate_name(row[key], language=language) for key in ("covariate", "beside") if row.get(key)]
-    return remedy_of_structure(row["forms"], row["covariate"], listed(on, language=language), language)
+    warms = subject(said).machine in STEPPERS and row["covariate"] in COURSE
+    return remedy_of_structure(row["forms"], row["covariate"], listed(on, language=language), language, warms)
 
 
 def found_part(said: Said, *more: Block | None, language: str = "en") -> dict[str, Any]:

@@ -43,6 +43,7 @@ from stepgauge.machine.file import Machine
 from stepgauge.recording.columns import CORRECTED
 from stepgauge.recording.simulated import is_simulated
 from stepgauge.standards.budget_given import stated_machine
+from stepgauge.standards.mpe import Mpe
 
 FORMAT = format_of("diagnosis")
 MACHINE_FILE = "machine.diagnosed.toml"
@@ -295,7 +296,7 @@ def _measured(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
     return {
         "probings": len(data),
         "faces": len(np.unique(data.face)),
-        "length_mm": float(np.ptp(data.probings.certified_mm())),
+        "length_mm": _length_mm(diagnosis),
         "duration_s": float(np.ptp(data.probings.time_s)) if data.has_time else None,
         "pretravel_um": next(iter(_pretravel(diagnosis.remarks)), None),
         "pretravel_u_um": next(iter(_pretravel(diagnosis.remarks, "u")), None),
@@ -319,6 +320,11 @@ def _measured(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
     }
 
 
+def _length_mm(diagnosis: GaugeDiagnosis) -> float:
+    """The longest length of the gauge that was measured."""
+    return float(np.ptp(diagnosis.data.probings.certified_mm()))
+
+
 def _only_recording(diagnosis: GaugeDiagnosis, rows: Rows) -> str:
     """The name of the recording that has these rows, empty where several have."""
     names = {diagnosis.row_in_file(int(row) + 1)[0] for row in diagnosis.data.row[rows]}
@@ -328,7 +334,7 @@ def _only_recording(diagnosis: GaugeDiagnosis, rows: Rows) -> str:
 def _inputs(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
     """The files that a diagnosis was made from with their SHA-256, in JSON types."""
     gauge, machine = diagnosis.data.gauge, diagnosis.data.machine
-    faces = Path(gauge.path).parent / gauge.table.faces
+    faces, length_mm = Path(gauge.path).parent / gauge.table.faces, _length_mm(diagnosis)
     return {
         "recordings": [_file(recording.path) for recording in diagnosis.recordings],
         "tip_corrected": _is_corrected(diagnosis),
@@ -346,6 +352,7 @@ def _inputs(diagnosis: GaugeDiagnosis) -> dict[str, Any]:
             "stated_sha256": stated_digest(machine),
             "name": machine.table.name,
             "kind": machine.table.kind,
+            "mpe_um": None if (limit := machine.table.mpe) is None else float(Mpe.parse(limit).at_um(length_mm)),
             "tip_radius_mm": machine.probe.tip_radius_mm,
             "pretravel_um": _stated_pretravel_um(machine),
             "effects": [effect.get("kind") for effect in machine.effects],

@@ -99,13 +99,16 @@ def _flat_share(columns: Array, mean: Array, covariance: Array) -> float:
     return float(np.argmax(off)) / len(off) if off.any() else 1.0
 
 
-def remedy_of_structure(forms: Collection[str], covariate: str, called: str, language: str = "en") -> Wording:
+def remedy_of_structure(
+    forms: Collection[str], covariate: str, called: str, language: str = "en", warms: bool = False
+) -> Wording:
     """What to check for structure without a known law, with one or several ``forms`` over a covariate.
 
-    By its form, or by the covariate where the forms do not tell; ``called``: the covariate in the language.
+    By its form, or by the covariate where the forms do not tell; ``called``: the covariate in the language;
+    ``warms``: whether driving warms what measures, in whose course it came.
     """
     known = declared("structure")
     found = {known.get(form, known.get(covariate)) for form in forms}
     own = (found.pop() if len(found) == 1 else None) or known.get(covariate, known["any"])
-    words, values = own.said_in(language), {"covariate": {"value": called}}
+    words, values = own.said_in(language), {"covariate": {"value": called}, "warms": {"value": warms}}
     return Wording(check=filled(words.check, values), repair=words.repair)
