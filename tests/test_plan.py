@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from stepgauge import plan
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
-from stepgauge.gauge.placement import read_placement
+from stepgauge.gauge.placement import block_distance_mm, parse_placement, read_placement
 from stepgauge.machine.file import Machine, MachineTable
 from stepgauge.motion.collision import make_tool
 from stepgauge.motion.moves import ProbingSettings, Program, trace
@@ -214,6 +214,21 @@ def test_what_is_in_the_way_is_named() -> None:
     assert "body_diameter_mm = 30 in [probe]" in refused(gauge, make_machine(stylus_length_mm=8.0, body_diameter_mm=30))
     assert "stylus shank comes too close to" in refused(gauge, make_machine(), pitch=0.3)
     assert "not on the faces" in refused(gauge, make_machine(), height_mm=8.0)
+
+
+@pytest.mark.parametrize("digits", [0, 1, 3])
+@given(angle=st.floats(0.0, 6.28), x=st.floats(-9.0, 9.0), y=st.floats(-9.0, 9.0))
+def test_what_rounding_makes_of_a_distance_is_no_scale_error(digits: int, angle: float, x: float, y: float) -> None:
+    """Centres as a person states them, to 1 mm or 0.1 mm; the same 1.5 mm off is noted of finer ones."""
+    gauge, axis = make_gauge(14), np.array([np.cos(angle), np.sin(angle), 0.0])
+    ends = np.outer([0.0, block_distance_mm(gauge, 1, 14)], axis) + np.array([x, y, 0.123])
+    for scale, noted in ((1.0, False), (1.003, True)) if digits == 3 else ((1.0, False),):
+        c1, c2 = np.round(ends * scale, digits).tolist()
+        text = f"c1_mm = {c1}\nc2_mm = {c2}\nfirst_block = 1\nlast_block = 14\n"
+        found = parse_placement(text, "lies.toml", gauge)
+        assert bool(found.details.get("notes")) is noted
+        distance = np.linalg.norm(found.c2_mm - found.c1_mm)
+        assert distance == pytest.approx(block_distance_mm(gauge, 1, 14), abs=0.3)
 
 
 @pytest.mark.parametrize("percent", [0.3, -0.3, 0.9])

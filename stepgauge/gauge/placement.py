@@ -37,6 +37,8 @@ STATE_KIND = (
     "of a machine tool or printer, whose scale may be off by 1 %, give the machine file"
     ' with kind = "machine tool" or "printer" in [machine]'
 )
+STATED_TO_MM = (1.0, 0.1, 0.01)
+"""Digits to which a person states coordinates; finer ones are within any tolerance."""
 UPRIGHT_SIN = 1e-3
 """An axis within this angle of the vertical has no yaw."""
 
@@ -241,6 +243,11 @@ def _certified_distance(placement: Placement, path: str | Path, gauge: Gauge, sc
     off_mm = found - certified
     if abs(off_mm) <= distance_tolerance_mm(certified):
         return placement
+    half = placement.axis * off_mm / 2.0
+    details = {**placement.details, "too_long_mm": round(off_mm, 4)}
+    moved = replace(placement, c1_mm=placement.c1_mm + half, c2_mm=placement.c2_mm - half, details=details)
+    if abs(off_mm) <= rounding_mm(placement):
+        return moved
     if abs(off_mm) > scaled_tolerance_mm(gauge, blocks, scale_error):
         expected = f"{certified:.3f} mm"
         if abs(off_mm) <= scaled_tolerance_mm(gauge, blocks, POSSIBLE_SCALE_ERROR):
@@ -254,10 +261,15 @@ def _certified_distance(placement: Placement, path: str | Path, gauge: Gauge, sc
             found=f"{found:.3f} mm apart",
             expected=expected,
         )
-    half = placement.axis * off_mm / 2.0
     notes = [*placement.details.get("notes", ()), scale_note(off_mm, certified)]
-    details = {**placement.details, "too_long_mm": round(off_mm, 4), "notes": notes}
-    return replace(placement, c1_mm=placement.c1_mm + half, c2_mm=placement.c2_mm - half, details=details)
+    return replace(moved, details={**details, "notes": notes})
+
+
+def rounding_mm(placement: Placement) -> float:
+    """By how much the distance of the centres may be off since their coordinates are stated to so many digits, mm."""
+    every = np.concatenate([placement.c1_mm, placement.c2_mm])
+    step_mm = next((one for one in STATED_TO_MM if np.allclose(every / one, np.round(every / one), 0.0, 1e-6)), 0.0)
+    return step_mm * float(np.abs(placement.axis).sum())  # half a step at either end
 
 
 def scale_note(off_mm: float, certified_mm: float) -> str:
