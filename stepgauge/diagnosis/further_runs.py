@@ -31,7 +31,7 @@ CYCLES = 2
 MARGIN_MM = np.array([40.0, 40.0, 60.0])
 """Distance to the travel limits for stand-off, clearance and lift, on x, y and z."""
 SAME_PLACE_MM = 10.0
-"""Distance below which a person lays a gauge where it lay."""
+"""Distance below which a run uses a placement that was recorded, and lays the gauge there again."""
 SPEED_FACTOR = 3.0
 PAUSE_S = 120.0
 """Between two runs, s."""
@@ -121,29 +121,30 @@ def laid_elsewhere(data: Residuals, here: Placement) -> Iterator[FurtherRun]:
     options = [("the gauge end for end in the same position", middle, -here.axis)]
     options += [(_moved(m, middle), m, here.axis) for m in _shifts(data, middle, here.axis, length)]
     options = [one for one in options if _is_inside(one[1], *_room(data, one[2], length))]
-    lain = list(_lain(data))
+    lain = [placement_of(data, number) for number in range(int(data.placement.max()) + 1)]
     for words, direction in _directions():
         centre = _turned_about(data, middle, direction, length)
         if abs(direction @ here.axis) < 0.98 and centre is not None:
-            known = any(_is_there(centre, direction, one) for one in lain)
+            before = next((one for one in lain if _is_there(centre, direction, one)), None)
+            centre, direction = (_centre(before), before.axis) if before else (centre, direction)
             about = f"the gauge along {words}, about {_text(centre)}"
-            options.append((f"{about}, as it lay before" if known else about, centre, direction))
+            options.append((f"{about}, as it lay before" if before else about, centre, direction))
     for words, centre, axis in options:
         if abs(axis[2]) < STANDING_COS:
             half = axis * length / 2.0
             yield FurtherRun(words, make_placement(centre - half, centre + half, here.first_block, here.last_block))
 
 
-def _lain(data: Residuals) -> Iterator[tuple[Array, Array]]:
-    """Centre (3,), mm, and direction (3,) of the gauge in every placement so far."""
-    position, number = data.frame[POSITION].to_numpy(float), data.frame["placement"].to_numpy()
-    for one, axis in data.probings.setting.axis.items():
-        yield position[number == one].mean(axis=0), axis
+def _centre(placement: Placement) -> Array:
+    """Middle between the centres of its two blocks (3,), mm."""
+    middle: Array = (placement.c1_mm + placement.c2_mm) / 2.0
+    return middle
 
 
-def _is_there(centre: Array, direction: Array, lain: tuple[Array, Array]) -> bool:
+def _is_there(centre: Array, direction: Array, lain: Placement) -> bool:
     """Whether a gauge lay about there in this direction, either end first."""
-    return abs(float(direction @ lain[1])) > 0.98 and float(np.linalg.norm(centre - lain[0])) < SAME_PLACE_MM
+    near = float(np.linalg.norm(centre - _centre(lain))) < SAME_PLACE_MM
+    return abs(float(direction @ lain.axis)) > 0.98 and near
 
 
 def _is_inside(centre: Array, low: Array, high: Array) -> bool:
@@ -185,11 +186,11 @@ def _directions() -> Iterator[tuple[str, Array]]:
     yield "an incline of 30 deg over y", np.array([0.0, np.sqrt(0.75), 0.5])
 
 
-def placement_of(data: Residuals) -> Placement:
-    """The first placement of the gauge, from its probings."""
-    number = int(data.frame["placement"].iloc[int(np.flatnonzero(data.placement == 0)[0])])
+def placement_of(data: Residuals, place: int = 0) -> Placement:
+    """A placement of the gauge, by default the first, from its probings."""
+    rows = data.placement == place
+    number = int(data.frame["placement"].iloc[int(np.flatnonzero(rows)[0])])
     axis = data.probings.setting.axis[number]
-    rows = data.placement == 0
     position = data.frame[POSITION].to_numpy(float)[rows]
     face_one = (position - data.gauge.position_mm[data.face[rows] - 1][:, None] * axis).mean(axis=0)
     c1, c2 = (face_one + axis * data.gauge.block_centre_mm[block] for block in (0, -1))

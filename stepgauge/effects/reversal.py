@@ -38,7 +38,8 @@ class ReversalError(Effect):
         "{axis} indicates {um} {um:more|less} when probed towards + than towards -: backlash, hysteresis of the"
         " drive, or a pre-travel that depends on the direction. The size of a block has this error.",
         "Drive {axis} to a dial gauge from both sides: if it does not differ, the cause is the probe.",
-        "{steps:{axis:$160|$161|$162}: {um:=±mm}, backlash of {axis} of grblHAL (BACKLASH of LinuxCNC)|A backlash of"
+        "{steps:{axis:$160|$161|$162}: {um:=±mm}, backlash of {axis} of grblHAL (BACKLASH of"
+        " [JOINT_{axis:0|1|2}] in the ini of LinuxCNC)|A backlash of"
         " {axis}, {um:plus|minus} {um:±}}; or adjust the drive, or qualify the probe.",
         german=Wording(
             "Umkehrspanne",
@@ -46,7 +47,8 @@ class ReversalError(Effect):
             " Antriebs oder ein richtungsabhängiger Vorlaufweg. Die Größe eines Blocks hat diesen Fehler.",
             "{axis} von beiden Seiten an eine Messuhr fahren: Zeigt sie keinen Unterschied, ist der Taster die"
             " Ursache.",
-            "{steps:{axis:$160|$161|$162}: {um:=±mm}, Lose von {axis} bei grblHAL (BACKLASH bei LinuxCNC)|Lose von"
+            "{steps:{axis:$160|$161|$162}: {um:=±mm}, Lose von {axis} bei grblHAL (BACKLASH in"
+            " [JOINT_{axis:0|1|2}] der ini von LinuxCNC)|Lose von"
             " {axis} {um:plus|minus} {um:±}}; oder den Antrieb einstellen, oder den Taster neu einmessen.",
         ),
     )

@@ -29,15 +29,17 @@ class ScaleError(Effect):
         "The {axis} scale indicates {ppm} too {ppm:long|short}, up to {largest} in this recording.",
         "Compare {steps:the steps per mm|the linear correction} of {axis} in the controller, and the temperature of"
         " the {axis} {steps:screw|scale} in the machine file, with what is there.",
-        "{steps:{axis:$100|$101|$102}: x {ppm:factor}, steps per mm of {axis} of grbl (M92 of Marlin); or a|A} linear"
-        " correction of {axis} that divides by {steps:it|{ppm:factor}}.",
+        "{steps:{axis:$100|$101|$102}: x {ppm:factor} (commanded over true way), steps per mm of {axis} of grbl (M92 of"
+        " Marlin, SCALE of [JOINT_{axis:0|1|2}] in the ini of LinuxCNC); or a|A} linear correction of {axis} that"
+        " divides by {steps:it|{ppm:factor}}.",
         german=Wording(
             "Maßstabsfehler",
             "Der Maßstab {axis} zeigt {ppm} zu {ppm:viel|wenig} an, in diesen Messdaten bis {largest}.",
             "Die {steps:Schritte je mm|lineare Korrektur} von {axis} in der Steuerung und die Temperatur {steps:der"
             " Spindel|des Maßstabs} {axis} in der Maschinendatei mit dem vergleichen, was da ist.",
-            "{steps:{axis:$100|$101|$102}: x {ppm:factor}, Schritte je mm von {axis} bei grbl (M92 bei Marlin); oder"
-            " eine|Eine} lineare Korrektur von {axis}, die durch {steps:diese Zahl|{ppm:factor}} teilt.",
+            "{steps:{axis:$100|$101|$102}: x {ppm:factor} (befohlener durch wahren Weg), Schritte je mm von {axis} bei"
+            " grbl (M92 bei Marlin, SCALE in [JOINT_{axis:0|1|2}] der ini von LinuxCNC); oder eine|Eine} lineare"
+            " Korrektur von {axis}, die durch {steps:diese Zahl|{ppm:factor}} teilt.",
         ),
     )
     axis_words: ClassVar[Wording | None] = Wording(
@@ -45,15 +47,15 @@ class ScaleError(Effect):
         "In proportion to position the readings are {ppm} too {ppm:long|short}. A wrong temperature or"
         " coefficient of expansion, and a line of measurement at an angle to the axis, look the same.",
         "Measure the temperature of the scale, state its coefficient of expansion, and align the line of measurement.",
-        "If it stays, in the controller: steps per unit divided by {ppm:factor}, or a linear correction that takes"
-        " {ppm:±} {ppm:off|on}.",
+        "If it stays, in the controller: steps per unit divided by {ppm:factor} (times commanded over true way),"
+        " or a linear correction that takes {ppm:±} {ppm:off|on}.",
         german=Wording(
             "Maßstabsfehler",
             "Die Werte sind im Verhältnis zur Position um {ppm} zu {ppm:groß|klein}. Eine falsche Temperatur,"
             " ein falscher Ausdehnungskoeffizient oder eine schräge Messlinie sehen ebenso aus.",
             "Die Temperatur des Maßstabs messen, seinen Ausdehnungskoeffizienten angeben und die Messlinie ausrichten.",
-            "Bleibt es, in der Steuerung: Schritte je Einheit geteilt durch {ppm:factor}, oder eine lineare Korrektur,"
-            " die {ppm:±} {ppm:wegnimmt|hinzufügt}.",
+            "Bleibt es, in der Steuerung: Schritte je Einheit geteilt durch {ppm:factor} (mal befohlener durch wahren"
+            " Weg), oder eine lineare Korrektur, die {ppm:±} {ppm:wegnimmt|hinzufügt}.",
         ),
     )
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")

@@ -1,20 +1,20 @@
 """Moves to program text through a Jinja template, a shipped one or the user's own, in Jinja's sandbox.
 
-A template sees ``program`` (``name``, ``tool``, ``stylus``), ``settings`` (the fields of
-:class:`~stepgauge.motion.moves.ProbingSettings`), ``start`` (moves before the first point), ``points`` (each with
-``name``, ``number``, ``moves`` and ``measure``), ``finish`` (moves after the last point), ``control`` (the options of
-the dialect, and its ``name``), ``version``, and ``checked``: words on whether the text was read back. Every move has
-``name``, ``tip`` (x, y, z of the tip centre), ``free`` (the probe is still deflected from the touch before, so that no
-search is possible) and ``still`` (it goes nowhere, and may be left out); a measuring one also ``contact`` (surface
-point), ``approach`` and ``normal`` (unit vectors) and ``search_end``. All of it are copied values:
-a template cannot reach the plan. Filters: ``fixed(n)`` prints n decimals and never -0, ``signed(n)`` also a
-plus; ``plain`` keeps letters, digits,
-space, dot, dash and underscore. A template may extend a shipped one by its file name, and then states only the blocks
-that differ.
+A template sees ``program`` (``name``, ``tool``, ``stylus``, ``ends``: the first point and the farthest from it),
+``settings`` (the fields of :class:`~stepgauge.motion.moves.ProbingSettings`), ``start`` (moves before the first point),
+``points`` (each with ``name``, ``number``, ``moves`` and ``measure``), ``finish`` (moves after the last point),
+``control`` (the options of the dialect, and its ``name``), ``version``, and ``checked``: words on whether the text was
+read back. Every move has ``name``, ``tip`` (x, y, z of the tip centre), ``free`` (the probe is still deflected from the
+touch before, so that no search is possible) and ``still`` (it goes nowhere, and may be left out); a measuring one also
+``contact`` (surface point), ``approach`` and ``normal`` (unit vectors) and ``search_end``. All of it are copied values:
+a template cannot reach the plan. Filters: ``fixed(n)`` prints n decimals and never -0, ``signed(n)`` also a plus;
+``plain`` keeps letters, digits, space, dot, dash and underscore. A template may extend a shipped one by its file name,
+and then states only the blocks that differ.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -49,8 +49,9 @@ def render(program: Program, dialect: Dialect, template: str | Path | None = Non
 def _context(program: Program, dialect: Dialect, checked: str) -> dict[str, object]:
     seen = _moves(program)
     points = [group for group in seen if "measure" in group]
+    stylus, tool = _xyz(program.stylus or DOWN), program.tool or dialect.tool
     return {
-        "program": {"name": program.name, "tool": program.tool or dialect.tool, "stylus": _xyz(program.stylus or DOWN)},
+        "program": {"name": program.name, "tool": tool, "stylus": stylus, "ends": _ends(points)},
         "settings": program.settings,
         "start": seen[0]["moves"],
         "points": points,
@@ -59,6 +60,12 @@ def _context(program: Program, dialect: Dialect, checked: str) -> dict[str, obje
         "version": __version__,
         "checked": checked,
     }
+
+
+def _ends(points: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The first point and the farthest from it, by their contacts: where the gauge lies."""
+    places = [list(point["measure"]["contact"].values()) for point in points]
+    return [points[0], max(zip(points, places, strict=True), key=lambda one: math.dist(one[1], places[0]))[0]]
 
 
 def _moves(program: Program) -> list[dict[str, Any]]:

@@ -13,7 +13,7 @@ from stepgauge.diagnosis.further_runs import FurtherRun, can_be_planned, further
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.errors import InputError
 from stepgauge.gauge.placement import make_placement
-from tests.diagnosis.made import ALONG_X, ALONG_Y, SCALE, gauge, machine, record
+from tests.diagnosis.made import ALONG_X, ALONG_Y, BLOCKS, SCALE, gauge, machine, record
 
 
 def is_planned(run: FurtherRun) -> bool:
@@ -59,3 +59,16 @@ def test_on_a_small_mill_the_gauge_can_be_turned_where_it_lies(tmp_path: Path) -
     planned = [run.words.partition(", about")[0] for run in further_runs(data) if can_be_planned(run, data)]
     for words in ("the diagonal of x and y", "the diagonal of x and -y"):
         assert f"the gauge along {words}" in planned
+
+
+def test_a_gauge_that_is_laid_as_it_lay_before_lies_where_it_was_recorded() -> None:
+    """Within 10 mm of a placement that was recorded that one is proposed, and no other is called so."""
+    alone = make_residuals(record(machine(), (ALONG_X,), cycles=1), gauge(), machine())
+    there = next(run.placement for run in further_runs(alone) if "machine y" in run.words)
+    centre = (there.c1_mm + there.axis * np.ptp(gauge().block_centre_mm[:BLOCKS]) / 2.0).tolist()
+    for off_mm, known in ((6.0, True), (14.0, False)):
+        centres = ((350.0, 600.0, 250.0), (centre[0] + off_mm, *centre[1:]))
+        data = make_residuals(record(machine(), cycles=1, centres=centres), gauge(), machine())
+        (run,) = (one for one in further_runs(data) if "machine y" in one.words)
+        assert run.words.endswith("as it lay before") is known
+        assert np.allclose(run.placement.c1_mm - there.c1_mm, [off_mm * known, 0.0, 0.0], atol=0.05)

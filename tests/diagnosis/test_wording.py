@@ -159,8 +159,8 @@ def items(data: dict[str, Any]) -> dict[str, list[str]]:
 
 FACTOR = "1: Eine lineare Korrektur von y, die durch 1,00002504 ± 0,00000040 (k = 2) teilt."
 STEPS = (
-    "1: $101: x 1,00002504 ± 0,00000040 (k = 2), Schritte je mm von y bei grbl (M92 bei Marlin);"
-    " oder eine lineare Korrektur von y, die durch diese Zahl teilt."
+    "1: $101: x 1,00002504 ± 0,00000040 (k = 2) (befohlener durch wahren Weg), Schritte je mm von y bei grbl (M92 bei"
+    " Marlin, SCALE in [JOINT_1] der ini von LinuxCNC); oder eine lineare Korrektur von y, die durch diese Zahl teilt."
 )
 
 
