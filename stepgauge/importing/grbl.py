@@ -60,7 +60,9 @@ def read(text: str, path: str) -> ProbeLog:
     if last is not None and last[0] > lines.at[-1]:  # it follows a contact on the way, which is no reading
         found = f"ALARM:4 after {len(values)} contacts, the last of them on the way"
         lines.fail("the program was stopped", found, line=last[0])
-    return lines.log("console of grbl", values[:, :3], units=_units(text))
+    time_s = lines.clock_s()
+    mapped = () if time_s is None else ("time_s from the clock",)
+    return lines.log("console of grbl", values[:, :3], units=_units(text), time_s=time_s, mapped=mapped)
 
 
 def _note(lines: LogLines, stopped: re.Match[str]) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from stepgauge.correspondence.probe_log import ProbeLog
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array
+from stepgauge.importing.tables.clock import read_clock, stamp_in
 
 
 class LogLines:
@@ -60,6 +61,23 @@ class LogLines:
             row = int(moved.argmax())
             found, expected = " ".join(f"{value:g}" for value in other[row]), "0 in all other axes (a b c u v w)"
             self.fail("an axis other than x, y, z was moved", found, expected, self.at[row])
+
+    def clock_s(self) -> Array | None:
+        """Seconds since the first point by the clock before the lines of all points; None where not all have one.
+
+        A clock that does not go on, or is not understood, is left out with a note.
+        """
+        every = self._whole.splitlines()
+        stamps = [stamp_in(every[line - 1].rpartition("[")[0]) for line in self.at]
+        if None in stamps:
+            return None
+        try:
+            elapsed_s = read_clock(stamps, lambda _: self.path, "time").elapsed_s
+        except InputError as error:
+            elapsed_s = np.array([np.nan])
+            self.notes.append(f"dropped: times that are not understood ({error.found})")
+        goes_on = bool((np.diff(elapsed_s) >= 0.0).all()) and float(np.ptp(elapsed_s)) > 0.0
+        return elapsed_s.round(6) if goes_on else None
 
     def log(self, form: str, position_mm: Array, **known: Any) -> ProbeLog:
         """The log of these lines; ``known``: further fields of :class:`ProbeLog`."""

@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -339,3 +340,19 @@ def test_without_a_program_a_face_that_was_missed_once_is_no_other_face(tmp_path
     named = re.findall(r'accept="(\w+)"', str(error.value))
     assert {"missing", "doubled"} <= set(named)
     assert len(imported(tmp_path, text, *named, program=False).recording) == len(PRINTED) - 1
+
+
+@pytest.mark.parametrize(
+    ("stamps", "elapsed_s"),
+    [
+        (("23:59:58.5", "00:00:01.5", "00:00:02"), [0.0, 3.0, 3.5]),
+        (("[2026-11-02 10:00:00]", "[2026-11-02 10:00:07]", "[2026-11-02 10:00:07]"), [0.0, 7.0, 7.0]),
+        (("10:00:00", "", "10:00:02"), None),
+        (("10:00:00", "10:00:00", "10:00:00"), None),
+        (("", "", ""), None),
+    ],
+)
+def test_the_clock_that_a_terminal_puts_before_lines_is_their_time(stamps: Any, elapsed_s: Any) -> None:
+    text = "".join(f"{stamp} [PRB:1.000,{n}.000,3.000:1]\nok\n" for n, stamp in enumerate(stamps))
+    time_s = FORMATS["grbl"].read(text, "log").time_s
+    assert (None if time_s is None else time_s.tolist()) == elapsed_s
