@@ -7,6 +7,7 @@ line of at most :data:`LONGEST` printable characters: a file can neither fill th
 from __future__ import annotations
 
 import difflib
+import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -296,6 +297,16 @@ def _place(text: str, longest: int) -> str:
     return _cut(f".../{file.rpartition('/')[2]}{space}{inside}" if "/" in file else text, longest)
 
 
+def no_such_file(path: str | PathLike[str]) -> InputError:
+    """That a file is not there, with the one of its folder whose name is most like it."""
+    folder, name = os.path.split(path)
+    try:
+        near = difflib.get_close_matches(name, os.listdir(folder or "."), 1, cutoff=0.7)
+    except OSError:
+        near = []
+    return InputError(path, "no such file", expected=f"{os.path.join(folder, near[0])}?" if near else None)
+
+
 @contextmanager
 def reading(path: str | PathLike[str], what: str = "file") -> Iterator[None]:
     """Whatever fails inside is an :class:`InputError` of ``path``; ``what`` it should be, in words."""
@@ -306,7 +317,7 @@ def reading(path: str | PathLike[str], what: str = "file") -> Iterator[None]:
     except InputError:
         raise
     except FileNotFoundError as error:
-        raise InputError(error.filename or path, "no such file") from None
+        raise no_such_file(error.filename or path) from None
     except IsADirectoryError:
         raise InputError(path, "this is a folder", expected="a file") from None
     except OSError as error:

@@ -723,16 +723,24 @@ def test_a_recording_in_inches_is_read_from_its_file_as_from_a_table(measured: d
 
 
 @pytest.mark.parametrize("given", ["axsi.csv", ["axsi.csv", "axsi-2.csv"]])
-def test_a_file_that_is_not_there_is_told_before_whatever_else_is_missing(given: Any) -> None:
+def test_a_file_that_is_not_there_is_told_before_whatever_else_is_missing(
+    given: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the file of the folder that may have been meant, if any."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("axis.csv", "axis.toml", "notes.txt"):
+        Path(name).touch()
     one_file = given[0] if isinstance(given, list) else given
     for verb in (sg.diagnose, sg.iso230, partial(sg.evaluate, gauge=GAUGE)):
-        with pytest.raises(sg.InputError, match=r"^axsi\.csv: no such file$"):
+        with pytest.raises(sg.InputError, match=r"^axsi\.csv: no such file; expected axis\.csv\?$"):
             verb(given)
         with pytest.raises(sg.InputError, match="recordings: there is none; expected one recording or more"):
             verb([])
     for verb in (partial(sg.iso230_3, test="etve"), partial(sg.compensate, to="csv", axis="x")):
-        with pytest.raises(sg.InputError, match=r"^axsi\.csv: no such file$"):
+        with pytest.raises(sg.InputError, match=r"^axsi\.csv: no such file; expected axis\.csv\?$"):
             verb(one_file)
+    with pytest.raises(sg.InputError, match=r"^other\.dat: no such file$"):
+        sg.diagnose("other.dat")
 
 
 def test_an_option_that_is_there_several_times_is_a_list_in_python() -> None:

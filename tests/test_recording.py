@@ -190,6 +190,7 @@ def test_joined_recordings_number_their_placements_on(tmp_path: Path) -> None:
     assert len(joined.select_placement(2)) == 3
     own = Recording(two.frame.assign(placement=5), two.comments)
     assert join_recordings([one, own]).placements == [1, 5]
+    assert join_recordings([one, own, own]).placements == [1, 5, 6]
 
 
 def test_a_small_table_is_read_as_a_large_one_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.axis.units import AxisUnits
-from stepgauge.errors import FRAME, InputError, at_row, reader
+from stepgauge.errors import FRAME, InputError, at_row, no_such_file, reader
 from stepgauge.files.arrays import Array
 from stepgauge.files.display import Plotted, join_lines
 from stepgauge.files.text import read_text, write_text
@@ -144,7 +144,7 @@ def is_axis_recording(path: str | Path) -> bool:
     :class:`InputError` where there is nothing of this name: whatever else is missing is asked for afterwards.
     """
     if not Path(path).exists():
-        raise InputError(path, "no such file")
+        raise no_such_file(path)
     if not Path(path).is_file():
         return False
     try:

@@ -204,8 +204,9 @@ def join_recordings(recordings: Sequence[Recording]) -> Recording:
     parts, taken = list[Recording](), 0
     for recording in recordings:
         own = recording.columns["placement"]
-        known = own.min(initial=taken + 1) <= taken  # a run may have ended before its first touch
-        parts.append(recording.assign_columns(placement=own + taken) if known else recording)
+        least = int(own.min(initial=taken + 1))  # a run may have ended before its first touch
+        on = own - least + taken + 1
+        parts.append(recording.assign_columns(placement=on) if least <= taken else recording)
         taken = int(parts[-1].columns["placement"].max(initial=taken))
     comments: dict[str, str] = {}
     for recording in recordings:
