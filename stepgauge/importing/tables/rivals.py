@@ -29,7 +29,7 @@ from stepgauge.importing.tables.columns import (
 )
 from stepgauge.importing.tables.grid import Table
 from stepgauge.importing.tables.kinds import check_kinds
-from stepgauge.importing.tables.questions import Decisions, column_answer, shown
+from stepgauge.importing.tables.questions import Decisions, QuestionAnswer, column_answer, shown
 from stepgauge.importing.tables.read import TableLayout
 from stepgauge.importing.tables.vocabulary import LABEL, WORDS, split_name, travel_of, words_of
 
@@ -43,6 +43,8 @@ FOLLOWS = 0.2
 """Readings follow their targets with slope 1, within this in any unit of the same size."""
 AGREES = 0.02
 """Of the span of the deviations, beside their last digits: what is told twice may differ by as much."""
+FEWEST_AGAIN = 4
+"""Different numbers of a column, each as often as the others, from which that is no chance."""
 TEMPERATURES_C = (-80.0, 400.0)
 """What a column of temperatures beside a measurement may hold."""
 
@@ -278,8 +280,10 @@ def _check_told_twice(table: Table, roles: list[Column], decisions: Decisions) -
     )
     if target is not None and deviation is not None and reading is None:
         _check_rival(table, target, deviation, roles, decisions)
+        _check_exchanged(table, target, deviation, decisions)
     if target is None or reading is None:
         return
+    _check_exchanged(table, target, reading, decisions)
     places, values = table.numbers(target.place), table.numbers(reading.place)
     if not (np.isfinite(places).all() and np.isfinite(values).all()):
         return
@@ -297,6 +301,20 @@ def _check_told_twice(table: Table, roles: list[Column], decisions: Decisions) -
             column_answer(Role.TARGET, reading.header, "if so"),
         )
         decisions.ask(table.path, what, *ways)
+
+
+def _check_exchanged(table: Table, target: Column, value: Column, decisions: Decisions) -> None:
+    """Targets come again in every run, each as often, and what is read there does not: else the names are exchanged."""
+    often = np.unique(table.numbers(value.place), return_counts=True)[1]
+    seldom = 2 * len(np.unique(table.numbers(target.place))) > len(table)
+    if len(often) < FEWEST_AGAIN or np.ptp(often) or often[0] < 2 or not seldom:
+        return
+    names = list(table.headers)
+    names[target.place], names[value.place] = value.header, target.header
+    what = f"{value.header!r} comes again and again, and {target.header!r} does not: are they exchanged?"
+    ways = (QuestionAnswer("header", ";".join(names), "if so"), column_answer(Role.TARGET, target.header, "if not"))
+    decisions.ask(table.path, what, *ways)
+    decisions.settle()  # all that follows would be of the wrong column
 
 
 def _check_rival(table: Table, target: Column, deviation: Column, roles: list[Column], decisions: Decisions) -> None:

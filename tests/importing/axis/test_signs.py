@@ -155,3 +155,18 @@ def test_a_stated_unit_of_deviations_makes_none_of_readings(factor: float, words
         sg.import_recording(
             pd.DataFrame({"target_mm": target, "reading": read}), sensor="laser", deviation_unit="um"
         ).settled()
+
+
+@pytest.mark.parametrize("value", ["error_um", "actual_mm"])
+def test_names_of_targets_and_readings_that_are_exchanged_are_asked_about(value: str) -> None:
+    """Targets come again in every run; under the name of what is read there they are told by that."""
+    target = np.tile(np.r_[0.0:401.0:20.0], 3)
+    away = np.random.default_rng(1).normal(0.0, 0.4, len(target)).round(4)
+    read = away if value == "error_um" else target + 1e-3 * away
+    right = pd.DataFrame({"run": np.repeat([1, 2, 3], 21), "target_mm": target, value: read})
+    wrong = right.rename(columns={"target_mm": value, value: "target_mm"})
+    assert sg.import_recording(right, sensor="laser").recording is not None
+    choices = {one.argument: one.value for one in sg.import_recording(wrong, sensor="laser").questions[0].choices}
+    assert choices["header"] == f"run;target_mm;{value}"
+    settled = sg.import_recording(wrong, sensor="laser", header=choices["header"]).settled()
+    pd.testing.assert_frame_equal(settled.frame, sg.import_recording(right, sensor="laser").settled().frame)
