@@ -110,5 +110,6 @@ def remedy_of_structure(
     known = declared("structure")
     found = {known.get(form, known.get(covariate)) for form in forms}
     own = (found.pop() if len(found) == 1 else None) or known.get(covariate, known["any"])
-    words, values = own.said_in(language), {"covariate": {"value": called}, "warms": {"value": warms}}
+    words = own.said_in(language)
+    values: dict[str, dict[str, Any]] = {"covariate": {"value": called}, "warms": {"value": warms}}
     return Wording(check=filled(words.check, values), repair=words.repair)
