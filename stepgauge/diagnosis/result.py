@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.wording.notation import members_of, rms_of, single_readings
-from stepgauge.effects import Effect, effect_kinds
+from stepgauge.effects import Effect
 from stepgauge.errors import InputError
 from stepgauge.files.arrays import Array, read_arrays
 from stepgauge.files.checksum import file_sha256
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stepgauge.diagnosis.remainder import MayRemain
-    from stepgauge.diagnosis.wording.findings import Subject
     from stepgauge.figures.axis import DrawnAxis
     from stepgauge.figures.diagnosis import DrawnDiagnosis
 
@@ -41,8 +39,6 @@ NEEDED = ("verdict", "effects", "unexplained", "fit", "inputs")
 """Keys that every diagnosis has."""
 OF_THE_FILE = {"format", "stepgauge", "inputs", "made_from", "checksum", "remarks"}
 """Keys that say where a diagnosis comes from and of the files beside it, and nothing of the machine."""
-NUMBERS = ["kind", "effect", "probability", "parameter", "value", "u", "unit", "bound", "rival_of", "meaning"]
-"""Columns of the table of a diagnosis."""
 Verdict = Literal["adequate", "effects", "unknown", "insufficient"]
 
 
@@ -213,10 +209,9 @@ class Diagnosis(Plotted):
         recording, ``value`` how far; ``rival_of``: the finding in whose place it may stand, empty for what is stated;
         ``meaning``: of the value, with its sign, as the effect declares it.
         """
-        from stepgauge.diagnosis.wording.findings import subject
+        from stepgauge.diagnosis.output.numbers import number_table
 
-        rows = [*_numbers(self.contents["effects"], subject(self.contents)), *_structure(self.contents["unexplained"])]
-        return pd.DataFrame(rows, columns=NUMBERS).fillna({"meaning": ""})
+        return number_table(self.contents)
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``diagnosis.json`` and, where the readings are at hand, all that stands beside it; returns the paths.
@@ -256,31 +251,6 @@ def _states_the_same(path: str, stated_sha256: str | None) -> bool:
         return stated_sha256 is not None and stated_digest(read_machine(path)) == stated_sha256
     except InputError:
         return False
-
-
-def _numbers(effects: Sequence[Mapping[str, Any]], at: Subject) -> Iterator[dict[str, Any]]:
-    for effect in effects:
-        for one in members_of(effect):
-            share, of = one["conditional_probability"], effect["label"]
-            p = effect["own_probability"] if share is None else share * effect["probability"]
-            rival = {"rival_of": "" if one["label"] == of else of}
-            head = {"kind": one["kind"], "effect": one["label"], "probability": p, **rival}
-            declared = effect_kinds(every=True).get(one["kind"], Effect).parameters()
-            meanings = {at.key(parameter.name): parameter.meaning for parameter in declared}
-            numbers = {name: number for name, number in one["parameters"].items() if "unit" in number}
-            for name, number in (single_readings(one) or numbers or {"": {"unit": ""}}).items():
-                value, u = (np.nan if number.get(key) is None else number[key] for key in ("value", "u"))
-                known = {"value": value, "u": u, "unit": number["unit"], "bound": number.get("bound", "")}
-                known["meaning"] = meanings.get(name, "")
-                yield {**head, "parameter": name, **known}
-
-
-def _structure(forms: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Structure without a law: where it is, its share of the systematic residuals, and its root mean square."""
-    for form in forms:
-        head = {"kind": "structure", "effect": form["where"], "probability": form["probability"]}
-        for name, number in {"share": {"value": form["share"], "unit": ""}, **rms_of(form)}.items():
-            yield {**head, "parameter": name, **number, "u": np.nan, "bound": "", "rival_of": ""}
 
 
 def read_diagnosis(path: str | Path) -> Diagnosis:

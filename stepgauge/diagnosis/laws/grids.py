@@ -100,7 +100,7 @@ def shapes_of(
     """
     shaped = [p for p in law.parameters() if p.role == "nonlinear"]
     values = [_values(law, p, choices, data) for p in shaped]
-    values = [_with_leads(v) if leads and p.grid is periods_along else v for p, v in zip(shaped, values, strict=True)]
+    values = [_add_leads(v) if leads and p.grid is periods_along else v for p, v in zip(shaped, values, strict=True)]
     undeclared = [i for i, one in enumerate(values) if one is None]
     for i in undeclared:
         most = (MOST_SHAPES / max(_count(values), 1)) ** (1.0 / len(undeclared))
@@ -109,7 +109,7 @@ def shapes_of(
         )
     weights = [log_weights(p, v, law, data, choices) for p, v in zip(shaped, values, strict=True)]
     weights = [
-        _of_leads(w, v, leads) if leads and p.grid is periods_along else w
+        _prior_leads(w, v, leads) if leads and p.grid is periods_along else w
         for p, v, w in zip(shaped, values, weights, strict=True)
     ]
     names = [p.name for p in shaped]
@@ -127,14 +127,14 @@ def _values(law: type[Effect], p: Parameter, choices: Mapping[str, Any], data: R
     return [p.default] if p.sensible is None else None
 
 
-def _with_leads(periods: list[Any] | None) -> list[float]:
+def _add_leads(periods: list[Any] | None) -> list[float]:
     """Periods with the usual leads of screws among them, the longest first; none where no period can be told."""
     if not periods:
         return []
     return sorted({*periods, *(lead for lead in LEADS_MM if lead < max(periods))}, reverse=True)
 
 
-def _of_leads(log_weight: Array, periods: list[Any] | None, share: float) -> Array:
+def _prior_leads(log_weight: Array, periods: list[Any] | None, share: float) -> Array:
     """The prior of periods ``(k,)`` of which a share is of usual leads of screws."""
     of_lead = np.isin(np.array(periods, float), LEADS_MM) * (share / len(LEADS_MM))
     return np.asarray(np.log((1.0 - share) * np.exp(log_weight) + of_lead))
