@@ -39,6 +39,8 @@ NEARLY = 0.95
 """Part of the largest expected information from which a run that is less trouble is taken."""
 LEAST_NATS = 0.03
 """A run that is expected to tell less is not worth a person's way to the machine, nats."""
+RAISED_NATS = 0.2
+"""The same of one for which a person builds supports, where it would exclude but what is unlikely anyway."""
 NO_SEPARATION = "no measurement within this travel is sure to tell them apart: check each cause by itself"
 UNSOUGHT = "not looked for among many recordings; 'stepgauge diagnose' of this one does"
 
@@ -122,7 +124,8 @@ class Design:
             distance = every[np.ix_(places, places)]
             gain = expected_information_gain(question.probability, distance)
             excludes = tuple(one for one, chi2 in zip(rivals, distance[0, 1:], strict=True) if chi2 > TELLING)
-            if gain >= max(least_nats, 0.0 if excludes else LEAST_NATS):
+            worth = RAISED_NATS if run.raised else 0.0 if excludes else LEAST_NATS
+            if gain >= max(least_nats, worth):
                 leaves = tuple(one for one in rivals if one not in excludes)
                 found.append(ProposedRun(run, gain, excludes, leaves))
         best, excluded = self._least_trouble(found), {answer for one in found for answer in one.excludes}

@@ -32,6 +32,8 @@ MARGIN_MM = np.array([40.0, 40.0, 60.0])
 """Distance to the travel limits for stand-off, clearance and lift, on x, y and z."""
 SAME_PLACE_MM = 10.0
 """Distance below which a run uses a placement that was recorded, and lays the gauge there again."""
+LEVEL_SIN = 0.1
+"""Change of its incline up to which a gauge needs nothing more to lie on."""
 SPEED_FACTOR = 3.0
 PAUSE_S = 120.0
 """Between two runs, s."""
@@ -48,6 +50,7 @@ class FurtherRun:
     ``blocks``: those that are measured (None: all); ``wait_s``: time before it; ``stays``: neither gauge nor stylus is
     touched, so that the origin is the one it had; ``stylus``: the number of the machine's stylus; ``changed``: it is
     put in for this run, so that the gauge is located and has a new origin even if it is ``kept`` as it lies.
+    ``raised``: something must be built for the gauge to lie on.
     """
 
     words: str
@@ -61,6 +64,7 @@ class FurtherRun:
     stylus: int = 1
     changed: bool = False
     kept: bool = False
+    raised: bool = False
 
     @property
     def is_laid(self) -> bool:
@@ -132,7 +136,9 @@ def laid_elsewhere(data: Residuals, here: Placement) -> Iterator[FurtherRun]:
     for words, centre, axis in options:
         if abs(axis[2]) < STANDING_COS:
             half = axis * length / 2.0
-            yield FurtherRun(words, make_placement(centre - half, centre + half, here.first_block, here.last_block))
+            lies = make_placement(centre - half, centre + half, here.first_block, here.last_block)
+            raised = abs(axis[2] - here.axis[2]) > LEVEL_SIN or centre[2] > middle[2] + SAME_PLACE_MM
+            yield FurtherRun(words, lies, raised=raised)
 
 
 def _centre(placement: Placement) -> Array:

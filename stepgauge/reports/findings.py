@@ -5,6 +5,7 @@ It is made from a ``diagnosis.json``, whatever was diagnosed.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -52,6 +53,8 @@ from stepgauge.languages.messages import parameter_name, translate_message
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
 Said = Mapping[str, Any]
+TELLING_PART = 0.25
+"""Part of what is open, nats, from which a measurement goes before the checks."""
 MOST_SIZES = 4
 """Numbers of a finding that its repair repeats; of more it is too long to read."""
 MOST_RIVALS, MOST_ROWS = 4, 8
@@ -236,6 +239,7 @@ def _again(said: Said, language: str) -> Iterator[str]:
     several = sum(bool(effect["commands"]) for _, effect in every) > 1
     for place, (number, effect) in enumerate(sorted(every, key=lambda one: -nats(one[1]))):
         key = "separate" if not several or not effect["commands"] else "separate_later" if place else "separate_first"
+        key = key if tells_enough(effect) or key == "separate_later" else "separate_little"
         yield f"{number}, {say(key, language, text=proposal(effect, language))}"
     for number, row in _structure(said):
         for one in row["open"]:
@@ -255,6 +259,15 @@ def _again(said: Said, language: str) -> Iterator[str]:
 def nats(one: Said) -> float:
     """What the measurement that a finding proposes is expected to decide; of an older file not known."""
     return float(one.get("expected_information_nats", 0.0))
+
+
+def tells_enough(one: Said) -> bool:
+    """Whether what is proposed is expected to tell a good part of which cause it is; of an older file not known."""
+    if not one.get("commands") or "expected_information_nats" not in one:
+        return True
+    shares = [float(each["conditional_probability"] or 0.0) for each in one.get("set", ())]
+    open_nats = sum(-p * math.log(p) for p in (*shares, 1.0 - sum(shares)) if 0.0 < p < 1.0)
+    return nats(one) >= TELLING_PART * open_nats
 
 
 def proposal(one: Said, language: str) -> str:

@@ -39,6 +39,11 @@ def key_of(name: str) -> str:
     return name.replace(" ", "_")
 
 
+def outcome_key(outcome: str, has_budget: bool) -> str:
+    """The key of a decision in words: what only lacks the uncertainty that nobody has computed is no decision yet."""
+    return "not_yet" if outcome == "not decidable" and not has_budget else key_of(outcome)
+
+
 def verdict(words: Words, judged: Conformity, has_budget: bool) -> dict[str, Any]:
     """The decision of page 1: how it looks, its word, and what it rests on; without a budget, how to get one."""
     worst = max(judged.faces, key=lambda one: abs(one.error_um) / one.limit_um)
@@ -61,7 +66,7 @@ def verdict(words: Words, judged: Conformity, has_budget: bool) -> dict[str, Any
     probabilities = [one.probability for one in judged.faces if one.probability is not None]
     if probabilities and judged.outcome != "no statement":
         lines.append(words("result.probability", least=words.number(100 * min(probabilities), 1)))
-    look, word = LOOK[judged.outcome], words(f"outcome.{key_of(judged.outcome)}")
+    look, word = LOOK[judged.outcome], words(f"outcome.{outcome_key(judged.outcome, has_budget)}")
     return {"look": look, "word": word, "lines": lines, "there": list(dict.fromkeys(there))}
 
 

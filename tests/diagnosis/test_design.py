@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stepgauge.diagnosis.design import RivalAnswers, _which_hypothesis, _which_of_set
+from stepgauge.diagnosis.design import Design, RivalAnswers, _which_hypothesis, _which_of_set
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.hypotheses import HypothesisTerm, RivalHypothesis
 from stepgauge.diagnosis.output.files import commands_in
@@ -66,6 +66,21 @@ def test_one_law_in_several_parts_of_a_record_is_one_rival() -> None:
     """Laws in parts of the record have the label of the law: a set with two of them ended in a traceback."""
     every = [hypothesis(0.6, "a"), hypothesis(0.3, "b"), hypothesis(0.1, "b", "b")]
     assert told(_which_of_set(finding("a", "b", "b"), every)) == [(["a"], 0.6), (["b"], 0.4)]
+
+
+@pytest.mark.parametrize(("raised", "p", "is_worth"), [(True, 0.013, False), (False, 0.013, True), (True, 0.1, True)])
+def test_supports_are_not_built_to_exclude_what_is_unlikely(
+    monkeypatch: pytest.MonkeyPatch, raised: bool, p: float, is_worth: bool
+) -> None:
+    """A gauge was to be raised by 436 mm against a rival of 1.3 %, while that of 32 % stayed."""
+    monkeypatch.setattr("stepgauge.diagnosis.design.can_be_planned", lambda *_: True)
+    every = [hypothesis(0.65, "a"), hypothesis(0.35 - p, "b"), hypothesis(p, "c")]
+    question = RivalAnswers(((one.laws, one) for one in every), frozenset("a"))
+    apart = np.array([[0.0, 0.0, 400.0], [0.0, 0.0, 400.0], [400.0, 400.0, 0.0]])
+    made: Any = SimpleNamespace(_index={id(one): k for k, one in enumerate(every)}, found=SimpleNamespace(data=None))
+    made._runs = [(SimpleNamespace(raised=raised), apart)]
+    made._least_trouble = lambda runs: Design._least_trouble(made, runs)
+    assert (Design.separate(made, question) is not None) == is_worth
 
 
 def followed(found: GaugeDiagnosis, folder: Path, on: Machine, first: Recording, start_s: float) -> Recording:

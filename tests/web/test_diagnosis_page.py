@@ -205,6 +205,23 @@ def test_the_measurement_that_decides_most_comes_first(tmp_path: Path) -> None:
     assert len(re.findall('<button class="main">Diese Messung planen', shown)) == 1
 
 
+@pytest.mark.parametrize(("nats", "is_main"), [(0.07, False), (0.5, True)])
+def test_what_tells_little_of_what_is_open_is_no_first_step(tmp_path: Path, nats: float, is_main: bool) -> None:
+    """The primary button excluded a cause of 1.3 %, and could not tell apart those of 65 and 32 %."""
+    folder, data = make_project(tmp_path / "project"), said_of("scale")
+    shares = {"scale_error_x": 0.65, "scale_temperature_x": 0.337, "angular_error_x_y": 0.013}
+    one = {**data["effects"][0], "aliases": {}}
+    alike = [{**one, "kind": name[:-2], "label": name, "conditional_probability": p} for name, p in shares.items()]
+    command = "stepgauge plan results/one/separate-1.toml -o results/one/separate-1.dmi"
+    run = {"separate_by": f"the gauge along machine y, about (1, 2, 3) mm: {command}", "commands": [command]}
+    data["effects"] = [{**one, "set": alike, **run, "expected_information_nats": nats}]
+    (folder / "results/one").mkdir(parents=True)
+    write_json(folder / "results/one/diagnosis.json", data)
+    shown = Asked(folder).get(diagnosis.show)
+    assert ('<button class="main">Plan this measurement' in shown) == is_main
+    assert ("tells little of what is open" in shown) != is_main
+
+
 def test_every_proposal_is_german() -> None:
     """Of a run that tells what has no law the page said 'the gauge along the diagonal of x and -y'."""
     places = [f"the gauge along {words}, about (375, 403, 143) mm" for words, _ in _directions()]

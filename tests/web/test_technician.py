@@ -115,7 +115,7 @@ def test_from_the_paper_certificate_to_the_signed_pdf(tmp_path: Path, watched: W
         page.get_by_role("button", name="Take it into the project").click()
         page.get_by_role("button", name="Evaluate").click()
 
-        page.get_by_text("Undecidable").first.wait_for()
+        page.get_by_text("Not decided yet").first.wait_for()
         page.locator("#errors [data-ready]").wait_for()
         page.get_by_role("button", name="Compute the uncertainty").first.click()
         page.locator(".verdict").get_by_text("U lacks: the resolution").wait_for()

@@ -62,7 +62,7 @@ def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
     from stepgauge.diagnosis.wording.headline import headline
     from stepgauge.diagnosis.wording.limits import warnings
     from stepgauge.reports.diagnosis import read_said
-    from stepgauge.reports.findings import do_first, nats
+    from stepgauge.reports.findings import do_first, nats, tells_enough
 
     said, _ = read_said(existing(site.folder, name))
     of_map = "map" in said["inputs"]
@@ -80,6 +80,7 @@ def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
         "structure": _structure(said, words),
         "of_map": of_map,
         "runs": sorted(proposed, key=lambda number: -nats(proposed[number])),
+        "little": [number for number, one in proposed.items() if not tells_enough(one)],
         "steps": [block for block in steps if block["kind"] != "code"],
     }
 
