@@ -162,6 +162,7 @@ def test_other_slips_are_named() -> None:
     assert "1-8 and 9-16 look swapped" in refused(np.roll(points, 8, axis=0), blocks, gauge)
     assert "not blocks 1 and 20: the distance fits blocks 1 and 21" in refused(points, (1, 20), gauge)
     assert "tip radius stated" in refused(points, blocks, gauge, tip_radius_mm=1.5)
+    assert "tip diameter is stated as its radius" in refused(points, blocks, gauge, tip_radius_mm=2.0 * RADIUS)
     in_line = points.copy()
     in_line[1] = (points[0] + points[2]) / 2
     assert "points 1, 2 and 3 are in line" in refused(in_line, blocks, gauge)

@@ -42,9 +42,12 @@ CONTRADICTION = 4.1
 def check_tip(found: Blocks, tip_radius_mm: float | None, where: str | Path) -> None:
     """:class:`InputError` where the stated tip radius is not that of the points."""
     if tip_radius_mm is not None and abs(found.tip_radius_mm - tip_radius_mm) > RADIUS_TOLERANCE_MM:
+        is_diameter = abs(found.tip_radius_mm - tip_radius_mm / 2.0) <= RADIUS_TOLERANCE_MM
         raise InputError(
             where,
-            "the tip radius stated is not the one the blocks give",
+            "the tip diameter is stated as its radius"
+            if is_diameter
+            else "the tip radius stated is not the one the blocks give",
             found=f"{tip_radius_mm:g} mm stated",
             expected=f"{found.tip_radius_mm:.4f} mm from front to back of the blocks",
         )

@@ -246,7 +246,7 @@ def _ask_points(
         decisions.ask(table.path, what, *_coordinates(columns), axis, found=names[:200])
     else:
         header = header_answer(table, POSITION, listed)
-        decisions.ask(table.path, "no row names the columns x, y and z", header, axis, found="numbers only")
+        decisions.ask(table.path, "no row names the columns x, y and z: numbers only", header, axis)
 
 
 def _coordinates(columns: Sequence[Column]) -> list[QuestionAnswer]:

@@ -6,6 +6,7 @@ import io
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -13,8 +14,10 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.axis.recording import read_axis_recording
+from stepgauge.errors import InputError
 from stepgauge.recording import APPROACH, POSITION
 from stepgauge.recording.columns import CORRECTED
+from stepgauge.web.forms import Form
 from stepgauge.web.pages import importing
 from stepgauge.web.texts import Words
 from tests.measured import lay
@@ -107,6 +110,36 @@ def test_what_cannot_be_imported_says_why_without_words_of_the_command_line(
     assert said in answer
     assert not re.search(r"--[a-z]", answer)
     assert not list(folder.rglob("recordings/*.csv"))
+
+
+@pytest.mark.parametrize("apart", ["\t", ";", "  "])
+def test_the_points_of_a_placement_are_led_to_the_page_that_takes_them(folder: Path, apart: str) -> None:
+    """It was asked how their columns are called."""
+    rows = [
+        apart.join([str(n), *(f"{place:.4f}".replace(".", ",") for place in (117.0 + n, 243.1 - n, 91.2))])
+        for n in range(1, 17)
+    ]
+    shown = Asked(folder).post(importing.look, {"pasted": "\n".join(rows)})
+    assert "These are 16 points of a placement" in shown
+    assert 'href="/locate"' in shown
+    assert "no row names" not in shown
+    assert "16 points of a placement" not in Asked(folder).post(importing.look, {"pasted": "\n".join(rows[:15])})
+
+
+def test_the_program_that_fits_is_named_where_another_was_selected(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("old.dmi", "new.dmi"):
+        (folder / name).write_text("")
+
+    def imported(_: object, form: Form, *_more: object) -> object:
+        if form.text("program") != "new.dmi":
+            raise InputError(form.text("program"), "the probing move is not along the gauge of this placement")
+        return SimpleNamespace(recording=object())
+
+    monkeypatch.setattr(importing, "_imported", imported)
+    shown = Asked(folder).post(importing.look, {"pasted": TABLE, "program": "old.dmi"})
+    assert "These readings fit the program new.dmi" in shown
 
 
 FACES = range(1, 43)

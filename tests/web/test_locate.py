@@ -14,9 +14,10 @@ from stepgauge.alignment.slips import agreement
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.importing.sixteen import read_sixteen
+from stepgauge.web.pages import locate
 from stepgauge.web.pages.locate import complete_points_text
 from tests.conftest import ROOT
-from tests.web.conftest import Served, Watched
+from tests.web.conftest import Asked, Served, Watched, make_project
 
 POINTS = ROOT / "examples/demo/points.csv"
 TEXT = POINTS.read_text(encoding="utf-8")
@@ -32,6 +33,15 @@ def test_rows_as_they_are_pasted_are_the_same_points(tmp_path: Path) -> None:
         assert np.array_equal(read_sixteen(path), read_sixteen(POINTS))
     assert complete_points_text(TEXT) == TEXT
     assert complete_points_text("no numbers\n") == "no numbers\n"
+
+
+def test_points_that_were_refused_are_still_there_on_return(tmp_path: Path) -> None:
+    """The tip radius had to be stated first, on another page, and the points were gone."""
+    folder = make_project(tmp_path / "project")
+    rows = [line for line in TEXT.splitlines() if line[:1].isdigit()]
+    swapped = "\n".join([*rows[:5], "6" + rows[6][1:], "7" + rows[5][1:], *rows[7:]])
+    assert 'role="alert"' in Asked(folder).post(locate.locate, {"pasted": swapped})
+    assert rows[6][1:] in Asked(folder).get(locate.show)
 
 
 def test_the_point_that_disagrees_is_found_with_its_distance(gauge: Gauge) -> None:

@@ -20,6 +20,7 @@ from stepgauge.web.evaluations import project_placements
 from stepgauge.web.fields import Field, verb_fields
 from stepgauge.web.folder import existing, free_name, listed, relative
 from stepgauge.web.forms import Form, form_endpoint, read_upload
+from stepgauge.web.pages.locate import check_sixteen, complete_points_text
 from stepgauge.web.pages.machine import stated
 from stepgauge.web.recordings import recording_choices
 from stepgauge.web.render import address, render, site_of, words_of
@@ -46,6 +47,8 @@ HEADER = "=HEADER"
 """Where a choice leaves open which column it is."""
 PAGE_OF = {"gauge": "/gauge", "machine": "/machine", "placement": "/locate", "program": "/plan"}
 """Where something is stated that an import needs and this page does not ask for."""
+MOST_TRIED = 4
+"""Programs that are tried in the place of one that does not fit."""
 PROGRAMS = (".dmi", ".ngc", ".ipp", ".nc", ".mpf", ".h", ".gcode", ".jyc", ".tap")
 GROUPS = {
     "length": ("target", "reading", "x_mm", "y_mm", "z_mm", "from", "to", "face"),
@@ -97,10 +100,13 @@ def look(request: Request, form: Form) -> Response:
             imported = _imported(site_of(request), form, answers)
         except InputError as wrong:  # shown with the choices, one of which may be why: each can be taken back
             error = wrong
+    sixteen = (imported is None or imported.recording is None) and _is_sixteen(form)
     content: dict[str, Any] = {
         "imported": imported,
         "answers": answers,
         "error": error,
+        "sixteen": sixteen,
+        "fitting": _fitting_program(site_of(request), form, answers) if error is not None and not sixteen else "",
         "of": _checksum(form),
         "taken": [f"{one.argument}={one.value}" for one in answers],
         "needed": _needed(request, form, imported),
@@ -108,6 +114,28 @@ def look(request: Request, form: Form) -> Response:
         "machine": _machine(imported),
     }
     return render(request, "importing_part.html.j2", **content, group=_group, open_to=_open_to, page_of=PAGE_OF)
+
+
+def _is_sixteen(form: Form) -> bool:
+    """Whether it is the 16 points of a placement that were taken for readings."""
+    data = form.files.get("file") or form.text("pasted").encode()
+    if not data:
+        return False
+    try:
+        check_sixteen(complete_points_text(data.decode("utf-8", "replace")).encode())
+    except InputError:
+        return False
+    return True
+
+
+def _fitting_program(site: Site, form: Form, answers: Sequence[QuestionAnswer]) -> str:
+    """The newest program with which the readings can be taken, where they cannot with the one that is selected."""
+    for name in listed(site.folder, PROGRAMS, deep=1)[:MOST_TRIED] if form.text("program") else ():
+        with suppress(InputError):
+            given = replace(form, texts={**form.texts, "program": name})
+            if name != form.text("program") and _imported(site, given, answers).recording is not None:
+                return name
+    return ""
 
 
 def _placed(site: Site, form: Form, imported: Imported | None) -> tuple[str, str] | None:

@@ -50,7 +50,7 @@ def show(request: Request) -> Response:
         has_placement=site.has_project and Path(site.placement).exists(),
         files=listed(site.folder, [".csv"], deep=0),
         fields={**fields(), "blocks": replace(fields()["blocks"], default=_whole(site))},
-        pasted=_example(site) if "example" in query else "",
+        pasted=_example(site) if "example" in query else _refused(site),
         dialects={name: one.title for name, one in DIALECTS.items()},
         taught=taught if taught and (site.folder / relative(site.folder, taught)).is_file() else "",
     )
@@ -64,6 +64,12 @@ def _whole(site: Site) -> str:
         return f"1:{sg.read_gauge(site.stated('gauge')).n_faces // 2}"
     except InputError:
         return ""
+
+
+def _refused(site: Site) -> str:
+    """The points that were refused last: what was wrong with them may be stated on another page."""
+    place = site.folder / REFUSED
+    return place.read_text("utf-8", "replace") if place.is_file() else ""
 
 
 def _example(site: Site) -> str:
@@ -132,7 +138,7 @@ def _points_file(site: Site, form: Form) -> str:
     data = form.files.get("points") or complete_points_text(form.text("pasted")).encode()
     if not data:
         raise InputError("points", "there are none", expected="16 rows, pasted or as a file")
-    _check_readable(data)
+    check_sixteen(data)
     with site.writing():
         from stepgauge.files.outputs import replacing
 
@@ -151,8 +157,8 @@ def _accepted(site: Site, asked: PointSet) -> PointSet:
     return replace(asked, points=str(place.relative_to(site.folder)))
 
 
-def _check_readable(data: bytes) -> None:
-    """:class:`InputError` that names the file as the person knows it."""
+def check_sixteen(data: bytes) -> None:
+    """:class:`InputError`, by the name by which the person knows the file, where it has not the 16 points."""
     from stepgauge.importing.sixteen import read_sixteen
 
     with private_file(POINTS) as path:
