@@ -39,8 +39,9 @@ class ReversalError(Effect):
         " drive, or a pre-travel that depends on the direction. The size of a block has this error.",
         "Drive {axis} to a dial gauge from both sides: if it does not differ, the cause is the probe.",
         "{steps:{axis:$160|$161|$162}: {um:=±mm}, backlash of {axis} of grblHAL (BACKLASH of"
-        " [JOINT_{axis:0|1|2}] in the ini of LinuxCNC)|A backlash of"
-        " {axis}, {um:plus|minus} {um:±}}; or adjust the drive, or qualify the probe.",
+        " [JOINT_{axis:0|1|2}] in the ini of LinuxCNC)|Make the"
+        " backlash compensation of {axis} in the controller {um:larger|smaller} by {um:±}}; or adjust the drive, or"
+        " qualify the probe.",
         german=Wording(
             "Umkehrspanne",
             "{axis} zeigt in Richtung + um {um} {um:mehr|weniger} an als in Richtung -: Lose, Hysterese des"
@@ -48,8 +49,9 @@ class ReversalError(Effect):
             "{axis} von beiden Seiten an eine Messuhr fahren: Zeigt sie keinen Unterschied, ist der Taster die"
             " Ursache.",
             "{steps:{axis:$160|$161|$162}: {um:=±mm}, Lose von {axis} bei grblHAL (BACKLASH in"
-            " [JOINT_{axis:0|1|2}] der ini von LinuxCNC)|Lose von"
-            " {axis} {um:plus|minus} {um:±}}; oder den Antrieb einstellen, oder den Taster neu einmessen.",
+            " [JOINT_{axis:0|1|2}] der ini von LinuxCNC)|Die"
+            " Losekompensation von {axis} in der Steuerung um {um:±} {um:größer|kleiner} machen}; oder den Antrieb"
+            " einstellen, oder den Taster neu einmessen.",
         ),
     )
     axis_words: ClassVar[Wording | None] = Wording(

@@ -247,8 +247,7 @@ def _again(said: Said, language: str) -> Iterator[str]:
             told = {"laws": listed(laws, "or", language), "text": proposal(one, language)}
             yield f"{number}, {say('tell_laws' if laws else 'separate', language, **told)}"
     if any(one.startswith("stepgauge plan") for one in commands(said)):
-        number = max(one["placement"] for one in said["measured"]["placements"]) + 1
-        yield say("further", language, number=number)
+        yield say("further", language)
     at = subject(said)
     changed = [one for one in zip(said["effects"], actions(said), strict=True) if one[1] != "left"]
     if at.of != "axis" and (said["unexplained"] or changed) and not limits_of_machine(said):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -119,6 +120,19 @@ def project_placements(site: Site) -> list[str]:
     """Where the project has, or will have, its placement, and all others, the newest first."""
     others = (str(path) for path in sorted(site.folder.glob(PLACEMENTS), reverse=True))
     return list(dict.fromkeys([site.placement, *others]))
+
+
+def placement_axes(site: Site) -> dict[str, str]:
+    """The placement files of the project with the axis of each in words, that of the project first."""
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placement
+
+    gauge, found = read_gauge(site.stated("gauge")), dict[str, str]()
+    for path in project_placements(site):
+        with suppress(InputError):  # what is no placement is no choice
+            axis = read_placement(path, gauge).axis
+            found[relative(site.folder, path)] = " ".join(f"{one:.2f}" for one in axis)
+    return found
 
 
 def placement_files(site: Site, data: Mapping[str, Any]) -> list[str]:

@@ -25,7 +25,7 @@ from stepgauge.standards.mpe import Mpe
 from stepgauge.verbs.catalogue import VERBS
 from stepgauge.web.evaluations import placement_files, placement_words, read_evaluation
 from stepgauge.web.judgement import STATED_AT, verdict
-from stepgauge.web.pages import locate, report, result, sources
+from stepgauge.web.pages import locate, plan, report, result, sources
 from stepgauge.web.pages.result import errors, errors_chart
 from stepgauge.web.server import make_app
 from stepgauge.web.site import Site, WorkList
@@ -264,6 +264,7 @@ def test_another_placement_does_not_replace_that_of_readings_that_were_taken(fol
     points = (ROOT / "examples/demo/points.csv").read_text("utf-8")
     assert "The gauge is located" in Asked(folder).post(locate.locate, {"pasted": points})
     assert (folder / "placement.toml").read_bytes() == before
+    assert "Planned for: placement placement-2.toml, axis " in Asked(folder).get(plan.part)
     assert 'placement = "placement-2.toml"' in (folder / "stepgauge.toml").read_text("utf-8")
     assert placement_words(site, "results/evaluation") == ["--placement", "placement.toml"]
 

@@ -16,7 +16,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError, naming
-from stepgauge.web.evaluations import project_placements
+from stepgauge.web.evaluations import placement_axes
 from stepgauge.web.fields import Field, verb_fields
 from stepgauge.web.folder import existing, free_name, listed, relative
 from stepgauge.web.forms import Form, form_endpoint, read_upload
@@ -77,7 +77,7 @@ def show(request: Request) -> Response:
         convention=machine.table.temperature_convention if machine else None,
         name=relative(site.folder, str(free_name(site.folder, FIRST_NAME))),
         programs=listed(site.folder, PROGRAMS, deep=1),
-        placements=_placements(site) if ready else {},
+        placements=placement_axes(site) if ready else {},
         saved=saved,
         choices=recording_choices(site, [relative(site.folder, saved)]) if saved else [],
         of_axis=bool(saved) and _is_of_axis(site, saved),
@@ -144,7 +144,7 @@ def _placed(site: Site, form: Form, imported: Imported | None) -> tuple[str, str
 
     if imported is None or not isinstance(imported.recording, Recording):
         return None
-    known = _placements(site)
+    known = placement_axes(site)
     name = form.text("placement") or next(iter(known), "")
     return (name, known[name]) if name in known else None
 
@@ -279,19 +279,6 @@ def _known(site: Site, form: Form) -> Iterable[tuple[str, Any]]:
         yield "gauge_temperature_C", temperature
     if form.text("temperature_convention"):
         yield "temperature_convention", form.text("temperature_convention")
-
-
-def _placements(site: Site) -> dict[str, str]:
-    """The placement files of the project with the axis of each in words, that of the project first."""
-    from stepgauge.gauge.certified import read_gauge
-    from stepgauge.gauge.placement import read_placement
-
-    gauge, found = read_gauge(site.stated("gauge")), dict[str, str]()
-    for path in project_placements(site):
-        with suppress(InputError):  # what is no placement is no choice
-            axis = read_placement(path, gauge).axis
-            found[relative(site.folder, path)] = " ".join(f"{one:.2f}" for one in axis)
-    return found
 
 
 def save(request: Request, form: Form) -> Response:

@@ -15,6 +15,7 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
+from stepgauge.web.evaluations import placement_axes
 from stepgauge.web.fields import Field, keywords, options, verb_fields
 from stepgauge.web.folder import Stamp, existing, free_name, listed, relative, stamps
 from stepgauge.web.forms import Form, asked_form, form_endpoint
@@ -178,6 +179,8 @@ def part(request: Request) -> Response:
         query=urlencode(asked.texts),
         fewer=drafted.cycles > SHOWN_CYCLES,
         shown_cycles=SHOWN_CYCLES,
+        placement=relative(site.folder, site.placement),
+        placements=placement_axes(site),
     )
 
 
