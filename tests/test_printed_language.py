@@ -36,6 +36,7 @@ from stepgauge.reports.iso10360_5 import probing_content
 from stepgauge.reports.overlay import overlay_content
 from stepgauge.reports.page import UserStatements
 from stepgauge.reports.render import set_in_print
+from stepgauge.reports.sections import comment_line
 from stepgauge.standards.difference import differences
 from stepgauge.standards.drift import Drift, drift_test
 from stepgauge.standards.iso230_decision import Requirement
@@ -340,3 +341,8 @@ def literals(path: Path) -> Iterator[str]:
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.JoinedStr | ast.Constant):
             yield from _templates(node, {}, 0)
+
+
+def test_the_log_of_a_recording_is_named_without_its_form() -> None:
+    """A German certificate said ``(table)``."""
+    assert comment_line("log", "one.txt (table); two.txt (table)") == ("Log", "one.txt; two.txt")

@@ -27,7 +27,7 @@ from stepgauge.motion.moves import Path
 
 DECIMALS = 4
 """Decimals of coordinates in mm: more are not visible."""
-EYE = {"x": 0.75, "y": 0.75, "z": 0.6}
+EYE = {"x": 0.85, "y": 0.85, "z": 0.7}
 """Where the scene is seen from at first, in lengths of its longest side."""
 END_ON = 0.85
 """Cosine of the gauge to the line of sight, seen from above, beyond which it is looked at end on."""

@@ -232,5 +232,7 @@ def comment_line(key: str, value: str) -> tuple[str, str]:
     unit = next((unit for end, unit in UNITS.items() if key.endswith(end)), "")
     stem = key[: -len(next(end for end in UNITS if key.endswith(end)))] if unit else key
     label = COMMENTS.get(key) or stem.replace("_", " ").strip().capitalize()
+    if key == "log":  # a table is what a file is where nothing else is said
+        value = value.replace(" (table)", "")
     shown = file_names(value.split("; ")) if key == "program" else _MOMENT.sub(r"\1 \2", value)
     return label, f"{shown} {unit}".strip()

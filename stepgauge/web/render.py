@@ -66,10 +66,10 @@ def words_of(request: Request) -> Words:
 def render(request: Request, template: str, code: int = 200, **content: Any) -> Response:
     """A template as the answer: a page extends ``base.html.j2``, a part stands alone.
 
-    Every template has ``t`` (texts), ``number``, ``site``, ``pages`` (the navigation), ``here`` (the path) and
-    ``plotly`` (its script element).
+    Every template has ``t`` (texts), ``number``, ``site``, ``pages`` (the navigation), ``here`` (the path),
+    ``section`` (that of the navigation to which it belongs) and ``plotly`` (its script element).
     """
-    from stepgauge.web.pages import NAVIGATION
+    from stepgauge.web.pages import NAVIGATION, SECTIONS
 
     words = words_of(request)
     look = request.cookies.get("look", "auto")
@@ -82,6 +82,7 @@ def render(request: Request, template: str, code: int = 200, **content: Any) -> 
         "looks": LOOKS,
         "pages": NAVIGATION,
         "here": request.url.path,
+        "section": SECTIONS.get(request.url.path.split("/")[1], ""),
         "back": request.url.path + (f"?{request.url.query}" if request.url.query else ""),
         "site": site_of(request),
         "plotly": _plotly_tag,

@@ -18,6 +18,7 @@ from stepgauge.reports.certificate_file import check_filled, read_laboratory
 from stepgauge.web import concealed
 from stepgauge.web.forms import Form
 from stepgauge.web.pages import certificate, plan, run, sources
+from stepgauge.web.render import render
 from stepgauge.web.site import WorkList
 from stepgauge.web.texts import Words
 from tests.dcc.made import one_recording
@@ -74,9 +75,33 @@ def test_a_filled_form_is_a_file_that_may_be_signed_and_comes_back(folder: Path,
     shown = Asked(folder, "de").get(certificate.show, result="results/evaluation")
     assert re.search('name="laboratory.city"[^>]* value="Town"', shown)
     assert re.search('name="conditions.temperature_C_low"[^>]* value="19,8"', shown)
+    assert re.search('name="statements.mpe"[^>]* value="1,8 \\+ L/350"', shown)
+    asked.post(certificate.make, {**FILLED, "statements.mpe": "1,8 + L/350", "result": "results/evaluation"})
+    assert read_laboratory(folder / "certificate.toml").statements.mpe == "1.8 + L/350"
     emptied = {**FILLED, "result": "results/evaluation", "statements.mpe": ""}
     asked.post(certificate.make, emptied)
     assert read_laboratory(folder / "certificate.toml").statements.mpe is None
+
+
+def test_days_in_the_wrong_order_are_told_without_a_file_and_written_to_none(
+    folder: Path, begun: list[list[str]]
+) -> None:
+    """It named a file that the technician does not know, and left the wrong one in the project."""
+    (folder / "results/evaluation").mkdir()
+    days = {"certificate.issued": "2026-03-13", "certificate.performed_to": "2026-03-14"}
+    own = {**days, "certificate.performed_from": "2026-03-14", "result": "results/evaluation"}
+    answer = Asked(folder, "de").post(certificate.make, {**FILLED, **own})
+    assert "diese Angaben passen nicht zueinander; erwartet: „Letzter Tag“ (2026-03-14) nicht nach" in answer
+    assert "certificate.toml" not in answer
+    assert not (folder / "certificate.toml").exists()
+    assert begun == []
+
+
+@pytest.mark.parametrize(("page", "section"), [("certificate", "report"), ("probe", "machine"), ("result", "result")])
+def test_every_page_is_in_a_section_of_the_navigation(folder: Path, page: str, section: str) -> None:
+    """On the page of the certificate none was marked."""
+    answer = bytes(render(Asked(folder).request(f"/{page}"), "base.html.j2").body).decode()
+    assert re.findall(r'<a href="([^"]*)" aria-current="page">', answer) == [f"/{section}"]
 
 
 @pytest.mark.parametrize("lacking", sorted(certificate.REQUIRED))

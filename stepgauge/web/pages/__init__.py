@@ -17,7 +17,9 @@ PAGES = (
 """Modules of this package; ``nav.NAME`` is the text of each, ``/NAME`` its address, and the first is also ``/``."""
 
 
-NAVIGATION = tuple(name for name in PAGES if name not in ("probe", "certificate"))
+SECTIONS = {"probe": "machine", "certificate": "report"}
+"""Pages that have no place of their own in the navigation, and that in which they are."""
+NAVIGATION = tuple(name for name in PAGES if name not in SECTIONS)
 """The probe is a part of the machine, and a certificate is a report: their pages lead to them."""
 PARTS = ("sources",)
 """Modules whose routes are parts of a page of another one: the sources of uncertainty are on that of the result."""

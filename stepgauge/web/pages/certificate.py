@@ -16,7 +16,7 @@ from stepgauge.errors import LONGEST, InputError, naming
 from stepgauge.web.evaluations import read_evaluation, report_words
 from stepgauge.web.fields import Field, fields_of, read_fields
 from stepgauge.web.folder import existing, relative
-from stepgauge.web.forms import Form, form_endpoint
+from stepgauge.web.forms import Form, form_endpoint, private_file
 from stepgauge.web.render import render, run_verb, site_of, words_of
 from stepgauge.web.site import Site
 
@@ -51,8 +51,10 @@ REQUIRED = {
 }
 """Without these nothing may be signed (ISO/IEC 17025:2017, 7.8.2.1)."""
 DAYS = ("certificate.performed_from", "certificate.performed_to")
+LIMIT = "statements.mpe"
 AIR = {"temperature_C": "°C", "humidity_percent": "%"}
 ENDS = ("low", "high")
+_DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 
 
 class EmptyFieldsError(InputError):
@@ -81,13 +83,14 @@ def groups() -> dict[str, tuple[Field, ...]]:
 
 def show(request: Request) -> Response:
     """The form, as the file says."""
-    site = site_of(request)
+    site, words = site_of(request), words_of(request)
     said = _read(site)
+    values = _dated(_values(site, said), site, request.query_params.get("result", ""))
     return render(
         request,
         "certificate.html.j2",
         groups=groups(),
-        values=_dated(_values(site, said), site, request.query_params.get("result", "")),
+        values=values | {LIMIT: words.decimal(values[LIMIT])},
         result=request.query_params.get("result", ""),
     )
 
@@ -138,16 +141,16 @@ def _machine_values(site: Site) -> dict[str, Any]:
 def make(request: Request, form: Form) -> Response:
     """Write the file, and the certificate of an evaluation as a PDF."""
     from stepgauge.files.text import write_text
-    from stepgauge.reports.certificate_file import check_filled, read_laboratory
+    from stepgauge.reports.certificate_file import check_filled
     from stepgauge.web.site import changed
 
     site = site_of(request)
     result = relative(site.folder, str(existing(site.folder, form.text("result"))))
     _check_all(form)
     text = changed(site.folder / FILE, _tables(form))
+    said = _checked(text)
     with site.writing():
         write_text(site.folder / FILE, text)
-        said = read_laboratory(site.folder / FILE)
     check_filled(said)
     number = re.sub(r"[^\w.-]+", "-", said.certificate.number or "")
     target = f"results/certificate-{number}.pdf"
@@ -156,6 +159,22 @@ def make(request: Request, form: Form) -> Response:
         *(*report_words(site, result), "-o", relative(site.folder, target)),
     ]
     return run_verb(request, arguments, "/report", result=result, paper=target)
+
+
+def _checked(text: str) -> Laboratory:
+    """The file as it is going to be; :class:`InputError` of what is wrong on the page, not in a file."""
+    from stepgauge.files.text import write_text
+    from stepgauge.reports.certificate_file import read_laboratory
+
+    try:
+        with private_file(FILE) as path:
+            write_text(path, text)
+            return read_laboratory(path)
+    except InputError as error:
+        _, what, found, expected = error.parts
+        if what == "table certificate is wrong":  # its entries are right each by itself
+            what = "these entries do not fit together"
+        raise InputError("", what, found=found, expected=expected) from None
 
 
 def _check_all(form: Form) -> None:
@@ -172,6 +191,8 @@ def _tables(form: Form) -> dict[str, Any]:
     for name, some in groups().items():
         if name in KEYS:
             found[name] = {one.label: one.read(form) for one in some}
+    if limit := found["statements"]["mpe"]:
+        found["statements"]["mpe"] = _DECIMAL_COMMA.sub(".", limit)
     air = read_fields(form, groups()["conditions"])
     pairs = {key: [air.get(f"conditions.{key}_{end}") for end in ENDS] for key in AIR}
     for key, (low, high) in pairs.items():

@@ -80,6 +80,16 @@ async function submit(event) {
 function forget(event) {  // what was wrong with a form is not known of one that has changed; what it asks stays, with the answers
   const form = event.currentTarget, own = [form.dataset.into, ...[...form.querySelectorAll("button[data-answers]")].map(one => one.dataset.answers)];
   own.forEach(one => document.querySelector(one)?.querySelectorAll(".refused, [role=alert]").forEach(said => said.remove()));
+  const into = event.target.type === "file" && document.querySelector(form.dataset.into);
+  if (into?.dataset.reading) say(into, into.dataset.reading);  // what was found in another file is none of this one
+}
+
+function say(target, text) {
+  const line = document.createElement("p");
+  line.className = "quiet";
+  line.setAttribute("role", "status");
+  line.textContent = text;
+  target.replaceChildren(line);
 }
 
 // What is chosen in a list stands below it, too, where its box is too narrow for it.
