@@ -318,12 +318,13 @@ def _header_unit(header: str, table: Table, place: int) -> str:
 
 def _check_size(table: Table, place: int, of: str, unit: str) -> None:
     """:class:`InputError` where the header says mm, and only um makes numbers of a gauge."""
-    values = np.abs(table.numbers(place))
-    largest = float(values.max()) * UNITS[unit]
+    values = table.numbers(place)
+    row = int(np.abs(values).argmax())
+    largest = abs(float(values[row])) * UNITS[unit]
     if unit == "mm" and LARGEST_MM[of] < largest <= LARGEST_MM[of] * 1e3:
         what = f"the {of} is far too large in mm and looks like um (factor 1000)"
         expected = "um in the name of the column" if of == "position" else naming(f"{of}_unit")
-        raise InputError(table.at(int(values.argmax())), what, found=f"{largest:g} mm", expected=expected)
+        raise InputError(table.at(row), what, found=f"{values[row]:g} mm", expected=expected)
 
 
 def _unit_by_size(table: Table, place: int, of: str) -> str:

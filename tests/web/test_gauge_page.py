@@ -231,6 +231,14 @@ def test_u_that_grows_with_the_length_is_two_fields(tmp_path: Path) -> None:
     assert re.search(r"Drift in a year[^*]*<b[^>]*>\*\*</b>", shown)
 
 
+def test_a_deviation_that_is_too_large_is_shown_with_its_sign(tmp_path: Path) -> None:
+    """-1.50 was shown as 1.5 mm."""
+    table = lines(
+        NOMINAL, [-1.5 * (n == 2) for n in range(len(NOMINAL))], U_UM, head="Nominal mm\tDeviation (mm)\tU (µm)"
+    )
+    assert "−1.5 mm" in Asked(tmp_path).post(gauge_page.check, {**FORM, "table": table})
+
+
 @pytest.mark.parametrize(
     ("table", "unit"),
     [
