@@ -81,7 +81,7 @@ function forget(event) {  // what was wrong with a form is not known of one that
   const form = event.currentTarget, own = [form.dataset.into, ...[...form.querySelectorAll("button[data-answers]")].map(one => one.dataset.answers)];
   own.forEach(one => document.querySelector(one)?.querySelectorAll(".refused, [role=alert]").forEach(said => said.remove()));
   const into = event.target.type === "file" && document.querySelector(form.dataset.into);
-  if (into?.dataset.reading) say(into, into.dataset.reading);  // what was found in another file is none of this one
+  if (into && into.dataset.reading) say(into, into.dataset.reading);  // what was found in another file is none of this one
 }
 
 function say(target, text) {
