@@ -251,7 +251,9 @@ def _again(said: Said, language: str) -> Iterator[str]:
     at = subject(said)
     changed = [one for one in zip(said["effects"], actions(said), strict=True) if one[1] != "left"]
     if at.of != "axis" and (said["unexplained"] or changed) and not limits_of_machine(said):
-        only_file = not said["unexplained"] and all(is_of_file(effect, what) for effect, what in changed)
+        only_file = not (said["unexplained"] or at.corrected) and all(
+            is_of_file(effect, what) for effect, what in changed
+        )
         yield say("compare_file" if only_file and at.of == "gauge" else f"compare_{at.of}", language)
 
 
