@@ -28,7 +28,7 @@ from stepgauge.diagnosis.noise import (
 )
 from stepgauge.diagnosis.priors import KIND, Priors, nearest_name, shipped_priors, stated_kind
 from stepgauge.diagnosis.problem import bare_problem, make_problem, plain_metric
-from stepgauge.diagnosis.remainder import as_good_as_nothing, may_remain, negligible
+from stepgauge.diagnosis.remainder import is_negligible, may_remain, negligible
 from stepgauge.diagnosis.residuals import Residuals, make_residuals, without_copies
 from stepgauge.diagnosis.result import Finding, Fit, GaugeDiagnosis, Located, Noise, rms
 from stepgauge.diagnosis.stated_model import Model, make_model
@@ -166,7 +166,7 @@ def _make_diagnosis(
         left = [replace(one, share_um=np.zeros(0)) for one in left]
     noise, remaining = noise_of(model, search.problem, data), tuple(may_remain(found))
     nothing = negligible(remaining, noise.sigma_um, data.machine.table.kind)
-    left = [one for one in left if not as_good_as_nothing(one, nothing)]
+    left = [one for one in left if not is_negligible(one, nothing)]
     if not any(one.probability >= priors.decision.stated for one in left):
         left += undecided(answer, told, priors.decision)
     told, left, placements = add_separations(told, left, found, priors, separations)

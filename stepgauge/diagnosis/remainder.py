@@ -51,7 +51,7 @@ def negligible(remaining: Iterable[MayRemain], noise_um: float, kind: str | None
     return frozenset(one.label for one in remaining if COVERAGE * one.seen_um <= held_um)
 
 
-def as_good_as_nothing(one: Located, negligible: Collection[str]) -> bool:
+def is_negligible(one: Located, negligible: Collection[str]) -> bool:
     """Whether structure is only like laws whose presence is as good as nothing."""
     like = [] if isinstance(one.phrases, str) else [phrase.get("law") for phrase in one.phrases]
     return one.form == UNDETERMINED and bool(like) and {*like} <= {*negligible}
