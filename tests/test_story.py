@@ -19,7 +19,7 @@ from stepgauge.diagnosis.wording.notation import probability
 from stepgauge.errors import InputError
 from stepgauge.files.text import write_json
 from stepgauge.reports.diagnosis import diagnosis_story, first_of
-from stepgauge.reports.findings import MOST_RIVALS, MOST_ROWS
+from stepgauge.reports.first_steps import MOST_RIVALS, MOST_ROWS
 from stepgauge.reports.render import markdown, render_html, render_pdf
 from tests.cli.conftest import Run as Command
 from tests.cli.conftest import run  # noqa: F401

@@ -20,7 +20,8 @@ from stepgauge.files.text import read_result, result_file
 from stepgauge.reports import axis_diagnosis, gauge_diagnosis, probe_diagnosis
 from stepgauge.reports.blocks import figure, part
 from stepgauge.reports.blocks import pictures as pictures_of
-from stepgauge.reports.findings import do_first, first_lines, found_part
+from stepgauge.reports.findings import found_part
+from stepgauge.reports.first_steps import do_first, first_lines
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,7 +16,8 @@ from stepgauge.diagnosis.wording.findings import name_of
 from stepgauge.diagnosis.wording.headline import headline
 from stepgauge.diagnosis.wording.limits import machine_doubts
 from stepgauge.recording import join_recordings
-from stepgauge.reports.findings import first_lines, found_part
+from stepgauge.reports.findings import found_part
+from stepgauge.reports.first_steps import first_lines
 
 RECIPE = Path(sg.__file__).parents[1] / "docs/recipes/small-machines.md"
 

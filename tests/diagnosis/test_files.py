@@ -36,7 +36,8 @@ from stepgauge.machine.readout import machine_effects
 from stepgauge.programs import DIALECTS
 from stepgauge.recording import Recording
 from stepgauge.reports.diagnosis import diagnosis_story
-from stepgauge.reports.findings import MOST_RIVALS, uncertainties, values
+from stepgauge.reports.findings import uncertainties, values
+from stepgauge.reports.first_steps import MOST_RIVALS
 from stepgauge.reports.render import markdown
 from tests.diagnosis.made import (
     ALONG_X,

@@ -24,7 +24,7 @@ from stepgauge.diagnosis.wording.findings import (
 from stepgauge.diagnosis.wording.headline import headline
 from stepgauge.effects import effect_kinds
 from stepgauge.effects.words import Wording, _Value, filled
-from stepgauge.reports.findings import do_first
+from stepgauge.reports.first_steps import do_first
 
 AXIS = {kind for name in SENSORS for form in ("axis", "spot", "distances") for kind in kinds_of(name, form)}
 DECLARED = [
@@ -210,7 +210,7 @@ def _named(kind: str) -> dict[str, Any]:
 @pytest.mark.parametrize("kind", sorted(kind for kind, one in effect_kinds(every=True).items() if one.sought))
 @pytest.mark.parametrize("language", ["en", "de"])
 def test_every_repair_tells_place_and_values_with_their_uncertainties(kind: str, language: str) -> None:
-    from stepgauge.reports.findings import MOST_SIZES, _entered, _repairs
+    from stepgauge.reports.first_steps import MOST_SIZES, _entered, _repairs
 
     one = _named(kind)
     data = {"effects": [one], "unexplained": [], "inputs": {}, "fit": {"rms_before_um": 2.0, "rms_after_um": 1.0}}

@@ -28,7 +28,7 @@ from stepgauge.files.checksum import file_digest
 from stepgauge.files.text import write_json
 from stepgauge.gauge.placement import format_placement, make_placement
 from stepgauge.languages.messages import parameter_name
-from stepgauge.reports.findings import proposal
+from stepgauge.reports.first_steps import proposal
 from stepgauge.verbs.catalogue import VERBS
 from stepgauge.web.pages import diagnosis
 from stepgauge.web.recordings import recording_choices

@@ -62,7 +62,7 @@ def _told(site: Site, name: str, words: Words) -> dict[str, Any]:
     from stepgauge.diagnosis.wording.headline import headline
     from stepgauge.diagnosis.wording.limits import warnings
     from stepgauge.reports.diagnosis import read_said
-    from stepgauge.reports.findings import do_first, nats, tells_enough
+    from stepgauge.reports.first_steps import do_first, nats, tells_enough
 
     said, _ = read_said(existing(site.folder, name))
     of_map = "map" in said["inputs"]
@@ -96,7 +96,7 @@ def _made_from(said: Mapping[str, Any], words: Words) -> list[str]:
 
 def _structure(said: Mapping[str, Any], words: Words) -> dict[str, Any] | None:
     """What tells of structure without a law what it is: one run, whichever form it has."""
-    from stepgauge.reports.findings import proposal
+    from stepgauge.reports.first_steps import proposal
 
     of_structure = [(n, one) for n, one in proposed_runs(said).items() if n > len(said["effects"])]
     return next(({"number": n, "next": proposal(one, words.language)} for n, one in of_structure), None)
@@ -115,7 +115,8 @@ def _likely_only(effect: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def _finding(number: int, effect: Mapping[str, Any], at: Subject, words: Words) -> dict[str, Any]:
     from stepgauge.diagnosis.wording.notation import members_of
-    from stepgauge.reports.findings import combinations, proposal
+    from stepgauge.reports.findings import combinations
+    from stepgauge.reports.first_steps import proposal
 
     members = members_of(effect)
     first = max(one["conditional_probability"] or 0.0 for one in members) or 1.0
