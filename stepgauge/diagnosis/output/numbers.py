@@ -19,7 +19,7 @@ NUMBERS = ["kind", "effect", "probability", "parameter", "value", "u", "unit", "
 def number_table(said: Mapping[str, Any]) -> pd.DataFrame:
     """One row per number of what a ``diagnosis.json`` states, with :data:`NUMBERS` as columns."""
     rows = [*_numbers(said["effects"], subject(said)), *_structure(said["unexplained"])]
-    return pd.DataFrame(rows, columns=NUMBERS).fillna({"meaning": ""})
+    return pd.DataFrame(rows, columns=NUMBERS)
 
 
 def _numbers(effects: Sequence[Mapping[str, Any]], at: Subject) -> Iterator[dict[str, Any]]:
@@ -44,4 +44,4 @@ def _structure(forms: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
     for form in forms:
         head = {"kind": "structure", "effect": form["where"], "probability": form["probability"]}
         for name, number in {"share": {"value": form["share"], "unit": ""}, **rms_of(form)}.items():
-            yield {**head, "parameter": name, **number, "u": np.nan, "bound": "", "rival_of": ""}
+            yield {**head, "parameter": name, **number, "u": np.nan, "bound": "", "rival_of": "", "meaning": ""}
