@@ -235,8 +235,8 @@ def test_structure_that_is_like_a_law_has_the_check_of_that_law_and_of_this_kind
 def test_a_further_run_says_how_it_is_added() -> None:
     open_ = structure("position", commands=["stepgauge plan why/separate-1.toml"], separate_by="a run")
     lines = first_lines(said() | {"unexplained": [open_]})
-    assert any("--placement-number 4" in line for line in lines)
-    assert not any("BEFORE AFTER" in line for line in lines)
+    assert any("name its recording beside all the others" in line for line in lines)
+    assert not any("--placement-number" in line for line in lines)  # joined placements are numbered on
 
 
 def test_a_shifted_block_is_looked_for_in_the_gauge_file_first() -> None:

@@ -78,13 +78,22 @@ def _split_unit(header: str) -> tuple[str, Unit | None]:
 
 
 def split_name(header: str) -> tuple[str, Unit | None]:
-    """Name and unit of a header; beside ``X [mm]`` and ``x_mm`` also ``X mm``, ``X/mm`` and ``X, mm``."""
+    """Name and unit of a header; beside ``X [mm]`` also ``x_mm``, ``X mm``, ``X/mm`` and ``X, mm``.
+
+    The last word of ``speed_mm_s`` is a part of its unit, and none by itself.
+    """
     name, unit = _split_unit(header)
     match = None if unit is not None else next(filter(None, (one.fullmatch(header.strip()) for one in _LOOSELY)), None)
     known = find_unit(match[2].replace("arc sec", "arcsec")) if match else None
-    if match is None or known is None or known.quantity == "none":
+    if match is None or known is None or known.quantity == "none" or _is_compound(match[1]):
         return name, unit
     return match[1].strip(), known
+
+
+def _is_compound(before: str) -> bool:
+    """Whether what stands before a unit ends in a unit as well, or in ``per``: ``speed_mm``, ``um_per``."""
+    _, *words = re.split(r"[\W_]+", before.strip())
+    return bool(words) and words[-1] != "in" and (words[-1] == "per" or find_unit(words[-1]) is not None)
 
 
 # cycles and directions of travel
