@@ -93,7 +93,9 @@ def split_name(header: str) -> tuple[str, Unit | None]:
 def _is_compound(before: str) -> bool:
     """Whether what stands before a unit ends in a unit as well, or in ``per``: ``speed_mm``, ``um_per``."""
     _, *words = re.split(r"[\W_]+", before.strip())
-    return bool(words) and words[-1] != "in" and (words[-1] == "per" or find_unit(words[-1]) is not None)
+    last = words[-1] if words else ""
+    unit = None if last in ("", "in") else find_unit(last)
+    return last == "per" or (unit is not None and unit.quantity != "none")
 
 
 # cycles and directions of travel
