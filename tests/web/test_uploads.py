@@ -43,7 +43,7 @@ def test_every_page_that_takes_a_file_reads_it_so(data: bytes, monkeypatch: pyte
     for read in (
         lambda: gauge._found(form),
         lambda: importing._imported(site, form, []),
-        lambda: locate._check_readable(data),
+        lambda: locate.check_sixteen(data),
     ):
         with pytest.raises(InputError, match="read in a process of its own"):
             read()
