@@ -189,8 +189,8 @@ def test_the_verb_reads_an_axis_without_a_gauge(tmp_path: Path, run: Run) -> Non
         done = run("test", "iso230", tmp_path / "axis.csv", *more, "-o", out)
         assert done.code == 2
         assert words in done.err
-    (tmp_path / "axis.toml").touch()
-    done = run("test", "iso230", tmp_path / "axis.toml", "-o", out)
+    (tmp_path / "gauge.csv").write_text("cycle,face,x_mm,y_mm,z_mm,approach_i,approach_j,approach_k\n1,1,0,0,0,1,0,0\n")
+    done = run("test", "iso230", tmp_path / "gauge.csv", "-o", out)
     assert "--gauge: a recording of a step gauge needs it" in done.err
 
 
