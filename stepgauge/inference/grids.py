@@ -14,7 +14,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
-from scipy.optimize import minimize_scalar
 
 from stepgauge.inference.problem import Refined
 
@@ -92,6 +91,8 @@ def interpolated(values: Array, pattern: Array, value: float) -> Array:
 
 def fitted_between(shape: Shape, values: Array, atom: int, residual: Array) -> Refined | None:
     """The shape between the neighbours of a point that explains most of residuals, with an offset."""
+    from scipy.optimize import minimize_scalar  # takes a third of a second to import, and a diagnosis needs none
+
     low, high = sorted((values[max(atom - 1, 0)], values[min(atom + 1, len(values) - 1)]))
     if high <= low:
         return None
