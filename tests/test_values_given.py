@@ -153,7 +153,10 @@ def test_a_direction_of_1_and_0_is_told_what_is_understood() -> None:
     given = table().replace({"direction": {"+": 1, "-": 0}})
     asked = sg.import_recording(given, sensor="laser")
     assert asked.recording is None
-    assert "1 and -1, + and -" in asked.questions[0].text
+    assert ("columns", "way=direction=1") in [(one.argument, one.value) for one in asked.questions[0].choices]
+    answered = sg.import_recording(given, sensor="laser", columns={"way": "direction=1"}).recording
+    stated = sg.import_recording(table(), sensor="laser").recording
+    assert answered.frame["way"].tolist() == stated.frame["way"].tolist()
 
 
 def test_a_table_of_any_form_is_the_recording_that_it_holds() -> None:
