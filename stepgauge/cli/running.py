@@ -175,6 +175,7 @@ def _found_so_far() -> Iterator[Callable[[Sequence[str]], None]]:
     shown, last_s = sys.stderr.isatty(), time.monotonic()
 
     def show(labels: Sequence[str]) -> None:
+        """The names of what has these labels, in place of what was shown before."""
         from stepgauge.diagnosis.wording.findings import name_of  # long to load
 
         nonlocal last_s

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.compensation.readings import AxisReadings
+from stepgauge.compensation.readings import AxisReadings, check_placement
 from stepgauge.conditions import require_statement, stored_conditions
 from stepgauge.errors import InputError, naming
 from stepgauge.files.arrays import Array
@@ -120,8 +120,7 @@ def _choose(
 ) -> dict[str, Any]:
     numbers = [one["placement"] for one in placements]
     if number is not None:
-        if number not in numbers:
-            raise InputError(path, f"there is no placement {number}", expected=", ".join(map(str, numbers)))
+        check_placement(number, numbers, path)
         placements = [one for one in placements if one["placement"] == number]
     angles = {one["placement"]: angle_deg(one, axis) for one in placements}
     along = [one for one in placements if angles[one["placement"]] <= limit_deg]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -115,3 +115,9 @@ class AxisReadings:
         rows = (self.weights(both, 1) - self.weights(both, -1)).mean(axis=0, keepdims=True)
         value, u = self.combine(rows)[0], self.uncertainty_um(rows, np.zeros(1))[0]
         return f"{value:+.2f} um (u = {u:.2f} um) positive minus negative travel"
+
+
+def check_placement(number: int, numbers: Sequence[int], path: str) -> None:
+    """:class:`InputError` for a placement that was not measured."""
+    if number not in numbers:
+        raise InputError(path, f"there is no placement {number}", expected=", ".join(map(str, numbers)))

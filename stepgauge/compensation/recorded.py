@@ -14,7 +14,7 @@ import pandas as pd
 
 from stepgauge.axis.recording import AxisRecording, places_of
 from stepgauge.axis.sensors import SENSORS
-from stepgauge.compensation.readings import AxisReadings
+from stepgauge.compensation.readings import AxisReadings, check_placement
 from stepgauge.conditions import Conditions, require_statement
 from stepgauge.conditions.axis import setting_up_conditions
 from stepgauge.errors import InputError, naming
@@ -125,9 +125,10 @@ def _chosen(numbers: list[int], stated: int | None, path: str) -> int:
     if stated is None and len(numbers) > 1:
         found, expected = ", ".join(map(str, numbers)), naming("placement_number", words="one, with {}")
         raise InputError(path, "several settings up of the axis", found=found, expected=expected)
-    if stated is not None and stated not in numbers:
-        raise InputError(path, f"there is no placement {stated}", expected=", ".join(map(str, numbers)))
-    return numbers[0] if stated is None else stated
+    if stated is None:
+        return numbers[0]
+    check_placement(stated, numbers, path)
+    return stated
 
 
 def _readings(

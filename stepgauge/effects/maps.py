@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import ClassVar, Self
@@ -52,9 +53,8 @@ class ErrorMap(Effect):
 
     def prepared(self, where: str | Path) -> Self:
         """Finds the file beside the machine file and reads it."""
-        path = file_beside(where, "effect.file", self.file).resolve()
-        read_map(str(path), self.component)
-        return self.model_copy(update={"file": str(path)})
+        file = _readable(where, self.file, lambda path: read_map(path, self.component))
+        return self.model_copy(update={"file": file})
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Interpolated in the coordinate of the travel."""
@@ -69,6 +69,13 @@ def read_map(path: str, component: Component) -> tuple[Array, Array]:
     unit = {"length": "um"} if len(component) == 1 else {"angle": "urad"}
     table = read_numbers(path, COLUMNS, unit)
     return table.rising("coordinate_mm"), table["error"]
+
+
+def _readable(where: str | Path, file: str, read: Callable[[str], object]) -> str:
+    """The whole path of a table beside the machine file, which can be read."""
+    path = str(file_beside(where, "effect.file", file).resolve())
+    read(path)
+    return path
 
 
 AXIS_COLUMNS = ("position_mm", "error_positive_um", "error_negative_um", "u_positive_um", "u_negative_um")
@@ -104,9 +111,8 @@ class AxisCompensation(Effect):
 
     def prepared(self, where: str | Path) -> Self:
         """Finds the file beside the machine file and reads it."""
-        path = file_beside(where, "effect.file", self.file).resolve()
-        read_compensation(str(path))
-        return self.model_copy(update={"file": str(path)})
+        file = _readable(where, self.file, read_compensation)
+        return self.model_copy(update={"file": file})
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Minus the error at the coordinate for the direction of travel."""

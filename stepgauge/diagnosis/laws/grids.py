@@ -100,7 +100,8 @@ def shapes_of(
     """
     shaped = [p for p in law.parameters() if p.role == "nonlinear"]
     values = [_values(law, p, choices, data) for p in shaped]
-    values = [_add_leads(v) if leads and p.grid is periods_along else v for p, v in zip(shaped, values, strict=True)]
+    has_leads = [leads > 0.0 and p.grid is periods_along for p in shaped]
+    values = [_add_leads(v) if has else v for has, v in zip(has_leads, values, strict=True)]
     undeclared = [i for i, one in enumerate(values) if one is None]
     for i in undeclared:
         most = (MOST_SHAPES / max(_count(values), 1)) ** (1.0 / len(undeclared))
@@ -108,10 +109,7 @@ def shapes_of(
             shaped, values, i, signatures, min(int(most), MOST_VALUES), _finest(law, shaped[i], data)
         )
     weights = [log_weights(p, v, law, data, choices) for p, v in zip(shaped, values, strict=True)]
-    weights = [
-        _prior_leads(w, v, leads) if leads and p.grid is periods_along else w
-        for p, v, w in zip(shaped, values, weights, strict=True)
-    ]
+    weights = [_prior_leads(w, v, leads) if has else w for has, v, w in zip(has_leads, values, weights, strict=True)]
     names = [p.name for p in shaped]
     atoms = [dict(zip(names, one, strict=True)) for one in product(*(list(one or ()) for one in values))]
     return atoms, np.array([sum(one) for one in product(*(w.tolist() for w in weights))])

@@ -124,8 +124,9 @@ def is_good_enough(said: Said) -> bool:
 
 def limits_of_machine(said: Said) -> list[Said]:
     """The findings that stay where all numbers of a machine that is set by its steps are entered: its limits."""
-    all_done = not said["unexplained"] and {*actions(said)} <= {"repair", "left"}
+    todo = actions(said)
+    all_done = not said["unexplained"] and {*todo} <= {"repair", "left"}
     if not all_done or subject(said).machine not in STEPPERS:
         return []
-    found = [one for one, what in zip(said["effects"], actions(said), strict=True) if what == "repair"]
+    found = [one for one, what in zip(said["effects"], todo, strict=True) if what == "repair"]
     return found if all(one["kind"] in MECHANICAL for one in found) else []
